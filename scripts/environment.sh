@@ -1,0 +1,50 @@
+# Sourced, never run: where the prepared environment lies, and how to enter it.
+#
+# POSE_HOME        what `prepare.sh` builds (default: .pose in the checkout)
+# POSE_ROS_SETUP   the setup file of an installed ROS (default: /opt/ros/jazzy/setup.bash)
+# POSE_PYTHON      the interpreter to build on (default: the first python3 that fits)
+
+POSE_ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+POSE_HOME="${POSE_HOME:-$POSE_ROOT/.pose}"
+POSE_ROS_SETUP="${POSE_ROS_SETUP:-/opt/ros/jazzy/setup.bash}"
+POSE_VENV="$POSE_HOME/venv"
+
+# Body data stays on this machine unless the user says otherwise.
+export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
+export RMW_IMPLEMENTATION="${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}"
+# numpy's thread pool only slows matrices of this size down, and takes the cores from the nodes.
+export OPENBLAS_NUM_THREADS="${OPENBLAS_NUM_THREADS:-1}"
+
+has_installed_ros() { [ -f "$POSE_ROS_SETUP" ]; }
+
+# source_setup FILE: colcon's and ROS's setup files read unset variables.
+source_setup() {
+    set +u
+    # shellcheck disable=SC1090
+    source "$1"
+    set -u
+}
+
+enter_ros() {
+    if has_installed_ros; then
+        source_setup "$POSE_ROS_SETUP"
+        source_setup "$POSE_VENV/bin/activate"
+        return
+    fi
+    source_setup "$POSE_VENV/bin/activate"
+    export AMENT_PREFIX_PATH="$POSE_VENV"
+    export CMAKE_PREFIX_PATH="$POSE_VENV"
+    # The wheels would otherwise find this path themselves and start Python a second time.
+    local library_path
+    library_path="$(cat "$POSE_HOME/library_path")"
+    export LD_LIBRARY_PATH="$library_path${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+    export _ROS_WHEELS_BOOTSTRAP_COMPLETE=1
+}
+
+enter_workspace() {
+    enter_ros
+    if [ -f "$POSE_HOME/underlay/install/local_setup.bash" ]; then
+        source_setup "$POSE_HOME/underlay/install/local_setup.bash"
+    fi
+    source_setup "$POSE_HOME/install/local_setup.bash"
+}

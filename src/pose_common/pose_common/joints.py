@@ -1,0 +1,39 @@
+"""The names that all packages share: joints, segments, tracking states."""
+
+from enum import IntEnum
+
+SIDES = ("left", "right")
+
+JOINTS: tuple[str, ...] = (
+    "head",
+    "neck",
+    "torso",
+    *(
+        f"{side}_{joint}"
+        for side in SIDES
+        for joint in ("shoulder", "elbow", "hand", "hip", "knee", "foot")
+    ),
+)
+"""The 15 joints of NiTE2, in the order of every (15, 3) array. ``left`` is the person's left."""
+
+JOINT_INDEX: dict[str, int] = {name: index for index, name in enumerate(JOINTS)}
+
+SEGMENTS: tuple[str, ...] = (
+    "pelvis",
+    "torso",
+    "head",
+    *(
+        f"{side}_{segment}"
+        for side in SIDES
+        for segment in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
+    ),
+)
+"""The body segments an IMU can be strapped to."""
+
+
+class TrackingState(IntEnum):
+    """How a sensor came by a joint's position; the values of ``pose_msgs/Skeleton``."""
+
+    NOT_TRACKED = 0
+    INFERRED = 1
+    TRACKED = 2

@@ -1,0 +1,45 @@
+"""ROS parameters from the dataclass that declares them."""
+
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+
+from pose_common.errors import ParameterError
+from pose_common.parameters import ParameterSpec, from_mapping, specs
+
+T = TypeVar("T")
+LIMIT = 1e300  # ROS ranges have two ends
+
+
+def declare_parameters(node: Node, parameters: type[T]) -> T:
+    """Declare each field as a read-only ROS parameter and return the checked values."""
+    values = {}
+    for name, (default, spec) in specs(parameters).items():
+        plain = list(default) if isinstance(default, tuple) else default
+        try:
+            values[name] = node.declare_parameter(name, plain, _descriptor(default, spec)).value
+        except InvalidParameterTypeException as error:
+            raise ParameterError(f"{name}: {error}") from error
+        except InvalidParameterValueException as error:
+            unit = "" if spec.unit == "-" else f" [{spec.unit}]"
+            raise ParameterError(f"{name}{unit} is outside {spec.range_text}: {error}") from error
+    return from_mapping(parameters, values)
+
+
+def _descriptor(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
+    unit = "" if spec.unit == "-" else f" [{spec.unit}]"
+    descriptor = ParameterDescriptor(
+        description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True
+    )
+    if isinstance(default, float) and not (spec.low is None and spec.high is None):
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=-LIMIT if spec.low is None else float(spec.low),
+                to_value=LIMIT if spec.high is None else float(spec.high),
+            )
+        ]
+    elif isinstance(default, int) and spec.low is not None and spec.high is not None:
+        descriptor.integer_range = [IntegerRange(from_value=int(spec.low), to_value=int(spec.high))]
+    return descriptor

@@ -1,0 +1,39 @@
+"""How every node starts, spins and ends: clean on Ctrl-C, one line on a bad parameter."""
+
+import signal
+import sys
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+from pose_common.errors import PoseError
+
+
+def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> None:
+    """Make a node, spin it until it is asked to stop, and exit.
+
+    Args:
+        make_node: Makes the node; a :class:`PoseError` from it becomes one line and status 1.
+        args: The process's arguments, ``sys.argv`` if None.
+    """
+    status = 0
+    node = None
+    rclpy.init(args=list(args) if args is not None else None)
+    try:
+        node = make_node()
+        rclpy.spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except PoseError as error:
+        print(f"error: {error}", file=sys.stderr)
+        status = 1
+    finally:
+        # A launcher and the terminal may both send SIGINT: the second must not break the ending.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    sys.exit(status)
