@@ -1,0 +1,1 @@
+"""One person's joint angles from skeleton streams and body-worn IMUs."""

@@ -1,0 +1,1 @@
+"""Command-line tools: offline work on bags, and the demo."""

@@ -1,0 +1,34 @@
+"""Build description of the package, for colcon."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = "pose_fusion"
+
+setup(
+    name=package_name,
+    version="0.1.0",
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
+        (f"share/{package_name}", ["package.xml", "README.md"]),
+        (f"share/{package_name}/config", glob("config/*.yaml")),
+        (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    description="Calibration, fusion and recording of one person's pose",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "calibration = pose_fusion.nodes.calibration:main",
+            "fusion = pose_fusion.nodes.fusion:main",
+            "player = pose_fusion.nodes.player:main",
+            "recorder = pose_fusion.nodes.recorder:main",
+            "calibrate = pose_fusion.tools.calibrate:main",
+            "demo = pose_fusion.tools.demo:main",
+            "fuse = pose_fusion.tools.fuse:main",
+        ]
+    },
+)
