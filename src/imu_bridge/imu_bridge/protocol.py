@@ -1,0 +1,264 @@
+r"""The wire format: frames that the sink of a star network of IMU nodes sends to the host.
+
+Every number is little-endian. A frame is
+
+====== ==== ===========================================================================
+offset size field
+====== ==== ===========================================================================
+0      2    sync, ``A5 5A``
+2      1    length L of the payload, 1 to 64
+3      L    payload; its first byte is the kind
+3 + L  2    CRC-16/CCITT-FALSE over bytes 2 to 2 + L (length and payload)
+====== ==== ===========================================================================
+
+and the payload of kind ``0x11``, a 9-axis sample (28 bytes, so the frame has 33), is
+
+====== ==== ===========================================================================
+offset size field
+====== ==== ===========================================================================
+0      1    kind: version in the high nibble (1), type in the low (1)
+1      1    node id
+2      2    sequence number, u16, +1 a sample of this node, wraps
+4      4    node clock [us] at the moment of sampling, u32, wraps after 71.6 min
+8      1    range codes: bits 0-1 accelerometer, 2-3 gyroscope, 4-5 magnetometer
+9      1    flags: bit 0 = the magnetometer counts are new and valid
+10     6    accelerometer x, y, z, i16
+16     6    gyroscope x, y, z, i16
+22     6    magnetometer x, y, z, i16, in the axes of the accelerometer
+====== ==== ===========================================================================
+
+A later version may append to a payload: a longer payload of a known kind is read, its tail ignored.
+Frames of an unknown kind are skipped whole, and counted.
+"""
+
+import struct
+from binascii import crc_hqx
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pose_common.counters import Counters
+
+SYNC = b"\xa5\x5a"
+KIND_SAMPLE = 0x11
+MAX_PAYLOAD_BYTES = 64
+SEQUENCE_MODULUS = 1 << 16
+CLOCK_MODULUS_US = 1 << 32
+
+STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
+FULL_SCALE_COUNTS = 32768  # [-] an i16 spans one range to each side
+ACCELEROMETER_RANGES_G = (2.0, 4.0, 8.0, 16.0)  # [g] by range code, MPU-9150
+GYROSCOPE_RANGES_DPS = (250.0, 500.0, 1000.0, 2000.0)  # [deg/s] by range code, MPU-9150
+MAGNETOMETER_LSB_UT = (0.3, 0.15, 0.6, 0.0625)  # [uT] / count by range code; 0 is the MPU-9150
+
+ACCELEROMETER_LSB = np.array(ACCELEROMETER_RANGES_G) * STANDARD_GRAVITY / FULL_SCALE_COUNTS
+"""[m/s^2] / count by range code, shape (4,)."""
+GYROSCOPE_LSB = np.radians(GYROSCOPE_RANGES_DPS) / FULL_SCALE_COUNTS
+"""[rad/s] / count by range code, shape (4,)."""
+MAGNETOMETER_LSB = np.array(MAGNETOMETER_LSB_UT) * 1e-6
+"""[T] / count by range code, shape (4,)."""
+
+_PREFIX_BYTES = 3  # sync and length
+_CRC_BYTES = 2
+_SAMPLE = struct.Struct("<BBHIBB9h")
+SAMPLE_FRAME_BYTES = _PREFIX_BYTES + _SAMPLE.size + _CRC_BYTES
+
+Counts3 = tuple[int, int, int]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class RawSample:
+    """One 9-axis sample of one node, in counts as on the wire.
+
+    The range codes (0 to 3) index :data:`ACCELEROMETER_LSB`, :data:`GYROSCOPE_LSB` and
+    :data:`MAGNETOMETER_LSB`, which turn counts into SI units.
+    """
+
+    node_id: int
+    sequence: int
+    clock_us: int
+    accelerometer: Counts3
+    gyroscope: Counts3
+    magnetometer: Counts3 = (0, 0, 0)
+    magnetometer_valid: bool = False
+    accelerometer_range: int = 0
+    gyroscope_range: int = 0
+    magnetometer_range: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SiSamples:
+    """Samples in SI units, each in the axes of its own sensor.
+
+    Attributes:
+        acceleration: Specific force [m/s^2], shape (n, 3); +g upwards when at rest.
+        angular_velocity: [rad/s], shape (n, 3).
+        magnetic_field: [T], shape (n, 3); NaN where the sample carries no valid one.
+    """
+
+    acceleration: NDArray[np.float64]
+    angular_velocity: NDArray[np.float64]
+    magnetic_field: NDArray[np.float64]
+
+
+def encode(sample: RawSample) -> bytes:
+    """The frame that carries a sample.
+
+    Raises:
+        ValueError: If a field does not fit its place in the frame.
+    """
+    codes = (sample.accelerometer_range, sample.gyroscope_range, sample.magnetometer_range)
+    if not all(0 <= code <= 3 for code in codes):
+        raise ValueError(f"range codes {codes} are not all within 0 to 3")
+    try:
+        payload = _SAMPLE.pack(
+            KIND_SAMPLE,
+            sample.node_id,
+            sample.sequence,
+            sample.clock_us,
+            codes[0] | codes[1] << 2 | codes[2] << 4,
+            int(sample.magnetometer_valid),
+            *sample.accelerometer,
+            *sample.gyroscope,
+            *sample.magnetometer,
+        )
+    except struct.error as error:
+        raise ValueError(f"{sample} does not fit a frame: {error}") from error
+    return frame(payload)
+
+
+def frame(payload: bytes) -> bytes:
+    """Wrap a payload of 1 to 64 bytes into sync, length and CRC."""
+    if not 1 <= len(payload) <= MAX_PAYLOAD_BYTES:
+        raise ValueError(f"payload of {len(payload)} bytes; 1 to {MAX_PAYLOAD_BYTES} fit a frame")
+    body = bytes([len(payload)]) + payload
+    return SYNC + body + crc16(body).to_bytes(_CRC_BYTES, "little")
+
+
+def crc16(data: bytes | memoryview) -> int:
+    """CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, nothing reflected."""
+    return crc_hqx(data, 0xFFFF)
+
+
+def quantise(values: ArrayLike, lsb: float) -> NDArray[np.int16]:
+    """Counts of measured values, saturated as a sensor does.
+
+    Args:
+        values: Values in any unit, any shape.
+        lsb: Value of one count in that unit, for instance ``GYROSCOPE_LSB[3]``.
+    """
+    counts = np.rint(np.asarray(values, dtype=float) / lsb)
+    return np.clip(counts, -FULL_SCALE_COUNTS, FULL_SCALE_COUNTS - 1).astype(np.int16)
+
+
+def to_si(samples: Sequence[RawSample]) -> SiSamples:
+    """Convert the counts of n samples (of any nodes) at once."""
+
+    def scaled(counts: list[Counts3], lsb: NDArray[np.float64], codes: list[int]) -> NDArray:
+        return np.array(counts, dtype=float).reshape(-1, 3) * lsb[codes][:, None]
+
+    magnetic_field = scaled(
+        [s.magnetometer for s in samples],
+        MAGNETOMETER_LSB,
+        [s.magnetometer_range for s in samples],
+    )
+    magnetic_field[[not s.magnetometer_valid for s in samples]] = np.nan
+    return SiSamples(
+        acceleration=scaled(
+            [s.accelerometer for s in samples],
+            ACCELEROMETER_LSB,
+            [s.accelerometer_range for s in samples],
+        ),
+        angular_velocity=scaled(
+            [s.gyroscope for s in samples], GYROSCOPE_LSB, [s.gyroscope_range for s in samples]
+        ),
+        magnetic_field=magnetic_field,
+    )
+
+
+class Decoder:
+    """Finds the frames in a byte stream that may be cut, noisy or joined in its middle.
+
+    A sync word may occur inside a payload or in noise: where the CRC disagrees, only the two
+    sync bytes are skipped, so that a true frame that begins within the false one is still found.
+
+    Attributes:
+        counters: ``frames`` decoded; ``crc_errors``: sync words whose frame failed its CRC;
+            ``bytes_skipped``: bytes that belong to no intact frame; ``unknown_kinds``: intact
+            frames that are not 9-axis samples of version 1.
+    """
+
+    def __init__(self) -> None:
+        self.counters = Counters("frames", "crc_errors", "bytes_skipped", "unknown_kinds")
+        self._pending = b""
+
+    def feed(self, data: bytes) -> list[RawSample]:
+        """Add received bytes; returns the samples they complete, in order of arrival."""
+        samples, used = self._scan(self._pending + data, final=False)
+        self._pending = used
+        return samples
+
+    def flush(self) -> list[RawSample]:
+        """End the stream (the port is gone): what is pending can no longer become longer."""
+        samples, self._pending = self._scan(self._pending, final=True)
+        return samples
+
+    def _scan(self, data: bytes, *, final: bool) -> tuple[list[RawSample], bytes]:
+        """The samples in ``data`` and the rest that may still become a frame."""
+        samples: list[RawSample] = []
+        skipped = crc_errors = 0
+        view = memoryview(data)
+        position = 0
+        while True:
+            start = data.find(SYNC, position)
+            if start < 0:
+                # The last byte may be the first half of a sync word.
+                half = not final and data[position:].endswith(SYNC[:1])
+                rest = len(data) - half
+                break
+            skipped += start - position
+            position = rest = start
+            length = data[start + 2] if start + 2 < len(data) else 1
+            end = start + _PREFIX_BYTES + length + _CRC_BYTES
+            if not 1 <= length <= MAX_PAYLOAD_BYTES or (final and end > len(data)):
+                position += len(SYNC)
+                skipped += len(SYNC)
+                continue
+            if end > len(data):
+                break
+            payload_end = end - _CRC_BYTES
+            if crc16(view[start + 2 : payload_end]) != int.from_bytes(
+                view[payload_end:end], "little"
+            ):
+                crc_errors += 1
+                position += len(SYNC)
+                skipped += len(SYNC)
+                continue
+            position = end
+            if data[start + 3] == KIND_SAMPLE and length >= _SAMPLE.size:
+                samples.append(_sample(_SAMPLE.unpack_from(data, start + _PREFIX_BYTES)))
+            else:
+                self.counters.add("unknown_kinds")
+        skipped += rest - position
+        self.counters.add("frames", len(samples))
+        self.counters.add("crc_errors", crc_errors)
+        self.counters.add("bytes_skipped", skipped)
+        return samples, data[rest:]
+
+
+def _sample(fields: tuple[int, ...]) -> RawSample:
+    _, node_id, sequence, clock_us, ranges, flags, ax, ay, az, gx, gy, gz, mx, my, mz = fields
+    return RawSample(
+        node_id=node_id,
+        sequence=sequence,
+        clock_us=clock_us,
+        accelerometer=(ax, ay, az),
+        gyroscope=(gx, gy, gz),
+        magnetometer=(mx, my, mz),
+        magnetometer_valid=bool(flags & 1),
+        accelerometer_range=ranges & 3,
+        gyroscope_range=ranges >> 2 & 3,
+        magnetometer_range=ranges >> 4 & 3,
+    )
