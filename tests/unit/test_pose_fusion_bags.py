@@ -1,0 +1,271 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pose_common.bags import BagWriter, make_typestore, open_bag
+from pose_common.errors import InputError
+from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_fusion.bags import (
+    BagSamples,
+    body_topic,
+    read_body_series,
+    read_estimates,
+    read_extrinsics,
+    read_sensor_series,
+    sensor_topics,
+)
+from pose_fusion.samples import ImuSample, SkeletonSample
+
+TYPES = make_typestore().types
+MS = 1_000_000
+
+
+def header(stamp_ns, frame="map"):
+    seconds, nanoseconds = divmod(stamp_ns, 10**9)
+    stamp = TYPES["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+    return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
+
+
+def skeleton(stamp_ns, x=0.0, person="1", names=JOINTS, state=2):
+    point = TYPES["geometry_msgs/msg/Point"]
+    return TYPES["pose_msgs/msg/Skeleton"](
+        header=header(stamp_ns),
+        id=person,
+        name=list(names),
+        position=[point(x=x, y=float(index), z=2.0) for index in range(len(names))],
+        tracking_state=np.full(len(names), state, np.uint8),
+    )
+
+
+def seen(stamp_ns, *persons):
+    return TYPES["pose_msgs/msg/SkeletonArray"](header=header(stamp_ns), skeletons=list(persons))
+
+
+def imu(stamp_ns, variance=0.04):
+    quaternion = TYPES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.6, w=0.8)
+    vector = TYPES["geometry_msgs/msg/Vector3"](x=1.0, y=2.0, z=3.0)
+    covariance = np.diag([variance] * 3).ravel()
+    return TYPES["sensor_msgs/msg/Imu"](
+        header=header(stamp_ns),
+        orientation=quaternion,
+        orientation_covariance=covariance,
+        angular_velocity=vector,
+        angular_velocity_covariance=covariance,
+        linear_acceleration=vector,
+        linear_acceleration_covariance=covariance,
+    )
+
+
+def transform(parent, child, rotation, translation):
+    x, y, z, w = (float(value) for value in rotation.as_quat())
+    return TYPES["geometry_msgs/msg/TransformStamped"](
+        header=header(0, parent),
+        child_frame_id=child,
+        transform=TYPES["geometry_msgs/msg/Transform"](
+            translation=TYPES["geometry_msgs/msg/Vector3"](*map(float, translation)),
+            rotation=TYPES["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w),
+        ),
+    )
+
+
+def tf(*transforms):
+    return TYPES["tf2_msgs/msg/TFMessage"](transforms=list(transforms))
+
+
+@pytest.fixture
+def make_bag(tmp_path):
+    opened = []
+
+    def make(*entries):
+        path = tmp_path / f"bag{len(opened)}"
+        with BagWriter(path) as bag:
+            for topic, message, stamp_ns in entries:
+                bag.write(topic, message, stamp_ns)
+        opened.append(open_bag(path))
+        return opened[-1]
+
+    yield make
+    for bag in opened:
+        bag.close()
+
+
+def test_samples_come_in_the_order_of_recording_whatever_their_stamps(make_bag):
+    bag = make_bag(
+        ("/kinect_left/skeletons", seen(40 * MS, skeleton(40 * MS)), 50 * MS),
+        ("/imu_torso/data", imu(30 * MS), 60 * MS),
+        ("/kinect_right/skeletons", seen(20 * MS, skeleton(20 * MS)), 70 * MS),
+    )
+    order = [
+        sample.sensor if isinstance(sample, SkeletonSample) else sample.segment
+        for sample in BagSamples(bag)
+    ]
+    assert order == ["left", "torso", "right"]
+
+
+def test_a_skeleton_becomes_positions_in_the_order_of_the_joint_table(make_bag):
+    message = skeleton(5 * MS, names=("right_foot", "tail", "head"), state=1)
+    bag = make_bag(("/lab/kinect_left/skeletons", seen(5 * MS, message), 6 * MS))
+    (sample,) = BagSamples(bag)
+    assert (sample.stamp_ns, sample.sensor, sample.person) == (5 * MS, "left", "1")
+    assert sample.positions[JOINT_INDEX["right_foot"], 1] == 0.0
+    assert sample.positions[JOINT_INDEX["head"], 1] == 2.0
+    assert sample.tracking_state[JOINT_INDEX["head"]] == 1
+    assert np.isnan(sample.positions[JOINT_INDEX["neck"]]).all()
+    assert sample.tracking_state[JOINT_INDEX["neck"]] == 0
+
+
+def test_a_joint_that_is_not_tracked_has_no_position(make_bag):
+    bag = make_bag(("/kinect_left/skeletons", seen(0, skeleton(0, state=0)), 1))
+    (sample,) = BagSamples(bag)
+    assert np.isnan(sample.positions).all()
+
+
+def test_an_imu_keeps_its_orientation_and_its_uncertainty(make_bag):
+    bag = make_bag(
+        ("/kinect_left/skeletons", seen(0, skeleton(0)), 0),
+        ("/imu_left_thigh/data", imu(7 * MS), 8 * MS),
+        ("/imu_left_thigh/data_raw", imu(7 * MS), 8 * MS),
+    )
+    (sample,) = (s for s in BagSamples(bag) if isinstance(s, ImuSample))
+    assert sample.segment == "left_thigh"
+    assert sample.orientation == pytest.approx([0.0, 0.0, 0.6, 0.8])
+    assert sample.orientation_stddev == pytest.approx([0.2, 0.2, 0.2])
+    assert sample.angular_velocity == pytest.approx([1.0, 2.0, 3.0])
+
+
+def test_an_imu_without_orientation_is_counted_and_left_out(make_bag):
+    bag = make_bag(
+        ("/kinect_left/skeletons", seen(0, skeleton(0)), 0),
+        ("/imu_torso/data", imu(7 * MS, variance=-1.0), 8 * MS),
+    )
+    samples = BagSamples(bag)
+    assert [type(sample) for sample in samples] == [SkeletonSample]
+    assert samples.counters["imu_without_orientation"] == 1
+
+
+def test_a_malformed_skeleton_is_counted_and_left_out(make_bag):
+    broken = skeleton(0)
+    broken.tracking_state = broken.tracking_state[:3]
+    bag = make_bag(
+        ("/kinect_left/skeletons", seen(0, broken), 0),
+        ("/kinect_left/skeletons", seen(MS, skeleton(MS)), MS),
+    )
+    samples = BagSamples(bag)
+    assert [sample.stamp_ns for sample in samples] == [MS]
+    assert samples.counters["malformed_frames"] == 1
+
+
+def test_a_bag_without_skeletons_is_refused_and_says_what_it_found(make_bag):
+    bag = make_bag(("/imu_torso/data", imu(0), 0))
+    with pytest.raises(InputError, match=r"holds no skeletons.*found /imu_torso/data"):
+        BagSamples(bag)
+
+
+def test_two_topics_for_one_sensor_are_refused(make_bag):
+    bag = make_bag(
+        ("/a/kinect_left/skeletons", seen(0, skeleton(0)), 0),
+        ("/b/kinect_left/skeletons", seen(0, skeleton(0)), 0),
+    )
+    with pytest.raises(InputError, match="'left' twice"):
+        sensor_topics(bag)
+
+
+def test_progress_ends_at_one(make_bag):
+    bag = make_bag(("/kinect_left/skeletons", seen(0, skeleton(0)), 0))
+    shares = []
+    list(BagSamples(bag, progress=shares.append))
+    assert shares[-1] == 1.0
+    assert shares == sorted(shares)
+
+
+def test_a_named_person_is_followed_in_every_sensor(make_bag):
+    two = seen(0, skeleton(0, x=1.0, person="a"), skeleton(0, x=2.0, person="b"))
+    bag = make_bag(("/kinect_left/skeletons", two, 0), ("/kinect_right/skeletons", two, 1))
+    series = read_sensor_series(bag, person="b")
+    assert {name: each.positions[0, 0, 0] for name, each in series.items()} == {
+        "left": 2.0,
+        "right": 2.0,
+    }
+
+
+def test_extrinsics_are_found_along_a_chain_of_frames(make_bag):
+    quarter = Rotation.from_rotvec([0.0, 0.0, np.pi / 2])
+    bag = make_bag(
+        (
+            "/tf_static",
+            tf(
+                transform(
+                    "kinect_left_optical_frame",
+                    "kinect_right_optical_frame",
+                    Rotation.identity(),
+                    (1.0, 0.0, 0.0),
+                ),
+                transform("map", "kinect_left_optical_frame", quarter, (0.0, 0.0, 2.0)),
+                transform("elsewhere", "kinect_lost_optical_frame", quarter, (0.0, 0.0, 0.0)),
+                transform("map", "table", quarter, (0.0, 0.0, 0.0)),
+            ),
+            0,
+        )
+    )
+    extrinsics = read_extrinsics(bag)
+    assert list(extrinsics) == ["left", "right"]
+    np.testing.assert_allclose(extrinsics["left"][:3, 3], [0.0, 0.0, 2.0])
+    # One metre along the left sensor's x, which is the map's y.
+    np.testing.assert_allclose(extrinsics["right"][:3, 3], [0.0, 1.0, 2.0], atol=1e-12)
+
+
+def test_a_loop_of_frames_leads_nowhere(make_bag):
+    one, two = "kinect_left_optical_frame", "kinect_right_optical_frame"
+    loop = tf(
+        transform(one, two, Rotation.identity(), (0, 0, 0)),
+        transform(two, one, Rotation.identity(), (0, 0, 0)),
+    )
+    assert read_extrinsics(make_bag(("/tf_static", loop, 0))) == {}
+
+
+def test_no_static_transforms_give_no_extrinsics(make_bag):
+    assert read_extrinsics(make_bag(("/imu_torso/data", imu(0), 0))) == {}
+
+
+def test_a_body_is_found_in_its_namespace_alone(make_bag):
+    bag = make_bag(
+        ("/humans/bodies/subject/skeleton", skeleton(0, x=1.0), 0),
+        ("/truth/humans/bodies/subject/skeleton", skeleton(0, x=2.0), 0),
+    )
+    assert body_topic(bag, "skeleton") == "/humans/bodies/subject/skeleton"
+    assert read_body_series(bag).positions[0, 0, 0] == 1.0
+    assert read_body_series(bag, namespace="/truth").positions[0, 0, 0] == 2.0
+
+
+def test_a_missing_body_is_named(make_bag):
+    bag = make_bag(("/imu_torso/data", imu(0), 0))
+    with pytest.raises(InputError, match=r"holds no /humans/bodies/<id>/skeleton"):
+        read_body_series(bag)
+
+
+def test_estimates_are_read_as_columns(make_bag):
+    def estimate(stamp_ns, latency):
+        return TYPES["pose_msgs/msg/PoseEstimate"](
+            header=header(stamp_ns),
+            id="subject",
+            name=["pelvis_x", "left_knee_flexion"],
+            position=np.array([1.0, 0.5]),
+            velocity=np.zeros(2),
+            position_stddev=np.array([0.01, 0.02]),
+            weight_kinect=np.array([1.0, 0.8]),
+            weight_imu=np.array([0.0, 0.2]),
+            state=np.array([1, 3], np.uint8),
+            latency=latency,
+        )
+
+    topic = "/humans/bodies/subject/estimate"
+    estimates = read_estimates(
+        make_bag((topic, estimate(0, 0.010), 0), (topic, estimate(MS, 0.012), 1))
+    )
+    assert estimates.names == ("pelvis_x", "left_knee_flexion")
+    assert estimates.weight_imu[:, 1] == pytest.approx([0.2, 0.2])
+    assert estimates.latency_s == pytest.approx([0.010, 0.012])
+
+
+def test_a_bag_without_estimates_gives_none(make_bag):
+    assert len(read_estimates(make_bag(("/imu_torso/data", imu(0), 0))).stamps_ns) == 0
