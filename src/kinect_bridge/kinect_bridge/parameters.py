@@ -1,0 +1,67 @@
+"""The parameters of the node, declared once."""
+
+import re
+from dataclasses import dataclass
+
+from kinect_bridge.formats import AUTO, FORMATS
+from kinect_bridge.timeline import CLOCKS
+from pose_common.errors import ParameterError
+from pose_common.parameters import parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class KinectBridgeParameters:
+    """What the user of the ``kinect_bridge`` node can set."""
+
+    name: str = parameter(
+        "left", doc="the sensor's name: topic `kinect_<name>/skeletons`, frame of the same name"
+    )
+    file: str = parameter("", doc="the recording to replay; must be given")
+    format: str = parameter(
+        AUTO, doc="how to read the file; `auto` knows it by its header", choices=(AUTO, *FORMATS)
+    )
+    sensor: str = parameter("0", doc="which sensor of the file: its name, or its index from 0")
+    clock: str = parameter(
+        CLOCKS[0],
+        doc="whose spacing of frames to keep: the sensor's own clock mapped onto the host's, or "
+        "the host's times of arrival",
+        choices=CLOCKS,
+    )
+    rate: float = parameter(
+        1.0, doc="how many times faster than recorded to replay", low=0.01, high=1000.0
+    )
+    loop: bool = parameter(False, doc="begin anew at the end; stamps keep increasing")
+    start_at: str = parameter(
+        "",
+        doc="UNIX time at which the recording's time zero is due, so that several bridges keep "
+        "the sensors' timing; empty: now",
+        unit="ns",
+    )
+
+    def checked_name(self) -> str:
+        """The name, which becomes part of a topic.
+
+        Raises:
+            ParameterError: If it cannot.
+        """
+        if not re.fullmatch(r"[A-Za-z0-9]\w*", self.name, re.ASCII):
+            raise ParameterError(
+                f"name = {self.name!r} cannot be part of a topic: use letters, digits and "
+                f"underscores, for example 'left'"
+            )
+        return self.name
+
+    def start_at_ns(self, now_ns: int) -> int:
+        """When time zero is due [ns].
+
+        Raises:
+            ParameterError: If it is no integer.
+        """
+        if not self.start_at:
+            return now_ns
+        if not re.fullmatch(r"\d{1,18}|[1-8]\d{18}", self.start_at, re.ASCII):
+            raise ParameterError(
+                f"start_at = {self.start_at!r} is no UNIX time in integer nanoseconds: give for "
+                f"example the output of `date +%s%N`, or nothing for now"
+            )
+        return int(self.start_at)

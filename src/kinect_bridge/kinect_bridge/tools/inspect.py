@@ -1,0 +1,117 @@
+"""``inspect``: what a recording of skeletons holds."""
+
+import argparse
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinect_bridge.formats import AUTO, FORMATS, read_recording
+from kinect_bridge.recording import Recording, SensorStream
+from kinect_bridge.timeline import Timeline, make_timeline
+from pose_common.command_line import run_tool
+
+GAP_S = 0.5  # [s] what counts as a gap; a few dropped frames do not
+
+
+def describe(recording: Recording) -> dict[str, Any]:
+    """What a recording holds, as plain values for JSON; times from its time zero [s]."""
+    timelines = [make_timeline(stream) for stream in recording.streams]
+    times = [timeline.time_ns for timeline in timelines if len(timeline)]
+    duration_ns = max(int(t[-1]) for t in times) - min(int(t[0]) for t in times)
+    return {
+        "file": recording.source,
+        "format": recording.format,
+        "comments": list(recording.comments),
+        "time_zero_ns": recording.time_zero_ns,
+        "duration_s": duration_ns * 1e-9,
+        "persons": list(dict.fromkeys(p for stream in recording.streams for p in stream.persons)),
+        "sensors": [
+            _describe_sensor(stream, timeline, recording.time_zero_ns)
+            for stream, timeline in zip(recording.streams, timelines, strict=True)
+        ],
+    }
+
+
+def _describe_sensor(stream: SensorStream, timeline: Timeline, zero_ns: int) -> dict[str, Any]:
+    intervals_s = np.diff(timeline.time_ns) * 1e-9
+    return {
+        "name": stream.name,
+        "frames": len(timeline),
+        "frames_in_file": len(stream),
+        **timeline.counts,
+        "rows_repeated": stream.rows_repeated,
+        "persons": list(stream.persons),
+        "first_s": (int(timeline.time_ns[0]) - zero_ns) * 1e-9 if len(timeline) else None,
+        "last_s": (int(timeline.time_ns[-1]) - zero_ns) * 1e-9 if len(timeline) else None,
+        "interval_median_s": float(np.median(intervals_s)) if len(intervals_s) else None,
+        "gaps": [
+            {"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s}
+            for at_ns, length_s in timeline.gaps(GAP_S)
+        ],
+        "joints": stream.joint_counts(),
+        "clock": None if timeline.fit is None else timeline.fit.summary(),
+    }
+
+
+def as_text(description: dict[str, Any]) -> str:
+    """The description for people."""
+    lines = [
+        f"{description['file']}: format {description['format']}, "
+        f"{description['duration_s']:.1f} s, {len(description['sensors'])} sensor(s), "
+        f"person(s) {', '.join(description['persons']) or 'none'}",
+        *(f"  # {comment}" for comment in description["comments"]),
+    ]
+    for index, sensor in enumerate(description["sensors"]):
+        joints, clock = sensor["joints"], sensor["clock"]
+        interval_s = sensor["interval_median_s"]
+        rate = "" if not interval_s else f", {1 / interval_s:.1f} Hz"
+        lines += [
+            f"sensor {index}: {sensor['name']}",
+            f"  frames   {sensor['frames']} of {sensor['frames_in_file']}{rate}; "
+            f"repeated {sensor['frames_repeated']}, out of order "
+            f"{sensor['frames_out_of_order']}, put back in order {sensor['frames_reordered']}",
+            f"  persons  {', '.join(sensor['persons']) or 'none'}",
+            f"  joints   tracked {joints['tracked']}, inferred {joints['inferred']}, "
+            f"not tracked {joints['not_tracked']}",
+            f"  gaps     {_gaps_text(sensor['gaps'])}",
+            f"  clock    {_clock_text(clock)}",
+        ]
+    return "\n".join(lines)
+
+
+def _gaps_text(gaps: Sequence[dict[str, float]]) -> str:
+    if not gaps:
+        return f"none longer than {GAP_S} s"
+    return ", ".join(f"{gap['length_s']:.1f} s at {gap['at_s']:.1f} s" for gap in gaps)
+
+
+def _clock_text(clock: dict[str, Any] | None) -> str:
+    if clock is None:
+        return "the host's alone"
+    return (
+        f"the sensor's own, epochs {clock['clock_epochs']}, drift {clock['clock_drift_ppm']} ppm; "
+        f"delay to the host: median {clock['clock_delay_median_ms']} ms, "
+        f"95 % {clock['clock_delay_95_ms']} ms, at most {clock['clock_delay_max_ms']} ms"
+    )
+
+
+def _run() -> None:
+    parser = argparse.ArgumentParser(
+        prog="inspect", description="Say what a recording of skeletons holds."
+    )
+    parser.add_argument("file", type=Path, help="the recording, plain or gzip")
+    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument(
+        "--format", choices=(AUTO, *FORMATS), default=AUTO, help="how to read it (default: auto)"
+    )
+    arguments = parser.parse_args()
+    description = describe(read_recording(arguments.file, arguments.format))
+    print(json.dumps(description, indent=2) if arguments.json else as_text(description))
+
+
+def main() -> None:
+    """Run the tool."""
+    run_tool(_run)
