@@ -1,0 +1,230 @@
+r"""Orientation of many IMUs by Madgwick's gradient descent: zhang2015 (1), (2).
+
+With :math:`R` the rotation from sensor to world, :math:`\hat a, \hat m` the measured directions of
+gravity's reaction and of the magnetic field, and :math:`\hat g = (0, 0, 1)`,
+:math:`b = (0, b_y, b_z)` the same two in the world, the filter descends along
+
+.. math:: f(q) = \begin{pmatrix} R^T \hat g - \hat a \\ R^T b - \hat m \end{pmatrix}, \quad
+   q_t = q_{t-1} + \left(\dot q_\omega \Delta t - \mu_t \frac{\nabla f}{\|\nabla f\|}\right), \quad
+   \mu_t = \beta \Delta t
+
+where :math:`\nabla f` is the gradient of :math:`\tfrac12 \|f\|^2`.
+
+The world is ENU: x east, y magnetic north, z up. Quaternions are (x, y, z, w) and mean
+``R_world_sensor``.
+
+The gradient is taken along the unit sphere, where a turn by the small rotation vector
+:math:`\delta` in sensor axes changes :math:`q` by :math:`\tfrac12 q \otimes (\delta, 0)` and
+:math:`R^T v` by :math:`R^T v \times \delta`. Hence with :math:`u = R^T v` predicted and :math:`s`
+measured, :math:`\nabla_\delta \tfrac12 \|u - s\|^2 = u \times s`, and (2) becomes one turn by
+:math:`\omega \Delta t - 2 \mu_t \nabla_\delta / \|\nabla_\delta\|`. Madgwick's own four-vector
+differs from this by a part along :math:`q`, which normalising :math:`q` takes out again.
+
+References:
+    Zhang, Xu, Sun (2015), J. System Simulation 27(10), equations (1), (2).
+    Madgwick, Harrison, Vaidyanathan (2011), ICORR, doi:10.1109/ICORR.2011.5975346.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
+
+TINY = 1e-12  # [-] below it a direction is meaningless
+PARALLEL_SINE = 1e-3  # [-] field and gravity closer than 0.06 deg give no heading
+
+
+class MadgwickFilter:
+    """Orientations of n sensors, each advanced by its own samples.
+
+    Args:
+        count: The number n of sensors.
+        beta: Gain [rad/s]: the rate of the quaternion that the correction may reach; the sensor's
+            orientation is corrected by up to twice as much.
+
+    Attributes:
+        orientation: ``R_world_sensor`` as quaternions (x, y, z, w), shape (n, 4); NaN until
+            the first usable acceleration.
+        has_heading: Whether a magnetometer sample has gone into the orientation, shape (n,).
+    """
+
+    def __init__(self, count: int, beta: float) -> None:
+        self.beta = beta
+        self.orientation: FloatArray = np.full((count, 4), np.nan)
+        self.has_heading: NDArray[np.bool_] = np.zeros(count, dtype=bool)
+
+    def reset(self, index: int) -> None:
+        """Forget one sensor's orientation; its next sample initialises it anew."""
+        self.orientation[index] = np.nan
+        self.has_heading[index] = False
+
+    def update(
+        self,
+        index: IndexArray,
+        dt: FloatArray,
+        angular_velocity: FloatArray,
+        acceleration: FloatArray,
+        magnetic_field: FloatArray,
+    ) -> FloatArray:
+        """Advance k different sensors by one sample each.
+
+        Args:
+            index: Which sensors, shape (k,), without repetition.
+            dt: Time since each one's previous sample [s], shape (k,).
+            angular_velocity: [rad/s] in sensor axes, finite, shape (k, 3).
+            acceleration: Specific force in any unit, shape (k, 3). Zero or NaN: this sample is
+                integrated by the gyroscope alone.
+            magnetic_field: In any unit, shape (k, 3). Zero, NaN or parallel to gravity: this
+                sample corrects the inclination only.
+
+        Returns:
+            The k orientations, shape (k, 4); NaN for a sensor that is not initialised yet.
+        """
+        up, has_up = _directions(acceleration)
+        north, has_north = _directions(magnetic_field)
+        has_north &= has_up & (np.linalg.norm(_cross(up, north), axis=1) > PARALLEL_SINE)
+        q = self.orientation[index]
+        fresh = np.isnan(q[:, 3])
+        start = fresh & has_up
+        # A sensor that has only known its inclination takes its heading at once, not by descent.
+        turn_north = has_north & ~fresh & ~self.has_heading[index]
+        if not start.all():
+            q = _step(q, dt, angular_velocity, up, has_up, north, has_north, self.beta)
+        if start.any():
+            q[start] = initial_orientation(up[start], north[start], has_north[start])
+        if turn_north.any():
+            q[turn_north] = _turned_north(q[turn_north], north[turn_north])
+        self.orientation[index] = q
+        self.has_heading[index] |= has_north
+        return q
+
+
+def initial_orientation(up: FloatArray, north: FloatArray, has_north: NDArray) -> FloatArray:
+    """Orientation from one sample each (TRIAD, gravity trusted first).
+
+    Args:
+        up: Unit specific force in sensor axes, shape (k, 3).
+        north: Unit magnetic field in sensor axes, shape (k, 3).
+        has_north: Whether ``north`` can be used, shape (k,); otherwise the heading is such that
+            the sensor's x axis (y if x is upright) has no northern part.
+
+    Returns:
+        Quaternions (x, y, z, w) of ``R_world_sensor``, shape (k, 4).
+    """
+    x_upright = np.abs(up[:, 0]) > 0.9
+    eastward = np.where(x_upright[:, None], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
+    fallback = _cross(up, eastward)
+    north = np.where(has_north[:, None], north, fallback)
+    east = _cross(north, up)
+    east /= np.linalg.norm(east, axis=1, keepdims=True)
+    # The rows of R_world_sensor are the world's axes in sensor axes.
+    return _quaternion(np.stack([east, _cross(up, east), up], axis=1))
+
+
+def _turned_north(q: FloatArray, north: FloatArray) -> FloatArray:
+    """Turn about the vertical until the measured field points north."""
+    field = _rotate(q, north)
+    turn = np.zeros_like(field)
+    turn[:, 2] = np.arctan2(field[:, 0], field[:, 1])
+    return _multiply(_from_rotation_vector(turn), q)
+
+
+def _step(
+    q: FloatArray,
+    dt: FloatArray,
+    angular_velocity: FloatArray,
+    up: FloatArray,
+    has_up: NDArray,
+    north: FloatArray,
+    has_north: NDArray,
+    beta: float,
+) -> FloatArray:
+    """One step of (2) for k sensors."""
+    # zhang2015 (1), over the whole step: the gyroscope's turn.
+    turn = angular_velocity * dt[:, None]
+    gradient = np.where(has_up[:, None], _cross(_to_sensor_z(q), up), 0.0)
+    if has_north.any():
+        field = _rotate(q, north)
+        field[:, 1] = np.hypot(field[:, 0], field[:, 1])  # b_y: no correction of inclination
+        field[:, 0] = 0.0
+        towards = _cross(_rotate(q, field, inverse=True), north)
+        gradient += np.where(has_north[:, None], towards, 0.0)
+    norm = np.linalg.norm(gradient, axis=1, keepdims=True)
+    mu = beta * dt[:, None]
+    # Half the gradient never passes the minimum (the curvature is at most 2): at rest the full
+    # step of (2) would tremble about it by 2 mu.
+    step = np.minimum(2.0 * mu, 0.5 * norm)
+    turn = turn - step * gradient / np.maximum(norm, TINY)  # zhang2015 (2)
+    q = _multiply(q, _from_rotation_vector(turn))
+    return q / np.linalg.norm(q, axis=1, keepdims=True)
+
+
+def _directions(vectors: FloatArray) -> tuple[FloatArray, NDArray]:
+    """Unit vectors, and whether each is one; (0, 0, 0) where it is not."""
+    norm = np.linalg.norm(vectors, axis=1)
+    valid = np.isfinite(norm) & (norm > TINY)
+    scale = np.where(valid, norm, 1.0)
+    return np.where(valid[:, None], vectors, 0.0) / scale[:, None], valid
+
+
+def _to_sensor_z(q: FloatArray) -> FloatArray:
+    """The world's z axis in sensor axes, shape (k, 3)."""
+    x, y, z, w = q.T
+    vector = np.empty((len(q), 3))
+    vector[:, 0] = 2.0 * (x * z - w * y)
+    vector[:, 1] = 2.0 * (y * z + w * x)
+    vector[:, 2] = 1.0 - 2.0 * (x * x + y * y)
+    return vector
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Cross products, shape (k, 3): ten times as fast as numpy's for few rows."""
+    ax, ay, az = a.T
+    bx, by, bz = b.T
+    product = np.empty((len(b), 3))
+    product[:, 0] = ay * bz - az * by
+    product[:, 1] = az * bx - ax * bz
+    product[:, 2] = ax * by - ay * bx
+    return product
+
+
+def _rotate(q: FloatArray, vectors: FloatArray, *, inverse: bool = False) -> FloatArray:
+    """Turn vectors from sensor to world axes, or the other way."""
+    axis = -q[:, :3] if inverse else q[:, :3]
+    t = 2.0 * _cross(axis, vectors)
+    return vectors + q[:, 3:] * t + _cross(axis, t)
+
+
+def _multiply(p: FloatArray, q: FloatArray) -> FloatArray:
+    px, py, pz, pw = p.T
+    qx, qy, qz, qw = q.T
+    product = np.empty((len(q), 4))
+    product[:, 0] = pw * qx + px * qw + py * qz - pz * qy
+    product[:, 1] = pw * qy - px * qz + py * qw + pz * qx
+    product[:, 2] = pw * qz + px * qy - py * qx + pz * qw
+    product[:, 3] = pw * qw - px * qx - py * qy - pz * qz
+    return product
+
+
+def _from_rotation_vector(turn: FloatArray) -> FloatArray:
+    half = 0.5 * np.linalg.norm(turn, axis=1, keepdims=True)
+    # np.sinc(x) is sin(pi x) / (pi x), smooth at zero.
+    return np.concatenate([0.5 * turn * np.sinc(half / np.pi), np.cos(half)], axis=1)
+
+
+def _quaternion(R: FloatArray) -> FloatArray:
+    """Quaternions of rotation matrices, shape (k, 3, 3), by the largest of their four parts."""
+    diagonal = np.diagonal(R, axis1=1, axis2=2)
+    trace = diagonal.sum(axis=1)
+    # Each row is 4 q_i (x, y, z, w) for i = x, y, z, w.
+    rows = np.empty((len(R), 4, 4))
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        rows[:, i, i] = 1.0 + 2.0 * R[:, i, i] - trace
+        rows[:, i, j] = rows[:, j, i] = R[:, i, j] + R[:, j, i]
+        rows[:, i, 3] = rows[:, 3, i] = R[:, k, j] - R[:, j, k]
+    rows[:, 3, 3] = 1.0 + trace
+    largest = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
+    q = rows[np.arange(len(R)), largest]
+    return q / np.linalg.norm(q, axis=1, keepdims=True)
