@@ -1,0 +1,273 @@
+"""What the synthetic subject does: choreographies by name.
+
+Adding one means writing a function that puts one round of it on a
+:class:`pose_sim.timeline.Timeline`, and one line in :data:`CHOREOGRAPHIES`. Angles are degrees in
+the conventions of ``docs/conventions.md``. Rounds follow each other until the time is filled.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pose_common.errors import InputError
+from pose_common.joints import SIDES
+from pose_sim.body import Body
+from pose_sim.jump import jump
+from pose_sim.motion import Motion, perform
+from pose_sim.timeline import Timeline, Variation
+
+STILL = 2.5  # [s] neutral pose at the start of every session
+SHORTEST = 5.0  # [s]
+
+Choreography = Callable[[Timeline], None]
+
+
+def compose(
+    name: str,
+    duration: float,
+    seed: int,
+    *,
+    height: float = 1.75,
+    variation: Variation | None = None,
+    place: tuple[float, float] = (0.0, 0.0),
+    heading: float = 0.0,
+) -> Motion:
+    """A session: standing still, a warm-up, then rounds of the choreography.
+
+    Args:
+        name: One of :data:`CHOREOGRAPHIES`.
+        duration: Length [s]; what does not fit is cut off.
+        seed: Source of all natural variation; the same seed gives the same motion.
+        height: Body height [m].
+        variation: Amount of natural variation.
+        place: Where the subject begins, x and y [m] in ``map``.
+        heading: Where the subject looks at first [rad], about ``map``'s z from its x.
+
+    Raises:
+        InputError: If there is no such choreography, or the duration is too short.
+    """
+    if name not in CHOREOGRAPHIES:
+        raise InputError(f"unknown choreography '{name}': expected {', '.join(CHOREOGRAPHIES)}")
+    if not duration >= SHORTEST:
+        raise InputError(
+            f"duration = {duration:g} s is too short: a session needs {SHORTEST:g} s or more, "
+            f"{STILL:g} s of it standing still"
+        )
+    variation = variation or Variation()
+    body = Body(height)
+    plan_rng, sway_rng = np.random.default_rng([seed, 1]).spawn(2)
+    timeline = Timeline(body, plan_rng, variation)
+    timeline.now = STILL
+    warm_up(timeline)
+    while timeline.now < duration:
+        CHOREOGRAPHIES[name](timeline)
+    return perform(
+        body,
+        timeline,
+        duration,
+        place=place,
+        heading=heading,
+        rng=sway_rng,
+        variation=variation,
+        still=STILL,
+    )
+
+
+def warm_up(t: Timeline) -> None:
+    """Arms, legs and trunk move once through what a calibration wants to see."""
+    t.move(1.1, both(shoulder_flexion=85, elbow_flexion=25), advance=0.7)
+    t.move(0.9, both(shoulder_abduction=45, elbow_flexion=70))
+    for side_sign, advance in ((1.0, 0.8), (-1.0, 1.0), (0.0, 0.2)):
+        twist = {"thoracic_rotation": 22.0, "lumbar_rotation": 8.0, "neck_rotation": 15.0}
+        t.move(1.0, {name: side_sign * value for name, value in twist.items()}, advance=advance)
+    t.move(1.0, both(shoulder_flexion=0, shoulder_abduction=0, elbow_flexion=0))
+    for side in SIDES:
+        shift_weight(t, away_from=side, duration=0.5)
+        lift_knee(t, side, 1.5, hip=55, knee=82)
+        shift_weight(t, away_from="", duration=0.4)
+    lean = {"pelvis_tilt": 12.0, "lumbar_flexion": 12.0, "thoracic_flexion": 15.0}
+    lean |= {"neck_flexion": 8.0, **both(hip_flexion=12, shoulder_abduction=30)}
+    t.move(1.0, lean, exact=True)
+    t.move(1.0, dict.fromkeys(lean, 0.0), exact=True)
+
+
+def leg_lift_march(t: Timeline) -> None:
+    """Side leg lift, then marching on the spot (li2020's motion B)."""
+    side_leg_lifts(t)
+    march(t, steps=14)
+    t.wait(0.4)
+
+
+def leg_lift_jump(t: Timeline) -> None:
+    """Side leg lift, then jumps (li2020's motion A, without the box)."""
+    side_leg_lifts(t)
+    for _ in range(3):
+        jump(t)
+        t.wait(0.5)
+
+
+def squats(t: Timeline) -> None:
+    """Two deep squats, arms forward for balance."""
+    for _ in range(2):
+        t.move(0.5, both(shoulder_flexion=70), advance=0.1)
+        sink(t, 1.3, knee=float(98.0 + 8.0 * np.tanh(t.vary())))
+        t.wait(0.2)
+        t.move(1.1, both(shoulder_flexion=0), advance=0.05)
+        sink(t, 1.1, knee=0.0)
+        t.wait(0.3)
+
+
+def arm_raises(t: Timeline) -> None:
+    """Arms to overhead in front and in the plane of the shoulder blades, and level to the sides."""
+    t.move(1.3, both(shoulder_flexion=165, elbow_flexion=8))
+    t.move(1.2, both(shoulder_flexion=0, elbow_flexion=0))
+    t.wait(0.3)
+    t.move(1.1, both(shoulder_abduction=84, shoulder_flexion=8, elbow_flexion=6))
+    t.wait(0.3)
+    t.move(1.1, both(shoulder_abduction=0, shoulder_flexion=0, elbow_flexion=0))
+    t.wait(0.2)
+    # Outwards on the way up and back in at the top: past the side without the pole at 90 deg.
+    for overhead, inwards in ((168, 8), (0, 0)):
+        t.move(1.6, both(shoulder_flexion=overhead), advance=0.0)
+        t.move(0.8, both(shoulder_abduction=52))
+        t.move(0.8, both(shoulder_abduction=inwards))
+        t.wait(0.25)
+
+
+def bow(t: Timeline) -> None:
+    """Bow from the hips and along the whole spine, then bend to both sides."""
+    forward = {"pelvis_tilt": 32.0, "lumbar_flexion": 26.0, "thoracic_flexion": 20.0}
+    forward |= {"neck_flexion": 12.0, **both(hip_flexion=27)}
+    t.move(1.5, forward, exact=True, advance=0.0)
+    t.move(1.5, both(shoulder_flexion=50))
+    t.wait(0.6)
+    t.move(1.4, dict.fromkeys(forward, 0.0), exact=True, advance=0.0)
+    t.move(1.4, both(shoulder_flexion=0))
+    t.wait(0.5)
+    for degrees in (14.0, 0.0, -14.0, 0.0):
+        t.move(
+            1.0,
+            {"lumbar_lateral_bending": 0.7 * degrees, "thoracic_lateral_bending": degrees},
+        )
+
+
+def turn(t: Timeline) -> None:
+    """Turn by 90 deg to the left, look around and reach, turn back, then to the other side."""
+    for first, sign in (("left", 1.0), ("right", -1.0)):
+        for direction, lead in ((sign, first), (-sign, other(first))):
+            quarter_turn(t, lead, direction)
+            t.move(0.8, both(shoulder_flexion=60, elbow_flexion=40))
+            t.move(0.8, both(shoulder_flexion=0, elbow_flexion=0))
+            t.wait(0.3)
+
+
+CHOREOGRAPHIES: dict[str, Choreography] = {
+    "leg_lift_march": leg_lift_march,
+    "leg_lift_jump": leg_lift_jump,
+    "squats": squats,
+    "arm_raises": arm_raises,
+    "bow": bow,
+    "turn": turn,
+}
+
+
+def both(**angles: float) -> dict[str, float]:
+    """The same angles for the left and the right."""
+    return {f"{side}_{name}": value for side in SIDES for name, value in angles.items()}
+
+
+def other(side: str) -> str:
+    """The other side."""
+    return SIDES[1 - SIDES.index(side)]
+
+
+def shift_weight(t: Timeline, away_from: str, duration: float) -> None:
+    """Move the pelvis sideways over one foot: both legs lean alike, both feet stay."""
+    lean = {"left": 4.5, "right": -4.5, "": 0.0}[away_from]
+    t.move(
+        duration,
+        {
+            "left_hip_abduction": lean,
+            "right_hip_abduction": -lean,
+            "lumbar_lateral_bending": -0.5 * lean,
+        },
+        exact=True,
+    )
+
+
+def lift_knee(
+    t: Timeline, side: str, duration: float, *, hip: float, knee: float, arms: float = 0.0
+) -> None:
+    """Lift a knee and put the foot down again."""
+    arm = f"{other(side)}_shoulder_flexion", f"{side}_shoulder_flexion"
+    if arms:
+        t.move(0.5 * duration, {arm[0]: arms, arm[1]: -0.5 * arms}, advance=0.0)
+    lifted = {f"{side}_hip_flexion": hip, f"{side}_knee_flexion": knee}
+    t.move(0.5 * duration, {**lifted, f"{side}_ankle_flexion": -15.0})
+    t.move(0.5 * duration, {**dict.fromkeys(lifted, 0.0), f"{side}_ankle_flexion": 0.0})
+
+
+def side_leg_lifts(t: Timeline) -> None:
+    """Lift each stretched leg sideways, once."""
+    for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
+        shift_weight(t, away_from=side, duration=0.6)
+        arms = both(shoulder_abduction=18)
+        trunk = {"lumbar_lateral_bending": 3.0 * sign, "pelvis_obliquity": -2.0 * sign}
+        lean = t.target(f"{side}_hip_abduction")
+        t.move(1.1, {**trunk, **arms, f"{side}_hip_flexion": 4.0}, advance=0.0)
+        t.move(1.1, {f"{side}_hip_abduction": 38.0})
+        t.wait(0.35)
+        still = dict.fromkeys((*trunk, *arms), 0.0)
+        t.move(1.0, {**still, f"{side}_hip_flexion": 0.0}, exact=True, advance=0.0)
+        t.move(1.0, {f"{side}_hip_abduction": lean}, exact=True)
+        shift_weight(t, away_from="", duration=0.5)
+        t.wait(0.2)
+
+
+def march(t: Timeline, steps: int) -> None:
+    """March on the spot, arms swinging against the legs."""
+    t.move(0.5, both(elbow_flexion=55), advance=0.1)
+    for step in range(steps):
+        side = SIDES[step % 2]
+        start = t.now
+        shift_weight(t, away_from=side, duration=0.45)
+        t.now = start + 0.12
+        lift_knee(t, side, 0.66, hip=60, knee=92, arms=24)
+    shift_weight(t, away_from="", duration=0.4)
+    t.move(0.7, both(elbow_flexion=0, shoulder_flexion=0))
+
+
+def sink(t: Timeline, duration: float, knee: float) -> None:
+    """Bend both knees by ``knee`` [deg] with the weight over the feet; zero stands up."""
+    t.move(duration, squat_pose(knee), exact=True)
+
+
+def squat_pose(knee: float) -> dict[str, float]:
+    """The angles [deg] of a squat: shanks lean forward, thighs back, the trunk forward."""
+    return {
+        "pelvis_tilt": 0.33 * knee,
+        "thoracic_flexion": 0.06 * knee,
+        "neck_flexion": -0.2 * knee,
+        **both(hip_flexion=0.95 * knee, knee_flexion=knee, hip_abduction=0.05 * knee),
+    }
+
+
+def quarter_turn(t: Timeline, lead: str, sign: float) -> None:
+    """Turn by 90 deg in six small steps; ``sign`` is +1 to the left."""
+    size = 15.0
+    for step in range(6):
+        side = lead if step % 2 == 0 else other(lead)
+        # The foot in the air turns by 30 deg, the pelvis by 15, the other foot stays.
+        rotation = -size if step % 2 == 0 else 0.0
+        t.move(
+            0.5,
+            {
+                "pelvis_yaw": t.target("pelvis_yaw") + sign * size,
+                "left_hip_rotation": rotation,
+                "right_hip_rotation": rotation,
+            },
+            exact=True,
+            advance=0.0,
+        )
+        lift_knee(t, side, 0.5, hip=24, knee=46, arms=8)
+    t.move(0.4, both(shoulder_flexion=0))

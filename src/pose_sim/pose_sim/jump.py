@@ -1,0 +1,117 @@
+"""A jump on the spot: crouch, push off, fly, land.
+
+In flight only gravity moves the hips: their height is ``z(t) = z₀ + v₀ t − g t²/2``. The legs get
+the angles that reach from there to the floor (on the ground) or to the feet (in the air).
+"""
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from pose_common.joints import SIDES
+from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
+from pose_sim.rotations import FloatArray
+from pose_sim.timeline import Timeline, minimum_jerk, quintic
+
+GRAVITY = 9.80665  # [m/s^2]
+CROUCH = 75.0  # [deg] of the leg's bend where the push begins
+ABSORB = 65.0  # [deg] where the landing has been absorbed
+TAKE_OFF = 12.0  # [deg] where the feet leave the floor and meet it again
+TIPTOE = -42.0  # [deg] stretched, on tiptoe
+HEEL_RISE = 55.0  # [deg] of a foot further up than TIPTOE, at -60 deg
+PUSH_TIME, ABSORB_TIME = 0.30, 0.32  # [s]
+
+
+def jump(t: Timeline) -> None:
+    """Put one jump on the timeline."""
+    crouched = _both_legs(leg_pose(np.array([CROUCH])))
+    down = {name: float(np.degrees(values[0])) for name, values in crouched.items()}
+    arms_back = {f"{side}_shoulder_flexion": -30.0 for side in SIDES}
+    arms_up = {f"{side}_shoulder_flexion": 75.0 for side in SIDES}
+    t.move(0.75, down, exact=True, advance=0.0)
+    t.move(0.75, arms_back, advance=0.0)
+    tilt(t, 0.75, 24.0)
+    t.wait(0.2)
+    flight = _Flight(t.body, rise=0.095 + 0.02 * np.tanh(t.vary()))
+    for name, values in crouched.items():
+        t.add_profile(name, flight.duration, _LegProfile(flight, name, float(values[0])))
+    t.add_profile("clearance", flight.duration, flight.clearance)
+    landed = t.now + flight.duration
+    t.move(0.5, arms_up, advance=0.0)
+    tilt(t, 0.45, 8.0)
+    tilt(t, 0.45, 20.0)
+    t.now = max(t.now, landed)
+    t.move(0.8, dict.fromkeys(down, 0.0), exact=True, advance=0.0)
+    t.move(0.8, dict.fromkeys(("pelvis_tilt", *arms_up), 0.0), exact=True)
+    t.wait(0.2)
+
+
+def tilt(t: Timeline, duration: float, angle: float) -> None:
+    """Tilt the pelvis forward to ``angle`` [deg]; the hips give way, so that the legs stay."""
+    change = angle - t.target("pelvis_tilt")
+    hips = {name: t.target(name) + change for name in ("left_hip_flexion", "right_hip_flexion")}
+    t.move(duration, {"pelvis_tilt": angle, **hips}, exact=True)
+
+
+def leg_pose(bend: FloatArray) -> dict[str, FloatArray]:
+    """Leg angles [rad] below an upright pelvis, from bent to tiptoe (negative ``bend`` [deg])."""
+    knee = np.radians(0.5 * (bend + np.sqrt(bend**2 + 18.0**2)))
+    rise = np.radians(HEEL_RISE) * minimum_jerk((40.0 - bend) / 100.0)
+    # The hips stay above one place of the floor: what the balls of the feet come back as the heels
+    # rise, thighs and shanks lean forward.
+    ball = 0.48 * FOOT
+    back = ball - (ball * np.cos(rise) - ANKLE_HEIGHT * np.sin(rise))
+    thigh = 0.5 * knee + np.arcsin(back / ((THIGH + SHANK) * np.cos(0.5 * knee)))
+    return {"hip_flexion": thigh, "knee_flexion": knee, "ankle_flexion": -rise}
+
+
+def _both_legs(angles: dict[str, FloatArray]) -> dict[str, FloatArray]:
+    return {f"{side}_{name}": angle for side in SIDES for name, angle in angles.items()}
+
+
+class _Flight:
+    """Heights over the seconds since the push began."""
+
+    def __init__(self, body: Body, rise: float) -> None:
+        bends = np.linspace(CROUCH + 10.0, TIPTOE, 150)
+        angles = neutral_angles(len(bends))
+        angles.update(_both_legs(leg_pose(bends)))
+        lowest, _ = body.contact_height(body.pose(angles).contacts)
+        reach = -lowest  # [m] height of the hips above the lowest point of the feet
+        self._bend = CubicSpline(reach, bends)
+        height = CubicSpline(-bends, reach)
+        take_off = float(height(-TAKE_OFF))
+        speed = np.sqrt(2.0 * GRAVITY * rise)
+        self._air = 2.0 * speed / GRAVITY  # [s]
+        self._tuck = 1.3 * rise  # [m] height of the feet above the floor, at most
+        leaving = (take_off, speed, -GRAVITY)
+        landing = (take_off, -speed, -GRAVITY)
+        self._push = quintic(PUSH_TIME, (float(height(-CROUCH)), 0.0, 0.0), leaving)
+        self._absorb = quintic(ABSORB_TIME, landing, (float(height(-ABSORB)), 0.0, 0.0))
+        self._ballistic = np.polynomial.Polynomial([take_off, speed, -0.5 * GRAVITY])
+        self.duration = PUSH_TIME + self._air + ABSORB_TIME
+
+    def clearance(self, t: FloatArray) -> FloatArray:
+        """Height of the feet above the floor [m]; leaves and meets it without a kink."""
+        s = np.clip((t - PUSH_TIME) / self._air, 0.0, 1.0)
+        return self._tuck * (4.0 * s * (1.0 - s)) ** 3
+
+    def bend(self, t: FloatArray) -> FloatArray:
+        """Bend of the legs [deg]."""
+        air, ground = t - PUSH_TIME, t - PUSH_TIME - self._air
+        hips = np.where(air < 0.0, self._push(t), self._ballistic(air))
+        hips = np.where(ground >= 0.0, self._absorb(ground), hips)
+        bend: FloatArray = self._bend(hips - self.clearance(t))
+        return bend
+
+
+class _LegProfile:
+    """One leg angle of a jump, as the change since the push began."""
+
+    def __init__(self, flight: _Flight, name: str, start: float) -> None:
+        self._flight = flight
+        self._name = name
+        self._start = start
+
+    def __call__(self, t: FloatArray) -> FloatArray:
+        angles = _both_legs(leg_pose(self._flight.bend(t)))
+        return angles[self._name] - self._start

@@ -1,0 +1,196 @@
+"""A performed motion: every joint and segment as a smooth function of time."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+
+from pose_common.joints import SIDES
+from pose_sim.body import BODY_ANGLES, Body, Pose
+from pose_sim.rotations import FloatArray, continuous_quaternions, rotate
+from pose_sim.timeline import Timeline, Variation, minimum_jerk
+
+GRID_RATE = 200.0  # [Hz] of the samples that the splines go through
+LOAD_TRANSFER = 0.03  # [s]
+SWAY_HARMONICS = 4
+SWAY_BAND = (0.08, 0.7)  # [Hz]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Motion:
+    """A body's motion on a regular grid of times, with splines between.
+
+    Attributes:
+        times: Grid [s] from zero on, shape (n,).
+        angles: The body's angles [rad] by name, shape (n,) each.
+        pose: Joints, segments and contacts on the grid, in ``map``.
+    """
+
+    times: FloatArray
+    angles: Mapping[str, FloatArray]
+    pose: Pose
+
+    @cached_property
+    def _joints(self) -> CubicSpline:
+        return CubicSpline(self.times, self.pose.joints)
+
+    def joints_at(self, times: FloatArray) -> FloatArray:
+        """Joint positions [m] in ``map`` at times [s], shape (m,) to (m, 15, 3)."""
+        joints: FloatArray = self._joints(times)
+        return joints
+
+    def segment(self, segment: str, offset: FloatArray) -> "SegmentPath":
+        """The path of a segment and of a point fixed to it (``offset`` [m] in its frame)."""
+        rotations = self.pose.rotations[segment]
+        turned = rotate(rotations, np.broadcast_to(offset, (len(rotations), 3)))
+        return SegmentPath(
+            # Fifth order: the point's acceleration is wanted.
+            position=make_interp_spline(self.times, self.pose.origins[segment] + turned, k=5),
+            quaternion=CubicSpline(self.times, continuous_quaternions(rotations)),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SegmentPath:
+    """Where a segment's frame is, and how it moves, at any time."""
+
+    position: "make_interp_spline"  # [m] of the point in map
+    quaternion: CubicSpline  # R_map_segment, not normalised between the grid's times
+
+    def rotation(self, times: FloatArray) -> Rotation:
+        """``R_map_segment`` at times [s]."""
+        return Rotation.from_quat(self.quaternion(times))
+
+    def angular_velocity(self, times: FloatArray) -> FloatArray:
+        """Angular velocity [rad/s] in the segment's frame, shape (m, 3)."""
+        q = self.quaternion(times)
+        norm2 = np.sum(q * q, axis=1, keepdims=True)
+        rate = self.quaternion(times, 1)
+        vector, scalar = q[:, :3], q[:, 3:]
+        vector_rate, scalar_rate = rate[:, :3], rate[:, 3:]
+        # omega = 2 Im(q* q'), for a quaternion of any norm
+        product = scalar * vector_rate - vector * scalar_rate - np.cross(vector, vector_rate)
+        velocity: FloatArray = 2.0 * product / norm2
+        return velocity
+
+    def acceleration(self, times: FloatArray) -> FloatArray:
+        """Acceleration of the point [m/s^2] in ``map``, shape (m, 3)."""
+        acceleration: FloatArray = self.position(times, 2)
+        return acceleration
+
+
+def perform(
+    body: Body,
+    timeline: Timeline,
+    duration: float,
+    *,
+    place: tuple[float, float],
+    heading: float,
+    rng: np.random.Generator,
+    variation: Variation,
+    still: float,
+) -> Motion:
+    """Let a body perform what a timeline says.
+
+    The load rests on the lowest points of the feet: they carry the body at the floor's height, and
+    do not slide.
+
+    Args:
+        body: Who moves.
+        timeline: The joint angles.
+        duration: Length of the motion [s].
+        place: Where the middle of the hips begins, x and y [m] in ``map``.
+        heading: Where the person looks at first [rad], about z from ``map``'s x.
+        rng: Source of the sway.
+        variation: Size of the sway.
+        still: How long the body stands without any sway at the start [s].
+    """
+    times = np.arange(int(np.ceil(duration * GRID_RATE)) + 1) / GRID_RATE
+    channels = timeline.evaluate(times)
+    clearance = channels["clearance"]
+    angles = {name: channels[name] for name in BODY_ANGLES}
+    angles["pelvis_yaw"] = angles["pelvis_yaw"] + heading
+    _add_sway(angles, times, still, variation.sway, rng)
+    _move_clavicles(angles)
+    pose = body.pose(angles)
+    lowest, shares = body.contact_height(pose.contacts)
+    root = np.empty((len(times), 3))
+    root[:, 2] = clearance - lowest
+    # No point that carries load moves along the floor; in the air, nothing pushes sideways. A step
+    # takes the load over gently, or the hips would be thrown.
+    shares = gaussian_filter1d(shares, LOAD_TRANSFER * GRID_RATE, axis=0, mode="nearest")
+    carried = np.einsum("nc,nci->ni", shares, np.gradient(pose.contacts[..., :2], times, axis=0))
+    carried *= np.exp(-((clearance / 0.02) ** 2))[:, None]
+    steps = 0.5 * (carried[1:] + carried[:-1]) / GRID_RATE
+    root[:, :2] = place - np.concatenate((np.zeros((1, 2)), np.cumsum(steps, axis=0)))
+    return Motion(times=times, angles=angles, pose=_moved(pose, root))
+
+
+def _moved(pose: Pose, root: FloatArray) -> Pose:
+    return Pose(
+        joints=pose.joints + root[:, None, :],
+        rotations=pose.rotations,
+        origins={segment: origin + root for segment, origin in pose.origins.items()},
+        contacts=pose.contacts + root[:, None, :],
+    )
+
+
+def _move_clavicles(angles: dict[str, FloatArray]) -> None:
+    """Clavicles follow the arms: up by 22 deg overhead, forward by 12 deg in reaching."""
+    for side in SIDES:
+        flexion = angles[f"{side}_shoulder_flexion"]
+        abduction = angles[f"{side}_shoulder_abduction"]
+        raised = 0.5 * (1.0 - np.cos(flexion) * np.cos(abduction))
+        forward = np.sin(flexion) * np.cos(abduction)
+        elevation, protraction = f"{side}_clavicle_elevation", f"{side}_clavicle_protraction"
+        angles[elevation] = angles[elevation] + np.radians(22.0) * raised
+        angles[protraction] = angles[protraction] + np.radians(12.0) * forward
+
+
+SWAY_GAINS: dict[str, float] = {
+    "lumbar_flexion": 0.7,
+    "lumbar_lateral_bending": 0.5,
+    "lumbar_rotation": 0.7,
+    "thoracic_flexion": 0.7,
+    "thoracic_rotation": 0.7,
+    "neck_flexion": 2.0,
+    "neck_lateral_bending": 1.0,
+    "neck_rotation": 3.0,
+    **{
+        f"{side}_{angle}": gain
+        for side in SIDES
+        for angle, gain in {
+            "shoulder_flexion": 1.5,
+            "shoulder_abduction": 1.0,
+            "shoulder_rotation": 3.0,
+            "elbow_flexion": 2.0,
+            "forearm_rotation": 4.0,
+        }.items()
+    },
+}
+"""Size of the standing unrest, in units of :attr:`Variation.sway`."""
+
+
+def _add_sway(
+    angles: dict[str, FloatArray],
+    times: FloatArray,
+    still: float,
+    sway: float,
+    rng: np.random.Generator,
+) -> None:
+    envelope = minimum_jerk((times - still) / 1.5)
+    for name, gain in {**SWAY_GAINS, "shift": 0.6}.items():
+        frequencies = rng.uniform(*SWAY_BAND, SWAY_HARMONICS)
+        phases = rng.uniform(0.0, 2.0 * np.pi, SWAY_HARMONICS)
+        waves = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases).sum(axis=1)
+        size = np.radians(sway * gain) * np.sqrt(2.0 / SWAY_HARMONICS)
+        unrest = size * envelope * waves
+        if name == "shift":  # from foot to foot: both legs lean alike
+            angles["left_hip_abduction"] = angles["left_hip_abduction"] + unrest
+            angles["right_hip_abduction"] = angles["right_hip_abduction"] - unrest
+        else:
+            angles[name] = angles[name] + unrest

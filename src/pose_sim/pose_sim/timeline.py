@@ -1,0 +1,147 @@
+"""Joint angles over time, put together from minimum-jerk moves.
+
+A move changes an angle by Δ within T: ``Δ (10 s³ − 15 s⁴ + 6 s⁵)``, s = t / T (Flash and Hogan,
+1985, J. Neuroscience 5(7)): velocity and acceleration are zero at both ends. An angle is the sum
+of its moves, so that moves may overlap and the sum stays twice continuously differentiable.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_sim.body import BODY_ANGLES, Body
+from pose_sim.rotations import FloatArray
+
+Profile = Callable[[FloatArray], FloatArray]
+EXTRA_CHANNELS = ("clearance",)  # [m] of the lower foot above the floor, in a jump
+MOST_DEGREES = {"shoulder_flexion": 176.0, "shoulder_abduction": 87.0, "knee_flexion": 140.0}
+"""Variation leads no angle beyond these [deg]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variation:
+    """How much a person differs from the plan, and from themselves."""
+
+    amplitude: float = 0.08  # [-] standard deviation of each move's size
+    tempo: float = 0.06  # [-] of each move's duration
+    person_tempo: float = 0.08  # [-] of all durations together
+    asymmetry: float = 0.04  # [-] of all left moves against all right ones
+    sway: float = 0.6  # [deg] standing unrest of trunk, head and arms
+
+
+class Timeline:
+    """What a choreography writes on; time runs on with each move.
+
+    Args:
+        body: The body that moves; a jump asks it how high its legs reach.
+        rng: Source of all natural variation.
+        variation: How much of it.
+    """
+
+    def __init__(
+        self, body: Body, rng: np.random.Generator, variation: Variation | None = None
+    ) -> None:
+        self.body = body
+        self.now = 0.0  # [s] where the next move begins
+        self._rng = rng
+        self._variation = variation or Variation()
+        self._tempo = 1.0 + self._variation.person_tempo * rng.uniform(-1.0, 1.0)
+        lean = self._variation.asymmetry * rng.uniform(-1.0, 1.0)
+        self._side_gain = {"left": 1.0 + lean, "right": 1.0 - lean}
+        channels = (*BODY_ANGLES, *EXTRA_CHANNELS)
+        self._targets = dict.fromkeys(channels, 0.0)
+        self._moves: dict[str, list[tuple[float, float, float]]] = {c: [] for c in channels}
+        self._profiles: dict[str, list[tuple[float, float, Profile]]] = {c: [] for c in channels}
+
+    def target(self, angle: str) -> float:
+        """Where an angle is after all moves so far [deg]."""
+        return float(np.degrees(self._targets[angle]))
+
+    def wait(self, duration: float) -> None:
+        """Let time pass [s]; what moves, moves on."""
+        self.now += duration
+
+    def move(
+        self,
+        duration: float,
+        targets: Mapping[str, float],
+        *,
+        exact: bool = False,
+        advance: float | None = None,
+    ) -> None:
+        """Move angles to new values, with natural variation.
+
+        Args:
+            duration: Planned duration [s].
+            targets: Angles [deg] by their names in :data:`pose_sim.body.BODY_ANGLES`.
+            exact: Whether the sizes are kept as planned, and the duration but for the person's own
+                tempo.
+            advance: How far time runs on [s]; the move's duration if None.
+        """
+        spread = 0.0 if exact else self._variation.tempo
+        actual = duration * self._tempo * (1.0 + spread * self.vary())
+        for name, degrees in targets.items():
+            side, _, angle = name.partition("_")
+            gain = 1.0
+            if not exact:
+                gain += self._variation.amplitude * self.vary()
+                gain *= self._side_gain.get(side, 1.0)
+            goal = float(np.radians(min(degrees * gain, MOST_DEGREES.get(angle, np.inf))))
+            self._moves[name].append((self.now, actual, goal - self._targets[name]))
+            self._targets[name] = goal
+        self.now += actual if advance is None else advance * self._tempo
+
+    def add_profile(self, channel: str, duration: float, profile: Profile) -> None:
+        """Add a function of the seconds since now; outside [0, duration] its end values hold.
+
+        It must begin with zero value, velocity and acceleration, and end without velocity and
+        acceleration. Time does not run on.
+        """
+        self._profiles[channel].append((self.now, duration, profile))
+        self._targets[channel] += float(profile(np.array([duration]))[0])
+
+    def evaluate(self, times: FloatArray) -> dict[str, FloatArray]:
+        """All channels [rad] (clearance [m]) at increasing times [s], shape (n,) each."""
+        return {channel: self._evaluate(channel, times) for channel in self._moves}
+
+    def _evaluate(self, channel: str, times: FloatArray) -> FloatArray:
+        values = np.zeros_like(times)
+        for start, duration, delta in self._moves[channel]:
+            first, last = np.searchsorted(times, (start, start + duration))
+            values[first:last] += delta * minimum_jerk((times[first:last] - start) / duration)
+            values[last:] += delta
+        for start, duration, profile in self._profiles[channel]:
+            first, last = np.searchsorted(times, (start, start + duration))
+            values[first:last] += profile(times[first:last] - start)
+            values[last:] += profile(np.array([duration]))
+        return values
+
+    def vary(self) -> float:
+        """Draw a normal variate, held within two standard deviations."""
+        return float(np.clip(self._rng.standard_normal(), -2.0, 2.0))
+
+
+def minimum_jerk(phase: FloatArray) -> FloatArray:
+    """The way from 0 to 1 over phase 0 to 1, constant outside."""
+    s = np.clip(phase, 0.0, 1.0)
+    return s**3 * (10.0 + s * (6.0 * s - 15.0))
+
+
+def quintic(
+    duration: float, start: tuple[float, float, float], end: tuple[float, float, float]
+) -> np.polynomial.Polynomial:
+    """The quintic between two states (value, velocity, acceleration), as a function of time [s]."""
+    t = duration
+    system = np.array(
+        [[t**3, t**4, t**5], [3 * t**2, 4 * t**3, 5 * t**4], [6 * t, 12 * t**2, 20 * t**3]]
+    )
+    low = np.array([start[0], start[1], start[2] / 2.0])
+    rest = np.array(
+        [
+            end[0] - (low[0] + low[1] * t + low[2] * t**2),
+            end[1] - (low[1] + 2.0 * low[2] * t),
+            end[2] - 2.0 * low[2],
+        ]
+    )
+    return np.polynomial.Polynomial(np.concatenate((low, np.linalg.solve(system, rest))))

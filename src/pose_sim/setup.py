@@ -1,0 +1,29 @@
+"""Build description of the package, for colcon."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = "pose_sim"
+
+setup(
+    name=package_name,
+    version="0.1.0",
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
+        (f"share/{package_name}", ["package.xml", "README.md"]),
+        (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    description="A synthetic subject with virtual Kinects and IMUs",
+    license="Apache-2.0",
+    entry_points={
+        "console_scripts": [
+            "compare_noise = pose_sim.tools.compare_noise:main",
+            "generate = pose_sim.tools.generate:main",
+            "imu_device = pose_sim.tools.imu_device:main",
+        ]
+    },
+)
