@@ -5,7 +5,7 @@ of their names, in any namespace.
 """
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -121,11 +121,10 @@ class BagSamples:
 
     def _imu(self, content: Any, segment: str) -> ImuSample | None:
         self.counters.add("imu")
-        # REP 145: a first element of −1 says that there is no orientation.
-        if content.orientation_covariance[0] == -1.0:
+        sample = imu_sample(content, segment)
+        if sample is None:
             self.counters.add("imu_without_orientation")
-            return None
-        return imu_sample(content, segment)
+        return sample
 
 
 def read_sensor_series(bag: BagReader, person: str = "") -> dict[str, SkeletonSeries]:
@@ -182,10 +181,21 @@ def read_extrinsics(bag: BagReader, topic: str = "/tf_static") -> dict[str, Floa
     The last transform of a frame counts. Sensors without a path to ``map`` are left out; no
     transforms at all give an empty result.
     """
+    return transforms_to_map(
+        transform
+        for message in bag.messages([topic])
+        for transform in bag.deserialize(message).transforms
+    )
+
+
+def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
+    """``T_map_sensor``, (4, 4), of each Kinect among ``geometry_msgs/TransformStamped``.
+
+    The last transform of a frame counts. Sensors without a path to ``map`` are left out.
+    """
     parents: dict[str, tuple[str, FloatArray]] = {}
-    for message in bag.messages([topic]):
-        for transform in bag.deserialize(message).transforms:
-            parents[transform.child_frame_id] = (transform.header.frame_id, _matrix(transform))
+    for transform in transforms:
+        parents[transform.child_frame_id] = (transform.header.frame_id, _matrix(transform))
     result = {}
     for frame in sorted(parents):
         match = SENSOR_FRAME.match(frame)
@@ -233,14 +243,18 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
     )
 
 
-def imu_sample(message: Any, segment: str) -> ImuSample:
-    """A ``sensor_msgs/Imu`` with orientation (of ROS or of rosbags)."""
+def imu_sample(message: Any, segment: str) -> ImuSample | None:
+    """A ``sensor_msgs/Imu`` (of ROS or of rosbags); None if it says no orientation."""
     orientation, rate = message.orientation, message.angular_velocity
+    quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
+    # REP 145: a first element of −1 says that there is no orientation.
+    if message.orientation_covariance[0] == -1.0 or not 0.9 < np.linalg.norm(quaternion) < 1.1:
+        return None
     variance = np.asarray(message.orientation_covariance, float)[[0, 4, 8]]
     return ImuSample(
         stamp_ns=stamp_ns(message.header),
         segment=segment,
-        orientation=np.array([orientation.x, orientation.y, orientation.z, orientation.w]),
+        orientation=quaternion,
         orientation_stddev=np.sqrt(np.maximum(variance, 0.0)),
         angular_velocity=np.array([rate.x, rate.y, rate.z]),
     )

@@ -7,6 +7,7 @@ on a clock.
 """
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +45,8 @@ class FusionPipeline:
 
     Args:
         parameters: See :class:`FusionParameters`.
-        extrinsics: Where the sensors are; may be set later, and until then samples are counted and
-            dropped.
+        extrinsics: Where the sensors are; may come later (:meth:`place_sensors`), and until then
+            samples are counted and dropped.
         shape: The person's measures; measured from the first samples if None.
     """
 
@@ -57,15 +58,10 @@ class FusionPipeline:
     ) -> None:
         self.parameters = parameters
         self.model = load_body_model(parameters.body_model)
-        self.extrinsics = extrinsics
+        self.extrinsics: Extrinsics | None = None
         self.shape: BodyShape | None = None
         self.counters = Counters(*COUNTERS)
-        self.aligner = TimeAligner(
-            parameters.sensors,
-            max_skew_s=parameters.max_skew,
-            max_gap_s=parameters.max_gap,
-            max_wait_s=parameters.max_wait,
-        )
+        self.aligner = self._make_aligner({})
         self.imus = ImuSet(self.model)
         self._measuring = BodyMeasuring(self.model, parameters.shape_duration)
         self._tracker: KinectTracker | None = None
@@ -74,8 +70,17 @@ class FusionPipeline:
         )
         self._pending: deque[AlignedFrame] = deque()
         self._newest_ns = 0
+        if extrinsics is not None:
+            self.place_sensors(extrinsics)
         if shape is not None:
-            self._use_shape(shape)
+            self.use_shape(shape)
+
+    def place_sensors(self, extrinsics: Extrinsics) -> None:
+        """Use these extrinsics, and their clock offsets, from now on."""
+        before = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
+        if dict(before) != dict(extrinsics.clock_offset_ns):
+            self.aligner = self._make_aligner(extrinsics.clock_offset_ns)
+        self.extrinsics = extrinsics
 
     @property
     def status(self) -> str:
@@ -128,7 +133,7 @@ class FusionPipeline:
             self.counters.add("frames_measuring_the_body")
             shape = self._measuring.add(frame.stamp_ns, measured, state)
             if shape is not None:
-                self._use_shape(shape)
+                self.use_shape(shape)
             return None
         starts = self.counters["filter_starts"]
         if not self._tracker.update(frame.stamp_ns, measured):
@@ -158,7 +163,17 @@ class FusionPipeline:
             state[index] = np.where(np.isfinite(measured[index, :, 0]), sample.tracking_state, 0)
         return measured, state
 
-    def _use_shape(self, shape: BodyShape) -> None:
+    def _make_aligner(self, clock_offset_ns: Mapping[str, int]) -> TimeAligner:
+        return TimeAligner(
+            self.parameters.sensors,
+            max_skew_s=self.parameters.max_skew,
+            max_gap_s=self.parameters.max_gap,
+            max_wait_s=self.parameters.max_wait,
+            clock_offset_ns=clock_offset_ns,
+        )
+
+    def use_shape(self, shape: BodyShape) -> None:
+        """Track a body of these measures from now on."""
         self.shape = shape
         self._tracker = KinectTracker(self.model, shape, self.parameters, self.counters)
 

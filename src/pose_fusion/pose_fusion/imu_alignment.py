@@ -1,14 +1,14 @@
-r"""From an IMU's orientation to its segment's: how it is strapped on, and which way its world turns.
+r"""From an IMU's orientation to its segment's: its mounting, and which way its world turns.
 
 While the person stands in the neutral pose, every segment's axes are the body's: upright, turned
 by the heading that the cameras see. With the IMU's mean reading there, R_ws(0), the segment is
 
 .. math:: R_{map,segment}(t) = Y\, R_{ws}(t)\, R_{ws}(0)^T\, Y^T\, R_z(\psi_{body}(0))
 
-where Y turns the IMU's world, whose north is magnetic and disturbed, about the vertical into map. The
-segment's long axis needs no Y: in the sensor it is R_ws(0)ᵀ e_z. So Y follows, whenever the person
-moves, from the angle between where the IMU and where the cameras see that axis lean, in closed form
-over all instants: Σ of cross and dot products of the horizontal parts.
+where Y turns the IMU's world, whose north is magnetic and disturbed, about the vertical into map.
+The segment's long axis needs no Y: in the sensor it is R_ws(0)ᵀ e_z. So Y follows, whenever the
+person moves, from the angle between where the IMU and where the cameras see that axis lean, in
+closed form over all instants: the sums of cross and dot products of the horizontal parts.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,9 @@
 r"""Kinect and IMU, weighted: zhang2015 (12), (13), on every segment that carries an IMU.
 
 Both measure one attitude with independent noise of variance σ₁² (Kinect) and σ₂² (IMU); the
-unbiased weights of least variance are w₁ = σ₂²/(σ₁²+σ₂²), w₂ = σ₁²/(σ₁²+σ₂²). While the Kinect does not
-track a segment, (w₁, w₂) = (0, 1). A limb's turn about its own axis, which no camera sees, comes
-from the IMU alone.
+unbiased weights of least variance are w₁ = σ₂²/(σ₁²+σ₂²), w₂ = σ₁²/(σ₁²+σ₂²). While the Kinect
+does not track a segment, (w₁, w₂) = (0, 1). A limb's turn about its own axis, which no camera
+sees, comes from the IMU alone.
 """
 
 from dataclasses import dataclass

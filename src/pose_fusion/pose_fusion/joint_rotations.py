@@ -19,8 +19,8 @@ def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> 
     Args:
         link: With three degrees of freedom (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
         R_parent_link: The link's rotation in its parent, shape (3, 3).
-        previous: The angles before, shape (degrees of freedom,) [rad]: of the equivalent answers the
-            nearest is taken, so that no angle jumps by 2π.
+        previous: The angles before, shape (degrees of freedom,) [rad]: of the equivalent answers
+            the nearest is taken, so that no angle jumps by 2π.
 
     Returns:
         Angles [rad], shape (degrees of freedom,).

@@ -1,9 +1,9 @@
 r"""Forward kinematics of a body model, for many states at once.
 
 A link's rotation is :math:`R_\mathrm{link} = R_\mathrm{parent} \prod_d \exp([a_d]_\times q_d)`
-over its degrees of freedom, the root's :math:`\exp([v]_\times)\,R_\mathrm{ref}` with rotation vector
-v; a joint fixed in a link at offset o lies at :math:`p = p_\mathrm{link} + R_\mathrm{link}\,o`.
-This is h of li2020 (11).
+over its degrees of freedom, the root's :math:`\exp([v]_\times)\,R_\mathrm{ref}` with rotation
+vector v; a joint fixed in a link at offset o lies at
+:math:`p = p_\mathrm{link} + R_\mathrm{link}\,o`. This is h of li2020 (11).
 """
 
 from dataclasses import dataclass

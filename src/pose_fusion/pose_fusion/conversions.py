@@ -1,0 +1,180 @@
+"""Estimates as messages; the fusion's only knowledge of message types."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, Transform, TransformStamped
+from pose_msgs.msg import PoseEstimate, Skeleton
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import JointState
+from std_msgs.msg import ColorRGBA, Header, String
+from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import Marker, MarkerArray
+
+from pose_common.conversions import ns_to_stamp
+from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.body_model import ROOT_DOF, BodyModel
+from pose_fusion.estimates import BodyEstimate
+from pose_fusion.samples import FloatArray
+from pose_fusion.urdf import link_frame
+
+WORLD_FRAME = "map"
+BONE_WIDTH = 0.03  # [m]
+JOINT_DIAMETER = 0.06  # [m]
+STATE_COLORS = {  # safe for colour-blind eyes
+    TrackingState.TRACKED: (0.0, 0.45, 0.70),
+    TrackingState.INFERRED: (0.90, 0.62, 0.0),
+    TrackingState.NOT_TRACKED: (0.6, 0.6, 0.6),
+}
+
+
+def body_topics(body_id: str) -> dict[str, type]:
+    """Types of the topics that carry a person's estimates."""
+    prefix = f"/humans/bodies/{body_id}"
+    return {
+        f"{prefix}/joint_states": JointState,
+        f"{prefix}/skeleton": Skeleton,
+        f"{prefix}/estimate": PoseEstimate,
+        f"{prefix}/markers": MarkerArray,
+        "/tf": TFMessage,
+    }
+
+
+def urdf_topic(body_id: str) -> str:
+    """The latched topic of the person's kinematic tree."""
+    return f"/humans/bodies/{body_id}/urdf"
+
+
+def to_messages(
+    estimate: BodyEstimate, model: BodyModel, body_id: str, latency_s: float
+) -> dict[str, Any]:
+    """All messages of one estimate by topic, those of :func:`body_topics`."""
+    messages = (
+        to_joint_state(estimate),
+        to_skeleton(estimate, body_id),
+        to_pose_estimate(estimate, body_id, latency_s),
+        to_markers(estimate, model, body_id),
+        to_tf(estimate, model, body_id),
+    )
+    return dict(zip(body_topics(body_id), messages, strict=True))
+
+
+def to_header(stamp_ns: int, frame_id: str = WORLD_FRAME) -> Header:
+    """A header."""
+    return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame_id)
+
+
+def to_joint_state(estimate: BodyEstimate) -> JointState:
+    """The joint angles and rates, without the root."""
+    return JointState(
+        header=to_header(estimate.stamp_ns),
+        name=list(estimate.dof_names[ROOT_DOF:]),
+        position=estimate.position[ROOT_DOF:].tolist(),
+        velocity=estimate.velocity[ROOT_DOF:].tolist(),
+    )
+
+
+def to_skeleton(estimate: BodyEstimate, body_id: str) -> Skeleton:
+    """The 15 fused joint positions in map."""
+    return Skeleton(
+        header=to_header(estimate.stamp_ns),
+        id=body_id,
+        name=list(JOINTS),
+        position=_points(estimate.joints),
+        tracking_state=estimate.tracking_state.tolist(),
+    )
+
+
+def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> PoseEstimate:
+    """Every degree of freedom with its uncertainty and source."""
+    return PoseEstimate(
+        header=to_header(estimate.stamp_ns),
+        id=body_id,
+        name=list(estimate.dof_names),
+        position=estimate.position.tolist(),
+        velocity=estimate.velocity.tolist(),
+        position_stddev=estimate.position_stddev.tolist(),
+        weight_kinect=estimate.weight_kinect.tolist(),
+        weight_imu=estimate.weight_imu.tolist(),
+        state=estimate.source.tolist(),
+        latency=latency_s,
+    )
+
+
+def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
+    """The body in map, and its links in the body."""
+    root = link_frame(next(iter(model.links.values())), body_id)
+    transforms = []
+    T_map_body = np.eye(4)
+    for link in model.links.values():
+        T_map_link = estimate.T_map_link[link.name]
+        if link.parent is None:
+            T_map_body = T_map_link
+            parent, T_parent_link = WORLD_FRAME, T_map_link
+        else:
+            parent, T_parent_link = root, np.linalg.inv(T_map_body) @ T_map_link
+        transforms.append(
+            TransformStamped(
+                header=to_header(estimate.stamp_ns, parent),
+                child_frame_id=link_frame(link, body_id),
+                transform=to_transform(T_parent_link),
+            )
+        )
+    return TFMessage(transforms=transforms)
+
+
+def to_transform(T: FloatArray) -> Transform:
+    """A transform from its (4, 4) matrix."""
+    transform = Transform()
+    x, y, z = map(float, T[:3, 3])
+    transform.translation.x, transform.translation.y, transform.translation.z = x, y, z
+    qx, qy, qz, qw = map(float, Rotation.from_matrix(T[:3, :3]).as_quat())
+    transform.rotation.x, transform.rotation.y = qx, qy
+    transform.rotation.z, transform.rotation.w = qz, qw
+    return transform
+
+
+def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> MarkerArray:
+    """Bones as lines and joints as balls, coloured by tracking state."""
+    bones = Marker(header=to_header(estimate.stamp_ns), ns=body_id, id=0, type=Marker.LINE_LIST)
+    bones.scale.x = BONE_WIDTH
+    bones.color = ColorRGBA(r=0.8, g=0.8, b=0.8, a=1.0)
+    balls = Marker(header=to_header(estimate.stamp_ns), ns=body_id, id=1, type=Marker.SPHERE_LIST)
+    balls.scale.x = balls.scale.y = balls.scale.z = JOINT_DIAMETER
+    bones.pose.orientation.w = balls.pose.orientation.w = 1.0
+    points = _points(estimate.joints)
+    for joint, place in model.joints.items():
+        start = model.links[place.link].joint
+        if start is None:
+            start = "torso" if joint != "torso" else "neck"
+        bones.points += [points[JOINT_INDEX[start]], points[JOINT_INDEX[joint]]]
+    balls.points = points
+    balls.colors = [
+        ColorRGBA(**dict(zip("rgb", STATE_COLORS[TrackingState(state)], strict=True)), a=1.0)
+        for state in estimate.tracking_state
+    ]
+    return MarkerArray(markers=[bones, balls])
+
+
+def to_static_tf(transforms: Mapping[str, FloatArray]) -> TFMessage:
+    """``T_map_sensor`` of each Kinect, (4, 4) by sensor name, as static transforms."""
+    return TFMessage(
+        transforms=[
+            TransformStamped(
+                header=to_header(0),
+                child_frame_id=f"kinect_{sensor}_optical_frame",
+                transform=to_transform(T_map_sensor),
+            )
+            for sensor, T_map_sensor in transforms.items()
+        ]
+    )
+
+
+def to_string(text: str) -> String:
+    """A string message."""
+    return String(data=text)
+
+
+def _points(positions: FloatArray) -> list[Point]:
+    return [Point(x=float(x), y=float(y), z=float(z)) for x, y, z in positions]

@@ -1,0 +1,179 @@
+"""The fusion node: skeletons and IMUs in, one person's pose out."""
+
+from functools import partial
+from pathlib import Path
+
+from geometry_msgs.msg import TransformStamped
+from pose_msgs.msg import SkeletonArray
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Imu
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_common.joints import SEGMENTS
+from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.running import run_node
+from pose_fusion.bags import imu_sample, skeleton_samples, transforms_to_map
+from pose_fusion.body_shape import BodyShape, load_body_shape, save_body_shape
+from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
+from pose_fusion.estimates import BodyEstimate
+from pose_fusion.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.extrinsics_file import load_extrinsics
+from pose_fusion.fusion_parameters import FusionParameters
+from pose_fusion.fusion_pipeline import FusionPipeline
+from pose_fusion.person_selection import PersonSelector
+from pose_fusion.urdf import make_urdf
+
+NS_PER_S = 1_000_000_000
+QUEUE = 50  # [messages] a burst after a pause of the process is not lost
+SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED_QOS = QoSProfile(
+    depth=QUEUE,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+
+
+class FusionNode(Node):
+    """Feeds a :class:`FusionPipeline` and publishes what it says."""
+
+    def __init__(self) -> None:
+        super().__init__("fusion")
+        self._parameters = declare_parameters(self, FusionParameters)
+        self._body_id = self._parameters.subject
+        self._pipeline = FusionPipeline(self._parameters)
+        self._selector = PersonSelector(self._parameters.person)
+        self._counters = Counters("malformed_skeletons", "imu_without_orientation")
+        self._static_transforms: dict[str, TransformStamped] = {}
+        self._announced_shape: BodyShape | None = None
+        self._reported_estimates = 0
+        self._latency_s = 0.0
+        self._urdf_publisher = self.create_publisher(
+            String, urdf_topic(self._body_id), LATCHED_QOS
+        )
+        self._publishers_by_topic = {
+            topic: self.create_publisher(message_type, topic, 10)
+            for topic, message_type in body_topics(self._body_id).items()
+        }
+        self._load_files()
+        self._subscribe()
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    def _load_files(self) -> None:
+        parameters, pipeline = self._parameters, self._pipeline
+        if parameters.extrinsics_file:
+            extrinsics = load_extrinsics(Path(parameters.extrinsics_file))
+            missing = set(parameters.sensors) - set(extrinsics.sensors)
+            if missing:
+                raise InputError(
+                    f"{parameters.extrinsics_file} knows {', '.join(extrinsics.sensors)}, not "
+                    f"{', '.join(sorted(missing))}: calibrate these sensors together"
+                )
+            pipeline.place_sensors(extrinsics)
+        if parameters.shape_file and Path(parameters.shape_file).exists():
+            pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
+            self._announce_shape()
+
+    def _subscribe(self) -> None:
+        for sensor in self._parameters.sensors:
+            self.create_subscription(
+                SkeletonArray,
+                f"kinect_{sensor}/skeletons",
+                partial(self._on_skeletons, sensor),
+                SENSOR_QOS,
+            )
+        if self._parameters.use_imus:
+            for segment in SEGMENTS:
+                self.create_subscription(
+                    Imu, f"imu_{segment}/data", partial(self._on_imu, segment), SENSOR_QOS
+                )
+        if not self._parameters.extrinsics_file:
+            self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, LATCHED_QOS)
+
+    def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
+        try:
+            sample = self._selector.select(skeleton_samples(message, sensor))
+        except InputError as error:
+            self._counters.add("malformed_skeletons")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        if sample is not None:
+            self._publish(self._pipeline.add_skeleton(sample))
+
+    def _on_imu(self, segment: str, message: Imu) -> None:
+        sample = imu_sample(message, segment)
+        if sample is None:
+            self._counters.add("imu_without_orientation")
+            return
+        self._publish(self._pipeline.add_imu(sample))
+
+    def _on_tf_static(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            self._static_transforms[transform.child_frame_id] = transform
+        placed = transforms_to_map(self._static_transforms.values())
+        if all(sensor in placed for sensor in self._parameters.sensors):
+            extrinsics: Extrinsics = extrinsics_from_map(
+                {sensor: placed[sensor] for sensor in self._parameters.sensors}
+            )
+            self._pipeline.place_sensors(extrinsics)
+
+    def _publish(self, estimates: list[BodyEstimate]) -> None:
+        self._announce_shape()
+        for estimate in estimates:
+            now_ns = self.get_clock().now().nanoseconds
+            self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
+            messages = to_messages(
+                estimate, self._pipeline.model, self._body_id, self._latency_s
+            )
+            for topic, message in messages.items():
+                self._publishers_by_topic[topic].publish(message)
+
+    def _announce_shape(self) -> None:
+        """Publish the person's tree, and save the measures, once they are known."""
+        shape, path = self._pipeline.shape, self._parameters.shape_file
+        if shape is None or shape is self._announced_shape:
+            return
+        self._announced_shape = shape
+        urdf = make_urdf(self._pipeline.model, shape, self._body_id)
+        self._urdf_publisher.publish(to_string(urdf))
+        if path and not Path(path).exists():
+            try:
+                save_body_shape(Path(path), self._pipeline.model, shape, self._body_id)
+            except InputError as error:
+                self.get_logger().error(str(error))
+
+    def _report(self) -> Report:
+        counts = self._pipeline.counters.as_dict()
+        estimates = counts["estimates"]
+        is_tracking = estimates > self._reported_estimates
+        self._reported_estimates = estimates
+        message = self._pipeline.status
+        if message == "tracking" and not is_tracking:
+            message = "no skeletons: the sensors see nobody, or are silent"
+        return Report(
+            level=Level.OK if is_tracking else Level.WARN,
+            message=message,
+            values={
+                "estimator": self._parameters.estimator,
+                "latency_s": f"{self._latency_s:.4f}",
+                "imus": ", ".join(self._pipeline.imus.segments) or "none",
+                "imus_aligned": ", ".join(self._pipeline.imus.alignment.known_segments) or "none",
+                **counts,
+                **self._counters.as_dict(),
+                **_prefixed("person", self._selector.counters),
+                **_prefixed("alignment", self._pipeline.aligner.counters),
+            },
+        )
+
+
+def _prefixed(prefix: str, counters: Counters) -> dict[str, int]:
+    return {f"{prefix}/{name}": count for name, count in counters.as_dict().items()}
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(FusionNode)
