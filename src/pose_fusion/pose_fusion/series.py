@@ -38,6 +38,15 @@ class SkeletonSeries:
         """The series with ``shift_s`` [s] added to its stamps."""
         return replace(self, stamps_ns=self.stamps_ns + round(shift_s * 1e9))
 
+    def between(self, begin_ns: int, end_ns: int) -> "SkeletonSeries":
+        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, both included."""
+        inside = (self.stamps_ns >= begin_ns) & (self.stamps_ns <= end_ns)
+        return SkeletonSeries(
+            stamps_ns=self.stamps_ns[inside],
+            positions=self.positions[inside],
+            tracking_state=self.tracking_state[inside],
+        )
+
     def at(self, stamps_ns: IntArray, max_gap_s: float = MAX_GAP_S) -> FloatArray:
         """Joint positions at other instants, by linear interpolation, never by extrapolation.
 
