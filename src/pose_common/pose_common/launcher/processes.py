@@ -1,0 +1,93 @@
+"""What a launch file comes down to: processes, and the arguments that a node gets."""
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+ParameterSource = Path | Mapping[str, Any]
+"""A parameter file, or values by name (nested names with dots)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Process:
+    """One process to run.
+
+    Attributes:
+        name: What its output is prefixed with, unique in the graph.
+        command: Program and arguments, without those for ROS.
+        environment: What it sees beside this process's environment.
+        node_name: The ROS node's name, if the launch file gives one.
+        namespace: The ROS namespace, if there is one.
+        parameters: Parameter files and values; later ones override.
+        remappings: Pairs of names.
+        folder: Working directory, the launcher's if None.
+        respawn: Whether to start it again when it ends.
+        respawn_delay_s: How long to wait before [s].
+        ends_graph: Whether everything stops when it ends.
+    """
+
+    name: str
+    command: tuple[str, ...]
+    environment: Mapping[str, str] = field(default_factory=dict)
+    node_name: str | None = None
+    namespace: str | None = None
+    parameters: tuple[ParameterSource, ...] = ()
+    remappings: tuple[tuple[str, str], ...] = ()
+    folder: Path | None = None
+    respawn: bool = False
+    respawn_delay_s: float = 0.0
+    ends_graph: bool = False
+
+    def full_command(self, parameter_folder: Path) -> list[str]:
+        """The command with ROS's arguments; values go into files in ``parameter_folder``."""
+        arguments = self._names()
+        for index, source in enumerate(self.parameters):
+            if not isinstance(source, Path):
+                path = parameter_folder / f"{self.name}.{index}.yaml"
+                path.write_text(yaml.safe_dump({self._key(): {"ros__parameters": _plain(source)}}))
+                source = path
+            arguments += ["--params-file", str(source)]
+        return self._with(arguments)
+
+    def shown(self) -> str:
+        """A shell line that does the same, values as ``-p``."""
+        arguments = self._names()
+        for source in self.parameters:
+            if isinstance(source, Path):
+                arguments += ["--params-file", str(source)]
+                continue
+            for name, value in source.items():
+                text = yaml.safe_dump(_plain(value), default_flow_style=True, width=10**6)
+                arguments += ["-p", f"{name}:={text.removesuffix('...' + chr(10)).strip()}"]
+        environment = [f"{key}={value}" for key, value in sorted(self.environment.items())]
+        return shlex.join([*(["env", *environment] if environment else []), *self._with(arguments)])
+
+    def _names(self) -> list[str]:
+        arguments = []
+        if self.node_name is not None:
+            arguments += ["-r", f"__node:={self.node_name}"]
+        if self.namespace is not None:
+            arguments += ["-r", f"__ns:={self.namespace}"]
+        return arguments
+
+    def _with(self, arguments: list[str]) -> list[str]:
+        for source, target in self.remappings:
+            arguments += ["-r", f"{source}:={target}"]
+        return [*self.command, *(["--ros-args", *arguments] if arguments else [])]
+
+    def _key(self) -> str:
+        """The node that values are meant for."""
+        if self.node_name is None or self.namespace is None:
+            return "/**"
+        return f"{self.namespace.rstrip('/')}/{self.node_name}"
+
+
+def _plain(value: Any) -> Any:
+    """Values that YAML can write."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    return list(value) if isinstance(value, list | tuple) else value

@@ -1,0 +1,224 @@
+"""Runs processes side by side until all have ended or somebody asks to stop.
+
+Each child leads a session, and so a process group, of its own: it is interrupted once, by us, not
+a second time by the terminal, and whatever it started goes with it. Should the launcher itself be
+killed, the kernel terminates the children.
+
+Built on asyncio's subprocesses, as ``ros2 launch`` is.
+"""
+
+import asyncio
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+from pose_common.launcher.processes import Process
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None))
+"""What a process that has to stop gets, and how long it may take [s]; as ``ros2 launch`` does."""
+LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
+CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
+COLOURS = (36, 33, 32, 35, 34, 31)
+PR_SET_PDEATHSIG = 1
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def _child_setup(parent: int) -> None:
+    """In the child, before it becomes the program: end with the launcher, heed Ctrl-C."""
+    _libc.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+    if os.getppid() != parent:  # it died in between
+        os._exit(1)
+    # A background job of a shell script would inherit "ignore".
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
+@dataclass
+class _Child:
+    """A process description and its running process, if any."""
+
+    description: Process
+    colour: int
+    running: asyncio.subprocess.Process | None = None
+    failures: list[str] = field(default_factory=list)
+
+
+class Supervisor:
+    """Runs the processes of a graph.
+
+    Args:
+        processes: What to run.
+        output: Where their output goes, line by line, prefixed with their names.
+    """
+
+    def __init__(self, processes: Sequence[Process], output: TextIO | None = None) -> None:
+        self._output = sys.stdout if output is None else output
+        self._coloured = self._output.isatty()
+        self._children = [
+            _Child(process, COLOURS[index % len(COLOURS)])
+            for index, process in enumerate(processes)
+        ]
+        self._width = max((len(process.name) for process in processes), default=0)
+        self._stopping = asyncio.Event()
+
+    async def run(self) -> int:
+        """Run everything to its end.
+
+        Returns:
+            0 if nothing failed, 1 if a process ended with an error or had to be killed.
+        """
+        loop = asyncio.get_running_loop()
+        for number in STOP_SIGNALS:
+            loop.add_signal_handler(number, self._stop, f"{signal.Signals(number).name}: stopping")
+        try:
+            with tempfile.TemporaryDirectory(prefix="pose_up_") as folder:
+                await asyncio.gather(*(self._supervise(c, Path(folder)) for c in self._children))
+        finally:
+            for number in STOP_SIGNALS:
+                loop.remove_signal_handler(number)
+                # One more Ctrl-C must not spoil the clean end.
+                signal.signal(number, signal.SIG_IGN)
+        failures = [failure for child in self._children for failure in child.failures]
+        if failures:
+            self._say(f"failed: {'; '.join(failures)}")
+        return 1 if failures else 0
+
+    # -- one process ----------------------------------------------------------------------------
+
+    async def _supervise(self, child: _Child, folder: Path) -> None:
+        process = child.description
+        while not self._stopping.is_set():
+            code = await self._run_once(child, folder)
+            if self._stopping.is_set():
+                return
+            how = "has finished" if code == 0 else f"has died ({_describe(code)})"
+            if process.respawn:
+                self._say(f"{process.name} {how}: starting it again in {process.respawn_delay_s} s")
+                with contextlib.suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(self._stopping.wait(), process.respawn_delay_s)
+                continue
+            self._say(f"{process.name} {how}")
+            if code != 0:
+                child.failures.append(f"{process.name} ({_describe(code)})")
+            if process.ends_graph:
+                self._stop(f"{process.name} was required: stopping")
+            return
+
+    async def _run_once(self, child: _Child, folder: Path) -> int:
+        """Start the process and wait for its end, in whatever way it comes; its exit code."""
+        process = child.description
+        parent = os.getpid()
+        # A pipe of our own: asyncio's would keep `wait` waiting for whoever else holds its end.
+        reading, writing = os.pipe()
+        relay = asyncio.create_task(self._relay(child, reading))
+        try:
+            running = await asyncio.create_subprocess_exec(
+                *process.full_command(folder),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=writing,
+                stderr=asyncio.subprocess.STDOUT,
+                cwd=process.folder,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", **process.environment},
+                start_new_session=True,
+                preexec_fn=lambda: _child_setup(parent),
+            )
+        except OSError as error:
+            self._say(f"{process.name} cannot start: {error}")
+            return 127
+        finally:
+            os.close(writing)
+        child.running = running
+        ending = asyncio.create_task(running.wait())
+        asked = asyncio.create_task(self._stopping.wait())
+        await asyncio.wait({ending, asked}, return_when=asyncio.FIRST_COMPLETED)
+        asked.cancel()
+        if not ending.done():
+            await self._end(child, running, ending)
+        await asyncio.wait({relay}, timeout=LAST_WORDS_S)
+        # What the process itself has left behind in its group.
+        _signal_group(running.pid, signal.SIGKILL)
+        relay.cancel()
+        child.running = None
+        return await ending
+
+    async def _end(
+        self, child: _Child, running: asyncio.subprocess.Process, ending: "asyncio.Task[int]"
+    ) -> None:
+        name = child.description.name
+        for number, patience_s in ESCALATION:
+            if number != signal.SIGINT:
+                self._say(f"{name} is still running: sending {number.name}")
+            _signal_group(running.pid, number)
+            await asyncio.wait({ending}, timeout=patience_s)
+            if ending.done():
+                break
+        code = await ending
+        interrupted = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
+        if number == signal.SIGKILL or code not in interrupted:
+            child.failures.append(f"{name} ({_describe(code)})")
+
+    async def _relay(self, child: _Child, reading: int) -> None:
+        """Pass the output on, in whole lines, to the end of the pipe."""
+        stream = asyncio.StreamReader()
+        transport, _ = await asyncio.get_running_loop().connect_read_pipe(
+            lambda: asyncio.StreamReaderProtocol(stream), os.fdopen(reading, "rb")
+        )
+        pending = b""
+        try:
+            while chunk := await stream.read(CHUNK):
+                *lines, pending = (pending + chunk).split(b"\n")
+                if len(pending) >= CHUNK:
+                    lines, pending = [*lines, pending], b""
+                self._write(child, lines)
+        finally:
+            transport.close()
+            if pending:
+                self._write(child, [pending])
+
+    # -- everything -----------------------------------------------------------------------------
+
+    def _stop(self, why: str) -> None:
+        if not self._stopping.is_set():
+            self._stopping.set()
+            self._say(why)
+            return
+        waiting = [c.description.name for c in self._children if c.running is not None]
+        self._say(f"already stopping, waiting for {', '.join(waiting) or 'nothing'}")
+
+    def _write(self, child: _Child, lines: Sequence[bytes]) -> None:
+        prefix = f"[{child.description.name}]".ljust(self._width + 2)
+        if self._coloured:
+            prefix = f"\033[{child.colour}m{prefix}\033[0m"
+        self._print(
+            "".join(f"{prefix} {line.decode(errors='replace').rstrip()}\n" for line in lines)
+        )
+
+    def _say(self, text: str) -> None:
+        self._print(f"[up] {text}\n")
+
+    def _print(self, text: str) -> None:
+        try:
+            self._output.write(text)
+            self._output.flush()
+        except (BrokenPipeError, ValueError):
+            # The reader of our output has gone, as in `up | head`.
+            self._stopping.set()
+            self._output = open(os.devnull, "w")  # noqa: SIM115 (to the end of the process)
+            os.dup2(self._output.fileno(), sys.stdout.fileno())
+
+
+def _signal_group(group: int, number: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, number)
+
+
+def _describe(code: int) -> str:
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

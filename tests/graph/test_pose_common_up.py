@@ -1,0 +1,262 @@
+"""``up`` with real processes: what it starts, it ends."""
+
+import signal
+import sys
+import textwrap
+
+import psutil
+import pytest
+
+pytestmark = pytest.mark.graph
+
+WAITING = """\
+import signal, sys, time
+print("ready", flush=True)
+try:
+    while True:
+        time.sleep(60)
+except KeyboardInterrupt:
+    print("interrupted once", flush=True)
+"""
+
+
+@pytest.fixture
+def up(tmp_path, start_process):
+    """Start ``up`` on a launch file whose ``{name}`` are Python scripts."""
+
+    def up(launch, *arguments, scripts=None, prefix=()):
+        for name, text in (scripts or {}).items():
+            (tmp_path / f"{name}.py").write_text(textwrap.dedent(text))
+        commands = {name: f"{sys.executable} {tmp_path / name}.py" for name in scripts or {}}
+        file = tmp_path / "x.launch.yaml"
+        file.write_text(textwrap.dedent(launch).format(**commands))
+        command = [sys.executable, "-c", "from pose_common.launcher.up import main; main()"]
+        return start_process([*prefix, *command, str(file), *arguments])
+
+    return up
+
+
+TWO = """\
+    launch:
+    - executable: {{cmd: "{waiting}", name: one}}
+    - executable: {{cmd: "{waiting}", name: two}}
+    """
+
+
+def started(process):
+    process.wait_for_output(r"\[one\] +ready")
+    process.wait_for_output(r"\[two\] +ready")
+    return process
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_every_process_well(up, start_process, number):
+    process = started(up(TWO, scripts={"waiting": WAITING}))
+
+    process.signal(number)
+
+    assert process.wait() == 0
+    assert process.output.count("interrupted once") == 2
+    assert start_process.living() == []
+
+
+def test_ctrl_c_of_a_terminal_and_one_more_end_it_without_a_traceback(up, start_process):
+    process = started(up(TWO, scripts={"waiting": WAITING}))
+
+    process.signal(signal.SIGINT, group=True)
+    process.signal(signal.SIGINT)
+    process.signal(signal.SIGTERM)
+
+    assert process.wait() == 0
+    assert "Traceback" not in process.output
+    assert start_process.living() == []
+
+
+def test_nothing_outlives_a_killed_launcher(up, start_process):
+    process = started(up(TWO, scripts={"waiting": WAITING}))
+
+    process.signal(signal.SIGKILL)
+
+    process.wait()
+    _, alive = psutil.wait_procs(start_process.living(), timeout=10)
+    assert alive == []
+
+
+def test_children_heed_ctrl_c_though_the_launcher_was_started_in_the_background(up):
+    process = started(
+        up(TWO, scripts={"waiting": WAITING}, prefix=["sh", "-c", "trap '' INT; exec \"$@\"", "sh"])
+    )
+
+    process.signal(signal.SIGTERM)
+
+    assert process.wait() == 0
+    assert process.output.count("interrupted once") == 2
+
+
+def test_one_that_dies_is_said_and_the_others_go_on(up):
+    process = up(
+        """\
+        launch:
+        - executable: {{cmd: "{waiting}", name: one}}
+        - executable: {{cmd: "{dying}", name: two}}
+        """,
+        scripts={"waiting": WAITING, "dying": "import sys; print('last words'); sys.exit(3)"},
+    )
+
+    process.wait_for_output(r"\[up\] two has died \(exit code 3\)")
+    process.wait_for_output(r"\[two\] last words")
+    process.wait_for_output(r"\[one\] ready")
+    assert process.returncode is None
+    assert process.stop() == 1
+    assert "failed: two (exit code 3)" in process.output
+
+
+def test_it_ends_well_when_every_process_has(up):
+    process = up(
+        'launch: [executable: {{cmd: "{done}", name: one}}]', scripts={"done": "print('x' * 10**6)"}
+    )
+
+    assert process.wait() == 0
+    letters = process.output.count("x")
+    assert letters == 10**6
+    assert "one has finished" in process.output
+
+
+def test_a_program_that_is_not_there_is_said(up):
+    process = up('launch: [executable: {{cmd: "no_such_program_anywhere"}}]')
+
+    assert process.wait() == 1
+    assert "no_such_program_anywhere cannot start: " in process.output
+
+
+def test_a_required_process_takes_the_graph_with_it(up):
+    process = up(
+        """\
+        launch:
+        - executable: {{cmd: "{waiting}", name: one}}
+        - executable: {{cmd: "{done}", name: two, on_exit: shutdown}}
+        """,
+        scripts={"waiting": WAITING, "done": ""},
+    )
+
+    assert process.wait() == 0
+    assert "two was required: stopping" in process.output
+
+
+def test_respawn_starts_it_again(up, tmp_path):
+    process = up(
+        """\
+        launch:
+        - executable:
+            cmd: "{twice}"
+            respawn: "true"
+            respawn_delay: 0.1
+        """,
+        scripts={
+            "twice": f"""\
+            import pathlib, sys, time
+            mark = pathlib.Path({str(tmp_path / "mark")!r})
+            if not mark.exists():
+                mark.touch()
+                sys.exit(5)
+            print("second life", flush=True)
+            try:
+                time.sleep(600)
+            except KeyboardInterrupt:
+                pass
+            """
+        },
+    )
+
+    process.wait_for_output(r"has died \(exit code 5\): starting it again in 0.1 s")
+    process.wait_for_output("second life")
+    assert process.stop() == 0
+
+
+def test_what_a_process_leaves_behind_ends_with_it(up, start_process):
+    process = up(
+        'launch: [executable: {{cmd: "{parent}"}}]',
+        scripts={
+            "parent": """\
+            import subprocess, sys
+            subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+            """
+        },
+    )
+
+    assert process.wait() == 0
+    assert start_process.living() == []
+
+
+def test_a_process_that_ignores_ctrl_c_is_terminated_and_then_killed(tmp_path, start_process):
+    stubborn = tmp_path / "stubborn.py"
+    stubborn.write_text(
+        "import signal, time\n"
+        "signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
+        "signal.signal(signal.SIGTERM, signal.SIG_IGN)\n"
+        "print('ready', flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    hasty = tmp_path / "hasty.py"
+    hasty.write_text(
+        "import asyncio, signal, sys\n"
+        "from pose_common.launcher import supervising\n"
+        "from pose_common.launcher.processes import Process\n"
+        "supervising.ESCALATION = ((signal.SIGINT, 0.1), (signal.SIGTERM, 0.1),"
+        " (signal.SIGKILL, None))\n"
+        "async def run(process):\n"
+        "    return await supervising.Supervisor([process]).run()\n"
+        f"process = Process(name='stubborn', command=(sys.executable, {str(stubborn)!r}))\n"
+        "sys.exit(asyncio.run(run(process)))\n"
+    )
+    process = start_process([sys.executable, hasty])
+    process.wait_for_output("ready")
+
+    assert process.stop() == 1
+    assert "sending SIGTERM" in process.output
+    assert "sending SIGKILL" in process.output
+    assert "failed: stubborn (signal SIGKILL)" in process.output
+
+
+def test_the_launcher_opens_no_network_port(up):
+    process = started(up(TWO, scripts={"waiting": WAITING}))
+
+    assert psutil.Process(process.pid).net_connections() == []
+
+
+def test_a_reader_that_goes_away_stops_it(tmp_path, up, start_process):
+    file = tmp_path / "y.launch.yaml"
+    script = tmp_path / "chatty.py"
+    script.write_text("import time\nwhile True:\n    print('again'); time.sleep(0.01)\n")
+    file.write_text(f'launch: [executable: {{cmd: "{sys.executable} {script}"}}]')
+    command = f"{sys.executable} -c 'from pose_common.launcher.up import main; main()' {file}"
+
+    process = start_process(["sh", "-c", f"{command} | head -n 3"], env={"SHELL": "/bin/sh"})
+
+    assert process.wait() == 0
+    assert "Traceback" not in process.output
+    assert start_process.living() == []
+
+
+def test_dry_run_prints_the_commands_and_starts_nothing(up):
+    process = up(TWO, "--print", scripts={"waiting": "import sys; sys.exit(9)"})
+
+    assert process.wait() == 0
+    assert process.output.splitlines()[0].startswith(f"one: {sys.executable}")
+
+
+def test_a_bad_launch_file_is_one_line_and_exit_code_1(up):
+    process = up("launch: [nodes: {{}}]")
+
+    assert process.wait() == 1
+    assert process.output.startswith("error: ")
+    assert len(process.output.splitlines()) == 1
+
+
+def test_help_and_arguments_are_shown(up):
+    process = up(
+        'launch: [arg: {{name: side, default: left, description: "which one"}}]', "--show-args"
+    )
+
+    assert process.wait() == 0
+    assert process.output == "side:=  (default: 'left')\n    which one\n"

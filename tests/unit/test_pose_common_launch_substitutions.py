@@ -1,0 +1,99 @@
+"""Substitutions of launch files."""
+
+from pathlib import Path
+
+import pytest
+
+from pose_common.launcher.errors import LaunchError, Place
+from pose_common.launcher.substitutions import Scope, condition, resolve, split_command_line
+
+PLACE = Place(Path("x.launch.yaml"), 7)
+SCOPE = Scope(
+    variables={"rate": "30.0", "name": "rate", "spaced": "two words"},
+    environment={"SIDE": "left", "PATH": "/usr/bin:/bin"},
+    folder=Path("/launch/folder"),
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("plain", "plain"),
+        ("", ""),
+        ("$(var rate)", "30.0"),
+        ("a $(var rate) b", "a 30.0 b"),
+        ("$(var $(var name))", "30.0"),
+        ("$(var missing fallback)", "fallback"),
+        ("$(var missing 'a fallback')", "a fallback"),
+        ("$(env SIDE)", "left"),
+        ("$(env MISSING right)", "right"),
+        ("$(dirname)/x.yaml", "/launch/folder/x.yaml"),
+        ("$(command 'printf %s:%s $(var rate) b')", "30.0:b"),
+        ("$(equals $(var rate) 30.0)", "true"),
+        ("$(not-equals $(var rate) 30.0)", "false"),
+        ("$(and true $(not false))", "true"),
+        ("$(or false false)", "false"),
+        ("costs \\$(var rate)", "costs $(var rate)"),
+        ("5 $ each", "5 $ each"),
+        ("'quoted'", "'quoted'"),
+    ],
+)
+def test_a_text_is_resolved(text, expected):
+    assert resolve(text, SCOPE, PLACE) == expected
+
+
+def test_a_package_is_found_in_its_prefix():
+    share = resolve("$(find-pkg-share pose_common)", SCOPE, PLACE)
+    prefix = resolve("$(find-pkg-prefix pose_common)", SCOPE, PLACE)
+
+    assert share == f"{prefix}/share/pose_common"
+    assert (Path(share) / "package.xml").is_file()
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("$(eval 1 + 1)", r"\$\(eval …\) is not supported: there are var, env"),
+        ("$(var missing)", r"\$\(var missing\): nothing of that name"),
+        ("$(env MISSING)", "not set"),
+        ("$(find-pkg-share no_such_package)", "found no package 'no_such_package'"),
+        ("$(var)", "has 0 arguments, expected 1 to 2"),
+        ("$(var rate", r"without its '\)'"),
+        ("$(var 'rate)", "has an open '"),
+        ("$()", "without a name"),
+        ("$(command 'no_such_program_anywhere')", "cannot run"),
+        ("$(command 'sh -c \"echo oops >&2; exit 3\"')", "exit code 3, it said: oops"),
+    ],
+)
+def test_what_cannot_be_resolved_is_said_with_file_and_line(text, complaint):
+    with pytest.raises(LaunchError, match=complaint) as caught:
+        resolve(text, SCOPE, PLACE)
+
+    assert str(caught.value).startswith("x.launch.yaml:7: ")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("", []),
+        ("a b  c", ["a", "b", "c"]),
+        ("--rate $(var rate)", ["--rate", "30.0"]),
+        ("$(var spaced)", ["two words"]),
+        ("--x=$(var spaced) y", ["--x=two words", "y"]),
+        ("$(var rate) $(var name)", ["30.0", "rate"]),
+        ("'one word' two", ["one word", "two"]),
+        ("$(dirname)/a b", ["/launch/folder/a", "b"]),
+    ],
+)
+def test_a_command_line_is_split_but_not_inside_substitutions(text, expected):
+    assert split_command_line(text, SCOPE, PLACE) == expected
+
+
+@pytest.mark.parametrize(("text", "expected"), [("true", True), ("0", False), ("False ", False)])
+def test_a_condition_reads_yaml_truth(text, expected):
+    assert condition(text, SCOPE, PLACE) is expected
+
+
+def test_a_condition_that_is_no_truth_value_is_refused():
+    with pytest.raises(LaunchError, match="expected true or false"):
+        condition("$(var rate)", SCOPE, PLACE)
