@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pose_fusion.floor import FloorEstimate
+from pose_fusion.rigid_transform import inverse
 from pose_fusion.samples import FloatArray
 
 
@@ -52,3 +53,18 @@ class Extrinsics:
     def T_map_sensor(self, sensor: str) -> FloatArray:  # noqa: N802 (the name of a matrix)
         """The transform from a sensor's frame to ``map``, shape (4, 4)."""
         return self.T_map_reference @ self.T_reference_sensor[sensor]
+
+
+def extrinsics_from_map(T_map_sensor: Mapping[str, FloatArray]) -> Extrinsics:
+    """Extrinsics from each sensor's place in ``map``, (4, 4) by sensor, the reference first."""
+    reference = next(iter(T_map_sensor))
+    T_reference_map = inverse(T_map_sensor[reference])
+    return Extrinsics(
+        reference=reference,
+        T_reference_sensor={
+            name: np.eye(4) if name == reference else T_reference_map @ T
+            for name, T in T_map_sensor.items()
+        },
+        T_map_reference=T_map_sensor[reference],
+        clock_offset_ns=dict.fromkeys(T_map_sensor, 0),
+    )
