@@ -70,6 +70,12 @@ def test_a_transform_turns_and_moves():
 
 
 def test_a_grid_has_a_constant_rate():
-    series = series_from_samples([sample(0, 0.0), sample(30, 3.0), sample(100, 10.0)]).grid(100.0)
-    assert np.diff(series.stamps_ns) == pytest.approx([10 * MS] * 10)
-    assert series.positions[:, 0, 0] == pytest.approx(np.arange(11.0))
+    series = series_from_samples([sample(0, 0.0), sample(30, 3.0), sample(100, 10.0)])
+    (positions,) = series.on_grids(100.0)
+    assert positions[:, 0, 0] == pytest.approx(np.arange(11.0))
+
+
+def test_a_gap_begins_a_new_grid_however_long_it_is():
+    year_ms = 3.2e10
+    series = series_from_samples([sample(0, 0.0), sample(20, 2.0), sample(year_ms, 5.0)])
+    assert [len(positions) for positions in series.on_grids(100.0)] == [3, 1]

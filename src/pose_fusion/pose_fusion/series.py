@@ -76,16 +76,15 @@ class SkeletonSeries:
         result[between] = interpolated
         return result
 
-    def grid(self, rate: float) -> "SkeletonSeries":
-        """The series at a constant rate [Hz], over its own duration."""
+    def on_grids(self, rate: float) -> list[FloatArray]:
+        """Positions at a constant rate [Hz], (m, 15, 3) for each stretch without a long gap."""
+        gaps = np.flatnonzero(np.diff(self.stamps_ns) > MAX_GAP_S * 1e9) + 1
         step_ns = round(1e9 / rate)
-        stamps_ns = np.arange(self.stamps_ns[0], self.stamps_ns[-1] + 1, step_ns, dtype=np.int64)
-        positions = self.at(stamps_ns)
-        known = np.isfinite(positions).all(axis=2)
-        state = np.where(known, TrackingState.TRACKED, TrackingState.NOT_TRACKED)
-        return SkeletonSeries(
-            stamps_ns=stamps_ns, positions=positions, tracking_state=state.astype(np.uint8)
-        )
+        return [
+            self.at(np.arange(stretch[0], stretch[-1] + 1, step_ns, dtype=np.int64))
+            for stretch in np.split(self.stamps_ns, gaps)
+            if len(stretch)
+        ]
 
 
 def series_from_samples(samples: Iterable[SkeletonSample]) -> SkeletonSeries:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_common.joints import JOINT_INDEX, SIDES
 from pose_fusion.samples import FloatArray
 from pose_fusion.series import SkeletonSeries
 
@@ -51,11 +51,11 @@ def rms_jerk(series: SkeletonSeries) -> dict[str, float]:
 
     Instants next to a gap or an unknown position are left out; NaN where none is left.
     """
-    if len(series) < 4:
-        return dict.fromkeys(JOINTS, np.nan)
-    positions = series.grid(JERK_RATE).positions
-    squared = np.sum((np.diff(positions, n=3, axis=0) * JERK_RATE**3) ** 2, axis=2)
-    return {name: np.sqrt(_mean(squared[:, index])) for name, index in JOINT_INDEX.items()}
+    differences = [
+        np.diff(positions, n=3, axis=0) * JERK_RATE**3 for positions in series.on_grids(JERK_RATE)
+    ]
+    squared = np.sum(np.concatenate([np.zeros((0, 15, 3)), *differences]) ** 2, axis=2)
+    return {name: float(np.sqrt(_mean(squared[:, index]))) for name, index in JOINT_INDEX.items()}
 
 
 def _mean(values: FloatArray) -> float:

@@ -1,0 +1,101 @@
+import csv
+import io
+
+import numpy as np
+import pytest
+from moving_body import motion
+from rich.console import Console
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.agreement import measure_agreement
+from pose_fusion.evaluation import evaluate
+from pose_fusion.evaluation_tables import (
+    agreement_csv,
+    agreement_tables,
+    evaluation_csv,
+    evaluation_markdown,
+    evaluation_table,
+)
+
+
+@pytest.fixture
+def evaluation():
+    wrong = motion(rate=30.0)
+    wrong.positions[:, JOINT_INDEX["left_foot"], 0] += 0.1
+    methods = {"left": wrong, "fused": motion(rate=30.0)}
+    return evaluate(methods, motion(), reference_name="the truth", synthetic=True)
+
+
+def shown(*tables, width=80):
+    console = Console(file=io.StringIO(), width=width, color_system=None)
+    for table in tables:
+        console.print(table)
+    return console.file.getvalue()
+
+
+def rows(text):
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def test_the_table_says_that_the_subject_is_synthetic(evaluation):
+    assert "synthetic subject" in " ".join(shown(evaluation_table(evaluation)).split())
+    assert "synthetic subject" in evaluation_markdown(evaluation)
+    assert {row["reference"] for row in rows(evaluation_csv(evaluation))} == {
+        "the truth, synthetic subject"
+    }
+
+
+def test_four_methods_fit_into_eighty_columns(evaluation):
+    methods = {name: motion(rate=30.0) for name in ("left", "right", "mean", "fused")}
+    table = evaluation_table(evaluate(methods, motion(), reference_name="the truth"))
+    text = shown(table)
+    assert "…" not in text
+    assert "right shoulder abduction" in text
+    assert "RMSE [deg]" in text
+
+
+def test_csv_holds_what_was_measured(evaluation):
+    found = [
+        float(row["value"])
+        for row in rows(evaluation_csv(evaluation))
+        if (row["method"], row["quantity"], row["of"]) == ("left", "rmse", "left_knee_flexion")
+    ]
+    expected = evaluation.method("left").angles["left_knee_flexion"].rmse_deg
+    assert found == pytest.approx([expected], rel=1e-5)
+
+
+def test_markdown_has_a_row_for_every_angle(evaluation):
+    lines = evaluation_markdown(evaluation).splitlines()
+    widths = {line.count("|") for line in lines if line.startswith("|")}
+    assert widths == {4}
+    assert any(line.startswith("| left knee flexion | 1") for line in lines)
+
+
+def test_what_is_unknown_is_a_dash_and_an_empty_cell(evaluation):
+    # The head is part of no angle; a still angle has no correlation.
+    assert "–" in shown(evaluation_table(evaluation))
+    still = [
+        row["value"]
+        for row in rows(evaluation_csv(evaluation))
+        if (row["quantity"], row["of"]) == ("r", "left_elbow_flexion")
+    ]
+    assert still == ["", ""]
+
+
+def test_agreement_is_shown_without_a_second_sensor_too():
+    agreement = measure_agreement({"left": motion(rate=30.0)}, {})
+    assert "left" in shown(*agreement_tables(agreement))
+
+
+def test_agreement_tables_fit_into_eighty_columns():
+    methods = {name: motion(rate=30.0) for name in ("left", "right", "mean", "fused")}
+    text = shown(*agreement_tables(measure_agreement(methods, {"left": np.eye(4)})))
+    assert "…" not in text
+    assert "left – right" in text
+
+
+def test_agreement_csv_names_the_pair():
+    methods = {name: motion(rate=30.0) for name in ("left", "right")}
+    found = rows(agreement_csv(measure_agreement(methods, {})))
+    pair = [row for row in found if row["method"] == "left-right"]
+    assert {row["quantity"] for row in pair} >= {"distance_as_logged", "rms_difference"}
