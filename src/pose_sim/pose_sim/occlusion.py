@@ -1,8 +1,10 @@
 """Which joints a camera cannot see because the body itself stands before them."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_common.joints import JOINTS, SIDES
 from pose_sim.rotations import FloatArray
 
 SOFTNESS = 0.012  # [m] over which a joint passes from seen to hidden
@@ -55,16 +57,16 @@ OWN_CAPSULES: dict[str, tuple[str, ...]] = {
 """Joint: the capsules that it lies in, which do not hide it."""
 
 
-def _weights(end: int) -> FloatArray:
-    weights = np.zeros((len(CAPSULES), len(JOINTS)))
-    for row, capsule in enumerate(CAPSULES.values()):
-        for joint, weight in capsule[end].items():
-            weights[row, JOINT_INDEX[joint]] = weight
-    return weights
+def _weights(mixtures: Iterable[Mixture]) -> FloatArray:
+    rows = [[mixture.get(joint, 0.0) for joint in JOINTS] for mixture in mixtures]
+    return np.array(rows)
 
 
-_ENDS = (_weights(0), _weights(1))
-_RADII = np.array([capsule[2] for capsule in CAPSULES.values()])
+_ENDS = (
+    _weights(start for start, _, _ in CAPSULES.values()),
+    _weights(end for _, end, _ in CAPSULES.values()),
+)
+_RADII = np.array([radius for _, _, radius in CAPSULES.values()])
 _HIDES = np.array([[name not in OWN_CAPSULES[joint] for name in CAPSULES] for joint in JOINTS])
 
 

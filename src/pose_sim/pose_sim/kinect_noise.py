@@ -1,0 +1,128 @@
+"""What is wrong with a virtual Kinect's skeletons, and how much of it: parameters and presets."""
+
+from dataclasses import dataclass, replace
+
+from pose_common.parameters import parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class KinectParameters:
+    """One virtual Kinect; lengths are standard deviations unless they say otherwise."""
+
+    frame_rate: float = parameter(30.0, unit="Hz", low=1.0, high=120.0, doc="Frames a second.")
+    clock_drift: float = parameter(
+        40.0, unit="ppm", low=0.0, high=1000.0, doc="Drift of the sensor's clock."
+    )
+    latency: float = parameter(
+        0.015, unit="s", low=0.0, high=0.5, doc="Capture to arrival at the host, at least."
+    )
+    arrival_jitter: float = parameter(
+        0.003, unit="s", low=0.0, high=0.2, doc="Mean of what comes on top of the latency."
+    )
+    dropped_share: float = parameter(
+        0.01, low=0.0, high=0.9, doc="Share of frames that never arrive."
+    )
+    white_noise: float = parameter(
+        0.0015, unit="m", low=0.0, high=0.1, doc="White noise across the view at 2 m."
+    )
+    depth_noise: float = parameter(
+        0.0004,
+        unit="m/m^2",
+        low=0.0,
+        high=0.1,
+        doc="White noise along the view, times the squared depth.",
+    )
+    joint_bias: float = parameter(
+        0.012,
+        unit="m",
+        low=0.0,
+        high=0.2,
+        doc="Constant offset of each joint in the body, half of it common to all sensors.",
+    )
+    flesh_offset: float = parameter(
+        0.015,
+        unit="m",
+        low=0.0,
+        high=0.2,
+        doc="Mean offset of joints towards the sensor, which sees skin and clothes.",
+    )
+    wander_still: float = parameter(
+        0.0015, unit="m", low=0.0, high=0.2, doc="Slow wander of each joint at rest."
+    )
+    wander_moving: float = parameter(
+        0.060, unit="m", low=0.0, high=0.5, doc="What a joint's movement at 1 m/s adds to it."
+    )
+    wander_time: float = parameter(
+        0.4, unit="s", low=0.01, high=10.0, doc="Correlation time of the wander."
+    )
+    bone_stiffness: float = parameter(
+        0.5, low=0.0, high=1.0, doc="How far the tracker keeps a limb's length in its errors."
+    )
+    hidden_error: float = parameter(
+        0.08, unit="m", low=0.0, high=1.0, doc="What a hidden joint's guess adds to the wander."
+    )
+    foreshortened_error: float = parameter(
+        0.05,
+        unit="m",
+        low=0.0,
+        high=1.0,
+        doc="What a limb that points to the sensor adds to the wander of its far joint.",
+    )
+    inertia: float = parameter(
+        0.8,
+        low=0.0,
+        high=1.0,
+        doc="How far a joint that is hard to see is drawn to where it was of late.",
+    )
+    lag: float = parameter(
+        0.04, unit="s", low=0.0, high=0.5, doc="Mean delay of the tracker's own smoothing."
+    )
+    glitch_rate: float = parameter(
+        1.0, unit="1/min", low=0.0, high=600.0, doc="Short gross errors of each moving joint."
+    )
+    glitch_size: float = parameter(0.15, unit="m", low=0.0, high=2.0, doc="Their size.")
+    wrongly_tracked: float = parameter(
+        0.25, low=0.0, high=1.0, doc="Share of hidden joints called tracked nevertheless."
+    )
+    lost_share: float = parameter(
+        0.004, low=0.0, high=0.9, doc="Share of time in which a joint in view is not tracked."
+    )
+    hidden_lost_share: float = parameter(
+        0.05, low=0.0, high=0.9, doc="Share of time in which a hidden joint is not tracked."
+    )
+
+
+_ERRORS = (
+    "white_noise",
+    "depth_noise",
+    "joint_bias",
+    "flesh_offset",
+    "wander_still",
+    "wander_moving",
+    "hidden_error",
+    "foreshortened_error",
+    "lag",
+    "glitch_rate",
+    "dropped_share",
+    "lost_share",
+    "hidden_lost_share",
+)
+
+TYPICAL = KinectParameters()
+CLEAN = replace(
+    TYPICAL,
+    clock_drift=0.0,
+    arrival_jitter=0.0,
+    inertia=0.0,
+    wrongly_tracked=0.0,
+    **dict.fromkeys(_ERRORS, 0.0),
+)
+HARD = replace(
+    TYPICAL,
+    inertia=1.0,
+    wrongly_tracked=0.5,
+    **{name: 2.0 * getattr(TYPICAL, name) for name in _ERRORS},
+)
+PRESETS = {"clean": CLEAN, "typical": TYPICAL, "hard": HARD}
+"""``clean``: no errors but hidden joints' states; ``typical``: a Kinect v2 with its own tracker;
+``hard``: twice that, towards what is published of Kinect v2 with NiTE2."""

@@ -1,0 +1,77 @@
+"""Where the virtual Kinects stand and where the subject begins, after li2020.
+
+``map`` lies under the first sensor and looks along its view. One Kinect faces the subject at about
+2 m, the other is moved aside, turned towards the subject and tilted.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_common.parameters import parameter
+from pose_sim.rotations import FloatArray
+
+SENSORS = ("left", "right")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SceneParameters:
+    """The place."""
+
+    distance: float = parameter(
+        2.2, unit="m", low=1.0, high=4.5, doc="Sensors to the subject's starting place, level."
+    )
+    sensor_height: float = parameter(
+        1.3, unit="m", low=0.3, high=3.0, doc="Height of both sensors above the floor."
+    )
+    aside: float = parameter(
+        38.0,
+        unit="deg",
+        low=-180.0,
+        high=180.0,
+        doc="How far the right sensor is moved around the subject, to its own right.",
+    )
+    tilt: float = parameter(
+        8.0, unit="deg", low=-45.0, high=45.0, doc="How far both sensors look down."
+    )
+    roll: float = parameter(
+        3.0, unit="deg", low=-45.0, high=45.0, doc="How far the right sensor is rolled."
+    )
+    body_height: float = parameter(1.75, unit="m", low=1.2, high=2.2, doc="The subject's height.")
+
+
+def subject_place(scene: SceneParameters) -> tuple[tuple[float, float], float]:
+    """Where the subject begins: x and y [m] in ``map``, and its heading [rad], to the sensor."""
+    return (scene.distance, 0.0), np.pi
+
+
+def sensor_poses(scene: SceneParameters) -> dict[str, FloatArray]:
+    """``T_map_kinect_<name>_optical_frame`` by name, shape (4, 4) each."""
+    (x, y), _ = subject_place(scene)
+    poses = {}
+    for name, aside, roll in zip(SENSORS, (0.0, scene.aside), (0.0, scene.roll), strict=True):
+        around = np.radians(aside)
+        poses[name] = optical_pose(
+            position=np.array(
+                [
+                    x - scene.distance * np.cos(around),
+                    y - scene.distance * np.sin(around),
+                    scene.sensor_height,
+                ]
+            ),
+            heading=around,
+            tilt=np.radians(scene.tilt),
+            roll=np.radians(roll),
+        )
+    return poses
+
+
+def optical_pose(position: FloatArray, heading: float, tilt: float, roll: float) -> FloatArray:
+    """``T_map_optical`` of a camera that looks along ``heading`` and down by ``tilt`` [rad]."""
+    R_map_camera = Rotation.from_euler("ZYX", (heading, tilt, roll)).as_matrix()  # x forward, z up
+    R_camera_optical = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    pose = np.eye(4)
+    pose[:3, :3] = R_map_camera @ R_camera_optical
+    pose[:3, 3] = position
+    return pose
