@@ -7,9 +7,9 @@ One of our joints is one of the SDK's, or the mean of two. Where an SDK offers a
 is taken that ends a rigid segment, so that bone lengths are constant and alike across sensors:
 
 - ``hand`` is the wrist and ``foot`` the ankle: a bent wrist or ankle then changes neither the
-  length of forearm and shank nor the angle of elbow and knee. The toes, for one, lie 10 cm in
-  front of the ankle and would read as 14 degrees of knee extension. NiTE2 has no such choice: its
-  forearm ends in the palm and is about 7 cm longer.
+  length of forearm and shank nor the angle of elbow and knee. The toes, for one, lie 9 cm in
+  front of the ankle and would turn the shank by 12 degrees. NiTE2 has no such choice: its forearm
+  ends in the palm and is about 7 cm longer.
 - ``neck`` is the point between the shoulders where the arms hang, as NiTE2 has it and Kinect v1
   calls ``ShoulderCenter``; the ``Neck`` of Kinect v2 (7 cm) and Azure (4 cm) lies higher and
   moves with the head.

@@ -65,7 +65,8 @@ def _stream(
     host, sensor, _, person = used
     numbers = np.array([table.numbers(row, joints) for row in rows])
     positions = numbers.reshape(len(rows), len(KINECT_V2.joints), 3)
-    positions[(positions == MISSING).any(axis=-1)] = np.nan
+    missing = (positions == MISSING) | ~np.isfinite(positions)
+    positions[missing.any(axis=-1)] = np.nan
     state = np.full(positions.shape[:-1], TrackingState.TRACKED, dtype=np.uint8)
     positions, state = KINECT_V2.convert(positions, state)
     return make_stream(
