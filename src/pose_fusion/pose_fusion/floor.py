@@ -7,9 +7,12 @@ Up comes from the person's own upright stance, then from the heights of the stan
 on a plane. With :math:`h` the height of a foot at the horizontal place :math:`(x, y)` along the
 first guess of up:
 
-.. math:: h = a x + b y + c, \qquad a, b \sim N(0, \tan^2 \sigma_{body})
+.. math:: h = a x + b y + c
 
-so that feet that stay in one place leave the body's word, and feet that walk about replace it.
+and :math:`(a, b)` is weighted against the body's word, which is :math:`(0, 0)`, by the inverse
+covariances: feet that stay in one place leave the body's word, feet that walk about correct it.
+On two-view recordings from a height of 1 m with a level sensor, the body alone is wrong by 1 degree
+and the feet alone by 2, since an ankle's height is seen wrong with the distance.
 """
 
 from dataclasses import dataclass
@@ -23,11 +26,14 @@ from pose_fusion.samples import FloatArray
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height from place to place
 ANKLE_HEIGHT_STDDEV_M = 0.02  # [m] between people, shoes and sensors
-BODY_STDDEV = np.radians(2.0)  # [rad] of a standing person's long axis from the vertical
+FOOT_SLOPE_STDDEV = np.radians(2.0)  # [rad] ankles are seen too high or low with the distance
+WEAK_PRIOR = np.radians(20.0)  # [rad] where the feet alone leave the slope open
+BODY_STDDEV = np.radians(1.5)  # [rad] of a standing person's long axis from the vertical
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of a sensor that nothing is known of
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor: what lies down is no upright person
 STRAIGHT_KNEE = np.radians(25.0)  # [rad] flexion up to which a leg is straight
 UPRIGHT_TRUNK = np.radians(20.0)  # [rad] between trunk and legs
+FEET_COUNT_BELOW = 0.85  # [-] of the body's standard deviation, with which feet earn a mention
 MIN_UPRIGHT_FRAMES = 15  # [-]
 CELL_M = 0.25  # [m] feet within one cell of the floor count as one observation
 HUBER_M = 0.04  # [m] heights further off are feet in the air or wrong joints
@@ -35,7 +41,7 @@ ITERATIONS = 20
 
 KNOWN_MOUNTING = "known mounting"
 UPRIGHT_BODY = "upright body"
-FEET = "upright body and feet"
+FEET = "upright body and walking feet"
 LEVEL_SENSOR = "sensor assumed level"
 
 
@@ -88,16 +94,14 @@ def estimate_floor(positions: FloatArray, mounting: KnownMounting | None = None)
     sole, slope_stddev, height_stddev, cells = np.nan, up_stddev, np.inf, 0
     standing = _lower_feet(feet, up)
     if len(standing) >= MIN_UPRIGHT_FRAMES:
-        prior = 1e-6 if source == KNOWN_MOUNTING else up_stddev
-        slope, sole, slope_stddev, height_stddev, cells = _plane(standing, up, prior)
-        if source != KNOWN_MOUNTING and slope_stddev < 0.7 * up_stddev:
-            source = FEET if source == UPRIGHT_BODY else source
-        up = slope
+        up, sole, slope_stddev, height_stddev, cells = _plane(standing, up, up_stddev)
+        if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
+            source = FEET
     height, height_stddev = _height(sole, height_stddev, mounting)
     return FloorEstimate(
         T_map_reference=_map_frame(up, height),
         source=source,
-        up_stddev=0.0 if source == KNOWN_MOUNTING else slope_stddev,
+        up_stddev=slope_stddev,
         height_stddev=height_stddev,
         upright_frames=len(directions),
         foot_cells=cells,
@@ -155,9 +159,9 @@ def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
 
 
 def _plane(
-    standing: FloatArray, up: FloatArray, prior_stddev: float
+    standing: FloatArray, up: FloatArray, up_stddev: float
 ) -> tuple[FloatArray, float, float, float, int]:
-    """The floor that standing feet span, with a prior of its normal.
+    """The floor that standing feet span, weighted against a first guess of its normal.
 
     Returns:
         Its normal, the feet's height along it as seen from the sensor [m], the standard deviations
@@ -178,19 +182,20 @@ def _plane(
     ).T
     centre = np.array([x.mean(), y.mean()])
     design = np.column_stack([x - centre[0], y - centre[1], np.ones(len(x))])
-    prior = np.diag([1.0 / np.tan(prior_stddev) ** 2, 1.0 / np.tan(prior_stddev) ** 2, 0.0])
+    prior = np.diag([np.tan(WEAK_PRIOR) ** -2, np.tan(WEAK_PRIOR) ** -2, 0.0])
     solution = np.array([0.0, 0.0, np.median(h)])
     for _ in range(ITERATIONS):
         off = np.abs(h - design @ solution)
         weights = np.minimum(1.0, HUBER_M / np.maximum(off, 1e-9)) / FOOT_STDDEV_M**2
-        information = design.T @ (design * weights[:, None]) + prior
-        solution = np.linalg.solve(information, design.T @ (weights * h))
-    covariance = np.linalg.inv(information)
-    a, b, c = solution
+        covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
+        solution = covariance @ (design.T @ (weights * h))
+    slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
+    body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)
+    gain = body_covariance @ np.linalg.inv(body_covariance + slope_covariance)
+    a, b = gain @ solution[:2]
     normal = np.array([-a, -b, 1.0]) / np.sqrt(a * a + b * b + 1.0)
-    foot = np.array([*centre, c])
-    stddev = float(np.sqrt(np.linalg.eigvalsh(covariance[:2, :2])[-1]))
-    sole = float(normal @ foot)
+    sole = float(normal @ [*centre, solution[2]])
+    stddev = float(np.sqrt(np.linalg.eigvalsh(body_covariance - gain @ body_covariance)[-1]))
     return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(covariance[2, 2])), len(cells)
 
 

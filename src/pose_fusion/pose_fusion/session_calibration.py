@@ -54,6 +54,7 @@ def calibrate(
         if sample.sensor in by_sensor:
             by_sensor[sample.sensor].append(sample)
     for name, ones in by_sensor.items():
+        ones.sort(key=lambda one: one.stamp_ns)
         if not ones:
             raise CalibrationError(
                 f"found no skeletons of '{name}', expected some from each of {', '.join(sensors)}"
