@@ -153,7 +153,7 @@ def markdown_table(parameters: type) -> str:
     return "\n".join(lines) + "\n"
 
 
-def add_arguments(parser: argparse.ArgumentParser, parameters: type) -> None:
+def add_arguments(parser: argparse._ActionsContainer, parameters: type) -> None:
     """Add one ``--option`` a parameter, without defaults, so that only given ones override."""
     for name, (default, spec) in specs(parameters).items():
         option = "--" + name.replace("_", "-")

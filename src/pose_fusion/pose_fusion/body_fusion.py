@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.joints import JOINT_INDEX, TrackingState
 from pose_fusion.body_model import ROOT_DOF, BodyModel, Link
 from pose_fusion.estimates import Source
 from pose_fusion.imu_alignment import SegmentReading
@@ -200,8 +200,5 @@ class BodyFusion:
         fused.rotations, fused.joints = pose.rotations, pose.positions
 
     def _ends(self, link: Link) -> tuple[int, int]:
-        """The joints that show a link's direction: where it begins and the first fixed in it."""
-        if link.joint is None:
-            return JOINT_INDEX["left_hip"], JOINT_INDEX["neck"]
-        fixed = next(joint for joint in JOINTS if self._model.joints[joint].link == link.name)
-        return JOINT_INDEX[link.joint], JOINT_INDEX[fixed]
+        start, end = self._model.ends(link.name)
+        return JOINT_INDEX[start], JOINT_INDEX[end]

@@ -91,6 +91,13 @@ class BodyModel:
         """The link that each joint angle turns."""
         return {dof.name: link.name for link in self.links.values() for dof in link.dof}
 
+    def ends(self, link_name: str) -> tuple[str, str]:
+        """The joints that show a link's direction: where it begins, and the first fixed in it."""
+        joint = self.links[link_name].joint
+        if joint is None:
+            return "left_hip", "neck"
+        return joint, next(j for j in JOINTS if self.joints[j].link == link_name)
+
     @cached_property
     def limits(self) -> FloatArray:
         """Lower and upper limit of each joint angle, shape (angles, 2) [rad]."""

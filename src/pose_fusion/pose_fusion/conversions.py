@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Point, Transform, TransformStamped
 from pose_msgs.msg import PoseEstimate, Skeleton
+from rclpy.serialization import serialize_message
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA, Header, String
@@ -58,6 +59,17 @@ def to_messages(
         to_tf(estimate, model, body_id),
     )
     return dict(zip(body_topics(body_id), messages, strict=True))
+
+
+def type_name(message_type: Any) -> str:
+    """For example ``pose_msgs/msg/Skeleton``."""
+    package = message_type.__module__.split(".")[0]
+    return f"{package}/msg/{message_type.__name__}"
+
+
+def serialized(message: Any) -> bytes:
+    """The message as it goes over the wire."""
+    return bytes(serialize_message(message))
 
 
 def to_header(stamp_ns: int, frame_id: str = WORLD_FRAME) -> Header:

@@ -23,7 +23,7 @@ from pose_fusion.extrinsics import Extrinsics
 from pose_fusion.fusion_parameters import FusionParameters
 from pose_fusion.imu_set import ImuSet
 from pose_fusion.kinect_tracker import COUNTERS as TRACKER_COUNTERS
-from pose_fusion.kinect_tracker import KinectTracker
+from pose_fusion.kinect_tracker import KinectTracker, mean_of_sensors
 from pose_fusion.samples import FloatArray, ImuSample, SkeletonSample
 from pose_fusion.time_alignment import AlignedFrame, TimeAligner
 
@@ -129,6 +129,9 @@ class FusionPipeline:
     def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
         self.counters.add("frames")
         measured, state = self._in_map(frame)
+        best = state.max(axis=0)
+        if self.parameters.use_imus:
+            self.imus.observe(frame.stamp_ns, mean_of_sensors(measured), best)
         if self._tracker is None:
             self.counters.add("frames_measuring_the_body")
             shape = self._measuring.add(frame.stamp_ns, measured, state)
@@ -140,12 +143,8 @@ class FusionPipeline:
             return None
         if self.counters["filter_starts"] > starts:
             self._fusion.reset()
-        best = state.max(axis=0)
-        filtered = self._tracker.filter
-        readings = (
-            self.imus.read(frame.stamp_ns, filtered, best) if self.parameters.use_imus else {}
-        )
-        fused = self._fusion.fuse(filtered, best, readings)
+        readings = self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {}
+        fused = self._fusion.fuse(self._tracker.filter, best, readings)
         self.counters.add("estimates")
         return self._estimate(frame.stamp_ns, fused, best, self._tracker.sensor_weight)
 

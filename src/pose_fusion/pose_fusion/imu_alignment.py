@@ -99,12 +99,13 @@ class ImuAlignment:
             stamp_ns: The instant.
             states: Readings by segment.
             axes_map: The z axis of each segment that the cameras track well now, shape (3,).
-            joint_angles: The cameras' estimate of the hinges and ball joints' swings [rad];
-                judged to tell whether the pose is neutral.
+            joint_angles: The angles [rad] that the cameras see, NaN unseen; they tell whether the
+                pose is neutral.
             body_heading: Heading of the trunk in map [rad].
         """
         for segment in states:
             self._segments.setdefault(segment, SegmentAlignment())
+        self._segments = dict(sorted(self._segments.items()))
         if any(self._segments[s].R_world_sensor_neutral is None for s in states):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
         for segment, axis in axes_map.items():
@@ -155,7 +156,9 @@ class ImuAlignment:
         body_heading: float,
     ) -> None:
         still = all(np.linalg.norm(s.angular_velocity) < STILL_RATE for s in states.values())
-        if not states or not still or np.max(np.abs(joint_angles)) > NEUTRAL_ANGLE:
+        # A joint that is not seen may be anywhere.
+        neutral = bool(np.all(np.abs(joint_angles) < NEUTRAL_ANGLE))
+        if not states or not still or not neutral:
             self._neutral_since_ns = None
             for alignment in self._segments.values():
                 alignment.forget_neutral()

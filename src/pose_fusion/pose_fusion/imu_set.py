@@ -5,15 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.joints import JOINT_INDEX, TrackingState
 from pose_fusion.body_model import BodyModel
 from pose_fusion.imu_alignment import ImuAlignment, SegmentReading
-from pose_fusion.imu_track import ImuTrack
-from pose_fusion.li2020 import Li2020Filter
+from pose_fusion.imu_track import ImuState, ImuTrack
+from pose_fusion.joint_angles import joint_angles
 from pose_fusion.samples import FloatArray, ImuSample
+from pose_fusion.trunk import trunk_axes
 
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
-SWINGS = ("_flexion", "_abduction")  # the joint angles that cameras see
 
 
 class ImuSet:
@@ -27,13 +27,6 @@ class ImuSet:
         self._model = model
         self._tracks: dict[str, ImuTrack] = {}
         self.alignment = ImuAlignment()
-        self._swings = np.array(
-            [
-                model.dof_index[name]
-                for name in model.angle_names
-                if name.endswith(SWINGS) and not name.startswith(("neck", "waist"))
-            ]
-        )
 
     @property
     def segments(self) -> Sequence[str]:
@@ -49,47 +42,59 @@ class ImuSet:
         newest = [track.newest_ns for track in self._tracks.values()]
         return all(n is None or n >= stamp_ns or n < stamp_ns - ALIVE_NS for n in newest)
 
-    def read(
-        self, stamp_ns: int, filtered: Li2020Filter, tracking_state: NDArray[np.uint8]
-    ) -> dict[str, SegmentReading]:
-        """The aligned IMUs' readings; also learns the alignment from the cameras' pose.
+    def observe(
+        self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]
+    ) -> None:
+        """Learn the alignment from what the cameras see.
 
         Args:
-            stamp_ns: The instant of the filter's pose.
-            filtered: The filter, just updated.
+            stamp_ns: The instant.
+            positions: Mean of the sensors' joints in map, shape (15, 3) [m]; NaN unseen.
             tracking_state: Best state of each joint over the sensors, shape (15,).
         """
-        states = {}
-        for segment, track in self._tracks.items():
-            state = track.at(stamp_ns)
-            if state is not None:
-                states[segment] = state
-        if not states:
-            return {}
-        rotations = filtered.kinematics.pose(filtered.dof).rotations
-        trunk = rotations[0]
+        states = self._states(stamp_ns)
+        trunk = trunk_axes(positions)
+        if not states or not np.all(np.isfinite(trunk)):
+            return
+        angles = np.array([value[0] for value in joint_angles(positions[None]).values()])
         self.alignment.observe(
             stamp_ns,
             states,
-            self._tracked_axes(rotations, tracking_state),
-            filtered.dof[self._swings],
+            self._tracked_axes(positions, trunk, tracking_state),
+            angles,
             float(np.arctan2(trunk[1, 0], trunk[0, 0])),
         )
-        readings = {s: self.alignment.reading(s, state) for s, state in states.items()}
+
+    def read(self, stamp_ns: int) -> dict[str, SegmentReading]:
+        """The aligned IMUs' readings at an instant, by segment."""
+        readings = {
+            segment: self.alignment.reading(segment, state)
+            for segment, state in self._states(stamp_ns).items()
+        }
         return {s: reading for s, reading in readings.items() if reading is not None}
 
+    def _states(self, stamp_ns: int) -> dict[str, ImuState]:
+        # In an order of their own: which IMU spoke first must not show, not even in rounding.
+        states = {segment: track.at(stamp_ns) for segment, track in sorted(self._tracks.items())}
+        return {segment: state for segment, state in states.items() if state is not None}
+
     def _tracked_axes(
-        self, rotations: FloatArray, tracking_state: NDArray[np.uint8]
+        self, positions: FloatArray, trunk: FloatArray, tracking_state: NDArray[np.uint8]
     ) -> dict[str, FloatArray]:
-        """Long axes of the segments whose joints are all tracked."""
+        """The long axis, z, in map of each segment whose joints are tracked."""
         axes = {}
         for segment in self._tracks:
             name = self._model.segments.get(segment)
             if name is None:
                 continue
-            joints = [j for j in JOINTS if self._model.joints[j].link == name]
-            joint = self._model.links[name].joint
-            joints += [joint] if joint else []
-            if all(tracking_state[JOINT_INDEX[j]] == TrackingState.TRACKED for j in joints):
-                axes[segment] = rotations[self._model.link_names.index(name)][:, 2]
+            start, end = self._model.ends(name)
+            ends = [JOINT_INDEX[start], JOINT_INDEX[end]]
+            if np.any(tracking_state[ends] < TrackingState.TRACKED):
+                continue
+            direction = self._model.joints[end].direction
+            if direction is None:
+                axes[segment] = trunk[:, 2]
+            else:
+                bone = positions[ends[1]] - positions[ends[0]]
+                axes[segment] = bone / np.linalg.norm(bone) * direction[2]
         return axes

@@ -20,6 +20,14 @@ COUNTERS = (
 )
 
 
+def mean_of_sensors(measured: FloatArray) -> FloatArray:
+    """Mean of the sensors that saw a joint, shape (sensors, 15, 3) to (15, 3) [m]; NaN if none."""
+    seen = np.isfinite(measured)
+    count = seen.sum(axis=0)
+    total = np.where(seen, measured, 0.0).sum(axis=0)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
 class KinectTracker:
     """Follows one person through the sensors' joint positions.
 
@@ -75,16 +83,12 @@ class KinectTracker:
 
     def _start(self, stamp_ns: int, measured: FloatArray) -> bool:
         self._forget()
-        seen = np.isfinite(measured)
-        count = seen.sum(axis=0)
-        total = np.where(seen, measured, 0.0).sum(axis=0)
-        mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-        if not self.filter.start(mean):
+        if not self.filter.start(mean_of_sensors(measured)):
             self._counters.add("frames_without_trunk")
             return False
         self._counters.add("filter_starts")
         self._last_ns = stamp_ns
-        share = seen.all(axis=-1).astype(float)
+        share = np.isfinite(measured).all(axis=-1).astype(float)
         self.sensor_weight = share / np.maximum(share.sum(axis=0), 1.0)
         return True
 

@@ -29,10 +29,10 @@ class Li2020Parameters:
     """What a user may tune."""
 
     root_acceleration: float = parameter(
-        8.0, unit="m/s²", low=0.1, high=100.0, doc="process noise of the root's position"
+        5.0, unit="m/s²", low=0.1, high=100.0, doc="process noise of the root's position"
     )
     angular_acceleration: float = parameter(
-        60.0, unit="rad/s²", low=1.0, high=1000.0, doc="process noise of every rotation"
+        25.0, unit="rad/s²", low=1.0, high=1000.0, doc="process noise of every rotation"
     )
     initial_position_stddev: float = parameter(
         0.05, unit="m", low=0.001, high=1.0, doc="of the root, when the filter starts"
@@ -44,7 +44,7 @@ class Li2020Parameters:
         0.5, unit="rad/s", low=0.01, high=10.0, doc="of every rate [m/s or rad/s] at the start"
     )
     alpha: float = parameter(
-        0.5,
+        0.1,
         low=0.01,
         high=1.0,
         doc="spread of the sigma points, in units of √n standard deviations",
@@ -157,7 +157,7 @@ class Li2020Filter:
         scale = np.ones(2 * d)
         scale[ROOT_DOF:d] = np.minimum(1.0, LARGEST_ANGLE_STDDEV / stddev)
         if np.any(scale < 1.0):
-            self._covariance = scale[:, None] * self._covariance * scale
+            self._covariance = np.outer(scale, scale) * self._covariance
 
     def _re_reference(self) -> None:
         """Move the root's rotation vector into the reference before it leaves its chart."""
@@ -170,7 +170,8 @@ class Li2020Filter:
         change[3:6, 3:6] = change[d + 3 : d + 6, d + 3 : d + 6] = left_jacobian(vector)
         self._mean = change @ self._mean
         self._mean[3:6] = 0.0
-        self._covariance = change @ self._covariance @ change.T
+        covariance = change @ self._covariance @ change.T
+        self._covariance = 0.5 * (covariance + covariance.T)
 
 
 def _describe_step(noise: FloatArray, innovation: FloatArray, shape: tuple[int, ...]) -> FilterStep:

@@ -28,14 +28,14 @@ class UnscentedTransform:
     Args:
         size: Dimension n of the state; there are 2n + 1 points.
         alpha: Spread [-]: the points lie ``alpha √n`` standard deviations from the mean. The
-            customary 1e-3 gives the centre a weight of −10⁶, which cancels digits and loses
-            positive definiteness; 0.5 gives −3.
+            customary 1e-3 gives the centre a weight of −10⁶, which cancels digits; 0.1 gives −99,
+            and with 96 points of angles still spreads them little enough not to wrap.
         beta: Weight of the centre in the covariance [-]; 2 is best for a Gaussian.
         kappa: Second scaling [-].
     """
 
     def __init__(
-        self, size: int, *, alpha: float = 0.5, beta: float = 2.0, kappa: float = 0.0
+        self, size: int, *, alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0
     ) -> None:
         self._points = MerweScaledSigmaPoints(size, alpha, beta, kappa)
         self._mean_weights: FloatArray = self._points.Wm

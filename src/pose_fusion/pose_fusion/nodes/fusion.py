@@ -52,9 +52,7 @@ class FusionNode(Node):
         self._announced_shape: BodyShape | None = None
         self._reported_estimates = 0
         self._latency_s = 0.0
-        self._urdf_publisher = self.create_publisher(
-            String, urdf_topic(self._body_id), LATCHED_QOS
-        )
+        self._urdf_publisher = self.create_publisher(String, urdf_topic(self._body_id), LATCHED_QOS)
         self._publishers_by_topic = {
             topic: self.create_publisher(message_type, topic, 10)
             for topic, message_type in body_topics(self._body_id).items()
@@ -126,9 +124,7 @@ class FusionNode(Node):
         for estimate in estimates:
             now_ns = self.get_clock().now().nanoseconds
             self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
-            messages = to_messages(
-                estimate, self._pipeline.model, self._body_id, self._latency_s
-            )
+            messages = to_messages(estimate, self._pipeline.model, self._body_id, self._latency_s)
             for topic, message in messages.items():
                 self._publishers_by_topic[topic].publish(message)
 

@@ -1,0 +1,190 @@
+"""``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
+
+import argparse
+from dataclasses import replace
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from pose_common.bags import BagReader, BagWriter, open_bag
+from pose_common.command_line import run_tool
+from pose_common.errors import InputError
+from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
+from pose_fusion.bags import BagSamples, read_extrinsics, sensor_topics
+from pose_fusion.body_shape import load_body_shape
+from pose_fusion.conversions import (
+    body_topics,
+    serialized,
+    to_messages,
+    to_static_tf,
+    to_string,
+    type_name,
+    urdf_topic,
+)
+from pose_fusion.estimates import BodyEstimate
+from pose_fusion.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.extrinsics_file import load_extrinsics
+from pose_fusion.fusion_parameters import FusionParameters
+from pose_fusion.fusion_pipeline import FusionPipeline
+from pose_fusion.samples import SkeletonSample
+from pose_fusion.session_calibration import calibrate
+from pose_fusion.urdf import make_urdf
+
+NS_PER_S = 1_000_000_000
+TF_STATIC = "/tf_static"
+
+
+def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="pose fuse", description=__doc__)
+    parser.add_argument("in_bag", type=Path, help="a bag with kinect_<name>/skeletons")
+    parser.add_argument("out_bag", type=Path, help="the bag to make")
+    parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
+    parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
+    add_arguments(parser.add_argument_group("parameters of the fusion"), FusionParameters)
+    return parser.parse_args(arguments)
+
+
+def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionParameters:
+    """Parameters from the file, then from the options; the sensors, if not named, from the bag."""
+    values = values_from_ros_yaml(arguments.params, "fusion") if arguments.params else {}
+    given = {name: getattr(arguments, name) for name in specs(FusionParameters)}
+    values.update({name: value for name, value in given.items() if value is not None})
+    found = tuple(sensor_topics(bag))
+    if not found:
+        BagSamples(bag)  # says what is missing
+    parameters = from_mapping(FusionParameters, values)
+    if "sensors" not in values:
+        return replace(parameters, sensors=found)
+    missing = [sensor for sensor in parameters.sensors if sensor not in found]
+    if missing:
+        raise InputError(
+            f"{arguments.in_bag} holds no skeletons of {', '.join(missing)}: "
+            f"it has {', '.join(found)}"
+        )
+    return parameters
+
+
+def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Console) -> Extrinsics:
+    """Extrinsics from the file, else from the bag's transforms, else from its motion."""
+    if parameters.extrinsics_file:
+        return load_extrinsics(Path(parameters.extrinsics_file))
+    placed = read_extrinsics(bag)
+    if all(sensor in placed for sensor in parameters.sensors):
+        console.print("extrinsics: from the bag's /tf_static")
+        return extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
+    console.print("extrinsics: none in the bag, estimating them from its motion")
+    skeletons = (s for s in BagSamples(bag, parameters.person) if isinstance(s, SkeletonSample))
+    return calibrate(skeletons, parameters.sensors).extrinsics
+
+
+class EstimateWriter:
+    """Writes estimates into a bag, under the live topics' names."""
+
+    def __init__(self, writer: BagWriter, pipeline: FusionPipeline, extrinsics: Extrinsics) -> None:
+        self._writer = writer
+        self._pipeline = pipeline
+        self._extrinsics = extrinsics
+        self._body_id = pipeline.parameters.subject
+        self.count = 0
+        writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
+        writer.add_topic(urdf_topic(self._body_id), "std_msgs/msg/String", latched=True)
+        for topic, message_type in body_topics(self._body_id).items():
+            writer.add_topic(topic, type_name(message_type))
+
+    def write(self, estimate: BodyEstimate) -> None:
+        """Append all messages of an estimate, stamped with its instant."""
+        if self.count == 0:
+            self._write_latched(estimate.stamp_ns)
+        self.count += 1
+        latency_s = (estimate.newest_ns - estimate.stamp_ns) / NS_PER_S
+        messages = to_messages(estimate, self._pipeline.model, self._body_id, latency_s)
+        for topic, message in messages.items():
+            self._append(topic, message, estimate.stamp_ns)
+
+    def _write_latched(self, stamp_ns: int) -> None:
+        sensors = self._pipeline.parameters.sensors
+        placed = {sensor: self._extrinsics.T_map_sensor(sensor) for sensor in sensors}
+        self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
+        if self._pipeline.shape is not None:
+            urdf = make_urdf(self._pipeline.model, self._pipeline.shape, self._body_id)
+            self._append(urdf_topic(self._body_id), to_string(urdf), stamp_ns)
+
+    def _append(self, topic: str, message: object, stamp_ns: int) -> None:
+        self._writer.write_serialized(
+            topic, type_name(type(message)), serialized(message), stamp_ns
+        )
+
+
+def fuse(
+    bag: BagReader,
+    out_bag: Path,
+    parameters: FusionParameters,
+    *,
+    storage: str = "mcap",
+    console: Console | None = None,
+) -> FusionPipeline:
+    """Fuse a bag into a new one.
+
+    Returns:
+        The chain, for its counts.
+
+    Raises:
+        InputError: If the bag gives no estimates, or the new one cannot be written.
+    """
+    console = console or Console(stderr=True)
+    if out_bag.exists():
+        raise InputError(f"{out_bag} exists already: name another one, or remove it first")
+    extrinsics = find_extrinsics(bag, parameters, console)
+    pipeline = FusionPipeline(parameters, extrinsics)
+    if parameters.shape_file and Path(parameters.shape_file).exists():
+        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
+    columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    with (
+        BagWriter(out_bag, storage) as writer,
+        Progress(*columns, TimeRemainingColumn(), console=console) as progress,
+    ):
+        output = EstimateWriter(writer, pipeline, extrinsics)
+        task = progress.add_task("fusing", total=1.0)
+        samples = BagSamples(
+            bag, parameters.person, lambda share: progress.update(task, completed=share)
+        )
+        for sample in samples:
+            estimates = (
+                pipeline.add_skeleton(sample)
+                if isinstance(sample, SkeletonSample)
+                else pipeline.add_imu(sample)
+            )
+            for estimate in estimates:
+                output.write(estimate)
+        for estimate in pipeline.flush():
+            output.write(estimate)
+        if output.count == 0:
+            raise InputError(
+                f"{bag.path} gave no pose in {pipeline.counters['frames']} frames "
+                f"({pipeline.status}): the sensors must see the whole person for "
+                f"{parameters.shape_duration:g} s"
+            )
+    return pipeline
+
+
+def run() -> None:
+    """The tool."""
+    arguments = parse_arguments()
+    console = Console(stderr=True)
+    with open_bag(arguments.in_bag) as bag:
+        parameters = read_parameters(arguments, bag)
+        pipeline = fuse(
+            bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
+        )
+    counts = pipeline.counters
+    print(
+        f"{arguments.out_bag}: {counts['estimates']} estimates from "
+        f"{counts['skeletons']} skeletons and {counts['imu_samples']} IMU samples"
+    )
+
+
+def main() -> None:
+    """Run the tool and exit."""
+    run_tool(run)

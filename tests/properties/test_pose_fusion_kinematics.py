@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_body import MODEL, SHAPE, kinematics, random_dof
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.inverse_kinematics import dof_from_positions
+from pose_fusion.joint_angles import joint_angles
+from pose_fusion.joint_rotations import continuous_vector, link_angles, link_rates
+from pose_fusion.kinematics import left_jacobian, rotation_from_vector
+
+STEP = 1e-6
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-9, 1e-5, 0.3, 2.0, 3.1, 6.0])
+def test_rotations_from_vectors_are_scipys(rng, scale):
+    vectors = scale * rng.normal(size=(20, 3))
+    expected = Rotation.from_rotvec(vectors).as_matrix()
+    np.testing.assert_allclose(rotation_from_vector(vectors), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1e-7, 0.5, 2.5])
+def test_left_jacobian_is_the_derivative_of_the_exponential(rng, scale):
+    v, delta = scale * rng.normal(size=3), 1e-6 * rng.normal(size=3)
+    moved = Rotation.from_rotvec(v + delta) * Rotation.from_rotvec(v).inv()
+    np.testing.assert_allclose(left_jacobian(v) @ delta, moved.as_rotvec(), atol=1e-11)
+
+
+def test_position_jacobian_matches_finite_differences(rng):
+    body = kinematics()
+    for dof in random_dof(rng, 5, spread=1.0):
+        numeric = np.stack(
+            [
+                (body.pose(dof + step).positions - body.pose(dof - step).positions) / (2 * STEP)
+                for step in STEP * np.eye(MODEL.size)
+            ],
+            axis=-1,
+        )
+        np.testing.assert_allclose(body.jacobian(dof), numeric, atol=1e-8)
+
+
+def test_angular_velocities_match_finite_differences(rng):
+    body = kinematics()
+    dof, rates = random_dof(rng)[0], rng.normal(size=MODEL.size)
+    before = Rotation.from_matrix(body.pose(dof - STEP * rates).rotations)
+    after = Rotation.from_matrix(body.pose(dof + STEP * rates).rotations)
+    expected = (after * before.inv()).as_rotvec() / (2 * STEP)
+    np.testing.assert_allclose(body.angular_velocities(dof, rates), expected, atol=1e-6)
+
+
+def test_bones_keep_their_lengths_in_every_pose(rng):
+    positions = kinematics().pose(random_dof(rng, 30)).positions
+    for joint, place in MODEL.joints.items():
+        start = MODEL.links[place.link].joint
+        if start is None:
+            continue
+        bone = positions[:, JOINT_INDEX[joint]] - positions[:, JOINT_INDEX[start]]
+        length = np.linalg.norm(SHAPE.offsets[JOINT_INDEX[joint]])
+        np.testing.assert_allclose(np.linalg.norm(bone, axis=1), length, rtol=1e-12)
+
+
+def test_many_poses_at_once_are_the_same_as_one_by_one(rng):
+    body, dof = kinematics(), random_dof(rng, 7)
+    together = body.pose(dof)
+    for index, one in enumerate(dof):
+        alone = body.pose(one)
+        np.testing.assert_allclose(alone.positions, together.positions[index], atol=1e-14)
+        np.testing.assert_allclose(alone.rotations, together.rotations[index], atol=1e-14)
+
+
+def test_inverse_kinematics_undoes_forward_kinematics(rng):
+    body = kinematics()
+    for dof in random_dof(rng, 30):
+        body.R_reference = np.eye(3)
+        positions = body.pose(dof).positions
+        found = dof_from_positions(MODEL, positions, R_reference=np.eye(3))
+        np.testing.assert_allclose(found, dof, atol=1e-9)
+
+
+def test_the_models_angles_are_those_that_are_measured_on_positions(rng):
+    dof = random_dof(rng, 20)
+    measured = joint_angles(kinematics().pose(dof).positions)
+    for name, values in measured.items():
+        np.testing.assert_allclose(values, dof[:, MODEL.dof_index[name]], atol=1e-9, err_msg=name)
+
+
+def test_link_angles_undo_the_links_chain(rng):
+    body = kinematics()
+    for dof in random_dof(rng, 20):
+        rotations = body.pose(dof).rotations
+        for index, link in enumerate(MODEL.links.values()):
+            if link.parent is None:
+                continue
+            which = [MODEL.dof_index[d.name] for d in link.dof]
+            parent = rotations[MODEL.link_names.index(link.parent)]
+            found = link_angles(link, parent.T @ rotations[index], dof[which])
+            np.testing.assert_allclose(found, dof[which], atol=1e-9, err_msg=link.name)
+
+
+def test_link_rates_undo_the_angular_velocities(rng):
+    body = kinematics()
+    dof, rates = random_dof(rng)[0], rng.normal(size=MODEL.size)
+    omega, rotations = body.angular_velocities(dof, rates), body.pose(dof).rotations
+    for index, link in enumerate(MODEL.links.values()):
+        if link.parent is None:
+            continue
+        which = [MODEL.dof_index[d.name] for d in link.dof]
+        parent = MODEL.link_names.index(link.parent)
+        found = link_rates(link, rotations[parent], dof[which], omega[index] - omega[parent])
+        np.testing.assert_allclose(found, rates[which], atol=0.03, err_msg=link.name)
+
+
+def test_shoulder_angles_do_not_jump_while_an_arm_is_raised_past_the_pole():
+    link = MODEL.links["left_upper_arm"]
+    previous = np.zeros(3)
+    body = kinematics()
+    dof = np.zeros(MODEL.size)
+    for abduction in np.radians(np.arange(0.0, 170.0, 2.0)):
+        dof[MODEL.dof_index["left_shoulder_abduction"]] = abduction
+        dof[MODEL.dof_index["left_shoulder_flexion"]] = 0.05
+        R = body.pose(dof).rotations[MODEL.link_names.index(link.name)]
+        angles = link_angles(link, R, previous)
+        assert np.max(np.abs(angles - previous)) < 0.3
+        previous = angles
+    assert previous[1] > np.radians(150.0)
+
+
+def test_a_rotation_vector_goes_on_beyond_half_a_turn(rng):
+    axis = np.array([0.1, -0.2, 0.9]) / np.linalg.norm([0.1, -0.2, 0.9])
+    previous = np.zeros(3)
+    for angle in np.arange(0.0, 15.0, 0.1):
+        vector = Rotation.from_rotvec(angle * axis).as_rotvec()
+        previous = continuous_vector(vector, previous)
+        np.testing.assert_allclose(previous, angle * axis, atol=1e-9)

@@ -1,0 +1,235 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
+
+from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_fusion.estimates import Source
+from pose_fusion.fusion_parameters import FusionParameters
+from pose_fusion.fusion_pipeline import FusionPipeline
+from pose_fusion.samples import ImuSample, SkeletonSample
+
+IMU_SEGMENTS = ("torso", "left_upper_arm", "left_forearm", "left_thigh", "left_shank")
+IMU_NS = 10_000_000
+START_NS = 10**18
+
+
+def run(samples, parameters=None, placed=None):
+    pipeline = FusionPipeline(parameters or FusionParameters(), placed or extrinsics())
+    estimates = []
+    for sample in samples:
+        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
+        estimates += add(sample)
+    return pipeline, estimates + pipeline.flush()
+
+
+def session(duration_s=10.0, noise=0.01, seed=21):
+    t, dof = motion(duration_s)
+    positions = kinematics().pose(dof).positions
+    samples = skeleton_samples(positions, extrinsics(), np.random.default_rng(seed), noise)
+    return t, dof, samples
+
+
+def imu_samples(t, dof, rng, heading=1.1):
+    """Crookedly strapped IMUs in a world turned by ``heading`` (synthetic)."""
+    rotations = kinematics().pose(dof).rotations
+    times = np.arange(0.0, t[-1], IMU_NS * 1e-9)
+    samples = []
+    for segment in IMU_SEGMENTS:
+        link = MODEL.link_names.index(MODEL.segments[segment])
+        mounting = Rotation.from_rotvec(rng.normal(0.0, 0.3, 3))
+        nearest = np.minimum(np.searchsorted(t, times), len(t) - 1)
+        before = np.maximum(nearest - 1, 0)
+        share = np.clip((times - t[before]) * 30.0, 0.0, 1.0)
+        first = Rotation.from_matrix(rotations[before, link])
+        turn = (first.inv() * Rotation.from_matrix(rotations[nearest, link])).as_rotvec()
+        segments = first * Rotation.from_rotvec(share[:, None] * turn)
+        sensors = Rotation.from_euler("z", -heading) * segments * mounting
+        rates = (sensors[:-1].inv() * sensors[1:]).as_rotvec() / 0.01
+        for time, quaternion, rate in zip(times[:-1], sensors.as_quat(), rates, strict=False):
+            samples.append(
+                ImuSample(
+                    stamp_ns=START_NS + round(time * 1e9),
+                    segment=segment,
+                    orientation=quaternion,
+                    orientation_stddev=np.full(3, 0.02),
+                    angular_velocity=rate,
+                )
+            )
+    return samples
+
+
+def merged(*lists):
+    return sorted((sample for each in lists for sample in each), key=lambda s: s.stamp_ns)
+
+
+def truth_at(estimate, t, dof):
+    time = (estimate.stamp_ns - START_NS) * 1e-9
+    return np.array([np.interp(time, t, column) for column in dof.T])
+
+
+def angle_rms(estimates, t, dof, name):
+    index = MODEL.dof_index[name]
+    errors = [e.position[index] - truth_at(e, t, dof)[index] for e in estimates]
+    return np.degrees(np.sqrt(np.mean(np.square(errors))))
+
+
+@pytest.fixture(scope="module")
+def plain():
+    t, dof, samples = session()
+    return t, dof, samples, *run(samples)
+
+
+def test_every_pair_of_frames_after_the_body_is_measured_gives_an_estimate(plain):
+    _, _, _, pipeline, estimates = plain
+    counts = pipeline.counters
+    assert counts["frames_measuring_the_body"] == pytest.approx(61, abs=3)
+    assert counts["estimates"] == counts["frames"] - counts["frames_measuring_the_body"]
+    assert len(estimates) == counts["estimates"]
+    assert np.all(np.diff([e.stamp_ns for e in estimates]) > 0)
+
+
+def test_knee_flexion_follows_the_truth(plain):
+    t, dof, _, _, estimates = plain
+    assert angle_rms(estimates, t, dof, "left_knee_flexion") < 8.0
+    assert angle_rms(estimates, t, dof, "right_hip_flexion") < 8.0
+
+
+def test_running_twice_gives_the_same_numbers(plain):
+    _, _, samples, _, estimates = plain
+    _, again = run(samples)
+    for one, other in zip(estimates, again, strict=True):
+        np.testing.assert_array_equal(one.position, other.position)
+        np.testing.assert_array_equal(one.position_stddev, other.position_stddev)
+
+
+def test_how_the_streams_interleave_makes_no_difference():
+    t, dof, skeletons = session(6.0)
+    samples = merged(skeletons, imu_samples(t, dof, np.random.default_rng(1)))
+    rng = np.random.default_rng(2)
+    late = [s.stamp_ns + int(rng.uniform(0, 8e6)) for s in samples]
+    by_stream = {}
+    for sample, arrival in zip(samples, late, strict=True):
+        stream = getattr(sample, "sensor", None) or sample.segment
+        by_stream[stream] = max(arrival, by_stream.get(stream, 0) + 1)
+        late[samples.index(sample)] = by_stream[stream]
+    shuffled = [s for _, s in sorted(zip(late, samples, strict=True), key=lambda pair: pair[0])]
+    _, one = run(samples)
+    _, other = run(shuffled)
+    assert [e.stamp_ns for e in one] == [e.stamp_ns for e in other]
+    np.testing.assert_array_equal(one[-1].position, other[-1].position)
+
+
+def test_without_extrinsics_samples_are_counted_and_nothing_is_said(plain):
+    _, _, samples, _, _ = plain
+    pipeline = FusionPipeline(FusionParameters())
+    assert [e for sample in samples[:50] for e in pipeline.add_skeleton(sample)] == []
+    assert pipeline.counters["skeletons_without_extrinsics"] == 50
+    assert pipeline.status == "waiting for extrinsics"
+
+
+def test_when_one_sensor_falls_silent_the_other_carries_on():
+    _, _, samples = session(8.0)
+    cut = START_NS + 5 * 10**9
+    samples = [s for s in samples if s.sensor == "left" or s.stamp_ns < cut]
+    _, estimates = run(samples)
+    after = [e for e in estimates if e.stamp_ns > cut + 300_000_000]
+    assert len(after) > 60
+    assert np.all(after[-1].sensor_weight["right"] == 0.0)
+    assert np.all(after[-1].source == Source.KINECT)
+
+
+def test_a_joint_that_no_sensor_tracks_is_called_predicted():
+    _, _, samples = session(5.0)
+    knee = JOINT_INDEX["left_foot"]
+    state = samples[0].tracking_state.copy()
+    state[knee] = TrackingState.NOT_TRACKED
+    blind = []
+    for sample in samples:
+        positions = sample.positions.copy()
+        positions[knee] = np.nan
+        hidden = replace(sample, positions=positions, tracking_state=state)
+        blind.append(hidden if sample.stamp_ns > START_NS + 4 * 10**9 else sample)
+    _, estimates = run(blind)
+    flexion = MODEL.dof_index["left_knee_flexion"]
+    assert estimates[-1].source[flexion] == Source.PREDICTED
+    assert estimates[-1].weight_kinect[flexion] == 0.0
+    assert estimates[-1].position_stddev[flexion] > estimates[0].position_stddev[flexion]
+    assert estimates[-1].tracking_state[knee] == TrackingState.NOT_TRACKED
+
+
+def test_after_a_long_gap_the_filter_starts_anew_where_the_person_is():
+    _, _, samples = session(8.0)
+    gap = (START_NS + 4 * 10**9, START_NS + 6 * 10**9)
+    pipeline, estimates = run([s for s in samples if not gap[0] < s.stamp_ns < gap[1]])
+    assert pipeline.counters["filter_restarts_gap"] == 1
+    assert estimates[-1].stamp_ns > gap[1] + 10**9
+
+
+def test_a_recording_that_loops_goes_on_after_the_jump_back():
+    _, _, samples = session(4.0)
+    pipeline, estimates = run(samples + samples)
+    assert pipeline.aligner.counters["clock_jumped_back"] >= 1
+    half = len(estimates) // 2
+    assert estimates[-1].stamp_ns == pytest.approx(samples[-1].stamp_ns, abs=3 * FRAME_NS)
+    assert estimates[half + 40].stamp_ns < estimates[half - 40].stamp_ns
+
+
+def test_nan_everywhere_never_breaks_the_chain():
+    _, _, samples = session(5.0)
+    rng = np.random.default_rng(3)
+    holes = []
+    for sample in samples:
+        positions = sample.positions.copy()
+        positions[rng.random(15) < 0.3] = np.nan
+        holes.append(replace(sample, positions=positions))
+    _, estimates = run(holes)
+    assert len(estimates) > 50
+    assert all(np.all(np.isfinite(e.position)) for e in estimates)
+
+
+def test_imus_are_aligned_by_standing_and_moving_and_then_improve_the_angles():
+    t, dof, skeletons = session(16.0, noise=0.03)
+    imus = imu_samples(t, dof, np.random.default_rng(4))
+    pipeline, fused = run(merged(skeletons, imus))
+    _, alone = run(skeletons)
+    assert set(pipeline.imus.alignment.known_segments) == set(IMU_SEGMENTS)
+    late = START_NS + 8 * 10**9
+    fused = [e for e in fused if e.stamp_ns > late]
+    alone = [e for e in alone if e.stamp_ns > late]
+    for name in ("left_knee_flexion", "left_elbow_flexion", "left_hip_flexion"):
+        with_imus, without = angle_rms(fused, t, dof, name), angle_rms(alone, t, dof, name)
+        assert with_imus < 0.7 * without, name
+    # The turn about the limb itself: only the IMU sees it.
+    assert angle_rms(fused, t, dof, "left_hip_rotation") < 6.0
+    turn = MODEL.dof_index["left_shoulder_rotation"]
+    swing = MODEL.dof_index["left_shoulder_flexion"]
+    assert fused[-1].source[turn] == Source.IMU
+    assert fused[-1].source[swing] == Source.FUSED
+    assert fused[-1].weight_kinect[swing] + fused[-1].weight_imu[swing] == pytest.approx(1.0)
+    assert fused[-1].source[MODEL.dof_index["right_knee_flexion"]] == Source.KINECT
+
+
+def test_a_limb_that_the_kinects_do_not_track_is_the_imus_alone():
+    t, dof, skeletons = session(12.0)
+    imus = imu_samples(t, dof, np.random.default_rng(5))
+    foot = JOINT_INDEX["left_foot"]
+    late = START_NS + 11 * 10**9
+    hidden = []
+    for sample in skeletons:
+        state = sample.tracking_state.copy()
+        state[foot] = TrackingState.INFERRED
+        hidden.append(replace(sample, tracking_state=state) if sample.stamp_ns > late else sample)
+    _, estimates = run(merged(hidden, imus))
+    knee = MODEL.dof_index["left_knee_flexion"]
+    assert estimates[-1].source[knee] == Source.IMU
+    assert (estimates[-1].weight_kinect[knee], estimates[-1].weight_imu[knee]) == (0.0, 1.0)
+    assert abs(np.degrees(estimates[-1].position[knee] - truth_at(estimates[-1], t, dof)[knee])) < 8
+
+
+def test_no_angle_jumps_between_estimates(plain):
+    _, _, _, _, estimates = plain
+    positions = np.array([e.position for e in estimates])
+    assert np.max(np.abs(np.diff(positions[:, 3:], axis=0))) < np.radians(60.0)

@@ -1,0 +1,123 @@
+import numpy as np
+import pytest
+from synthetic_body import MODEL, SHAPE, kinematics, motion, random_dof
+
+from pose_common.errors import InputError
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.body_measuring import BodyMeasuring
+from pose_fusion.body_model import load_body_model, parse_body_model
+from pose_fusion.body_shape import (
+    BodyShapeError,
+    estimate_body_shape,
+    load_body_shape,
+    save_body_shape,
+)
+
+
+def test_the_model_has_the_24_degrees_of_freedom_in_their_fixed_order():
+    limb = (
+        "shoulder_flexion",
+        "shoulder_abduction",
+        "shoulder_rotation",
+        "elbow_flexion",
+        "hip_flexion",
+        "hip_abduction",
+        "hip_rotation",
+        "knee_flexion",
+    )
+    assert MODEL.dof_names == (
+        "pelvis_x",
+        "pelvis_y",
+        "pelvis_z",
+        "pelvis_rotation_x",
+        "pelvis_rotation_y",
+        "pelvis_rotation_z",
+        "neck_flexion",
+        "neck_lateral_bending",
+        *(f"{side}_{name}" for side in ("left", "right") for name in limb),
+    )
+
+
+def test_an_unknown_model_is_refused_by_name():
+    with pytest.raises(InputError, match="no body model 'centipede'"):
+        load_body_model("centipede")
+
+
+def test_a_link_before_its_parent_is_refused():
+    document = {
+        "name": "broken",
+        "links": {"a": {"parent": "b", "joint": "neck", "dof": []}},
+        "joints": {name: {"link": "a", "direction": "measured"} for name in JOINT_INDEX},
+        "order": [],
+        "segments": {},
+    }
+    with pytest.raises(InputError, match="parents first"):
+        parse_body_model(document)
+
+
+def test_bone_lengths_come_out_of_clean_samples():
+    rng = np.random.default_rng(6)
+    positions = kinematics().pose(random_dof(rng, 40)).positions
+    found = estimate_body_shape(MODEL, positions)
+    np.testing.assert_allclose(found.offsets, SHAPE.offsets, atol=1e-9)
+
+
+def test_bone_lengths_survive_gross_outliers_in_a_fifth_of_the_samples():
+    rng = np.random.default_rng(7)
+    positions = kinematics().pose(random_dof(rng, 100)).positions
+    positions += rng.normal(0.0, 0.005, positions.shape)
+    positions[::5, JOINT_INDEX["left_knee"]] += [0.0, 0.3, -0.3]
+    found = estimate_body_shape(MODEL, positions).bone_lengths()
+    assert abs(found["left_knee"] - 0.42) < 0.01
+    assert abs(found["left_foot"] - 0.40) < 0.01
+
+
+def test_a_joint_that_was_hardly_seen_is_named():
+    positions = kinematics().pose(random_dof(np.random.default_rng(8), 40)).positions
+    positions[5:, JOINT_INDEX["right_hand"]] = np.nan
+    with pytest.raises(BodyShapeError, match="right_hand was seen whole in 5 samples"):
+        estimate_body_shape(MODEL, positions)
+
+
+def test_measuring_waits_for_the_stretch_and_then_for_every_joint():
+    _, dof = motion(2.0)
+    positions = kinematics().pose(dof).positions
+    state = np.full((1, 15), 2, np.uint8)
+    unseen = state.copy()
+    unseen[0, JOINT_INDEX["head"]] = 1
+    measuring = BodyMeasuring(MODEL, 0.5)
+    shapes = [
+        measuring.add(k * 33_000_000, positions[k][None], unseen if k < 25 else state)
+        for k in range(len(positions))
+    ]
+    known = [k for k, shape in enumerate(shapes) if shape is not None]
+    assert known[0] == 25 + 10 - 1  # ten samples with the head
+    assert "head" in measuring.status
+
+
+def test_measures_survive_saving_and_loading(tmp_path):
+    path = tmp_path / "me.yaml"
+    save_body_shape(path, MODEL, SHAPE, "me")
+    np.testing.assert_allclose(load_body_shape(path, MODEL).offsets, SHAPE.offsets, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "is not YAML"),
+        ("a: 1", "holds no bone lengths"),
+        ("{version: 1, body_model: other}", "is for body model other"),
+        ("{version: 1, body_model: li2020, offsets: {head: [0, 0, 1]}}", "lacks a joint"),
+    ],
+)
+def test_a_wrong_file_of_measures_is_refused_in_one_line(tmp_path, text, message):
+    path = tmp_path / "wrong.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        load_body_shape(path, MODEL)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_of_measures_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot read"):
+        load_body_shape(tmp_path / "missing.yaml", MODEL)

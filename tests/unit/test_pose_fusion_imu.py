@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+from pose_fusion.imu_alignment import ImuAlignment
+from pose_fusion.imu_track import ImuState, ImuTrack
+from pose_fusion.imu_weighting import fuse_limb, fuse_trunk, minimum_variance_weights
+from pose_fusion.samples import ImuSample
+
+MS = 1_000_000
+
+
+def sample(stamp_ns, rotation, rate=(0.0, 0.0, 0.0)):
+    return ImuSample(
+        stamp_ns=stamp_ns,
+        segment="torso",
+        orientation=rotation.as_quat(),
+        orientation_stddev=np.full(3, 0.02),
+        angular_velocity=np.array(rate),
+    )
+
+
+def state(rotation):
+    return ImuState(
+        R_world_sensor=rotation.as_matrix(),
+        angular_velocity=np.zeros(3),
+        stddev=np.full(3, 0.02),
+    )
+
+
+def test_weights_are_the_minimum_variance_ones():
+    weights = minimum_variance_weights(0.04, 0.01, is_tracked=True)
+    assert weights.kinect == pytest.approx(0.2)
+    assert weights.imu == pytest.approx(0.8)
+    assert weights.variance == pytest.approx(0.008)
+
+
+def test_an_untracked_segment_is_the_imus_alone():
+    weights = minimum_variance_weights(1e-6, 0.5, is_tracked=False)
+    assert (weights.kinect, weights.imu, weights.variance) == (0.0, 1.0, 0.5)
+
+
+def test_the_weighted_trunk_lies_on_the_way_between_both():
+    kinect = Rotation.from_rotvec([0.0, 0.2, 0.1])
+    imu = Rotation.from_rotvec([0.1, 0.0, 0.4])
+    fused = Rotation.from_matrix(fuse_trunk(kinect.as_matrix(), imu.as_matrix(), 0.3))
+    expected = Slerp([0.0, 1.0], Rotation.concatenate([kinect, imu]))(0.3)
+    assert (fused.inv() * expected).magnitude() < 1e-12
+
+
+def test_a_limbs_direction_is_weighted_and_its_own_turn_is_the_imus():
+    imu = Rotation.from_euler("yxz", [0.3, -0.2, 0.9])
+    kinect = Rotation.from_euler("yxz", [0.5, -0.2, -0.7])
+    fused = fuse_limb(kinect.as_matrix(), imu.as_matrix(), 0.25)
+    angle = np.arccos(kinect.as_matrix()[:, 2] @ imu.as_matrix()[:, 2])
+    assert np.arccos(fused[:, 2] @ kinect.as_matrix()[:, 2]) == pytest.approx(0.25 * angle)
+    turn = (Rotation.from_matrix(fused) * imu.inv()).as_rotvec()
+    assert abs(turn @ imu.as_matrix()[:, 2]) < 1e-12  # no turn about the limb
+
+
+def test_with_all_weight_a_limb_is_the_imus():
+    imu, kinect = Rotation.from_rotvec([0.3, 0.1, 0.8]), Rotation.from_rotvec([0.0, 0.4, 0.0])
+    fused = fuse_limb(kinect.as_matrix(), imu.as_matrix(), 1.0)
+    np.testing.assert_allclose(fused, imu.as_matrix(), atol=1e-12)
+
+
+def test_a_track_interpolates_between_samples():
+    track = ImuTrack()
+    track.add(sample(0, Rotation.identity(), (0.0, 0.0, 1.0)))
+    track.add(sample(10 * MS, Rotation.from_rotvec([0.0, 0.0, 0.1]), (0.0, 0.0, 3.0)))
+    read = track.at(4 * MS)
+    angle = Rotation.from_matrix(read.R_world_sensor).as_rotvec()
+    np.testing.assert_allclose(angle, [0.0, 0.0, 0.04], atol=1e-12)
+    np.testing.assert_allclose(read.angular_velocity, [0.0, 0.0, 1.8])
+
+
+def test_a_track_says_nothing_across_a_gap_or_of_a_dead_imu():
+    track = ImuTrack()
+    track.add(sample(0, Rotation.identity()))
+    assert track.at(200 * MS) is None
+    track.add(sample(500 * MS, Rotation.identity()))
+    assert track.at(250 * MS) is None
+
+
+def test_a_track_rejects_stamps_that_repeat_and_begins_anew_when_the_clock_is_set_back():
+    track = ImuTrack()
+    assert track.add(sample(10_000 * MS, Rotation.identity()))
+    assert not track.add(sample(10_000 * MS, Rotation.identity()))
+    assert not track.add(sample(9_990 * MS, Rotation.identity()))
+    assert track.add(sample(100 * MS, Rotation.identity()))
+    assert track.newest_ns == 100 * MS
+
+
+def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
+    """A crooked strap and a world turned by 70 degrees are both found (synthetic)."""
+    heading, body_heading = np.radians(70.0), np.radians(170.0)
+    Y = Rotation.from_euler("z", heading)
+    mounting = Rotation.from_rotvec([0.3, -0.4, 1.2])  # segment from sensor
+
+    def reading(R_map_segment):
+        return {"left_thigh": state(Y.inv() * R_map_segment * mounting)}
+
+    neutral = Rotation.from_euler("z", body_heading)
+    alignment = ImuAlignment()
+    for k in range(60):
+        alignment.observe(
+            k * 33 * MS,
+            reading(neutral),
+            {"left_thigh": np.array([0.0, 0.0, 1.0])},
+            np.zeros(4),
+            body_heading,
+        )
+    assert alignment.reading("left_thigh", reading(neutral)["left_thigh"]) is None
+    errors = []
+    for k in range(200):
+        swing = neutral * Rotation.from_euler("y", -0.8 * np.sin(0.05 * k))
+        seen = reading(swing)
+        alignment.observe(
+            (60 + k) * 33 * MS, seen, {"left_thigh": swing.as_matrix()[:, 2]}, np.ones(4), 0.0
+        )
+        found = alignment.reading("left_thigh", seen["left_thigh"])
+        if found is not None:
+            errors.append((Rotation.from_matrix(found.R_map_segment).inv() * swing).magnitude())
+    assert alignment.heading("left_thigh") == pytest.approx(heading, abs=1e-6)
+    assert len(errors) > 100
+    assert max(errors[20:]) < 1e-6
+
+
+def test_without_a_neutral_pose_no_imu_is_believed():
+    alignment = ImuAlignment()
+    for k in range(100):
+        turned = Rotation.from_euler("y", 0.01 * k)
+        alignment.observe(
+            k * 33 * MS,
+            {"torso": state(turned)},
+            {"torso": turned.as_matrix()[:, 2]},
+            np.full(4, 0.9),
+            0.0,
+        )
+    assert alignment.reading("torso", state(Rotation.identity())) is None
+    assert alignment.known_segments == []
