@@ -2,7 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from pose_msgs.msg import SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
@@ -78,7 +78,8 @@ def test_a_loop_goes_on_with_increasing_stamps(bridge, spin_until):
     assert stamps[6] - start_ns == pytest.approx(32 * MS, abs=1000)
 
 
-def test_a_late_replay_publishes_every_frame(bridge, spin_until):
+def test_a_late_replay_publishes_every_frame_and_says_so(bridge, ros_context, spin_until):
+    diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
     _, received, _ = bridge(lead_ns=-60_000 * MS, rate=1.0, loop=True)
 
     spin_until(lambda: len(received) >= 10, what="ten late frames")
@@ -86,6 +87,10 @@ def test_a_late_replay_publishes_every_frame(bridge, spin_until):
     stamps = np.array([stamp_to_ns(message.header.stamp) for message in received])
     steps = np.unique(np.rint(np.diff(stamps) / MS))
     assert set(steps) <= {100.0, 140.0}  # none is missing: 140 ms from the last to the first
+    spin_until(lambda: diagnostics, what="a report")
+    status = diagnostics[0].status[0]
+    assert status.level == DiagnosticStatus.WARN
+    assert status.message.startswith("replaying a recording, ")
 
 
 def test_diagnostics_say_how_far_it_is_and_that_it_has_finished(bridge, ros_context, spin_until):

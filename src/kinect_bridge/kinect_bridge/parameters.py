@@ -8,6 +8,10 @@ from kinect_bridge.timeline import CLOCKS
 from pose_common.errors import ParameterError
 from pose_common.parameters import parameter
 
+MAX_START_NS = (
+    2**31 - 10**7
+) * 10**9  # [ns] stamps have 31 bits of seconds; some are for the replay
+
 
 @dataclass(frozen=True, kw_only=True)
 class KinectBridgeParameters:
@@ -59,7 +63,8 @@ class KinectBridgeParameters:
         """
         if not self.start_at:
             return now_ns
-        if not re.fullmatch(r"\d{1,18}|[1-8]\d{18}", self.start_at, re.ASCII):
+        is_integer = re.fullmatch(r"\d+", self.start_at, re.ASCII) is not None
+        if not is_integer or int(self.start_at) > MAX_START_NS:
             raise ParameterError(
                 f"start_at = {self.start_at!r} is no UNIX time in integer nanoseconds: give for "
                 f"example the output of `date +%s%N`, or nothing for now"

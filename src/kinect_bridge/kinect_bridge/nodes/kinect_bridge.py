@@ -20,6 +20,7 @@ from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
 
+LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then
 STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState)
 
 
@@ -104,8 +105,8 @@ class KinectBridge(Node):
         elapsed_s = max(now_ns - before_ns, 1) * 1e-9
         fit = self._timeline.fit
         return Report(
-            level=Level.OK,
-            message=self._message(now_ns),
+            level=Level.WARN if late_ns > LATE_NS else Level.OK,
+            message=self._message(now_ns, late_ns),
             values={
                 "file": self._recording.source,
                 "format": self._recording.format,
@@ -122,12 +123,14 @@ class KinectBridge(Node):
             },
         )
 
-    def _message(self, now_ns: int) -> str:
+    def _message(self, now_ns: int, late_ns: int) -> str:
         if self._replay.finished:
             return "recording finished"
         due_ns = self._replay.schedule.due_ns(self._replay.played)
         if self._replay.played == 0 and due_ns is not None and due_ns > now_ns:
             return f"recording begins in {(due_ns - now_ns) * 1e-9:.1f} s"
+        if late_ns > LATE_NS:
+            return f"replaying a recording, {late_ns * 1e-9:.1f} s late"
         return "replaying a recording"
 
 
