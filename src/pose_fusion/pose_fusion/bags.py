@@ -76,17 +76,27 @@ class BagSamples:
         bag: An open bag.
         person: The id of the person to follow in all sensors; see :class:`PersonSelector`.
         progress: Called now and then.
+        selector: How the person is chosen, instead of by ``person``.
+        imus: Read the IMUs too.
 
     Raises:
         InputError: If the bag holds no skeletons, or is damaged.
     """
 
-    def __init__(self, bag: BagReader, person: str = "", progress: Progress | None = None) -> None:
+    def __init__(
+        self,
+        bag: BagReader,
+        person: str = "",
+        progress: Progress | None = None,
+        *,
+        selector: PersonSelector | None = None,
+        imus: bool = True,
+    ) -> None:
         self._bag = bag
         self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
-        self._imus = {topic: name for name, topic in imu_topics(bag).items()}
+        self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
         self._progress = progress or (lambda _: None)
-        self._selector = PersonSelector(person)
+        self._selector = selector or PersonSelector(person)
         self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
         self.person_counters = self._selector.counters
         if not self._sensors:

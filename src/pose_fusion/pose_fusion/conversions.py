@@ -17,6 +17,7 @@ from pose_common.conversions import ns_to_stamp
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body_model import ROOT_DOF, BodyModel
 from pose_fusion.estimates import BodyEstimate
+from pose_fusion.extrinsics import Extrinsics
 from pose_fusion.samples import FloatArray
 from pose_fusion.urdf import link_frame
 
@@ -181,6 +182,19 @@ def to_static_tf(transforms: Mapping[str, FloatArray]) -> TFMessage:
             for sensor, T_map_sensor in transforms.items()
         ]
     )
+
+
+def to_extrinsics_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[TransformStamped]:
+    """Where each sensor stands in the frame of the reference, one message a sensor."""
+    return [
+        TransformStamped(
+            header=to_header(stamp_ns, f"kinect_{extrinsics.reference}_optical_frame"),
+            child_frame_id=f"kinect_{sensor}_optical_frame",
+            transform=to_transform(T_reference_sensor),
+        )
+        for sensor, T_reference_sensor in extrinsics.T_reference_sensor.items()
+        if sensor != extrinsics.reference
+    ]
 
 
 def to_string(text: str) -> String:

@@ -30,6 +30,7 @@ NS_PER_S = 1_000_000_000
 JOINT_ERROR_M = 0.02  # [m] view-dependent error of one joint, which no repetition averages out
 VOXEL_M = 0.1  # [m] one joint within one voxel counts as one independent observation
 CELL_M = 0.3  # [m] places of the body are told apart by this
+PAUSE_NS = NS_PER_S  # [ns] a longer step between frames is a pause
 KEPT_EVERY_NS = 50_000_000  # [ns] frames closer in time say the same
 MAX_KEPT_FRAMES = 900  # [-] 45 s of frames
 TRUNK = [
@@ -84,15 +85,8 @@ class ExtrinsicsCalibrator:
         self._last_kept_ns: int | None = None
         self.frames_in = 0
         self.frames_with = dict.fromkeys(self.sensors[1:], 0)
-        self.first_stamp_ns: int | None = None
-        self.last_stamp_ns: int | None = None
-
-    @property
-    def duration_s(self) -> float:
-        """Time [s] from the first simultaneous frame to the last."""
-        if self.first_stamp_ns is None or self.last_stamp_ns is None:
-            return 0.0
-        return (self.last_stamp_ns - self.first_stamp_ns) / NS_PER_S
+        self.observed_s = 0.0  # [s] for which the reference and another sensor saw the person
+        self._last_ns: int | None = None
 
     def add(self, frame: AlignedFrame) -> None:
         """Take what the sensors saw at one instant."""
@@ -104,8 +98,9 @@ class ExtrinsicsCalibrator:
             return
         for name, both in zip(self.sensors[1:], shared[1:], strict=True):
             self.frames_with[name] += int(both)
-        self.first_stamp_ns = self.first_stamp_ns if self.first_stamp_ns else frame.stamp_ns
-        self.last_stamp_ns = frame.stamp_ns
+        if self._last_ns is not None and 0 < frame.stamp_ns - self._last_ns < PAUSE_NS:
+            self.observed_s += (frame.stamp_ns - self._last_ns) / NS_PER_S
+        self._last_ns = frame.stamp_ns
         last_ns = self._last_kept_ns
         if last_ns is not None and 0 <= frame.stamp_ns - last_ns < KEPT_EVERY_NS:
             return

@@ -20,7 +20,7 @@
 
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -103,6 +103,22 @@ def load_extrinsics(path: Path) -> Extrinsics:
         T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
         clock_offset_ns=clock_offset_ns,
     )
+
+
+def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
+    """Read a calibration of certain sensors, the reference first.
+
+    Raises:
+        InputError: If the file is missing, is not such a file, or is of other sensors.
+    """
+    extrinsics = load_extrinsics(path)
+    if extrinsics.reference != sensors[0] or set(extrinsics.sensors) != set(sensors):
+        raise InputError(
+            f"{path} is a calibration of {', '.join(extrinsics.sensors)}, expected one of "
+            f"{', '.join(sensors)}, in this order: name another file, or remove it to calibrate "
+            "again"
+        )
+    return extrinsics
 
 
 def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:

@@ -159,6 +159,10 @@ class TimeAligner:
         self._append(stream, sample)
         return frames + self._emit(waiting=True)
 
+    def has_heard(self, sensor: str) -> bool:
+        """Whether a sensor has sent anything since the start."""
+        return self._streams[sensor].last_ns is not None
+
     def flush(self) -> list[AlignedFrame]:
         """Emit what is left, waiting for nobody: the streams have ended."""
         return self._emit(waiting=False)

@@ -1,0 +1,170 @@
+"""The calibration node: skeletons of several sensors in, where the sensors stand out."""
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import TransformStamped
+from pose_msgs.msg import SkeletonArray
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.running import run_node
+from pose_fusion.bags import skeleton_samples
+from pose_fusion.calibration_parameters import LiveCalibrationParameters
+from pose_fusion.conversions import to_extrinsics_messages, to_static_tf
+from pose_fusion.extrinsics import Extrinsics
+from pose_fusion.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_fusion.live_calibration import CalibrationState, LiveCalibration
+
+
+class CalibrationNode(Node):
+    """Feeds a :class:`LiveCalibration`, publishes what it finds and saves it.
+
+    Args:
+        **options: As for ``rclpy.node.Node``.
+
+    Raises:
+        PoseError: If the file or a parameter is not what it should be.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("calibration", **options)
+        parameters = declare_parameters(self, LiveCalibrationParameters)
+        self._file = Path(parameters.file).expanduser() if parameters.file else None
+        known = None
+        if self._file is not None and self._file.exists():
+            known = load_extrinsics_of(self._file, parameters.sensors)
+        self._calibration = LiveCalibration(parameters, known)
+        self._counters = Counters("malformed_frames")
+        self._trouble = ""
+        self._extrinsics_publisher = self.create_publisher(
+            TransformStamped, "extrinsics", _latched(len(parameters.sensors))
+        )
+        self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", _latched(1))
+        for sensor in parameters.sensors:
+            self.create_subscription(
+                SkeletonArray,
+                f"kinect_{sensor}/skeletons",
+                partial(self._on_skeletons, sensor),
+                qos_profile_sensor_data,
+            )
+        self.create_service(Trigger, "~/calibrate", self._on_calibrate)
+        self.create_service(Trigger, "~/save", self._on_save)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+        if known is not None:
+            self._publish(known)
+
+    def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
+        try:
+            persons = skeleton_samples(message, sensor)
+        except InputError as error:
+            self._counters.add("malformed_frames")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        extrinsics = self._calibration.add(persons)
+        if extrinsics is not None:
+            self._publish(extrinsics)
+            if self._file is not None:
+                self._save(self._file, extrinsics)
+
+    def _publish(self, extrinsics: Extrinsics) -> None:
+        stamp_ns = self.get_clock().now().nanoseconds
+        for message in to_extrinsics_messages(extrinsics, stamp_ns):
+            self._extrinsics_publisher.publish(message)
+        placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in extrinsics.sensors}
+        self._tf_publisher.publish(to_static_tf(placed))
+        self.get_logger().info(self._calibration.status)
+
+    def _save(self, file: Path, extrinsics: Extrinsics) -> bool:
+        try:
+            save_extrinsics(file, extrinsics)
+        except InputError as error:
+            self._trouble = str(error)
+            self.get_logger().error(self._trouble)
+            return False
+        self._trouble = ""
+        self.get_logger().info(f"saved {file}")
+        return True
+
+    def _on_calibrate(
+        self, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        self._calibration.restart()
+        response.success, response.message = True, "collecting anew: walk about, raise the arms"
+        return response
+
+    def _on_save(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        extrinsics = self._calibration.extrinsics
+        if self._file is None:
+            response.message = "no file to save to: start the node with the parameter 'file'"
+        elif extrinsics is None:
+            response.message = f"nothing to save yet: {self._calibration.status}"
+        else:
+            response.success = self._save(self._file, extrinsics)
+            response.message = f"saved {self._file}" if response.success else self._trouble
+        return response
+
+    def _report(self) -> Report:
+        calibration = self._calibration
+        collecting = calibration.state is CalibrationState.COLLECTING
+        level = Level.WARN if collecting else Level.OK
+        return Report(
+            level=Level.ERROR if self._trouble else level,
+            message=self._trouble or calibration.status,
+            values={
+                "state": calibration.state.value,
+                "common_view_s": f"{calibration.calibrator.observed_s:.1f}",
+                **{
+                    f"frames_with/{sensor}": count
+                    for sensor, count in calibration.calibrator.frames_with.items()
+                },
+                **_residuals(calibration.extrinsics),
+                **calibration.counters.as_dict(),
+                **self._counters.as_dict(),
+                **_prefixed("person", calibration.selector.counters),
+                **_prefixed("alignment", calibration.aligner.counters),
+            },
+        )
+
+
+def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
+    """What is known of a calibration's quality."""
+    if extrinsics is None:
+        return {}
+    values: dict[str, object] = {}
+    for sensor, pair in extrinsics.residuals.items():
+        values[f"median_residual_m/{sensor}"] = f"{pair.median:.4f}"
+        values[f"raw_median_m/{sensor}"] = f"{pair.raw_median:.4f}"
+        values[f"inlier_share/{sensor}"] = f"{pair.all_inlier_share:.2f}"
+        values[f"rotation_stddev_deg/{sensor}"] = f"{np.degrees(pair.rotation_stddev):.2f}"
+    if extrinsics.floor is not None:
+        floor = extrinsics.floor
+        values["vertical_from"] = floor.source
+        values["vertical_stddev_deg"] = f"{np.degrees(floor.up_stddev):.1f}"
+        values["sensor_height_m"] = f"{floor.height:.2f}"
+    return values
+
+
+def _prefixed(prefix: str, counters: Counters) -> dict[str, int]:
+    return {f"{prefix}/{name}": count for name, count in counters.as_dict().items()}
+
+
+def _latched(depth: int) -> QoSProfile:
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(CalibrationNode)

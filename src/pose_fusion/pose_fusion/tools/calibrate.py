@@ -1,0 +1,195 @@
+"""``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from pose_common.bags import BagReader, open_bag
+from pose_common.command_line import run_tool
+from pose_common.errors import InputError
+from pose_common.joints import JOINTS
+from pose_common.parameters import add_arguments, from_arguments
+from pose_fusion.bags import BagSamples, sensor_topics
+from pose_fusion.calibration_parameters import CalibrationParameters
+from pose_fusion.extrinsics_file import save_extrinsics
+from pose_fusion.samples import SkeletonSample
+from pose_fusion.session_calibration import SessionCalibration, calibrate
+from pose_fusion.single_person import SinglePersonSelector
+
+
+def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="pose calibrate", description=__doc__)
+    parser.add_argument("in_bag", type=Path, help="a bag with kinect_<name>/skeletons")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, help="the YAML to write; replaced if it exists"
+    )
+    parser.add_argument(
+        "--sensors", nargs="+", metavar="NAME", help="the reference first (default: all, by name)"
+    )
+    parser.add_argument(
+        "--date",
+        default="",
+        help="noted in the file, for people (default: none, so that the "
+        "same bag gives the same bytes)",
+    )
+    parser.add_argument(
+        "--clock-offsets",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="also find the offsets between the sensors' clocks (default: yes)",
+    )
+    add_arguments(parser.add_argument_group("parameters"), CalibrationParameters)
+    return parser.parse_args(arguments)
+
+
+def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, ...]:
+    """The sensors to calibrate, checked against the bag.
+
+    Raises:
+        InputError: If the bag has fewer than two of them.
+    """
+    found = tuple(sensor_topics(bag))
+    if not found:
+        BagSamples(bag)  # says what is missing
+    missing = [name for name in wanted or () if name not in found]
+    if missing:
+        raise InputError(
+            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has {', '.join(found)}"
+        )
+    sensors = tuple(wanted) if wanted else found
+    if len(set(sensors)) < 2:
+        raise InputError(
+            f"{bag.path}: one sensor alone ({', '.join(set(sensors))}) has nothing to be "
+            "calibrated against: give a bag with two or more"
+        )
+    if len(set(sensors)) < len(sensors):
+        raise InputError(f"--sensors {' '.join(sensors)}: expected different names")
+    return sensors
+
+
+def calibrate_bag(
+    bag: BagReader,
+    sensors: Sequence[str],
+    parameters: CalibrationParameters,
+    *,
+    find_clock_offsets: bool = True,
+    console: Console | None = None,
+) -> SessionCalibration:
+    """Calibrate the session that a bag holds.
+
+    Raises:
+        CalibrationError: If it does not determine the calibration.
+        InputError: If the bag is damaged.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as progress:
+        task = progress.add_task("reading", total=1.0)
+        samples = BagSamples(
+            bag,
+            progress=lambda share: progress.update(task, completed=share),
+            selector=SinglePersonSelector(parameters.person),
+            imus=False,
+        )
+        skeletons = [sample for sample in samples if isinstance(sample, SkeletonSample)]
+        progress.update(task, description="solving", total=None)
+        return calibrate(
+            skeletons,
+            sensors,
+            limits=parameters.limits,
+            mounting=parameters.known_mounting,
+            find_clock_offsets=find_clock_offsets,
+        )
+
+
+def agreement_table(session: SessionCalibration) -> Table:
+    """How well each sensor agrees with the reference, before and after."""
+    extrinsics = session.extrinsics
+    table = Table(title=f"Distance of a joint from where '{extrinsics.reference}' sees it")
+    for header in (
+        *("sensor", "frames", "raw median", "raw RMS", "median", "RMS", "inliers' RMS"),
+        *("inliers", "rotation ±", "clock ahead"),
+    ):
+        table.add_column(header, justify="left" if header == "sensor" else "right")
+    for name, pair in extrinsics.residuals.items():
+        offset = session.clock_offsets.get(name)
+        ahead = "not sought"
+        if offset is not None:
+            ahead = (
+                f"{offset.offset_ns * 1e-6:.1f} ± {offset.stddev_s * 1e3:.1f} ms"
+                if offset.observable
+                else "not observable"
+            )
+        table.add_row(
+            name,
+            str(pair.frames),
+            *(
+                f"{length * 100:.1f} cm"
+                for length in (
+                    *(pair.raw_median, pair.raw_rms),
+                    *(pair.median, pair.rms, pair.inlier_rms),
+                )
+            ),
+            f"{pair.all_inlier_share:.0%}",
+            f"{np.degrees(pair.rotation_stddev):.2f}°",
+            ahead,
+        )
+    return table
+
+
+def joint_table(session: SessionCalibration) -> Table:
+    """Each joint's share of inliers."""
+    residuals = session.extrinsics.residuals
+    table = Table(title="Share of inliers by joint")
+    table.add_column("joint")
+    for name in residuals:
+        table.add_column(name, justify="right")
+    for joint in JOINTS:
+        shares = [pair.inlier_share.get(joint) for pair in residuals.values()]
+        table.add_row(joint, *("–" if share is None else f"{share:.0%}" for share in shares))
+    return table
+
+
+def floor_line(session: SessionCalibration) -> str:
+    """One line about how the world frame was found."""
+    floor = session.extrinsics.floor
+    if floor is None:
+        return ""
+    return (
+        f"'{session.extrinsics.reference}' stands {floor.height:.2f} ± {floor.height_stddev:.2f} m "
+        f"above the floor, tilted down by {np.degrees(floor.tilt):.1f} ± "
+        f"{np.degrees(floor.up_stddev):.1f}° (from: {floor.source})"
+    )
+
+
+def run() -> None:
+    """The tool."""
+    arguments = parse_arguments()
+    parameters = from_arguments(CalibrationParameters, arguments)
+    if not arguments.output.parent.is_dir():
+        raise InputError(f"cannot write {arguments.output}: its folder does not exist")
+    with open_bag(arguments.in_bag) as bag:
+        sensors = choose_sensors(bag, arguments.sensors)
+        session = calibrate_bag(
+            bag,
+            sensors,
+            parameters,
+            find_clock_offsets=arguments.clock_offsets,
+            console=Console(stderr=True),
+        )
+    save_extrinsics(arguments.output, session.extrinsics, arguments.date)
+    console = Console(soft_wrap=True)
+    console.print(agreement_table(session))
+    console.print(joint_table(session))
+    print(floor_line(session))
+    print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")
+
+
+def main() -> None:
+    """Run the tool and exit."""
+    run_tool(run)
