@@ -2,6 +2,7 @@
 
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
@@ -22,7 +23,7 @@ from pose_fusion.body_shape import BodyShape, load_body_shape, save_body_shape
 from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
 from pose_fusion.estimates import BodyEstimate
 from pose_fusion.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.extrinsics_file import load_extrinsics
+from pose_fusion.extrinsics_file import load_extrinsics_of
 from pose_fusion.fusion_parameters import FusionParameters
 from pose_fusion.fusion_pipeline import FusionPipeline
 from pose_fusion.person_selection import PersonSelector
@@ -39,13 +40,17 @@ LATCHED_QOS = QoSProfile(
 
 
 class FusionNode(Node):
-    """Feeds a :class:`FusionPipeline` and publishes what it says."""
+    """Feeds a :class:`FusionPipeline` and publishes what it says.
 
-    def __init__(self) -> None:
-        super().__init__("fusion")
+    Args:
+        options: Of :class:`rclpy.node.Node`.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("fusion", **options)
         self._parameters = declare_parameters(self, FusionParameters)
         self._body_id = self._parameters.subject
-        self._pipeline = FusionPipeline(self._parameters)
+        self.pipeline = FusionPipeline(self._parameters)
         self._selector = PersonSelector(self._parameters.person)
         self._counters = Counters("malformed_skeletons", "imu_without_orientation")
         self._static_transforms: dict[str, TransformStamped] = {}
@@ -62,16 +67,10 @@ class FusionNode(Node):
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
     def _load_files(self) -> None:
-        parameters, pipeline = self._parameters, self._pipeline
+        parameters, pipeline = self._parameters, self.pipeline
         if parameters.extrinsics_file:
-            extrinsics = load_extrinsics(Path(parameters.extrinsics_file))
-            missing = set(parameters.sensors) - set(extrinsics.sensors)
-            if missing:
-                raise InputError(
-                    f"{parameters.extrinsics_file} knows {', '.join(extrinsics.sensors)}, not "
-                    f"{', '.join(sorted(missing))}: calibrate these sensors together"
-                )
-            pipeline.place_sensors(extrinsics)
+            path = Path(parameters.extrinsics_file)
+            pipeline.place_sensors(load_extrinsics_of(path, parameters.sensors))
         if parameters.shape_file and Path(parameters.shape_file).exists():
             pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
             self._announce_shape()
@@ -100,14 +99,14 @@ class FusionNode(Node):
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
         if sample is not None:
-            self._publish(self._pipeline.add_skeleton(sample))
+            self._publish(self.pipeline.add_skeleton(sample))
 
     def _on_imu(self, segment: str, message: Imu) -> None:
         sample = imu_sample(message, segment)
         if sample is None:
             self._counters.add("imu_without_orientation")
             return
-        self._publish(self._pipeline.add_imu(sample))
+        self._publish(self.pipeline.add_imu(sample))
 
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
@@ -117,37 +116,37 @@ class FusionNode(Node):
             extrinsics: Extrinsics = extrinsics_from_map(
                 {sensor: placed[sensor] for sensor in self._parameters.sensors}
             )
-            self._pipeline.place_sensors(extrinsics)
+            self.pipeline.place_sensors(extrinsics)
 
     def _publish(self, estimates: list[BodyEstimate]) -> None:
         self._announce_shape()
         for estimate in estimates:
             now_ns = self.get_clock().now().nanoseconds
             self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
-            messages = to_messages(estimate, self._pipeline.model, self._body_id, self._latency_s)
+            messages = to_messages(estimate, self.pipeline.model, self._body_id, self._latency_s)
             for topic, message in messages.items():
                 self._publishers_by_topic[topic].publish(message)
 
     def _announce_shape(self) -> None:
         """Publish the person's tree, and save the measures, once they are known."""
-        shape, path = self._pipeline.shape, self._parameters.shape_file
+        shape, path = self.pipeline.shape, self._parameters.shape_file
         if shape is None or shape is self._announced_shape:
             return
         self._announced_shape = shape
-        urdf = make_urdf(self._pipeline.model, shape, self._body_id)
+        urdf = make_urdf(self.pipeline.model, shape, self._body_id)
         self._urdf_publisher.publish(to_string(urdf))
         if path and not Path(path).exists():
             try:
-                save_body_shape(Path(path), self._pipeline.model, shape, self._body_id)
+                save_body_shape(Path(path), self.pipeline.model, shape, self._body_id)
             except InputError as error:
                 self.get_logger().error(str(error))
 
     def _report(self) -> Report:
-        counts = self._pipeline.counters.as_dict()
+        counts = self.pipeline.counters.as_dict()
         estimates = counts["estimates"]
         is_tracking = estimates > self._reported_estimates
         self._reported_estimates = estimates
-        message = self._pipeline.status
+        message = self.pipeline.status
         if message == "tracking" and not is_tracking:
             message = "no skeletons: the sensors see nobody, or are silent"
         return Report(
@@ -156,12 +155,12 @@ class FusionNode(Node):
             values={
                 "estimator": self._parameters.estimator,
                 "latency_s": f"{self._latency_s:.4f}",
-                "imus": ", ".join(self._pipeline.imus.segments) or "none",
-                "imus_aligned": ", ".join(self._pipeline.imus.alignment.known_segments) or "none",
+                "imus": ", ".join(self.pipeline.imus.segments) or "none",
+                "imus_aligned": ", ".join(self.pipeline.imus.alignment.known_segments) or "none",
                 **counts,
                 **self._counters.as_dict(),
                 **_prefixed("person", self._selector.counters),
-                **_prefixed("alignment", self._pipeline.aligner.counters),
+                **_prefixed("alignment", self.pipeline.aligner.counters),
             },
         )
 

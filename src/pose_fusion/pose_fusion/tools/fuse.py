@@ -24,7 +24,7 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.estimates import BodyEstimate
 from pose_fusion.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.extrinsics_file import load_extrinsics
+from pose_fusion.extrinsics_file import load_extrinsics_of
 from pose_fusion.fusion_parameters import FusionParameters
 from pose_fusion.fusion_pipeline import FusionPipeline
 from pose_fusion.samples import SkeletonSample
@@ -69,7 +69,7 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
 def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Console) -> Extrinsics:
     """Extrinsics from the file, else from the bag's transforms, else from its motion."""
     if parameters.extrinsics_file:
-        return load_extrinsics(Path(parameters.extrinsics_file))
+        return load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
     placed = read_extrinsics(bag)
     if all(sensor in placed for sensor in parameters.sensors):
         console.print("extrinsics: from the bag's /tf_static")

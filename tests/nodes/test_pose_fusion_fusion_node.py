@@ -1,0 +1,158 @@
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+from tf2_msgs.msg import TFMessage
+
+from pose_common.conversions import stamp_to_ns
+from pose_common.errors import InputError, ParameterError
+from pose_common.joints import JOINTS
+from pose_fusion.conversions import _points, to_header, to_static_tf
+from pose_fusion.extrinsics_file import save_extrinsics
+from pose_fusion.fusion_parameters import FusionParameters
+from pose_fusion.fusion_pipeline import FusionPipeline
+from pose_fusion.nodes.fusion import FusionNode
+
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BODY = "/humans/bodies/subject"
+
+
+def to_array(sample):
+    frame = f"kinect_{sample.sensor}_optical_frame"
+    skeleton = Skeleton(
+        header=to_header(sample.stamp_ns, frame),
+        id=sample.person,
+        name=list(JOINTS),
+        position=_points(sample.positions),
+        tracking_state=sample.tracking_state.tolist(),
+    )
+    return SkeletonArray(header=skeleton.header, skeletons=[skeleton])
+
+
+@pytest.fixture
+def make_fusion(ros_context):
+    """Makes the node with the given parameters."""
+
+    def make(**values):
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        node = FusionNode(parameter_overrides=overrides)
+        return ros_context.add(node)
+
+    return make
+
+
+@pytest.fixture
+def feed(ros_context):
+    """Publishes samples one by one, each only when the node has taken the one before."""
+    node = ros_context.make_node("feeder")
+    publishers = {
+        sensor: node.create_publisher(
+            SkeletonArray, f"kinect_{sensor}/skeletons", qos_profile_sensor_data
+        )
+        for sensor in ("left", "right")
+    }
+
+    def publish(fusion, samples):
+        ros_context.spin_until(
+            lambda: all(p.get_subscription_count() for p in publishers.values()), what="discovery"
+        )
+        taken = fusion.pipeline.counters
+        for sample in samples:
+            before = taken["skeletons"]
+            publishers[sample.sensor].publish(to_array(sample))
+            ros_context.spin_until(lambda b=before: taken["skeletons"] > b, what="a sample")
+
+    return publish
+
+
+@pytest.fixture(scope="module")
+def samples():
+    _, dof = motion(4.0)
+    positions = kinematics().pose(dof).positions
+    return skeleton_samples(positions, extrinsics(), np.random.default_rng(40), 0.005)
+
+
+def test_live_output_is_the_offline_chains_to_the_last_bit(
+    ros_context, make_fusion, feed, samples, tmp_path
+):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics())
+    fusion = make_fusion(extrinsics_file=str(path))
+    states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
+    estimates = ros_context.collect(PoseEstimate, f"{BODY}/estimate", 1000)
+    skeletons = ros_context.collect(Skeleton, f"{BODY}/skeleton", 1000)
+    frames = ros_context.collect(TFMessage, "/tf", 1000)
+    urdfs = ros_context.collect(String, f"{BODY}/urdf", LATCHED)
+    feed(fusion, samples)
+
+    pipeline = FusionPipeline(FusionParameters(), fusion.pipeline.extrinsics)
+    offline = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    ros_context.spin_until(lambda: len(states) == len(offline), what="all joint states")
+    ros_context.spin_until(lambda: len(estimates) == len(skeletons) == len(states))
+    for state, estimate, expected in zip(states, estimates, offline, strict=True):
+        assert stamp_to_ns(state.header.stamp) == expected.stamp_ns
+        assert list(state.name) == list(MODEL.angle_names)
+        np.testing.assert_array_equal(state.position, expected.position[6:])
+        np.testing.assert_array_equal(state.velocity, expected.velocity[6:])
+        np.testing.assert_array_equal(estimate.position_stddev, expected.position_stddev)
+    assert skeletons[-1].header.frame_id == "map"
+    assert list(skeletons[-1].name) == list(JOINTS)
+    by_child = {t.child_frame_id: t.header.frame_id for t in frames[-1].transforms}
+    assert by_child["body_subject"] == "map"
+    assert by_child["left_shank_subject"] == "body_subject"
+    ros_context.spin_until(lambda: urdfs, what="the URDF")
+    assert "left_knee_flexion" in urdfs[0].data
+
+
+def test_extrinsics_may_come_later_by_static_transforms(ros_context, make_fusion, feed, samples):
+    fusion = make_fusion()
+    states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
+    feed(fusion, samples[:20])
+    assert fusion.pipeline.counters["skeletons_without_extrinsics"] == 20
+    node = ros_context.make_node("calibrated")
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    node.create_publisher(TFMessage, "/tf_static", LATCHED).publish(to_static_tf(placed))
+    ros_context.spin_until(lambda: fusion.pipeline.extrinsics is not None, what="extrinsics")
+    feed(fusion, samples[20:])
+    ros_context.spin_until(lambda: states, what="joint states")
+
+
+def test_a_broken_skeleton_is_counted_and_shown_in_diagnostics(
+    ros_context, make_fusion, feed, samples
+):
+    fusion = make_fusion()
+    reports = ros_context.collect(DiagnosticArray, "/diagnostics", 10)
+    node = ros_context.make_node("broken")
+    publisher = node.create_publisher(
+        SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data
+    )
+    message = to_array(samples[0])
+    message.skeletons[0].position.pop()
+    ros_context.spin_until(publisher.get_subscription_count, what="discovery")
+    publisher.publish(message)
+
+    def reported():
+        own = [s for r in reports for s in r.status if s.name == "/fusion"]
+        values = {v.key: v.value for v in own[-1].values} if own else {}
+        return values.get("malformed_skeletons") == "1"
+
+    ros_context.spin_until(reported, what="the count")
+
+
+@pytest.mark.parametrize(
+    ("values", "error", "message"),
+    [
+        ({"extrinsics_file": "/nowhere.yaml"}, InputError, "/nowhere.yaml"),
+        ({"max_gap": -1.0}, ParameterError, "max_gap"),
+        ({"estimator": "magic"}, ParameterError, "'magic' is not one of"),
+    ],
+)
+def test_a_bad_parameter_stops_the_node_with_one_line(ros_context, values, error, message):
+    with pytest.raises(error, match=message) as caught:
+        FusionNode(parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
+    assert "\n" not in str(caught.value)
