@@ -90,7 +90,8 @@ class MadgwickFilter:
         # A sensor that has only known its inclination takes its heading at once, not by descent.
         turn_north = has_north & ~fresh & ~self.has_heading[index]
         if not start.all():
-            q = _step(q, dt, angular_velocity, up, has_up, north, has_north, self.beta)
+            descend = has_north & ~turn_north
+            q = _step(q, dt, angular_velocity, up, has_up, north, descend, self.beta)
         if start.any():
             q[start] = initial_orientation(up[start], north[start], has_north[start])
         if turn_north.any():

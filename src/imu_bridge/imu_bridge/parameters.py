@@ -24,7 +24,7 @@ class ImuBridgeParameters:
         doc="how long to wait for a port that is not there yet; 0: fail at once",
     )
     read_period: float = parameter(
-        0.005,
+        0.01,
         unit="s",
         low=0.001,
         high=0.1,

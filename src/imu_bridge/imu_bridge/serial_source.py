@@ -16,7 +16,7 @@ from pose_common.counters import Counters
 from pose_common.errors import InputError
 
 READ_BYTES = 65536
-QUEUE_CHUNKS = 4096  # [-] about 20 s of the default read period
+QUEUE_CHUNKS = 4096  # [-] about 40 s of the default read period
 FIRST_BACKOFF_S = 0.1
 LAST_BACKOFF_S = 2.0
 
@@ -58,7 +58,7 @@ class SerialSource:
         clock: Callable[[], int],
         notify: Callable[[], None],
         wait_s: float = 0.0,
-        read_period_s: float = 0.005,
+        read_period_s: float = 0.01,
     ) -> None:
         self.counters = Counters("bytes", "port_losses", "chunks_dropped")
         self.state = PortState.WAITING

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
@@ -71,7 +72,15 @@ class ImuBridge(Node):
         super().destroy_node()
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
-        return self.create_publisher(message_type, f"imu_{segment}/{name}", qos_profile_sensor_data)
+        # Without events the executor need not look at each publisher whenever it wakes, which
+        # with 27 of them would cost more than all the rest; a subscription still warns of a QoS
+        # that does not fit.
+        return self.create_publisher(
+            message_type,
+            f"imu_{segment}/{name}",
+            qos_profile_sensor_data,
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+        )
 
     def _on_arrival(self) -> None:
         self._publish(self._pipeline.process(self._source.take()))

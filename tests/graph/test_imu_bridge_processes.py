@@ -1,0 +1,171 @@
+"""The bridge as a real process on a pseudo-terminal: unplugged, replugged, stopped."""
+
+import os
+import sys
+import threading
+import time
+import tty
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import Imu
+
+from imu_bridge.protocol import RawSample, encode
+
+pytestmark = pytest.mark.graph
+
+CONFIG = Path(__file__).parents[2] / "src" / "imu_bridge" / "config"
+NODES = 9
+PERIOD_S = 0.01
+FRAMES = 300  # of each node
+START_TIMEOUT_S = 40.0
+
+
+def executable() -> Path:
+    for prefix in os.environ["AMENT_PREFIX_PATH"].split(os.pathsep):
+        path = Path(prefix) / "lib" / "imu_bridge" / "imu_bridge"
+        if path.exists():
+            return path
+    raise AssertionError("imu_bridge has no executable")
+
+
+def command(port: object, **parameters) -> list:
+    values = {"port": port, "nodes_file": CONFIG / "imu_nodes.yaml", **parameters}
+    return [
+        *(sys.executable, executable(), "--ros-args"),
+        *(word for name, value in values.items() for word in ("-p", f"{name}:={value}")),
+    ]
+
+
+class Sink:
+    """A pseudo-terminal behind a link, with nine nodes that send when they are told to."""
+
+    def __init__(self, link: Path) -> None:
+        self._link = link
+        self._sequence = 0
+        self.plug()
+
+    def plug(self) -> None:
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        self._link.symlink_to(os.ttyname(self._slave))
+
+    def unplug(self) -> None:
+        self._link.unlink()
+        os.close(self._master)
+        os.close(self._slave)
+
+    def send_round(self) -> None:
+        k = self._sequence
+        self._sequence += 1
+        for node_id in range(1, NODES + 1):
+            sample = RawSample(
+                node_id=node_id,
+                sequence=k,
+                clock_us=k * 10_000 + node_id * 1000,
+                accelerometer=(0, 0, 16384),
+                gyroscope=(0, 0, 0),
+                magnetometer=(0, 80, -160),
+                magnetometer_valid=True,
+            )
+            os.write(self._master, encode(sample))
+
+
+@pytest.fixture
+def sink(tmp_path: Path):
+    sink = Sink(tmp_path / "sink")
+    yield sink
+    sink.unplug()
+
+
+class Watch:
+    """What the bridge publishes and says of itself."""
+
+    def __init__(self, ros_context) -> None:
+        self._node = ros_context.make_node()
+        self.samples: Counter[str] = Counter()
+        self.values: dict[str, str] = {}
+        self.message = ""
+        self._node.create_subscription(DiagnosticArray, "/diagnostics", self._on_status, 10)
+        self._node.create_subscription(
+            Imu, "imu_torso/data", lambda _: self.samples.update(torso=1), qos_profile_sensor_data
+        )
+
+    def _on_status(self, array: DiagnosticArray) -> None:
+        (status,) = array.status
+        self.message = status.message
+        self.values = {item.key: item.value for item in status.values}
+
+
+def test_nine_nodes_at_100_hz_lose_nothing(start_process, ros_context, spin_until, sink):
+    watch = Watch(ros_context)
+    bridge = start_process(command(sink._link))
+    spin_until(lambda: watch.values.get("port") == "open", START_TIMEOUT_S, "the port")
+
+    def send() -> None:
+        start = time.monotonic()
+        for k in range(FRAMES):
+            sink.send_round()
+            time.sleep(max(0.0, start + (k + 1) * PERIOD_S - time.monotonic()))
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    spin_until(
+        lambda: watch.values["frames"] == str(NODES * FRAMES), 60.0, "all frames to be counted"
+    )
+    sender.join()
+
+    lost = {name: v for name, v in watch.values.items() if name.endswith(".lost")}
+    assert len(lost) == NODES
+    assert set(lost.values()) == {"0"}
+    assert watch.values["crc_errors"] == watch.values["bytes_skipped"] == "0"
+    assert watch.values["chunks_dropped"] == "0"
+    assert watch.samples["torso"] > 0
+    assert bridge.stop() == 0
+    assert "Traceback" not in bridge.output
+
+
+def test_an_unplugged_port_is_reported_and_used_again_when_it_is_back(
+    start_process, ros_context, spin_until, sink
+):
+    watch = Watch(ros_context)
+    bridge = start_process(command(sink._link))
+
+    def samples_arrive() -> bool:
+        sink.send_round()
+        return watch.samples["torso"] > 0
+
+    spin_until(samples_arrive, START_TIMEOUT_S, "samples")
+    sink.unplug()
+    spin_until(lambda: "port was lost" in watch.message, what="the loss to be reported")
+    sink.plug()
+    spin_until(lambda: watch.values["port"] == "open", what="the port to be reopened")
+    watch.samples.clear()
+    spin_until(samples_arrive, what="samples again")
+    assert watch.values["port_losses"] == "1"
+    assert bridge.stop() == 0
+
+
+def test_a_missing_port_ends_the_process_with_one_line(start_process, tmp_path):
+    bridge = start_process(command(tmp_path / "none"))
+    assert bridge.wait() == 1
+    assert bridge.output.startswith("error: cannot open port")
+    assert len(bridge.output.splitlines()) == 1
+
+
+def test_a_port_that_is_waited_for_in_vain_ends_the_process_with_one_line(start_process, tmp_path):
+    bridge = start_process(command(tmp_path / "none", wait_for_port=0.5))
+    assert bridge.wait() == 1
+    assert "waited 0.5 s" in bridge.output
+    assert len(bridge.output.splitlines()) == 1
+
+
+def test_waiting_for_a_port_can_be_interrupted(start_process, ros_context, spin_until, tmp_path):
+    watch = Watch(ros_context)
+    bridge = start_process(command(tmp_path / "none", wait_for_port=600.0))
+    spin_until(lambda: "waiting for the port" in watch.message, START_TIMEOUT_S, "the waiting")
+    assert bridge.stop() == 0
+    assert bridge.output == ""

@@ -1,0 +1,62 @@
+"""README and example files say what the code does."""
+
+import re
+from pathlib import Path
+
+import yaml
+
+from imu_bridge import protocol
+from imu_bridge.parameters import ImuBridgeParameters
+from imu_bridge.protocol import Decoder
+from pose_common.joints import SEGMENTS
+from pose_common.parameters import from_mapping, markdown_table, specs, values_from_ros_yaml
+
+PACKAGE = Path(__file__).parents[2] / "src" / "imu_bridge"
+README = (PACKAGE / "README.md").read_text()
+
+
+def test_the_parameters_are_those_of_the_node():
+    found = re.search(r"<!-- parameters -->\n(.*?)<!-- /parameters -->", README, re.DOTALL)
+    assert found
+    assert found[1] == markdown_table(ImuBridgeParameters)
+
+
+def test_the_frame_in_the_readme_decodes_to_what_it_says():
+    found = re.search(r"```hex\n(.*?)```", README, re.DOTALL)
+    assert found
+    (sample,) = Decoder().feed(bytes.fromhex(found[1]))
+    assert (sample.node_id, sample.sequence, sample.clock_us) == (3, 258, 1_000_000)
+    assert sample.accelerometer == (0, 0, 16384)
+    assert sample.gyroscope == (131, 0, -131)
+    assert sample.magnetometer == (0, 80, -160)
+    assert sample.magnetometer_valid
+
+
+def test_the_ranges_in_the_readme_are_those_of_the_code():
+    for code in range(4):
+        g, dps, ut = (
+            table[code]
+            for table in (
+                protocol.ACCELEROMETER_RANGES_G,
+                protocol.GYROSCOPE_RANGES_DPS,
+                protocol.MAGNETOMETER_LSB_UT,
+            )
+        )
+        assert f"| {code} | ±{g:g} g | ±{dps:g} °/s | {ut:g} µT |" in README
+
+
+def test_every_segment_has_a_line_on_strapping():
+    for segment in SEGMENTS:
+        assert f"`{segment.removeprefix('left_').removeprefix('right_')}`" in README
+
+
+def test_the_example_parameters_are_allowed_and_are_the_defaults():
+    values = values_from_ros_yaml(PACKAGE / "config" / "imu_bridge.yaml", "imu_bridge")
+    assert from_mapping(ImuBridgeParameters, values) == ImuBridgeParameters()
+
+
+def test_the_launch_file_sets_parameters_that_exist():
+    document = yaml.safe_load((PACKAGE / "launch" / "imu.launch.yaml").read_text())
+    (node,) = [entry["node"] for entry in document["launch"] if "node" in entry]
+    names = [entry["name"] for entry in node["param"] if "name" in entry]
+    assert set(names) <= set(specs(ImuBridgeParameters))
