@@ -164,6 +164,13 @@ def test_the_same_recording_gives_the_same_bytes(tmp_path, suffix):
     assert first.read_bytes() == second.read_bytes()
 
 
+def test_gzip_holds_no_time_of_writing(tmp_path):
+    path = tmp_path / "a.csv.gz"
+    plain_csv.write(path, read_recording(CSV))
+
+    assert path.read_bytes()[4:8] == bytes(4)  # RFC 1952: MTIME
+
+
 def test_a_file_that_cannot_be_written_is_said(tmp_path):
     with pytest.raises(InputError, match="cannot write"):
         plain_csv.write(tmp_path / "no folder" / "x.csv", read_recording(CSV))

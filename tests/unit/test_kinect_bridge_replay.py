@@ -5,7 +5,7 @@ import pytest
 
 from kinect_bridge.formats import read_recording
 from kinect_bridge.recording import make_recording, make_stream
-from kinect_bridge.replay import CATCH_UP, Replay, make_schedule
+from kinect_bridge.replay import Replay, make_schedule
 from kinect_bridge.timeline import make_timeline
 from pose_common.errors import InputError
 
@@ -109,7 +109,7 @@ def test_a_late_replay_loses_nothing_and_makes_no_burst():
 
     assert [due.stamp_ns for _, due in taken] == stamps(plan, 6)
     spacing = np.diff([moment for moment, _ in taken])
-    assert (spacing >= 100 * MS // CATCH_UP - 1000).all()
+    assert (spacing > 24 * MS).all()  # a quarter of the 100 ms between frames
 
 
 def test_progress_goes_from_zero_to_one():
