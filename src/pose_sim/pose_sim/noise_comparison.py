@@ -10,8 +10,8 @@ from pose_sim.angles import measured_angles
 from pose_sim.choreography import STILL
 from pose_sim.motion import Motion
 from pose_sim.rotations import FloatArray
-from pose_sim.scene import SENSORS
-from pose_sim.session import Session
+from pose_sim.scene import SENSORS, SceneParameters
+from pose_sim.session import Session, make_session, settings_of
 from pose_sim.virtual_kinect import KinectFrames
 
 LEG_ANGLES = tuple(
@@ -27,6 +27,31 @@ BONES = tuple(
     for side in SIDES
     for a, b in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "hand"))
 )
+
+
+KNEES = tuple(f"{side}_knee_flexion" for side in SIDES)
+SHOULDERS = tuple(f"{side}_shoulder_abduction" for side in SIDES)
+FACING, ASIDE = SENSORS
+
+ANGLE_FIGURES = (
+    ("side leg lift, jump: 6 leg angles", "leg_lift_jump", LEG_ANGLES, FACING, "13.7°, r 0.78 [1]"),
+    ("the same, sensor aside", "leg_lift_jump", LEG_ANGLES, ASIDE, "15.6°, r 0.76 [1]"),
+    ("side leg lift, march: the same", "leg_lift_march", LEG_ANGLES, FACING, "33.0°, r 0.42 [1]"),
+    ("the same, sensor aside", "leg_lift_march", LEG_ANGLES, ASIDE, "37.4°, r 0.45 [1]"),
+    ("squat: knee", "squats", KNEES, FACING, "6.2° [2]"),
+    ("march: knee", "leg_lift_march", KNEES, FACING, "hurdle step 11.5°, inline lunge 16.6° [2]"),
+    ("arm raises: shoulder abduction", "arm_raises", SHOULDERS, FACING, "abduction 10° [2]"),
+)  # fmt: skip
+"""What is measured, on what, by which sensor, and what is published of it."""
+
+VIEW_FIGURES = (
+    ("two views 45° apart, standing", 45.0, (0.0, STILL), "2.8 cm, 0.6 %, 3.8° [3]"),
+    ("two views 45° apart, marching", 45.0, (WARM_UP_END, np.inf), "3.7 cm, 7.1 %, 15.1° [3]"),
+    ("two views 90° apart, marching", 90.0, (WARM_UP_END, np.inf), "6.6 cm, 7.7 %, 18.9° [3]"),
+)  # fmt: skip
+"""What is measured, the angle between the views [deg], from when to when [s], and the recordings'
+own figures: joint distance after the best rigid fit, variation of limb lengths, difference of the
+knee angles."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,9 +135,8 @@ def two_views(session: Session, start: float, end: float) -> TwoViews:
     second = _interpolated(right, times)
     both = np.isfinite(first).all(axis=2) & np.isfinite(second).all(axis=2)
     gap = first[both] - _rigid_fit(second[both], first[both])(second[both])
-    knees = [f"{side}_knee_flexion" for side in SIDES]
     a, b = measured_angles(first), measured_angles(second)
-    differences = np.concatenate([a[knee] - b[knee] for knee in knees])
+    differences = np.concatenate([a[knee] - b[knee] for knee in KNEES])
     variations = [
         np.nanstd(length) / np.nanmean(length)
         for view in (first, second)
@@ -128,9 +152,63 @@ def two_views(session: Session, start: float, end: float) -> TwoViews:
     )
 
 
-def still_interval() -> tuple[float, float]:
-    """When the subject stands still [s]."""
-    return 0.0, STILL
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One line of the comparison."""
+
+    quantity: str
+    published: str
+    simulated: str
+
+
+def compare(preset: str, seeds: Sequence[int] = (1, 2), duration: float = 60.0) -> list[Row]:
+    """The published figures of one Kinect beside those of the virtual ones.
+
+    Args:
+        preset: One of :data:`pose_sim.session.NOISE_PRESETS`.
+        seeds: Sessions over which the figures are averaged.
+        duration: Length of each session [s].
+    """
+    made: dict[tuple[str, float], list[Session]] = {}
+
+    def sessions(choreography: str, aside: float) -> list[Session]:
+        settings = settings_of(preset, {"scene": {"aside": aside}})
+        key = (choreography, aside)
+        if key not in made:
+            made[key] = [make_session(choreography, duration, seed, settings) for seed in seeds]
+        return made[key]
+
+    rows = []
+    for quantity, choreography, names, sensor, published in ANGLE_FIGURES:
+        performed = sessions(choreography, SceneParameters().aside)
+        rows.append(_angles_row(quantity, published, performed, names, sensor))
+    for quantity, aside, (start, end), published in VIEW_FIGURES:
+        performed = sessions("leg_lift_march", aside)
+        rows.append(_views_row(quantity, published, performed, start, min(end, duration - 1.0)))
+    return rows
+
+
+def _angles_row(
+    quantity: str, published: str, sessions: Sequence[Session], names: Sequence[str], sensor: str
+) -> Row:
+    errors = [mean_error(session, names, [sensor]) for session in sessions]
+    rmse = np.mean([error.rmse_deg for error in errors])
+    r = np.mean([error.r for error in errors])
+    return Row(quantity=quantity, published=published, simulated=f"{rmse:.1f}°, r {r:.2f}")
+
+
+def _views_row(
+    quantity: str, published: str, sessions: Sequence[Session], start: float, end: float
+) -> Row:
+    views = [two_views(session, start, end) for session in sessions]
+    distance = np.mean([view.distance_cm for view in views])
+    variation = np.mean([view.bone_variation_percent for view in views])
+    knee = np.mean([view.knee_difference_deg for view in views])
+    return Row(
+        quantity=quantity,
+        published=published,
+        simulated=f"{distance:.1f} cm, {variation:.1f} %, {knee:.1f}°",
+    )
 
 
 def _interpolated(frames: KinectFrames, times: FloatArray) -> FloatArray:

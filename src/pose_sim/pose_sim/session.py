@@ -1,52 +1,190 @@
 """A session of the synthetic subject: the motion, and what every virtual sensor makes of it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
+import yaml
 
+from pose_common.errors import InputError
+from pose_common.parameters import from_mapping
+from pose_sim import imu_noise, kinect_noise
+from pose_sim.body import Body
 from pose_sim.choreography import compose
+from pose_sim.imu_noise import ImuParameters
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
+from pose_sim.rotations import FloatArray
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
+from pose_sim.timeline import Variation
+from pose_sim.virtual_imu import ImuFrames, Mounting, earth_field, measure, mount, to_frames
 from pose_sim.virtual_kinect import KinectFrames, draw_body_bias, observe
 
-KINECT_STREAM = 2  # which of the seed's random streams feeds the Kinects
+T = TypeVar("T")
+NOISE_PRESETS = tuple(kinect_noise.PRESETS)
+KINECT_STREAM, IMU_STREAM = 2, 3  # which of a seed's random streams feeds which sensors
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """Everything that can be chosen about the subject, the place and the sensors' errors."""
+
+    noise: str  # the preset that the rest began from
+    scene: SceneParameters
+    variation: Variation
+    kinect: KinectParameters
+    imu: ImuParameters
+
+
+def settings_of(preset: str = "typical", overrides: Mapping[str, Any] | None = None) -> Settings:
+    """A preset's settings, some of them replaced.
+
+    Args:
+        preset: One of :data:`NOISE_PRESETS`.
+        overrides: Values by section (``scene``, ``variation``, ``kinect``, ``imu``) and name.
+
+    Raises:
+        InputError: If there is no such preset or section.
+        ParameterError: If a value is unknown, of the wrong type or out of its range.
+    """
+    if preset not in NOISE_PRESETS:
+        raise InputError(f"unknown noise '{preset}': expected {', '.join(NOISE_PRESETS)}")
+    given = dict(overrides or {})
+
+    def section(name: str, base: T) -> T:
+        values = given.pop(name, None) or {}
+        if not isinstance(values, Mapping):
+            raise InputError(
+                f"section '{name}' holds {values!r}: expected 'parameter: value' lines"
+            )
+        return from_mapping(type(base), {**asdict(base), **values})  # type: ignore[call-overload]
+
+    settings = Settings(
+        noise=preset,
+        scene=section("scene", SceneParameters()),
+        variation=section("variation", Variation()),
+        kinect=section("kinect", kinect_noise.PRESETS[preset]),
+        imu=section("imu", imu_noise.PRESETS[preset]),
+    )
+    if given:
+        raise InputError(
+            f"unknown section {', '.join(map(repr, given))}: expected scene, variation, kinect, imu"
+        )
+    if settings.imu.misalignment_min > settings.imu.misalignment_max:
+        raise InputError(
+            f"misalignment_min = {settings.imu.misalignment_min:g} deg is above "
+            f"misalignment_max = {settings.imu.misalignment_max:g} deg: lower it"
+        )
+    return settings
+
+
+def read_overrides(path: Path) -> dict[str, Any]:
+    """The overrides that a YAML file holds.
+
+    Raises:
+        InputError: If it cannot be read or is no mapping.
+    """
+    try:
+        document = yaml.safe_load(path.read_text())
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    if not isinstance(document, dict):
+        raise InputError(f"{path} holds no sections: expected 'kinect: {{PARAMETER: VALUE}}' or so")
+    return document
 
 
 @dataclass(frozen=True, kw_only=True)
 class Session:
     """A motion and the sensors' view of it."""
 
+    choreography: str
+    duration: float  # [s]
+    seed: int
+    settings: Settings
+    body: Body
     motion: Motion
-    sensor_poses: Mapping[str, np.ndarray]  # T_map_kinect_<name>_optical_frame, (4, 4)
+    sensor_poses: Mapping[str, FloatArray]  # T_map_kinect_<name>_optical_frame, (4, 4)
     kinects: Mapping[str, KinectFrames]
+    heading_enu_map: float  # [rad] about z, from east to map's x
+    mountings: Mapping[int, Mounting]  # by IMU node id
+    imus: ImuFrames
 
 
-def make_session(
-    choreography: str,
-    duration: float,
-    seed: int,
-    scene: SceneParameters,
-    kinect: KinectParameters,
-) -> Session:
-    """Perform a choreography before both Kinects."""
-    place, heading = subject_place(scene)
+def make_session(choreography: str, duration: float, seed: int, settings: Settings) -> Session:
+    """Perform a choreography before the Kinects, with the IMU nodes strapped on.
+
+    Args:
+        choreography: One of :data:`pose_sim.choreography.CHOREOGRAPHIES`.
+        duration: Length [s].
+        seed: Source of everything random; the same seed gives the same session.
+        settings: The place and the errors.
+
+    Raises:
+        InputError: If the choreography is unknown, or the duration too short.
+    """
+    place, heading = subject_place(settings.scene)
+    body = Body(settings.scene.body_height)
     motion = compose(
-        choreography, duration, seed, height=scene.body_height, place=place, heading=heading
+        choreography,
+        duration,
+        seed,
+        height=body.height,
+        variation=settings.variation,
+        place=place,
+        heading=heading,
     )
-    poses = sensor_poses(scene)
+    poses = sensor_poses(settings.scene)
+    imu_rng = np.random.default_rng([seed, IMU_STREAM])
+    heading_enu_map = float(imu_rng.uniform(-np.pi, np.pi))
+    mountings = mount(body, settings.imu, imu_rng)
+    return Session(
+        choreography=choreography,
+        duration=duration,
+        seed=seed,
+        settings=settings,
+        body=body,
+        motion=motion,
+        sensor_poses=poses,
+        kinects=_watch(motion, poses, settings, seed),
+        heading_enu_map=heading_enu_map,
+        mountings=mountings,
+        imus=_wear(motion, mountings, heading_enu_map, settings.imu, imu_rng),
+    )
+
+
+def _watch(
+    motion: Motion, poses: Mapping[str, FloatArray], settings: Settings, seed: int
+) -> dict[str, KinectFrames]:
     body_rng, *sensor_rngs = np.random.default_rng([seed, KINECT_STREAM]).spawn(1 + len(poses))
     body_bias = draw_body_bias(body_rng)
-    kinects = {
+    return {
         name: observe(
             motion,
             pose,
-            kinect,
-            body_height=scene.body_height,
+            settings.kinect,
+            body_height=settings.scene.body_height,
             body_bias=body_bias,
             rng=rng,
         )
         for (name, pose), rng in zip(poses.items(), sensor_rngs, strict=True)
     }
-    return Session(motion=motion, sensor_poses=poses, kinects=kinects)
+
+
+def _wear(
+    motion: Motion,
+    mountings: Mapping[int, Mounting],
+    heading_enu_map: float,
+    parameters: ImuParameters,
+    rng: np.random.Generator,
+) -> ImuFrames:
+    field = earth_field(parameters, heading_enu_map)
+    radio_rng, *node_rngs = rng.spawn(1 + len(mountings))
+    measurements = {
+        node_id: measure(motion, mounting, field, parameters, node_rng)
+        for (node_id, mounting), node_rng in zip(mountings.items(), node_rngs, strict=True)
+    }
+    return to_frames(measurements, parameters, radio_rng)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_common.parameters import parameter
 from pose_sim.body import BODY_ANGLES, Body
 from pose_sim.rotations import FloatArray
 
@@ -21,13 +22,21 @@ MOST_DEGREES = {"shoulder_flexion": 176.0, "shoulder_abduction": 87.0, "knee_fle
 
 @dataclass(frozen=True, kw_only=True)
 class Variation:
-    """How much a person differs from the plan, and from themselves."""
+    """How much a person differs from the plan, and from themselves; standard deviations."""
 
-    amplitude: float = 0.08  # [-] standard deviation of each move's size
-    tempo: float = 0.06  # [-] of each move's duration
-    person_tempo: float = 0.08  # [-] of all durations together
-    asymmetry: float = 0.04  # [-] of all left moves against all right ones
-    sway: float = 0.6  # [deg] standing unrest of trunk, head and arms
+    amplitude: float = parameter(
+        0.08, low=0.0, high=0.5, doc="of each move's size, as a share of it"
+    )
+    tempo: float = parameter(0.06, low=0.0, high=0.3, doc="of each move's duration, as a share")
+    person_tempo: float = parameter(
+        0.08, low=0.0, high=0.5, doc="most by which the person is quicker or slower throughout"
+    )
+    asymmetry: float = parameter(
+        0.04, low=0.0, high=0.5, doc="most by which left moves are larger than right ones"
+    )
+    sway: float = parameter(
+        0.6, unit="deg", low=0.0, high=10.0, doc="standing unrest of trunk, head and arms"
+    )
 
 
 class Timeline:

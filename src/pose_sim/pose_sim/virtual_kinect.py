@@ -215,9 +215,7 @@ def _wander(
     return wander
 
 
-def _with_stiff_bones(
-    wrong: FloatArray, truth: FloatArray, p: KinectParameters
-) -> FloatArray:
+def _with_stiff_bones(wrong: FloatArray, truth: FloatArray, p: KinectParameters) -> FloatArray:
     """Errors as a tracker makes them that knows how long limbs are, more or less."""
     wrong = wrong.copy()
     for joint, parent in LIMB_PARENTS.items():  # from the trunk outwards

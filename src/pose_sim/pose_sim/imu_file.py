@@ -1,0 +1,72 @@
+"""The file ``imu.npz``: what the virtual serial device sends, and when."""
+
+import zipfile
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from imu_bridge.protocol import RawSample, encode
+from pose_common.errors import InputError
+from pose_sim.virtual_imu import (
+    ACCELEROMETER_RANGE,
+    GYROSCOPE_RANGE,
+    MAGNETOMETER_RANGE,
+    ImuFrames,
+)
+
+
+def write(path: Path, frames: ImuFrames, note: str) -> None:
+    """Write all frames, and a note on where they come from."""
+    np.savez(path, note=np.array(note), **asdict(frames))
+
+
+def read(path: Path) -> tuple[ImuFrames, str]:
+    """Read all frames and the note.
+
+    Raises:
+        InputError: If the file is missing or not what :func:`write` wrote.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            columns = {name: archive[name] for name in ImuFrames.__dataclass_fields__}
+            return ImuFrames(**columns), str(archive["note"])
+    except OSError as error:
+        raise InputError(
+            f"cannot read {path}: {error.strerror or error}: expected a session's IMU file; "
+            "'generate' makes one"
+        ) from error
+    except (KeyError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        raise InputError(
+            f"{path} is not a session's IMU file: {error}: make it again with 'generate'"
+        ) from error
+
+
+def encode_all(frames: ImuFrames) -> list[bytes]:
+    """Every frame as it goes over the wire."""
+    counts = zip(
+        frames.node_id.tolist(),
+        frames.sequence.tolist(),
+        frames.clock_us.tolist(),
+        frames.accelerometer.tolist(),
+        frames.gyroscope.tolist(),
+        frames.magnetometer.tolist(),
+        strict=True,
+    )
+    return [
+        encode(
+            RawSample(
+                node_id=node_id,
+                sequence=sequence,
+                clock_us=clock_us,
+                accelerometer=tuple(accelerometer),
+                gyroscope=tuple(gyroscope),
+                magnetometer=tuple(magnetometer),
+                magnetometer_valid=True,
+                accelerometer_range=ACCELEROMETER_RANGE,
+                gyroscope_range=GYROSCOPE_RANGE,
+                magnetometer_range=MAGNETOMETER_RANGE,
+            )
+        )
+        for node_id, sequence, clock_us, accelerometer, gyroscope, magnetometer in counts
+    ]

@@ -1,0 +1,194 @@
+"""A virtual serial device: frames on a pseudo-terminal, each when it is due.
+
+Like a UART it waits for nobody: what no one reads in time is lost, and counted.
+"""
+
+import errno
+import fcntl
+import os
+import struct
+import termios
+import time
+import tty
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+
+NS_PER_S = 1_000_000_000
+BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them
+NAP_S = 0.1  # [s] a request to stop is noticed within this
+DRAIN_S = 0.5  # [s] that a reader has for the last bytes
+
+
+@dataclass(frozen=True, kw_only=True)
+class Transmission:
+    """Frames as they go over the air, in order of time."""
+
+    due_ns: NDArray[np.int64]  # (n,) [ns]
+    frames: tuple[bytes, ...]
+    lost: int = 0
+    corrupted: int = 0
+
+
+def over_the_air(
+    due_ns: NDArray[np.int64],
+    frames: Iterable[bytes],
+    *,
+    lost: float,
+    corrupted: float,
+    jitter_s: float,
+    rng: np.random.Generator,
+) -> Transmission:
+    """Let a radio link lose, garble and delay frames.
+
+    Args:
+        due_ns: When each frame would arrive [ns], increasing.
+        frames: The frames.
+        lost: Share of frames that never arrive.
+        corrupted: Share of frames that arrive with a wrong byte.
+        jitter_s: Mean of a further delay [s]; frames keep their order.
+        rng: Source of all chance.
+    """
+    count = len(due_ns)
+    arrives = rng.random(count) >= lost
+    garbled = (rng.random(count) < corrupted) & arrives
+    late = np.round(rng.exponential(1.0, count) * jitter_s * NS_PER_S).astype(np.int64)
+    sent = list(frames)
+    for index in np.flatnonzero(garbled):
+        damaged = bytearray(sent[index])
+        damaged[int(rng.integers(len(damaged)))] ^= int(rng.integers(1, 256))
+        sent[index] = bytes(damaged)
+    return Transmission(
+        due_ns=np.maximum.accumulate(due_ns + late)[arrives],
+        frames=tuple(sent[index] for index in np.flatnonzero(arrives)),
+        lost=int(count - arrives.sum()),
+        corrupted=int(garbled.sum()),
+    )
+
+
+class PseudoTerminal:
+    """A pseudo-terminal in raw mode, its slave found under a link of a chosen name.
+
+    Args:
+        link: Symbolic link to make. One that an earlier device left behind is replaced.
+
+    Attributes:
+        counters: ``bytes_written``, and ``bytes_unread``: lost because nobody read in time.
+
+    Raises:
+        InputError: If something else is at the link's place, or it cannot be made.
+    """
+
+    def __init__(self, link: Path) -> None:
+        self.counters = Counters("bytes_written", "bytes_unread")
+        self.link = link
+        stale = link.is_symlink() and str(os.readlink(link)).startswith("/dev/pts/")
+        if (link.exists() or link.is_symlink()) and not stale:
+            raise InputError(f"{link} exists and is no virtual device: name another link")
+        self._master, self._slave = os.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        self.device = os.ttyname(self._slave)
+        temporary = link.with_name(f".{link.name}.{os.getpid()}")
+        try:
+            os.symlink(self.device, temporary)
+            os.replace(temporary, link)  # a reader never sees a missing or half-made link
+        except OSError as error:
+            os.close(self._master)
+            os.close(self._slave)
+            raise InputError(f"cannot make the link {link}: {error.strerror}") from error
+
+    def write(self, data: bytes) -> None:
+        """Send bytes; what the terminal cannot hold is lost."""
+        written = 0
+        try:
+            written = os.write(self._master, data)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            if error.errno != errno.EIO:
+                raise
+        self.counters.add("bytes_written", written)
+        self.counters.add("bytes_unread", len(data) - written)
+
+    def unread(self) -> int:
+        """Bytes that wait for a reader."""
+        answer = fcntl.ioctl(self._slave, termios.FIONREAD, struct.pack("i", 0))
+        return int(struct.unpack("i", answer)[0])
+
+    def close(self) -> None:
+        """Remove the link and the terminal."""
+        if self.link.is_symlink() and os.readlink(self.link) == self.device:
+            self.link.unlink()
+        os.close(self._slave)
+        os.close(self._master)
+
+    def __enter__(self) -> "PseudoTerminal":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sent:
+    """How a transmission went."""
+
+    sent: int  # frames
+    skipped: int  # frames that were due before the device was there
+    finished: bool  # whether all was sent, and nobody asked to stop
+
+
+def transmit(
+    terminal: PseudoTerminal,
+    transmission: Transmission,
+    start_ns: int,
+    *,
+    stopped: Callable[[], bool],
+    clock: Callable[[], int] = time.time_ns,
+    sleep: Callable[[float], None] = time.sleep,
+) -> Sent:
+    """Send every frame when it is due; what is past already is skipped.
+
+    Args:
+        terminal: Where to.
+        transmission: What and when.
+        start_ns: Host time [ns] of the transmission's time zero.
+        stopped: Whether to stop; asked between batches.
+        clock: The host's time [ns].
+        sleep: Waits for so many seconds.
+    """
+    first = int(np.searchsorted(transmission.due_ns, clock() - start_ns - BATCH_NS))
+    sent = 0
+    for begin, end in _batches(transmission.due_ns, first):
+        due_ns = start_ns + int(transmission.due_ns[end - 1])
+        while not stopped() and (wait_ns := due_ns - clock()) > 0:
+            sleep(min(wait_ns / NS_PER_S, NAP_S))
+        if stopped():
+            return Sent(sent=sent, skipped=first, finished=False)
+        terminal.write(b"".join(transmission.frames[begin:end]))
+        sent += end - begin
+    deadline_ns = clock() + int(DRAIN_S * NS_PER_S)
+    while terminal.unread() and clock() < deadline_ns and not stopped():
+        sleep(0.01)
+    return Sent(sent=sent, skipped=first, finished=True)
+
+
+def _batches(due_ns: NDArray[np.int64], first: int) -> Iterator[tuple[int, int]]:
+    begin = first
+    while begin < len(due_ns):
+        end = int(np.searchsorted(due_ns, due_ns[begin] + BATCH_NS, side="right"))
+        yield begin, end
+        begin = end

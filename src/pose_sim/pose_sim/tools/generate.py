@@ -1,0 +1,74 @@
+"""Make a session of the synthetic subject: the files that the virtual devices replay."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from pose_common.command_line import run_tool
+from pose_common.errors import InputError
+from pose_sim.choreography import CHOREOGRAPHIES
+from pose_sim.session import NOISE_PRESETS, make_session, read_overrides, settings_of
+from pose_sim.session_folder import note_of, write_session
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="generate",
+        description="Make a session of the synthetic subject: two Kinects' skeletons, nine IMU "
+        "nodes' frames, and the truth as a bag. Nothing in it comes from a person.",
+    )
+    parser.add_argument("-o", "--output", type=Path, required=True, help="folder to make")
+    parser.add_argument(
+        "--choreography",
+        default="leg_lift_march",
+        help=f"one of {', '.join(CHOREOGRAPHIES)} (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--duration", type=float, default=60.0, metavar="S", help="[s] (default: %(default)g)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of all chance (default: %(default)s)")
+    parser.add_argument(
+        "--start-at",
+        type=int,
+        default=0,
+        metavar="NS",
+        help="stamp of the session's time zero in the truth, UNIX time [ns] (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--noise",
+        default="typical",
+        help=f"one of {', '.join(NOISE_PRESETS)} (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--params",
+        type=Path,
+        metavar="FILE",
+        help="YAML: parameters of scene, variation, kinect, imu that differ from the preset",
+    )
+    return parser
+
+
+def run() -> None:
+    """Read the command line, make the session, write it."""
+    arguments = make_parser().parse_args()
+    overrides = read_overrides(arguments.params) if arguments.params else None
+    settings = settings_of(arguments.noise, overrides)
+    if arguments.start_at < 0 or arguments.seed < 0:
+        raise InputError(
+            f"seed = {arguments.seed}, start-at = {arguments.start_at} ns: neither may be negative"
+        )
+    session = make_session(arguments.choreography, arguments.duration, arguments.seed, settings)
+    print(note_of(session), file=sys.stderr)
+    write_session(arguments.output, session, arguments.start_at)
+    frames = {name: len(frames.host_time_ns) for name, frames in session.kinects.items()}
+    print(
+        f"{arguments.output}: {arguments.duration:g} s, "
+        + ", ".join(f"{count} frames of kinect_{name}" for name, count in frames.items())
+        + f", {len(session.imus.due_ns)} of {len(session.mountings)} IMU nodes"
+    )
+
+
+def main() -> None:
+    """Run the tool and exit."""
+    run_tool(run)

@@ -1,0 +1,208 @@
+"""Virtual IMU nodes: what gyroscope, accelerometer and magnetometer say on a moving segment.
+
+With ``R`` = ``R_map_sensor``, ``a`` the strapped point's acceleration and ``B`` the field there:
+gyroscope ``ω`` (in the sensor's frame), accelerometer ``Rᵀ (a + g ẑ)``, magnetometer ``Rᵀ B``.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from imu_bridge.protocol import (
+    ACCELEROMETER_LSB,
+    CLOCK_MODULUS_US,
+    GYROSCOPE_LSB,
+    MAGNETOMETER_LSB,
+    SEQUENCE_MODULUS,
+    quantise,
+)
+from pose_sim.body import Body
+from pose_sim.imu_noise import ImuParameters
+from pose_sim.motion import Motion, SegmentPath
+from pose_sim.rotations import FloatArray
+
+GRAVITY = 9.80665  # [m/s^2]
+NS_PER_S = 1_000_000_000
+ACCELEROMETER_RANGE = 2  # code: +-8 g
+GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
+MAGNETOMETER_RANGE = 0  # code: 0.3 uT a count
+
+NODES: dict[int, str] = {
+    1: "torso",
+    2: "left_upper_arm",
+    3: "left_forearm",
+    4: "right_upper_arm",
+    5: "right_forearm",
+    6: "left_thigh",
+    7: "left_shank",
+    8: "right_thigh",
+    9: "right_shank",
+}
+"""Node id: the segment it is strapped to."""
+
+STRAP_PLACES = {  # fractions of the body height, in the segment's frame
+    "torso": (0.070, 0.0, 0.080),  # on the breastbone
+    "upper_arm": (0.0, 0.028, -0.10),  # outside; mirrored for the right
+    "forearm": (0.0, 0.020, -0.11),
+    "thigh": (0.0, 0.045, -0.13),
+    "shank": (0.028, 0.0, -0.09),  # on the shin bone
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mounting:
+    """What is fixed about one node in one session."""
+
+    segment: str
+    place: FloatArray  # (3,) [m] in the segment's frame
+    R_segment_sensor: Rotation
+    gyroscope_bias: FloatArray  # (3,) [rad/s] at the start
+    accelerometer_bias: FloatArray  # (3,) [m/s^2]
+    disturbance: FloatArray  # (3,) [T] in map
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurements:
+    """What one node's sensors say, in SI units, before they are made counts."""
+
+    sample_s: FloatArray  # (n,) [s] true time of sampling on the host's clock
+    clock_us: NDArray[np.int64]  # (n,) [us] on the node's clock, not wrapped
+    angular_velocity: FloatArray  # (n, 3) [rad/s]
+    specific_force: FloatArray  # (n, 3) [m/s^2]
+    magnetic_field: FloatArray  # (n, 3) [T]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuFrames:
+    """All nodes' frames in the order in which they reach the host."""
+
+    due_ns: NDArray[np.int64]  # (n,) [ns] on the host's clock, from the session's start
+    node_id: NDArray[np.uint8]  # (n,)
+    sequence: NDArray[np.uint16]  # (n,)
+    clock_us: NDArray[np.uint32]  # (n,)
+    accelerometer: NDArray[np.int16]  # (n, 3) counts
+    gyroscope: NDArray[np.int16]  # (n, 3) counts
+    magnetometer: NDArray[np.int16]  # (n, 3) counts
+
+
+def mount(body: Body, parameters: ImuParameters, rng: np.random.Generator) -> dict[int, Mounting]:
+    """Strap all nodes on, each a little crooked; by node id."""
+    mountings = {}
+    for node_id, segment in NODES.items():
+        side, _, part = segment.rpartition("_") if segment == "torso" else segment.partition("_")
+        mirror = np.array([1.0, -1.0 if side == "right" else 1.0, 1.0])
+        axis = rng.standard_normal(3)
+        angle = np.radians(rng.uniform(parameters.misalignment_min, parameters.misalignment_max))
+        mountings[node_id] = Mounting(
+            segment=segment,
+            place=body.height * np.array(STRAP_PLACES[part]) * mirror,
+            R_segment_sensor=Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)),
+            gyroscope_bias=np.radians(parameters.gyroscope_bias) * rng.standard_normal(3),
+            accelerometer_bias=parameters.accelerometer_bias * rng.standard_normal(3),
+            disturbance=1e-6 * parameters.disturbance * rng.standard_normal(3),
+        )
+    return mountings
+
+
+def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray:
+    """The undisturbed field [T] in ``map``, shape (3,).
+
+    Args:
+        parameters: Strength and dip.
+        heading_enu_map: Angle [rad] about z from east to ``map``'s x.
+    """
+    dip = np.radians(parameters.field_dip)
+    enu = 1e-6 * parameters.field_strength * np.array([0.0, np.cos(dip), -np.sin(dip)])
+    field: FloatArray = Rotation.from_euler("z", -heading_enu_map).apply(enu)
+    return field
+
+
+def measure(
+    motion: Motion,
+    mounting: Mounting,
+    field: FloatArray,
+    parameters: ImuParameters,
+    rng: np.random.Generator,
+) -> Measurements:
+    """Let one node measure a motion.
+
+    Args:
+        motion: What the subject does.
+        mounting: How the node is strapped on, and its biases.
+        field: The undisturbed magnetic field [T] in ``map``, shape (3,).
+        parameters: Rates and noise.
+        rng: Source of everything random.
+    """
+    times, clock_us = _clock(float(motion.times[-1]), parameters, rng)
+    path: SegmentPath = motion.segment(mounting.segment, mounting.place)
+    R_sensor_map = (path.rotation(times) * mounting.R_segment_sensor).inv()
+    turning = mounting.R_segment_sensor.inv().apply(path.angular_velocity(times))
+    force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, GRAVITY]))
+    disturbed = field + mounting.disturbance + _slow_change(times, parameters, rng)
+    count = len(times)
+    walk = np.radians(parameters.gyroscope_bias_walk) / np.sqrt(parameters.sample_rate)
+    drift = walk * np.cumsum(rng.standard_normal((count, 3)), axis=0)
+    noise = rng.standard_normal((3, count, 3))
+    gyroscope_noise = np.radians(parameters.gyroscope_noise) * noise[0]
+    return Measurements(
+        sample_s=times,
+        clock_us=clock_us,
+        angular_velocity=turning + mounting.gyroscope_bias + drift + gyroscope_noise,
+        specific_force=force
+        + mounting.accelerometer_bias
+        + parameters.accelerometer_noise * noise[1],
+        magnetic_field=R_sensor_map.apply(disturbed)
+        + 1e-6 * parameters.magnetometer_noise * noise[2],
+    )
+
+
+def to_frames(
+    measurements: Mapping[int, Measurements], parameters: ImuParameters, rng: np.random.Generator
+) -> ImuFrames:
+    """Make counts of all nodes' measurements and send them over the radio, in order of arrival."""
+    columns: dict[str, list[NDArray]] = {name: [] for name in ImuFrames.__dataclass_fields__}
+    for node_id, measured in measurements.items():
+        count = len(measured.sample_s)
+        late = parameters.radio_latency + rng.exponential(1.0, count) * parameters.radio_jitter
+        arrival = np.maximum.accumulate(
+            measured.sample_s + late
+        )  # a node's frames keep their order
+        columns["due_ns"].append(np.round(arrival * NS_PER_S).astype(np.int64))
+        columns["node_id"].append(np.full(count, node_id, dtype=np.uint8))
+        sequence = (rng.integers(SEQUENCE_MODULUS) + np.arange(count)) % SEQUENCE_MODULUS
+        columns["sequence"].append(sequence.astype(np.uint16))
+        columns["clock_us"].append((measured.clock_us % CLOCK_MODULUS_US).astype(np.uint32))
+        for name, values, lsb in (
+            ("accelerometer", measured.specific_force, ACCELEROMETER_LSB[ACCELEROMETER_RANGE]),
+            ("gyroscope", measured.angular_velocity, GYROSCOPE_LSB[GYROSCOPE_RANGE]),
+            ("magnetometer", measured.magnetic_field, MAGNETOMETER_LSB[MAGNETOMETER_RANGE]),
+        ):
+            columns[name].append(quantise(values, lsb))
+    joined = {name: np.concatenate(parts) for name, parts in columns.items()}
+    order = np.argsort(joined["due_ns"], kind="stable")
+    return ImuFrames(**{name: column[order] for name, column in joined.items()})
+
+
+def _clock(
+    duration: float, p: ImuParameters, rng: np.random.Generator
+) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Sampling times [s] on the host's clock and the node's own [us], which paces them."""
+    period = 1.0 / p.sample_rate
+    phase, boot = rng.uniform(0.0, period), rng.uniform(5.0, 3000.0)  # [s]
+    drift = 1e-6 * p.clock_drift * rng.standard_normal()
+    steps = np.arange(int(duration * p.sample_rate) + 2)
+    times: FloatArray = (phase + steps * period * (1.0 - drift)).astype(np.float64)
+    clock_us = np.round(1e6 * (boot + steps * period)).astype(np.int64)
+    inside = times <= duration
+    return times[inside], clock_us[inside]
+
+
+def _slow_change(times: FloatArray, p: ImuParameters, rng: np.random.Generator) -> FloatArray:
+    """A disturbance that comes and goes within a minute or so [T], shape (n, 3)."""
+    frequencies = rng.uniform(0.01, 0.06, 3)  # [Hz]
+    phases = rng.uniform(0.0, 2.0 * np.pi, 3)
+    waves: FloatArray = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases)
+    return 1e-6 * p.disturbance_change * np.sqrt(2.0) * waves
