@@ -63,7 +63,15 @@ class ImuBatch:
 
 
 class NodeState:
-    """What is known of one node's stream: counts of its frames and its clock."""
+    """What is known of one node's stream.
+
+    Attributes:
+        sequence: Counts of its frames.
+        clock: Its mapping to host time.
+        samples: Samples that went through the filter.
+        saturated: Those of them with an accelerometer or gyroscope axis at full scale.
+        gaps: Times its orientation began anew because samples were missing for too long.
+    """
 
     def __init__(self, max_drift: float) -> None:
         self.sequence = SequenceTracker()
