@@ -73,6 +73,7 @@ class Topic:
     msgtype: str  # for example pose_msgs/msg/Skeleton
     count: int  # [messages]
     latched: bool  # transient local: late subscribers want it too
+    offered: tuple[Qos, ...] = ()  # what the recorded publishers offered
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,6 +104,7 @@ class BagReader:
                 msgtype=connection.msgtype,
                 count=connection.msgcount + (known.count if known else 0),
                 latched=_is_latched(connection) or (known is not None and known.latched),
+                offered=(*(known.offered if known else ()), *_offered(connection)),
             )
         self.message_count: int = reader.message_count
         self.start_ns: int = reader.start_time
@@ -188,10 +190,12 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
     if not path.exists():
         raise InputError(f"found no bag at {path}: expected a rosbag2 folder or an .mcap file")
     if path.is_dir() and not (path / "metadata.yaml").exists():
-        raise InputError(
-            f"{path} is not a bag: it has no metadata.yaml (if its recording was cut off, "
-            "'ros2 bag reindex' makes one)"
-        )
+        files = list(path.glob("*.mcap"))
+        if len(files) != 1:
+            raise InputError(
+                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap file"
+            )
+        path = files[0]  # its recording was cut off
     if path.is_file() and path.suffix not in {".mcap", ".db3"}:
         raise InputError(
             f"{path} is not a bag: expected a rosbag2 folder, or an .mcap or .db3 file"
@@ -364,9 +368,14 @@ def _qos(*, latched: bool, reliable: bool, depth: int) -> Qos:
     )
 
 
+def _offered(connection: Connection) -> tuple[Qos, ...]:
+    return tuple(getattr(connection.ext, "offered_qos_profiles", ()))
+
+
 def _is_latched(connection: Connection) -> bool:
-    profiles = getattr(connection.ext, "offered_qos_profiles", ())
-    return any(profile.durability == QosDurability.TRANSIENT_LOCAL for profile in profiles)
+    return any(
+        profile.durability == QosDurability.TRANSIENT_LOCAL for profile in _offered(connection)
+    )
 
 
 def _one_line(error: BaseException) -> str:

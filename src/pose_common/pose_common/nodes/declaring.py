@@ -33,6 +33,10 @@ def _descriptor(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True
     )
+    if default == ():
+        # ROS takes an empty list for one of bytes and would then refuse texts; `from_mapping`
+        # checks the type all the same.
+        descriptor.dynamic_typing = True
     if isinstance(default, float) and not (spec.low is None and spec.high is None):
         descriptor.floating_point_range = [
             FloatingPointRange(

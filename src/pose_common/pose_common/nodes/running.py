@@ -33,7 +33,11 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         # A launcher and the terminal may both send SIGINT: the second must not break the ending.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        if node is not None:
-            node.destroy_node()
+        try:
+            if node is not None:
+                node.destroy_node()
+        except PoseError as error:
+            print(f"error: {error}", file=sys.stderr)
+            status = 1
         rclpy.try_shutdown()
     sys.exit(status)

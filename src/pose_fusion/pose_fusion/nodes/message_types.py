@@ -1,0 +1,27 @@
+"""Message classes by the names that bags and the graph give them."""
+
+import importlib
+from typing import Any
+
+from rclpy.type_support import check_for_type_support
+
+from pose_common.errors import InputError
+
+
+def message_class(msgtype: str) -> Any:
+    """The class of ``pose_msgs/msg/Skeleton`` and the like.
+
+    Raises:
+        InputError: If it is not a message type, or its package is not installed.
+    """
+    parts = msgtype.split("/")
+    if len(parts) != 3 or parts[1] != "msg":
+        raise InputError(f"{msgtype} is not a message type: expected PACKAGE/msg/NAME")
+    try:
+        found = getattr(importlib.import_module(f"{parts[0]}.msg"), parts[2])
+        check_for_type_support(found)
+    except (ImportError, AttributeError) as error:
+        raise InputError(
+            f"the message type {msgtype} is not installed: build and source package '{parts[0]}'"
+        ) from error
+    return found

@@ -1,0 +1,236 @@
+"""The player node: a bag's messages, byte by byte, with their original timing."""
+
+import argparse
+import sys
+import time
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import ReliabilityPolicy
+from rclpy.utilities import remove_ros_args
+from std_srvs.srv import Trigger
+
+from pose_common.bags import BagMessage, open_bag
+from pose_common.counters import Counters
+from pose_common.errors import InputError, ParameterError
+from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.running import run_node
+from pose_common.parameters import add_arguments, specs
+from pose_fusion.nodes import qos
+from pose_fusion.nodes.message_types import message_class
+from pose_fusion.playback import NS_PER_S, PlaybackClock, Playlist
+from pose_fusion.player_parameters import PlayerParameters
+
+LEAST_DEPTH = 100  # [messages] queue of a publisher
+MOST_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers
+POLL_S = 0.05  # how often to look for subscribers
+LONGEST_WAIT_NS = 100_000_000  # [ns]
+ACKNOWLEDGE_S = 2.0  # how long subscribers may take to receive the last messages
+PROGRESS_PERIOD_S = 0.5
+
+
+class Player(Node):
+    """Publishes each message of a bag when it is due."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("player", **options)
+        self._parameters = declare_parameters(self, PlayerParameters)
+        if not self._parameters.bag:
+            raise ParameterError("bag is not set: name the bag to play")
+        self._bag = open_bag(Path(self._parameters.bag))
+        topics = [self.resolve_topic_name(topic) for topic in self._parameters.topics]
+        self._playlist = Playlist(self._bag, topics, self._parameters.start_offset)
+        self._counters = Counters("played", "skipped_unknown_type")
+        self._bag_publishers = self._make_publishers()
+        self._finished = False
+        self._deadline_ns = time.monotonic_ns() + round(
+            self._parameters.wait_for_subscribers * NS_PER_S
+        )
+        self._playback: PlaybackClock | None = None  # None: still waiting for subscribers
+        self.create_service(Trigger, "~/pause", self._on_pause)
+        self.create_service(Trigger, "~/resume", self._on_resume)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+        if sys.stderr.isatty():
+            self.create_timer(PROGRESS_PERIOD_S, self._show_progress)
+        self._timer = self.create_timer(POLL_S, self._step)
+        self._step()
+
+    def _make_publishers(self) -> dict[str, Publisher]:
+        publishers = {}
+        # Latched topics first: their subscribers are found while the rest is set up.
+        for topic in sorted(self._playlist.topics, key=lambda topic: not topic.latched):
+            try:
+                found = message_class(topic.msgtype)
+            except InputError as error:
+                self.get_logger().warning(f"{topic.name} is not played: {error}")
+                continue
+            depth = max(LEAST_DEPTH, min(topic.count, MOST_LATCHED) if topic.latched else 0)
+            profile = qos.from_bag(topic.offered, depth)
+            publishers[topic.name] = self.create_publisher(found, topic.name, profile)
+        if not publishers:
+            raise InputError(f"{self._bag.path}: no message type in it is installed here")
+        return publishers
+
+    # -- playing --------------------------------------------------------------------------------
+
+    def _step(self) -> None:
+        """Publish what is due and come back when the next is."""
+        now_ns = time.monotonic_ns()
+        if self._playback is None:
+            if not self._subscribers_are_there(now_ns):
+                return
+            self._begin(now_ns)
+        assert self._playback is not None
+        if self._playback.paused or self._finished:
+            self._sleep(LONGEST_WAIT_NS)
+            return
+        self._publish(self._playlist.due(self._playback.position_ns(now_ns)))
+        next_ns = self._playlist.next_ns
+        if next_ns is None:
+            self._end(now_ns)
+        else:
+            self._sleep(self._playback.wait_ns(next_ns, time.monotonic_ns()))
+
+    def _sleep(self, wait_ns: int) -> None:
+        self._timer.timer_period_ns = min(max(wait_ns, 1), LONGEST_WAIT_NS)
+        self._timer.reset()
+
+    def _subscribers_are_there(self, now_ns: int) -> bool:
+        missing = [
+            name
+            for name, publisher in self._bag_publishers.items()
+            if publisher.get_subscription_count() == 0
+        ]
+        if missing and now_ns < self._deadline_ns:
+            return False
+        if missing and self._parameters.wait_for_subscribers > 0.0:
+            self.get_logger().warning(f"playing without subscribers on {', '.join(missing)}")
+        return True
+
+    def _begin(self, now_ns: int) -> None:
+        parameters = self._parameters
+        self._publish(self._playlist.rewind())
+        self._playback = PlaybackClock(
+            self._playlist.start_ns,
+            parameters.rate,
+            paused=parameters.start_paused,
+            now_ns=now_ns,
+        )
+        self.get_logger().info(
+            f"playing {self._bag.path}: {len(self._bag_publishers)} topics,"
+            f" {self._bag.duration_s:.1f} s, rate {parameters.rate:g}"
+            + (", paused" if parameters.start_paused else "")
+        )
+
+    def _end(self, now_ns: int) -> None:
+        assert self._playback is not None
+        if self._parameters.loop:
+            self._publish(self._playlist.rewind())
+            self._playback.jump(self._playlist.start_ns, now_ns)
+            self._sleep(1)
+            return
+        self._playback.pause(now_ns)
+        self._finished = True
+        self.get_logger().info(f"played {self._counters['played']} messages")
+        if not self._parameters.pause_at_end:
+            self._wait_for_acknowledgements()
+            rclpy.try_shutdown(context=self.context)
+
+    def _wait_for_acknowledgements(self) -> None:
+        """Give reliable subscribers the time to receive the last messages."""
+        deadline_ns = time.monotonic_ns() + round(ACKNOWLEDGE_S * NS_PER_S)
+        for publisher in self._bag_publishers.values():
+            if publisher.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
+                left_ns = max(0, deadline_ns - time.monotonic_ns())
+                publisher.wait_for_all_acked(Duration(nanoseconds=left_ns))
+
+    def _publish(self, messages: Iterable[BagMessage]) -> None:
+        for message in messages:
+            publisher = self._bag_publishers.get(message.topic)
+            if publisher is None:
+                self._counters.add("skipped_unknown_type")
+                continue
+            publisher.publish(bytes(message.data))
+            self._counters.add("played")
+
+    # -- services and state ---------------------------------------------------------------------
+
+    def _on_pause(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._playback is None or self._finished:
+            response.message = "not playing"
+            return response
+        self._playback.pause(time.monotonic_ns())
+        response.success, response.message = True, f"paused at {self._position_s():.3f} s"
+        return response
+
+    def _on_resume(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._playback is None or self._finished:
+            response.message = "the end is reached" if self._finished else "not playing yet"
+            return response
+        self._playback.resume(time.monotonic_ns())
+        self._sleep(1)
+        response.success, response.message = True, f"playing from {self._position_s():.3f} s"
+        return response
+
+    def _position_s(self) -> float:
+        """Time since the bag's beginning [s]."""
+        if self._playback is None:
+            return 0.0
+        position_ns = min(self._playback.position_ns(time.monotonic_ns()), self._playlist.end_ns)
+        return (position_ns - self._bag.start_ns) / NS_PER_S
+
+    def _report(self) -> Report:
+        message = "playing"
+        if self._playback is None:
+            message = "waiting for subscribers"
+        elif self._finished:
+            message = "the end is reached"
+        elif self._playback.paused:
+            message = "paused"
+        values = {"position_s": f"{self._position_s():.3f}", **self._counters.as_dict()}
+        return Report(level=Level.OK, message=message, values=values)
+
+    def _show_progress(self) -> None:
+        state = " (paused)" if self._playback is not None and self._playback.paused else ""
+        sys.stderr.write(f"\r{self._position_s():.1f} of {self._bag.duration_s:.1f} s{state}\033[K")
+        sys.stderr.flush()
+
+    def destroy_node(self) -> None:
+        """Close the bag."""
+        if hasattr(self, "_bag"):
+            self._bag.close()
+        if sys.stderr.isatty():
+            sys.stderr.write("\r\033[K")
+        super().destroy_node()
+
+
+def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
+    """Parameters from ``BAG`` and the options."""
+    parser = argparse.ArgumentParser(
+        prog="play",
+        description="Play a bag with its original timing.",
+        epilog="Services: ~/pause, ~/resume (std_srvs/Trigger). ROS arguments may follow after"
+        " --ros-args.",
+    )
+    parser.add_argument("path", nargs="?", metavar="BAG", help="the bag to play")
+    add_arguments(parser, PlayerParameters)
+    options = vars(parser.parse_args(words))
+    options["bag"] = options["path"] or options["bag"]
+    return [
+        Parameter(name, value=options[name])
+        for name in specs(PlayerParameters)
+        if options[name] is not None
+    ]
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    overrides = overrides_from_arguments(remove_ros_args(sys.argv)[1:])
+    run_node(lambda: Player(parameter_overrides=overrides))

@@ -1,0 +1,71 @@
+"""Quality of service: between rclpy's profiles and those that a bag keeps."""
+
+from collections.abc import Sequence
+
+from rclpy.duration import Duration
+from rclpy.qos import (
+    DurabilityPolicy,
+    HistoryPolicy,
+    LivelinessPolicy,
+    QoSProfile,
+    ReliabilityPolicy,
+)
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+
+NS_PER_S = 1_000_000_000
+
+
+def to_bag(profile: QoSProfile) -> Qos:
+    """What a bag keeps of a publisher's profile."""
+    return Qos(
+        QosHistory(int(profile.history)),
+        profile.depth,
+        QosReliability(int(profile.reliability)),
+        QosDurability(int(profile.durability)),
+        _time(profile.deadline),
+        _time(profile.lifespan),
+        QosLiveliness(int(profile.liveliness)),
+        _time(profile.liveliness_lease_duration),
+        profile.avoid_ros_namespace_conventions,
+    )
+
+
+def from_bag(profiles: Sequence[Qos], least_depth: int) -> QoSProfile:
+    """A profile for a publisher that stands for the recorded ones.
+
+    Args:
+        profiles: What the recorded publishers offered.
+        least_depth: The queue's least length [messages].
+    """
+    reliable = all(profile.reliability != QosReliability.BEST_EFFORT for profile in profiles)
+    latched = any(profile.durability == QosDurability.TRANSIENT_LOCAL for profile in profiles)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=max([least_depth, *(profile.depth for profile in profiles)]),
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+    )
+
+
+def for_subscription(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
+    """The strictest profile that receives from all publishers, with a queue of ``depth``."""
+    reliable = all(profile.reliability != ReliabilityPolicy.BEST_EFFORT for profile in offered)
+    latched = all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE,
+        liveliness=LivelinessPolicy.AUTOMATIC,
+    )
+
+
+def _time(duration: Duration) -> QosTime:
+    return QosTime(*divmod(duration.nanoseconds, NS_PER_S))

@@ -1,0 +1,189 @@
+"""The recorder node: serialised messages, as they come, into a rosbag2 folder."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rclpy.event_handler import SubscriptionEventCallbacks
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
+from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
+from rclpy.utilities import remove_ros_args
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError, ParameterError
+from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.running import run_node
+from pose_common.parameters import add_arguments, specs
+from pose_fusion.nodes import qos
+from pose_fusion.nodes.message_types import message_class
+from pose_fusion.recorder_parameters import RecorderParameters
+from pose_fusion.recording import Recording
+
+DISCOVERY_PERIOD_S = 0.2
+FLUSH_PERIOD_S = 1.0
+
+
+class Recorder(Node):
+    """Subscribes to what is there, and to what appears later, and writes it down."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("recorder", **options)
+        self._parameters = declare_parameters(self, RecorderParameters)
+        if not self._parameters.output:
+            raise ParameterError("output is not set: name the folder to make")
+        if self._parameters.all == bool(self._parameters.topics):
+            raise ParameterError("set either topics, or all to true")
+        self._wanted = [self.resolve_topic_name(topic) for topic in self._parameters.topics]
+        self._subscriptions_by_topic: dict[str, Subscription] = {}
+        self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
+        self._counters = Counters("lost_messages")
+        self._recording = Recording(
+            Path(self._parameters.output),
+            self._parameters.storage,
+            least_free=int(self._parameters.least_free_space * 1e6),
+        )
+        self._discover()
+        self.create_timer(DISCOVERY_PERIOD_S, self._discover)
+        self.create_timer(FLUSH_PERIOD_S, self._recording.flush)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+        self.get_logger().info(
+            f"recording {', '.join(self._wanted) or 'every topic'} into {self._recording.path}"
+        )
+
+    # -- topics ---------------------------------------------------------------------------------
+
+    def _discover(self) -> None:
+        """Subscribe to topics that have appeared; follow publishers that offer less than before."""
+        for topic, types in self.get_topic_names_and_types():
+            if topic in self._refused or not self._is_wanted(topic):
+                continue
+            offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
+            if not offered:
+                continue
+            profile = qos.for_subscription(offered, self._parameters.depth)
+            current = self._subscriptions_by_topic.get(topic)
+            if current is None:
+                self._start_topic(topic, types, offered, profile)
+            elif _asks_more(current.qos_profile, profile):
+                self.destroy_subscription(current)
+                self._subscribe(topic, types[0], profile)
+
+    def _is_wanted(self, topic: str) -> bool:
+        if self._wanted:
+            return topic in self._wanted
+        return not topic_or_service_is_hidden(topic)
+
+    def _start_topic(
+        self, topic: str, types: Sequence[str], offered: list[QoSProfile], profile: QoSProfile
+    ) -> None:
+        try:
+            if len(types) > 1:
+                raise InputError(f"it carries {' and '.join(types)}")
+            message_class(types[0])
+            self._recording.add_topic(topic, types[0], [qos.to_bag(one) for one in offered])
+            self._subscribe(topic, types[0], profile)
+        except InputError as error:
+            self._refused[topic] = str(error)
+            self.get_logger().warning(f"{topic} is not recorded: {error}")
+
+    def _subscribe(self, topic: str, msgtype: str, profile: QoSProfile) -> None:
+        self._subscriptions_by_topic[topic] = self.create_subscription(
+            message_class(msgtype),
+            topic,
+            partial(self._write, topic),
+            profile,
+            raw=True,
+            event_callbacks=SubscriptionEventCallbacks(
+                message_lost=lambda event: self._counters.add(
+                    "lost_messages", event.total_count_change
+                ),
+                use_default_callbacks=False,
+            ),
+        )
+
+    # -- messages -------------------------------------------------------------------------------
+
+    def _write(self, topic: str, data: bytes) -> None:
+        """Write a message, and what else waits on its topic: one wake-up serves a whole burst."""
+        self._recording.write(topic, data, time.time_ns())
+        subscription = self._subscriptions_by_topic[topic]
+        with subscription.handle:
+            while taken := subscription.handle.take_message(subscription.msg_type, True):
+                self._recording.write(topic, taken[0], time.time_ns())
+
+    def _report(self) -> Report:
+        counts = self._recording.counts
+        missing = [topic for topic in self._wanted if not counts.get(topic)]
+        level, message = Level.OK, f"recording {len(counts)} topics"
+        if missing:
+            level, message = Level.WARN, f"nothing yet from {', '.join(missing)}"
+        if self._refused:
+            level, message = Level.WARN, f"not recorded: {', '.join(self._refused)}"
+        if self._counters["lost_messages"]:
+            level, message = Level.WARN, "messages were lost: the machine is too busy"
+        values = {
+            "messages": self._recording.message_count,
+            **self._counters.as_dict(),
+            "refused_topics": len(self._refused),
+        }
+        return Report(level=level, message=message, values={**values, **counts})
+
+    def destroy_node(self) -> None:
+        """Complete the bag."""
+        recording: Recording | None = getattr(self, "_recording", None)
+        try:
+            if recording is not None:
+                recording.close()
+        finally:
+            super().destroy_node()
+        if recording is not None:
+            count, path = recording.message_count, recording.path
+            what = f"{count} messages in {path}" if count else "no messages came, nothing is left"
+            print(f"recorder: {what}", flush=True)
+
+
+def _asks_more(current: QoSProfile, possible: QoSProfile) -> bool:
+    """Whether a subscription would not receive from every publisher any more."""
+    return (current.reliability, current.durability) != (
+        possible.reliability,
+        possible.durability,
+    )
+
+
+def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
+    """Parameters from ``-o OUTPUT [TOPIC …]`` and the other options."""
+    parser = argparse.ArgumentParser(
+        prog="record",
+        description="Record topics into a rosbag2 folder until Ctrl-C.",
+        epilog="Without TOPIC, every topic that appears is recorded. ROS arguments may follow"
+        " after --ros-args.",
+    )
+    parser.add_argument("topic", nargs="*", metavar="TOPIC", help="a topic to record")
+    parser.add_argument("-o", dest="output", metavar="OUTPUT", help="short for --output")
+    add_arguments(parser, RecorderParameters)
+    options = vars(parser.parse_args(words))
+    topics = options.pop("topic")
+    if topics:
+        options["topics"] = [*topics, *(options["topics"] or [])]
+    # `ros2 run` and launch files say it all with ROS's arguments.
+    if words and options["all"] is None and not options["topics"]:
+        options["all"] = True
+    return [
+        Parameter(name, value=options[name])
+        for name in specs(RecorderParameters)
+        if options[name] is not None
+    ]
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    overrides = overrides_from_arguments(remove_ros_args(sys.argv)[1:])
+    run_node(lambda: Recorder(parameter_overrides=overrides))

@@ -1,0 +1,146 @@
+"""The recorder and the player as processes, from the command line."""
+
+import resource
+import signal
+
+import pytest
+from ament_index_python.packages import get_package_prefix
+from diagnostic_msgs.msg import DiagnosticArray, KeyValue
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+
+from pose_common.bags import BagWriter, open_bag
+
+pytestmark = pytest.mark.graph
+
+PREFIX = get_package_prefix("pose_fusion")
+RECORDER = f"{PREFIX}/lib/pose_fusion/recorder"
+PLAYER = f"{PREFIX}/lib/pose_fusion/player"
+LATCHED = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+
+
+def texts(path, topic="/count"):
+    with open_bag(path) as bag:
+        return [bag.deserialize(message).data for message in bag.messages([topic])]
+
+
+@pytest.fixture
+def recording(ros_context, spin_until, start_process, tmp_path):
+    """A running recorder of ``/count`` into ``tmp_path/bag``, and a publisher it listens to."""
+    publisher = ros_context.make_node().create_publisher(String, "count", 1000)
+    process = start_process([RECORDER, "-o", tmp_path / "bag", "count"])
+    spin_until(lambda: publisher.get_subscription_count() == 1, 30.0, "the recorder")
+    return process, publisher
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_completes_the_bag(recording, tmp_path, number, spin_until, ros_context):
+    process, publisher = recording
+    reports = ros_context.collect(DiagnosticArray, "/diagnostics")
+    for index in range(50):
+        publisher.publish(String(data=str(index)))
+    all_there = KeyValue(key="/count", value="50")
+    spin_until(
+        lambda: any(all_there in status.values for r in reports for status in r.status),
+        30.0,
+        "50 messages recorded",
+    )
+    process.signal(number)
+
+    assert process.wait() == 0
+    assert f"recorder: 50 messages in {tmp_path / 'bag'}" in process.output
+    assert texts(tmp_path / "bag") == [str(index) for index in range(50)]
+
+
+def test_a_killed_recorder_leaves_what_was_flushed(recording, tmp_path, spin_until):
+    process, publisher = recording
+    file = tmp_path / "bag" / "bag.mcap"
+    sent = 0
+
+    def flushed():
+        nonlocal sent
+        publisher.publish(String(data=str(sent)))
+        sent += 1
+        return file.stat().st_size > 2000
+
+    spin_until(flushed, 30.0, "a flush")
+    process.signal(signal.SIGKILL)
+    process.wait()
+
+    found = texts(tmp_path / "bag")
+    assert found == [str(index) for index in range(len(found))]
+    assert found
+
+
+def test_a_disk_that_takes_no_more_ends_the_recorder_with_what_it_has(
+    ros_context, spin_until, start_process, tmp_path
+):
+    publisher = ros_context.make_node().create_publisher(String, "count", 1000)
+    process = start_process([RECORDER, "-o", tmp_path / "bag", "count"])
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (20_000, 20_000))
+    spin_until(lambda: publisher.get_subscription_count() == 1, 30.0, "the recorder")
+
+    def ended():
+        publisher.publish(String(data="x" * 5000))
+        return process.returncode is not None
+
+    spin_until(ended, 60.0, "the end of the recorder")
+
+    assert process.returncode == 1
+    assert "error: cannot write" in process.output
+    assert "Traceback" not in process.output
+    assert set(texts(tmp_path / "bag")) == {"x" * 5000}
+
+
+def test_a_recorded_bag_is_played_byte_by_byte(ros_context, spin_until, start_process, tmp_path):
+    # Whole words of four bytes: the wire fills up the last one.
+    sent = [serialize_message(String(data=f"{index:03}")) for index in range(100)]
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.add_topic("/latched", "std_msgs/msg/String", latched=True)
+        writer.write_serialized("/latched", "std_msgs/msg/String", sent[0], 10**9)
+        for index, data in enumerate(sent):
+            writer.write_serialized(
+                "/count", "std_msgs/msg/String", data, 10**9 + index * 1_000_000
+            )
+    received, latched = [], []
+    node = ros_context.make_node()
+    node.create_subscription(String, "count", received.append, 1000, raw=True)
+    node.create_subscription(String, "latched", latched.append, LATCHED, raw=True)
+
+    process = start_process([PLAYER, tmp_path / "bag", "--wait-for-subscribers", "30"])
+    spin_until(lambda: len(received) == 100 and latched, 40.0, "the messages")
+
+    assert process.wait() == 0
+    assert received == sent
+    assert latched == [sent[0]]
+
+
+@pytest.mark.parametrize(
+    ("command", "complaint"),
+    [
+        ([PLAYER, "no_such_bag"], "found no bag at no_such_bag"),
+        ([PLAYER, "/"], "/ is not a bag"),
+        ([PLAYER, "--ros-args", "-p", "rate:=two"], "rate"),
+        ([RECORDER], "output is not set"),
+        ([RECORDER, "-o", "/", "count"], "/ exists already"),
+        ([RECORDER, "-o", "/proc/x", "count"], "cannot write /proc/x"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_1(start_process, command, complaint):
+    process = start_process(command)
+
+    assert process.wait() == 1
+    assert len(process.output.splitlines()) == 1
+    assert process.output.startswith("error: ")
+    assert complaint in process.output
+
+
+@pytest.mark.parametrize("program", [RECORDER, PLAYER])
+def test_help_needs_no_graph(start_process, program):
+    process = start_process([program, "--help"])
+
+    assert process.wait() == 0
+    assert "usage: " in process.output

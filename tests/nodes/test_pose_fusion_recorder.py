@@ -1,0 +1,179 @@
+"""The recorder in a live graph."""
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from pose_msgs.msg import Skeleton, SkeletonArray
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+
+from pose_common.bags import open_bag
+from pose_common.errors import InputError, ParameterError
+from pose_fusion.nodes.recorder import Recorder, overrides_from_arguments
+
+SENSOR_DATA = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
+LATCHED = QoSProfile(
+    depth=1,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+
+
+@pytest.fixture
+def record(ros_context, tmp_path):
+    """Start a recorder into ``tmp_path/bag``."""
+
+    def record(**values):
+        values = {"output": str(tmp_path / "bag"), **values}
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        node = Recorder(parameter_overrides=overrides)
+        ros_context.executor.add_node(node)
+        return node
+
+    def finish(node):
+        ros_context.executor.remove_node(node)
+        node.destroy_node()
+
+    record.finish = finish
+    return record
+
+
+def publisher_of(ros_context, message_type, topic, profile):
+    return ros_context.make_node().create_publisher(message_type, topic, profile)
+
+
+def skeletons(index):
+    array = SkeletonArray(skeletons=[Skeleton(id=f"person {index}", name=["head"])])
+    array.header.stamp.sec = index
+    return array
+
+
+@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
+def test_every_message_is_recorded_byte_by_byte(ros_context, spin_until, record, tmp_path, storage):
+    publisher = publisher_of(ros_context, SkeletonArray, "kinect_left/skeletons", 1000)
+    recorder = record(topics=["kinect_left/skeletons"], storage=storage)
+    spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
+
+    # Serialised by us: the bytes between a message's fields are otherwise any.
+    sent = [serialize_message(skeletons(index)) for index in range(200)]
+    for message in sent:
+        publisher.publish(message)
+    spin_until(lambda: recorder._recording.message_count == 200, what="200 messages")
+    record.finish(recorder)
+
+    with open_bag(tmp_path / "bag") as bag:
+        recorded = [message.data for message in bag.messages()]
+    assert recorded == sent
+
+
+def test_what_was_latched_before_is_recorded_with_its_qos(
+    ros_context, spin_until, record, tmp_path
+):
+    publisher = publisher_of(ros_context, String, "urdf", LATCHED)
+    publisher.publish(String(data="<robot/>"))
+    recorder = record(topics=["urdf"])
+
+    spin_until(lambda: recorder._recording.message_count == 1, what="the latched message")
+    record.finish(recorder)
+
+    with open_bag(tmp_path / "bag") as bag:
+        topic = bag.topics["/urdf"]
+        (message,) = bag.messages()
+        assert bag.deserialize(message).data == "<robot/>"
+    assert topic.latched
+    assert topic.count == 1
+
+
+def test_a_topic_that_appears_later_is_picked_up(ros_context, spin_until, record, tmp_path):
+    recorder = record(all=True)
+    publisher = publisher_of(ros_context, String, "late", 10)
+    spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
+
+    publisher.publish(String(data="here"))
+    spin_until(lambda: recorder._recording.counts.get("/late") == 1, what="the message")
+    record.finish(recorder)
+
+    with open_bag(tmp_path / "bag") as bag:
+        assert bag.topics["/late"].count == 1
+
+
+def test_only_the_named_topics_are_recorded(ros_context, spin_until, record, tmp_path):
+    wanted = publisher_of(ros_context, String, "wanted", 10)
+    other = publisher_of(ros_context, String, "other", 10)
+    recorder = record(topics=["wanted"])
+    spin_until(lambda: wanted.get_subscription_count() == 1, what="the recorder")
+
+    other.publish(String(data="no"))
+    wanted.publish(String(data="yes"))
+    spin_until(lambda: recorder._recording.message_count == 1, what="the message")
+    record.finish(recorder)
+
+    with open_bag(tmp_path / "bag") as bag:
+        assert list(bag.topics) == ["/wanted"]
+
+
+def test_a_later_best_effort_publisher_is_recorded_too(ros_context, spin_until, record):
+    reliable = publisher_of(ros_context, String, "mixed", 10)
+    recorder = record(topics=["mixed"])
+    spin_until(lambda: reliable.get_subscription_count() == 1, what="the recorder")
+
+    best_effort = publisher_of(ros_context, String, "mixed", SENSOR_DATA)
+    spin_until(lambda: best_effort.get_subscription_count() == 1, what="the weaker subscription")
+    best_effort.publish(String(data="b"))
+
+    spin_until(lambda: recorder._recording.message_count == 1, what="the message")
+    record.finish(recorder)
+
+
+def test_counts_are_in_the_diagnostics(ros_context, spin_until, record):
+    publisher = publisher_of(ros_context, String, "greeting", 10)
+    received = ros_context.collect(DiagnosticArray, "/diagnostics")
+    recorder = record(topics=["greeting"])
+    spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
+    publisher.publish(String(data="a"))
+
+    def counts():
+        statuses = [s for array in received for s in array.status if s.name == "/recorder"]
+        return {pair.key: pair.value for pair in statuses[-1].values} if statuses else {}
+
+    spin_until(lambda: counts().get("/greeting") == "1", what="the count")
+    record.finish(recorder)
+    assert counts()["lost_messages"] == "0"
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        ({"output": ""}, "output is not set"),
+        ({"topics": ["a"], "all": True}, "either topics, or all"),
+        ({}, "either topics, or all"),
+        ({"all": True, "storage": "zip"}, "storage = 'zip' is not one of mcap, sqlite3"),
+    ],
+)
+def test_bad_parameters_are_refused(record, values, complaint):
+    with pytest.raises(ParameterError, match=complaint):
+        record(**values)
+
+
+def test_an_existing_folder_is_refused(record, tmp_path):
+    (tmp_path / "bag").mkdir()
+
+    with pytest.raises(InputError, match="exists already"):
+        record(all=True)
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["-o", "x"], {"output": "x", "all": True}),
+        (["-o", "x", "a", "b"], {"output": "x", "topics": ["a", "b"]}),
+        (["--output", "x", "--topics", "a"], {"output": "x", "topics": ["a"]}),
+        (["-o", "x", "--storage", "sqlite3"], {"output": "x", "storage": "sqlite3", "all": True}),
+        ([], {}),
+    ],
+)
+def test_the_command_line_sets_parameters(words, expected):
+    overrides = {override.name: override.value for override in overrides_from_arguments(words)}
+
+    assert overrides == expected
