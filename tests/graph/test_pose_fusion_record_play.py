@@ -76,15 +76,24 @@ def test_a_killed_recorder_leaves_what_was_flushed(recording, tmp_path, spin_unt
 
 
 def test_a_disk_that_takes_no_more_ends_the_recorder_with_what_it_has(
-    ros_context, spin_until, start_process, tmp_path
+    recording, spin_until, tmp_path
 ):
-    publisher = ros_context.make_node().create_publisher(String, "count", 1000)
-    process = start_process([RECORDER, "-o", tmp_path / "bag", "count"])
-    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (20_000, 20_000))
-    spin_until(lambda: publisher.get_subscription_count() == 1, 30.0, "the recorder")
+    process, publisher = recording
+    file = tmp_path / "bag" / "bag.mcap"
+
+    def publish():
+        publisher.publish(String(data="x" * 5000))
+
+    def flushed():
+        publish()
+        return file.stat().st_size > 2000
+
+    spin_until(flushed, 30.0, "a flush")
+    limit = file.stat().st_size + 10_000
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
 
     def ended():
-        publisher.publish(String(data="x" * 5000))
+        publish()
         return process.returncode is not None
 
     spin_until(ended, 60.0, "the end of the recorder")

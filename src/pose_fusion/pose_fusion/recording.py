@@ -156,9 +156,9 @@ class Recording:
         if storage is not None:
             with contextlib.suppress(OSError, sqlite3.Error):
                 storage.abort()
-        count = sum(self._flushed_counts.values())
-        saved = f"the first {count} messages are in {self.path}"
-        if count == 0:
+        self._writer.counts = {key: self._flushed_counts.get(key, 0) for key in self._writer.counts}
+        saved = f"the first {self.message_count} messages are in {self.path}"
+        if self.message_count == 0:
             shutil.rmtree(self.path, ignore_errors=True)
             saved = "nothing was saved"
         elif storage is not None:
@@ -168,9 +168,6 @@ class Recording:
                     with storage.path.open("ab") as end:
                         end.write(MCAP_END)
                 # What is left to write is the description beside the file.
-                self._writer.counts = {
-                    key: self._flushed_counts.get(key, 0) for key in self._writer.counts
-                }
                 self._writer.storage = cast(McapWriter, _Ended(storage.path))
                 self._writer.close()
         reason = getattr(error, "strerror", None) or str(error)

@@ -146,7 +146,7 @@ class Recorder(Node):
             super().destroy_node()
         if recording is not None:
             count, path = recording.message_count, recording.path
-            what = f"{count} messages in {path}" if count else "no messages came, nothing is left"
+            what = f"{count} messages in {path}" if count else "no messages, nothing is left"
             print(f"recorder: {what}", flush=True)
 
 
