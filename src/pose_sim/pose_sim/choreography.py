@@ -56,11 +56,7 @@ def compose(
     variation = variation or Variation()
     body = Body(height)
     plan_rng, sway_rng = np.random.default_rng([seed, 1]).spawn(2)
-    timeline = Timeline(body, plan_rng, variation)
-    timeline.now = STILL
-    warm_up(timeline)
-    while timeline.now < duration:
-        CHOREOGRAPHIES[name](timeline)
+    timeline = plan(CHOREOGRAPHIES[name], duration, Timeline(body, plan_rng, variation))
     return perform(
         body,
         timeline,
@@ -71,6 +67,15 @@ def compose(
         variation=variation,
         still=STILL,
     )
+
+
+def plan(choreography: Choreography, duration: float, timeline: Timeline) -> Timeline:
+    """Fill a timeline to ``duration`` [s]: standing still, warm-up, rounds of a choreography."""
+    timeline.now = STILL
+    warm_up(timeline)
+    while timeline.now < duration:
+        choreography(timeline)
+    return timeline
 
 
 def warm_up(t: Timeline) -> None:

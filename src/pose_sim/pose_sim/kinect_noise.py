@@ -59,7 +59,11 @@ class KinectParameters:
         0.5, low=0.0, high=1.0, doc="how far the tracker keeps a limb's length in its errors"
     )
     hidden_error: float = parameter(
-        0.08, unit="m", low=0.0, high=1.0, doc="what a hidden joint's guess adds to the wander"
+        0.08,
+        unit="m",
+        low=0.0,
+        high=1.0,
+        doc="what a hidden joint's guess adds to the wander, 40 % of it at rest",
     )
     foreshortened_error: float = parameter(
         0.05,

@@ -24,6 +24,7 @@ from pose_common.errors import InputError
 NS_PER_S = 1_000_000_000
 BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them
 NAP_S = 0.1  # [s] a request to stop is noticed within this
+SETTLE_S = 0.03  # [s] until the kernel has passed written bytes on to the reader's side
 DRAIN_S = 0.5  # [s] that a reader has for the last bytes
 
 
@@ -181,6 +182,7 @@ def transmit(
         terminal.write(b"".join(transmission.frames[begin:end]))
         sent += end - begin
     deadline_ns = clock() + int(DRAIN_S * NS_PER_S)
+    sleep(SETTLE_S)
     while terminal.unread() and clock() < deadline_ns and not stopped():
         sleep(0.01)
     return Sent(sent=sent, skipped=first, finished=True)

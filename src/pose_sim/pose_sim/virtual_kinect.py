@@ -208,7 +208,8 @@ def _wander(
     """Slow errors: small at rest, larger in movement and where a joint is hard to see."""
     pace = np.minimum(_pace(velocity, p), QUICK)
     size = p.wander_still + p.wander_moving * pace**SPEED_EXPONENT
-    size = size + p.hidden_error * blocked + p.foreshortened_error * pointing
+    stirred = 0.4 + 0.6 * np.minimum(pace / 0.5, 1.0)  # a guess at rest wanders less
+    size = size + p.hidden_error * blocked * stirred + p.foreshortened_error * pointing
     gains = [RESTLESSNESS.get(name.split("_")[-1], 0.6) for name in JOINTS]
     process = _slow(truth_shape=velocity.shape, seconds=p.wander_time, p=p, rng=rng)
     wander: FloatArray = (np.array(gains) * size)[..., None] * process

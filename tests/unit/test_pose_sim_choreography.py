@@ -1,0 +1,146 @@
+import numpy as np
+import pytest
+
+from pose_common.errors import InputError
+from pose_common.joints import JOINT_INDEX
+from pose_sim.angles import JOINT_NAMES, measured_angles, true_joint_angles
+from pose_sim.body import Body
+from pose_sim.choreography import CHOREOGRAPHIES, compose, plan
+from pose_sim.timeline import Timeline
+
+NAMES = tuple(CHOREOGRAPHIES)
+
+
+@pytest.fixture(scope="module")
+def motions():
+    return {name: compose(name, 40.0, 5, heading=0.7) for name in NAMES}
+
+
+def degrees(motion, name):
+    return np.degrees(true_joint_angles(motion)[name])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_begins_with_two_seconds_of_standing_still_in_the_neutral_pose(motions, name):
+    motion = motions[name]
+    still = motion.times <= 2.0
+    angles = measured_angles(motion.pose.joints[still])
+    assert np.allclose(list(angles.values()), 0.0, atol=1e-6)
+    assert np.ptp(motion.pose.joints[still], axis=0).max() < 1e-9
+
+
+def largest_step_of_acceleration(timeline, rate):
+    times = np.arange(int(30.0 * rate)) / rate
+    channels = timeline.evaluate(times)
+    accelerations = np.diff(list(channels.values()), 2, axis=1) * rate**2
+    return np.abs(np.diff(accelerations, axis=1)).max(axis=1), np.abs(accelerations).max()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_joint_angles_are_twice_continuously_differentiable(name):
+    """On a grid four times as fine the steps of a continuous acceleration are a quarter."""
+    timeline = plan(CHOREOGRAPHIES[name], 30.0, Timeline(Body(), np.random.default_rng(5)))
+    coarse, _ = largest_step_of_acceleration(timeline, 500.0)
+    fine, largest = largest_step_of_acceleration(timeline, 2000.0)
+    assert np.all(fine <= 0.35 * coarse + 0.01)
+    assert largest < 400.0  # [rad/s^2]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_feet_neither_sink_into_the_floor_nor_float(motions, name):
+    contacts = motions[name].pose.contacts[..., 2]
+    assert contacts.min() > -0.006
+    if "jump" not in name:
+        assert contacts.min(axis=1).max() < 0.001
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_subject_stays_about_where_it_began(motions, name):
+    pelvis = motions[name].pose.origins["pelvis"]
+    assert np.linalg.norm(pelvis[:, :2] - pelvis[0, :2], axis=1).max() < 0.4
+
+
+def test_a_foot_that_bears_the_body_does_not_slide(motions):
+    motion = motions["leg_lift_march"]
+    heights = motion.pose.contacts[..., 2]
+    velocity = np.gradient(motion.pose.contacts, motion.times, axis=0)
+    left_bears = heights[:, 2:].min(axis=1) > 0.05  # the right foot is in the air
+    assert left_bears.sum() > 300
+    assert np.linalg.norm(velocity[left_bears, 0, :2], axis=1).max() < 0.05  # [m/s]
+
+
+def test_in_a_jump_the_hips_fall_freely_while_both_feet_are_in_the_air(motions):
+    motion = motions["leg_lift_jump"]
+    airborne = motion.pose.contacts[..., 2].min(axis=1) > 0.02
+    assert airborne.sum() > 50
+    height = motion.pose.origins["pelvis"][:, 2]
+    acceleration = np.gradient(np.gradient(height, motion.times), motion.times)
+    assert np.allclose(acceleration[airborne], -9.80665, atol=0.05)
+
+
+def test_the_march_lifts_the_legs_to_the_side_and_then_the_knees(motions):
+    motion = motions["leg_lift_march"]
+    for side in ("left", "right"):
+        assert degrees(motion, f"{side}_hip_abduction").max() > 28.0
+        assert degrees(motion, f"{side}_hip_flexion").max() > 45.0
+        assert degrees(motion, f"{side}_knee_flexion").max() > 65.0
+
+
+def test_squats_bend_both_knees_deeply_and_alike(motions):
+    left, right = (degrees(motions["squats"], f"{s}_knee_flexion") for s in ("left", "right"))
+    assert left.max() > 85.0
+    assert right.max() > 85.0
+    late = motions["squats"].times > 18.0
+    assert np.abs(left - right)[late].max() < 3.0
+
+
+def test_arm_raises_reach_overhead(motions):
+    joints = motions["arm_raises"].pose.joints
+    assert (joints[:, JOINT_INDEX["left_hand"], 2] - joints[:, JOINT_INDEX["head"], 2]).max() > 0.2
+
+
+def test_a_bow_bends_the_waist_as_well_as_the_hips(motions):
+    assert degrees(motions["bow"], "waist_flexion").max() > 35.0
+    assert degrees(motions["bow"], "left_hip_flexion").max() > 20.0
+
+
+def test_turns_go_to_a_quarter_on_both_sides(motions):
+    motion = compose("turn", 60.0, 5)
+    yaw = np.degrees(motion.angles["pelvis_yaw"])
+    assert yaw.max() == pytest.approx(90.0, abs=1.0)
+    assert yaw.min() == pytest.approx(-90.0, abs=1.0)
+
+
+def test_true_angles_have_the_names_of_the_27_dof_model_and_never_jump(motions):
+    for name, motion in motions.items():
+        angles = true_joint_angles(motion)
+        assert tuple(angles) == JOINT_NAMES
+        assert len(JOINT_NAMES) == 21
+        for angle, values in angles.items():
+            assert np.abs(np.diff(values)).max() < 0.2, (name, angle)
+
+
+def test_the_same_seed_moves_alike_and_another_differs():
+    first, again, other = (compose("squats", 20.0, seed).pose.joints for seed in (1, 1, 2))
+    assert np.array_equal(first, again)
+    assert np.abs(first - other).max() > 0.02
+
+
+def test_the_subject_begins_where_it_is_put():
+    motion = compose("bow", 6.0, 1, place=(2.0, -1.0), heading=np.pi / 2)
+    joints = motion.pose.joints[0]
+    middle = 0.5 * (joints[JOINT_INDEX["left_hip"]] + joints[JOINT_INDEX["right_hip"]])
+    assert np.allclose(middle[:2], (2.0, -1.0))
+    left = joints[JOINT_INDEX["left_hip"]] - joints[JOINT_INDEX["right_hip"]]
+    assert left[0] < -0.1  # it looks along y, so its left is -x
+
+
+def test_an_unknown_choreography_is_refused_with_the_ones_there_are():
+    with pytest.raises(InputError, match=r"unknown choreography 'moonwalk': expected leg_lift"):
+        compose("moonwalk", 30.0, 1)
+
+
+@pytest.mark.parametrize("duration", [2.0, -1.0, float("nan")])
+def test_a_duration_too_short_to_stand_still_is_refused(duration):
+    with pytest.raises(InputError, match="too short"):
+        compose("bow", duration, 1)

@@ -1,0 +1,218 @@
+import hashlib
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from imu_bridge.segments import read_nodes
+from kinect_bridge.formats import plain_csv
+from pose_common.bags import open_bag
+from pose_common.errors import InputError, ParameterError, PoseError
+from pose_common.joints import JOINTS
+from pose_sim import imu_file
+from pose_sim.angles import JOINT_NAMES
+from pose_sim.session import make_session, read_overrides, settings_of
+from pose_sim.session_folder import write_session
+from pose_sim.tools import generate
+from pose_sim.virtual_imu import NODES
+
+START_NS = 1_700_000_000_000_000_000
+
+
+@pytest.fixture(scope="module")
+def session():
+    return make_session("leg_lift_march", 8.0, 7, settings_of())
+
+
+@pytest.fixture(scope="module")
+def folder(session, tmp_path_factory):
+    path = tmp_path_factory.mktemp("session") / "s"
+    write_session(path, session, START_NS)
+    return path
+
+
+def digests(folder):
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_the_folder_holds_what_the_devices_and_the_evaluation_need(folder):
+    assert set(digests(folder)) == {
+        "kinects.csv",
+        "imu.npz",
+        "imu_nodes.yaml",
+        "session.yaml",
+        "truth/metadata.yaml",
+        "truth/truth.mcap",
+    }
+
+
+def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):
+    again = make_session("leg_lift_march", 8.0, 7, settings_of())
+    write_session(tmp_path / "s", again, START_NS)
+    assert digests(tmp_path / "s") == digests(folder)
+
+
+def test_another_seed_gives_other_files(folder, tmp_path):
+    write_session(tmp_path / "s", make_session("leg_lift_march", 8.0, 8, settings_of()), START_NS)
+    other, first = digests(tmp_path / "s"), digests(folder)
+    for name in ("kinects.csv", "imu.npz", "session.yaml", "truth/truth.mcap"):
+        assert other[name] != first[name], name
+
+
+def test_kinect_bridge_reads_both_sensors_as_they_were(folder, session):
+    recording = plain_csv.read(folder / "kinects.csv")
+    assert [stream.name for stream in recording.streams] == ["left", "right"]
+    assert recording.time_zero_ns == 0
+    for stream in recording.streams:
+        frames = session.kinects[stream.name]
+        assert np.array_equal(stream.host_time_ns, frames.host_time_ns)
+        assert np.array_equal(stream.sensor_time_ns, frames.sensor_time_ns)
+        assert np.array_equal(stream.tracking_state, frames.tracking_state)
+        assert np.allclose(stream.positions, frames.positions, atol=1e-6, equal_nan=True)
+
+
+def test_imu_bridge_reads_the_nodes_file(folder):
+    nodes = read_nodes(folder / "imu_nodes.yaml")
+    assert {node.node_id: node.segment for node in nodes} == NODES
+
+
+def test_the_imu_file_is_read_as_it_was_written(folder, session):
+    frames, note = imu_file.read(folder / "imu.npz")
+    assert "synthetic" in note
+    for name, column in vars(session.imus).items():
+        assert np.array_equal(getattr(frames, name), column), name
+
+
+def test_every_file_says_that_it_is_synthetic(folder):
+    for name in ("kinects.csv", "imu_nodes.yaml", "session.yaml"):
+        assert "synthetic" in (folder / name).read_text().splitlines()[0]
+    assert yaml.safe_load((folder / "session.yaml").read_text())["synthetic"] is True
+    with open_bag(folder / "truth") as bag:
+        (about,) = bag.messages(["/truth/about"])
+        assert "synthetic" in bag.deserialize(about).data
+
+
+def test_the_truth_holds_skeletons_and_joint_states_at_100_hz(folder, session):
+    with open_bag(folder / "truth") as bag:
+        counts = {name: topic.count for name, topic in bag.topics.items()}
+        skeletons = [
+            bag.deserialize(m) for m in bag.messages(["/truth/humans/bodies/subject/skeleton"])
+        ]
+        states = [
+            bag.deserialize(m) for m in bag.messages(["/truth/humans/bodies/subject/joint_states"])
+        ]
+    assert counts["/truth/humans/bodies/subject/skeleton"] == 801
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in skeletons]
+    assert stamps[0] == START_NS
+    assert set(np.diff(stamps)) == {10_000_000}
+    assert tuple(skeletons[0].name) == JOINTS
+    assert skeletons[0].header.frame_id == "map"
+    at = session.motion.joints_at(np.array([6.0]))[0]
+    assert np.allclose([[p.x, p.y, p.z] for p in skeletons[600].position], at, atol=1e-9)
+    assert tuple(states[0].name) == JOINT_NAMES
+    assert np.allclose(states[100].position, 0.0, atol=1e-6)
+    position = np.array([m.position for m in states])
+    velocity = np.array([m.velocity for m in states])
+    assert np.allclose(np.gradient(position, 0.01, axis=0)[1:-1], velocity[1:-1], atol=0.2)
+
+
+def test_the_truth_holds_where_the_sensors_stand(folder, session):
+    with open_bag(folder / "truth") as bag:
+        (message,) = bag.messages(["/truth/tf_static"])
+        transforms = bag.deserialize(message).transforms
+    assert [t.child_frame_id for t in transforms] == [
+        "kinect_left_optical_frame",
+        "kinect_right_optical_frame",
+    ]
+    for transform, pose in zip(transforms, session.sensor_poses.values(), strict=True):
+        place = transform.transform.translation
+        assert transform.header.frame_id == "map"
+        assert np.allclose((place.x, place.y, place.z), pose[:3, 3])
+
+
+def test_map_lies_under_the_first_sensor_and_looks_along_its_view(session):
+    left = session.sensor_poses["left"]
+    assert np.allclose(left[:2, 3], 0.0)
+    assert left[0, 2] > 0.95  # optical z
+    assert abs(left[1, 2]) < 1e-9
+    for pose in session.sensor_poses.values():
+        assert np.linalg.det(pose[:3, :3]) == pytest.approx(1.0)
+
+
+def test_an_existing_folder_is_never_overwritten(session, tmp_path):
+    (tmp_path / "s").mkdir()
+    with pytest.raises(InputError, match="exists already"):
+        write_session(tmp_path / "s", session, 0)
+    assert list((tmp_path / "s").iterdir()) == []
+
+
+def test_a_failure_leaves_nothing_behind(session, tmp_path, monkeypatch):
+    def fail(*_):
+        raise InputError("the disk is full")
+
+    monkeypatch.setattr("pose_sim.session_folder.write_truth", fail)
+    with pytest.raises(InputError, match="disk"):
+        write_session(tmp_path / "s", session, 0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_presets_parameters_can_be_replaced_one_by_one():
+    settings = settings_of("hard", {"kinect": {"frame_rate": 15}, "scene": {"aside": 90.0}})
+    assert settings.kinect.frame_rate == 15.0
+    assert settings.kinect.wander_moving == settings_of("hard").kinect.wander_moving
+    assert settings.scene.aside == 90.0
+
+
+@pytest.mark.parametrize(
+    ("preset", "overrides", "error", "message"),
+    [
+        ("loud", {}, InputError, "unknown noise 'loud'"),
+        ("clean", {"camera": {}}, InputError, "unknown section 'camera'"),
+        ("clean", {"kinect": 3}, InputError, "section 'kinect'"),
+        ("clean", {"kinect": {"frame_rate": -5.0}}, ParameterError, r"frame_rate = -5.0 Hz is out"),
+        ("clean", {"imu": {"beta": 1.0}}, ParameterError, "unknown parameter beta"),
+        ("typical", {"imu": {"misalignment_max": 1.0}}, InputError, "is above"),
+    ],
+)
+def test_a_wrong_setting_is_refused(preset, overrides, error, message):
+    with pytest.raises(error, match=message):
+        settings_of(preset, overrides)
+
+
+@pytest.mark.parametrize("text", ["- 1\n- 2\n", "kinect: [", "just words"])
+def test_a_parameter_file_that_is_no_mapping_is_refused(tmp_path, text):
+    path = tmp_path / "p.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=str(path)):
+        read_overrides(path)
+
+
+@pytest.mark.parametrize("content", [None, b"", b"not an archive"])
+def test_a_missing_or_wrong_imu_file_is_refused(tmp_path, content):
+    path = tmp_path / "imu.npz"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=str(path)):
+        imu_file.read(path)
+
+
+def test_generate_makes_a_session_from_its_arguments(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "new" / "s"
+    words = ["--choreography", "bow", "--duration", "6", "--seed", "3", "--noise", "clean"]
+    monkeypatch.setattr(sys, "argv", ["generate", "-o", str(path), *words, "--start-at", "5"])
+    generate.run()
+    said = yaml.safe_load((path / "session.yaml").read_text())
+    assert (said["choreography"], said["seed"], said["noise"]) == ("bow", 3, "clean")
+    assert said["start_at"] == 5
+    assert "synthetic" in capsys.readouterr().err
+
+
+def test_generate_refuses_a_negative_seed(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["generate", "-o", str(tmp_path / "s"), "--seed", "-1"])
+    with pytest.raises(PoseError, match="seed = -1"):
+        generate.run()
