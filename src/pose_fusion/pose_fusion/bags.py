@@ -140,7 +140,7 @@ class BagSamples:
 def read_sensor_series(bag: BagReader, person: str = "") -> dict[str, SkeletonSeries]:
     """Every sensor's view of the person, each in the sensor's own frame, by sensor name."""
     samples: dict[str, list[SkeletonSample]] = {name: [] for name in sensor_topics(bag)}
-    for sample in BagSamples(bag, person):
+    for sample in BagSamples(bag, person, imus=False):
         if isinstance(sample, SkeletonSample):
             samples[sample.sensor].append(sample)
     return {name: series_from_samples(each) for name, each in samples.items()}

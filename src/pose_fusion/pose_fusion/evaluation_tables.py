@@ -9,7 +9,8 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from pose_fusion.agreement import Agreement
+from pose_common.joints import SIDES
+from pose_fusion.agreement import Agreement, ViewAgreement
 from pose_fusion.evaluation import Evaluation, MethodScores
 from pose_fusion.joint_angles import ANGLES
 
@@ -136,6 +137,7 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
                 f"{_number(mean, 1)}° RMS",
             )
         tables.append(views)
+        tables += [_angle_difference_table(view) for view in agreement.views]
     steady = _table("Are bones constant, is motion smooth?")
     for heading in ("method", "frames", "gaps > 0.2 s", "longest", "bone CV", "bone SD", "jerk"):
         steady.add_column(heading, justify="left" if heading == "method" else "right")
@@ -174,6 +176,18 @@ def agreement_csv(agreement: Agreement) -> str:
         for joint, jerk in each.jerk.items():
             rows.append((name, "rms_jerk", joint, jerk, "m/s^3"))
     return _csv("none", rows)
+
+
+def _angle_difference_table(view: ViewAgreement) -> Table:
+    table = _table(f"RMS difference of the angles, {view.first} – {view.second} [deg]")
+    table.add_column("angle")
+    for side in SIDES:
+        table.add_column(f"{side} limb", justify="right")
+    for angle in ANGLES[: len(ANGLES) // len(SIDES)]:
+        joint = angle.removeprefix(f"{SIDES[0]}_")
+        cells = [_number(view.angle_difference_deg[f"{side}_{joint}"], 1) for side in SIDES]
+        table.add_row(spoken(joint), *cells)
+    return table
 
 
 def _table(title: str) -> Table:

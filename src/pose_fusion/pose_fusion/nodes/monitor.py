@@ -1,0 +1,53 @@
+"""The monitor node: prints what every node says in ``/diagnostics``, one JSON object a line.
+
+For programs that watch a graph without being part of ROS; ends when its reader has gone.
+"""
+
+import json
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+
+from pose_common.nodes.running import run_node
+
+
+class MonitorNode(Node):
+    """Subscribes to ``/diagnostics`` and prints each status."""
+
+    def __init__(self) -> None:
+        super().__init__("monitor")
+        self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 100)
+        _print_line({"ready": True})
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            _print_line(as_dict(status))
+
+
+def as_dict(status: DiagnosticStatus) -> dict[str, object]:
+    """A status as plain values for JSON."""
+    return {
+        "name": status.name,
+        "level": status.level[0],
+        "message": status.message,
+        "values": {entry.key: entry.value for entry in status.values},
+    }
+
+
+def _print_line(content: dict[str, object]) -> None:
+    try:
+        sys.stdout.write(json.dumps(content) + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise ExternalShutdownException from None
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(MonitorNode)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,225 @@
+"""``demo``: the whole chain, live, on a synthetic subject or on a recording."""
+
+import argparse
+import json
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from pose_common.command_line import run_tool
+from pose_common.errors import InputError
+from pose_fusion.tools.demo_processes import (
+    DemoRun,
+    GraphError,
+    LiveGraph,
+    executable,
+    run_to_end,
+)
+from pose_fusion.tools.demo_progress import watch
+
+NS_PER_S = 1_000_000_000
+SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
+RECORDING_S = 60.0  # [s] default length that a recording is replayed for
+STARTING_S = 5.0  # [s] for the graph's processes to be there before the first frame
+GENERATING = 0.06  # [-] first guess: time to make a session over its length
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_tool(run)
+
+
+def run() -> int:
+    """Run the demo; its exit code."""
+    options = _parser().parse_args()
+    console = Console(highlight=False, soft_wrap=True)
+    if options.recording is None:
+        _demo(options, None, console)
+    else:
+        _demo(options, inspect_recording(options.recording), console)
+    return 0
+
+
+def inspect_recording(path: Path) -> dict[str, Any]:
+    """What ``inspect`` says of a recording that the demo can use.
+
+    Raises:
+        InputError: If it cannot be read, or holds fewer than two sensors.
+    """
+    text = run_to_end([executable("kinect_bridge", "inspect"), path, "--json"])
+    description: dict[str, Any] = json.loads(text)
+    sensors = [sensor for sensor in description["sensors"] if sensor["frames"] > 0]
+    if len(sensors) < 2:
+        names = ", ".join(sensor["name"] for sensor in sensors) or "none"
+        raise InputError(
+            f"{path} holds {len(sensors)} camera ({names}): the demo fuses two, give a recording "
+            "of two Kinects"
+        )
+    return description
+
+
+def _demo(options: argparse.Namespace, recording: dict[str, Any] | None, console: Console) -> None:
+    folder = _output_folder(options)
+    folder.mkdir(parents=True)
+    try:
+        if recording is None:
+            finished = _run_synthetic(options, folder, console)
+        else:
+            finished = _run_recording(options, recording, folder, console)
+    except GraphError:
+        raise  # its output tells why
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    with console.status("evaluating"):
+        # Matplotlib and scipy take a second to load: not before the graph runs.
+        from pose_fusion.tools.demo_report import report_recording, report_synthetic
+
+        if recording is None:
+            report_synthetic(finished, folder / "session" / "truth", console)
+        else:
+            report_recording(finished, console)
+
+
+def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) -> DemoRun:
+    duration_s = SYNTHETIC_S if options.duration is None else options.duration
+    console.print(
+        f"Synthetic subject: {options.choreography}, {duration_s:g} s, seed {options.seed}; "
+        f"two virtual Kinects{'' if options.no_imu else ', nine virtual IMUs'}"
+    )
+    with console.status("making the session"):
+        start_at_ns = _generate(options, duration_s, folder / "session")
+    arguments = {
+        "session": str(folder / "session"),
+        "bag": str(folder / "bag"),
+        "start_at": str(start_at_ns),
+        "imus": "false" if options.no_imu else "true",
+    }
+    with LiveGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
+        watch(graph, start_at_ns, duration_s, console)
+        graph.stop()
+    return DemoRun(
+        folder=folder,
+        subject=f"synthetic subject, {options.choreography}, seed {options.seed}",
+        nodes=graph.nodes,
+    )
+
+
+def _generate(options: argparse.Namespace, duration_s: float, session: Path) -> int:
+    """Make the synthetic session; the moment [ns] it begins at, far enough ahead."""
+    making_s = GENERATING * duration_s
+    while True:
+        begin = time.monotonic()
+        start_at_ns = time.time_ns() + round((making_s + STARTING_S) * NS_PER_S)
+        words = ["--choreography", options.choreography, "--duration", f"{duration_s:g}"]
+        words += ["--seed", str(options.seed), "--start-at", str(start_at_ns)]
+        run_to_end([executable("pose_sim", "generate"), *words, "-o", session])
+        if start_at_ns - time.time_ns() >= 0.8 * STARTING_S * NS_PER_S:
+            return start_at_ns
+        # The truth carries these stamps: a slower machine has to begin later, so once more.
+        making_s = 1.5 * (time.monotonic() - begin)
+        shutil.rmtree(session)
+
+
+def _run_recording(
+    options: argparse.Namespace, recording: dict[str, Any], folder: Path, console: Console
+) -> DemoRun:
+    left, right, *others = (s["name"] for s in recording["sensors"] if s["frames"] > 0)
+    whole_s = float(recording["duration_s"])
+    limit_s = RECORDING_S if options.duration is None else options.duration
+    duration_s = min(whole_s, limit_s)
+    cut = (
+        f", the first {duration_s:.0f} of {whole_s:.0f} s (--duration sets how much)"
+        if duration_s < whole_s
+        else f", {whole_s:.0f} s"
+    )
+    console.print(
+        f"Recording {options.recording.name}{cut}, at {options.rate:g} times its speed; "
+        f"left is {left}, right is {right}"
+    )
+    if others:
+        console.print(f"not used: {', '.join(others)}")
+    start_at_ns = time.time_ns() + round(STARTING_S * NS_PER_S)
+    arguments = {
+        "recording": str(options.recording.absolute()),
+        "sensor_left": left,
+        "sensor_right": right,
+        "rate": str(float(options.rate)),
+        "bag": str(folder / "bag"),
+        "start_at": str(start_at_ns),
+        "imus": "false",
+    }
+    with LiveGraph("capture.launch.yaml", arguments, folder / "graph.log") as graph:
+        watch(graph, start_at_ns, duration_s / options.rate, console)
+        graph.stop()
+    return DemoRun(folder=folder, subject=options.recording.name, nodes=graph.nodes)
+
+
+def _output_folder(options: argparse.Namespace) -> Path:
+    """The folder to make: the given one, or the first free name under ``out``."""
+    if options.output is not None:
+        given: Path = options.output
+        if given.exists():
+            raise InputError(f"{given} exists already: name another folder, or remove it first")
+        return given
+    if options.recording is None:
+        name = options.choreography
+    else:
+        name = options.recording.name.removesuffix(".gz").removesuffix(".csv")
+    base = Path("out") / f"demo-{name}"
+    folder, number = base, 1
+    while folder.exists():
+        number += 1
+        folder = base.with_name(f"{base.name}-{number}")
+    return folder
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="demo",
+        description="Run the whole chain through a live node graph: on a synthetic subject's "
+        "virtual Kinects and IMUs, compared with the truth; or on a recording of two real Kinects. "
+        "Leaves a bag and plots.",
+        epilog="Exit code: 0 if joint states came out, 1 if not, 130 if interrupted.",
+    )
+    parser.add_argument(
+        "recording",
+        nargs="?",
+        type=Path,
+        help="a KinectMultiTrack or plain CSV file, gzip or not, of two Kinects",
+    )
+    parser.add_argument(
+        "--choreography",
+        default="leg_lift_march",
+        metavar="NAME",
+        help="what the synthetic subject does (default: leg_lift_march)",
+    )
+    parser.add_argument(
+        "--duration",
+        type=_positive,
+        metavar="S",
+        help=f"length [s] of the session (default: {SYNTHETIC_S:g}), or how much of a recording "
+        f"to replay (default: its first {RECORDING_S:g} s)",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of the synthetic subject (default: 1)")
+    parser.add_argument("--no-imu", action="store_true", help="leave the virtual IMUs out")
+    parser.add_argument(
+        "--rate",
+        type=_positive,
+        default=1.0,
+        help="how many times faster than recorded to replay (default: 1)",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="folder to make (default: out/demo-…)"
+    )
+    return parser
+
+
+def _positive(text: str) -> float:
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not greater than 0")
+    return value

@@ -1,0 +1,72 @@
+"""One line of live progress while the demo's graph runs."""
+
+import time
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from pose_fusion.tools.demo_processes import LiveGraph, NodeStatus
+
+NS_PER_S = 1_000_000_000
+TAIL_S = 1.5  # [s] for the last frames to pass through the graph, and to be recorded
+POLL_S = 0.2  # [s]
+PLAIN_LINE_S = 10.0  # [s] between lines where no terminal shows the bar
+
+
+def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Console) -> None:
+    """Show the graph's progress until its input has ended.
+
+    Args:
+        graph: The running graph.
+        start_at_ns: When [ns] its input begins.
+        duration_s: How long [s] its input lasts.
+        console: Where to show it.
+
+    Raises:
+        GraphError: If the graph fails meanwhile.
+    """
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=24),
+        TextColumn("{task.completed:.0f}/{task.total:.0f} s  {task.fields[counts]}"),
+    )
+    next_line_s = 0.0
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("starting", total=duration_s, counts="")
+        while True:
+            passed_s = (time.time_ns() - start_at_ns) / NS_PER_S
+            graph.check()
+            description, counts = describe(graph.nodes, passed_s, duration_s)
+            progress.update(
+                task,
+                completed=min(max(passed_s, 0.0), duration_s),
+                description=description,
+                counts=counts,
+            )
+            if not console.is_terminal and passed_s >= next_line_s:
+                next_line_s += PLAIN_LINE_S
+                console.print(f"{description} {passed_s:.0f}/{duration_s:.0f} s  {counts}")
+            if passed_s > duration_s + TAIL_S:
+                return
+            time.sleep(POLL_S)
+
+
+def describe(nodes: dict[str, NodeStatus], passed_s: float, duration_s: float) -> tuple[str, str]:
+    """What happens, and the counts so far.
+
+    Args:
+        nodes: What each node last said, by name.
+        passed_s: Time [s] since the input began; negative before.
+        duration_s: Length [s] of the input.
+    """
+    if passed_s < 0.0:
+        return f"starting, {len(nodes)} nodes are up", ""
+    frames = sum(node.count("frames_published") for node in nodes.values())
+    out = sum(node.count("estimates") for node in nodes.values())
+    complaints = [
+        f"{name.lstrip('/')}: {node.message}" for name, node in nodes.items() if node.level
+    ]
+    counts = f"frames in {frames}, joint states out {out}, warnings {len(complaints)}"
+    if complaints:
+        counts += f" ({complaints[0]})"
+    return "stopping" if passed_s > duration_s else "running", counts

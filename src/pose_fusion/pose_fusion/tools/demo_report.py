@@ -1,0 +1,152 @@
+"""What the demo prints and leaves when its graph has stopped: tables, plots, counts."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.text import Text
+
+from pose_common.bags import BagReader, open_bag
+from pose_fusion.agreement import measure_agreement
+from pose_fusion.bags import body_topic, read_body_series, read_estimates, read_extrinsics
+from pose_fusion.evaluation import evaluate
+from pose_fusion.evaluation_methods import FUSED, MEAN, methods_of_bag
+from pose_fusion.evaluation_tables import (
+    agreement_csv,
+    agreement_tables,
+    evaluation_csv,
+    evaluation_markdown,
+    evaluation_table,
+)
+from pose_fusion.plots import (
+    REFERENCE,
+    angles_figure,
+    bone_lengths_figure,
+    errors_figure,
+    save_figure,
+)
+from pose_fusion.series import SkeletonSeries
+from pose_fusion.tools.demo_processes import DemoRun, GraphError
+
+TRUTH_NAMESPACE = "/truth"
+
+
+def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
+    """Compare a synthetic subject's run with the truth: table, CSV, Markdown, plots.
+
+    Raises:
+        GraphError: If no fused skeletons came out.
+    """
+    with open_bag(run.bag) as bag, open_bag(truth) as true_bag:
+        methods = _methods(bag, run)
+        reference = read_body_series(true_bag, namespace=TRUTH_NAMESPACE)
+        evaluation = evaluate(
+            methods, reference, reference_name="the simulated truth", synthetic=True
+        )
+        console.print()
+        console.print(evaluation_table(evaluation))
+        (run.folder / "evaluation.csv").write_text(evaluation_csv(evaluation))
+        (run.folder / "evaluation.md").write_text(evaluation_markdown(evaluation))
+        shown = {name: methods[name] for name in methods if name != FUSED}
+        shown |= {REFERENCE: reference, FUSED: methods[FUSED]}
+        save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")
+        save_figure(errors_figure(evaluation), run.folder / "errors.png")
+        _print_counts(bag, run, methods, console)
+    _print_files(run, ("angles.png", "errors.png"), ("evaluation.csv", "evaluation.md"), console)
+
+
+def report_recording(run: DemoRun, console: Console) -> None:
+    """Say what a run without a reference tells: agreement of the views, bones, gaps, plots.
+
+    Raises:
+        GraphError: If no fused skeletons came out.
+    """
+    with open_bag(run.bag) as bag:
+        methods = _methods(bag, run)
+        agreement = measure_agreement(methods, read_extrinsics(bag))
+        for table in agreement_tables(agreement):
+            console.print()
+            console.print(table)
+        (run.folder / "agreement.csv").write_text(agreement_csv(agreement))
+        shown = {name: methods[name] for name in methods if name != MEAN}
+        save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")
+        save_figure(
+            bone_lengths_figure(f"Bone lengths: {run.subject}", shown),
+            run.folder / "bone_lengths.png",
+        )
+        _print_counts(bag, run, methods, console)
+    _print_files(run, ("angles.png", "bone_lengths.png"), ("agreement.csv",), console)
+
+
+def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
+    methods = methods_of_bag(bag)
+    if FUSED not in methods or len(methods[FUSED]) == 0:
+        said = [node.message for node in run.nodes.values() if "estimates" in node.values]
+        why = f"the fusion says '{said[0]}'" if said else "the fusion said nothing"
+        raise GraphError(f"no joint states came out: {why} (recorded in {run.bag})")
+    return methods
+
+
+def _print_counts(
+    bag: BagReader, run: DemoRun, methods: Mapping[str, SkeletonSeries], console: Console
+) -> None:
+    """Frames in and out, what was lost, latency."""
+    sensors = {name: each for name, each in methods.items() if name not in (MEAN, FUSED)}
+    for name in sensors:
+        _line(console, f"kinect_{name}", _sensor_text(bag, run, name))
+    imus = [topic for topic in bag.topics if topic.endswith("/data") and "/imu_" in topic]
+    if imus:
+        count = sum(bag.topics[topic].count for topic in imus)
+        _line(console, "IMUs", f"{len(imus)} segments, {count} orientations recorded{_losses(run)}")
+    topic = body_topic(bag, "joint_states")
+    first_s = min(int(each.stamps_ns[0]) for each in sensors.values() if len(each))
+    after_s = (int(methods[FUSED].stamps_ns[0]) - first_s) * 1e-9
+    count = bag.topics[topic].count if topic else 0
+    _line(
+        console,
+        "joint states",
+        f"{count} out, the first {after_s:.1f} s after the first frame "
+        "(extrinsics and bone lengths come first)",
+    )
+    latency_s = read_estimates(bag).latency_s
+    if len(latency_s):
+        median, p99 = 1000.0 * np.percentile(latency_s, [50, 99])
+        _line(console, "latency", f"median {median:.0f} ms, p99 {p99:.0f} ms, capture to output")
+
+
+def _sensor_text(bag: BagReader, run: DemoRun, name: str) -> str:
+    topic = next(topic for topic in bag.topics if topic.endswith(f"kinect_{name}/skeletons"))
+    recorded = bag.topics[topic].count
+    published = max(
+        (
+            node.count("frames_published")
+            for path, node in run.nodes.items()
+            if path.endswith(f"kinect_{name}")
+        ),
+        default=0,
+    )
+    # The bridge last reported up to a second before the end: recorded may be more.
+    lost = max(published - recorded, 0)
+    return f"{recorded + lost} frames in, {lost or 'none'} lost on the way to the bag"
+
+
+def _losses(run: DemoRun) -> str:
+    """What the IMUs' bridge counted beside good frames."""
+    lost = garbled = 0
+    for node in run.nodes.values():
+        lost += sum(node.count(key) for key in node.values if key.endswith(".lost"))
+        garbled += node.count("crc_errors")
+    return f"; on the air {lost} frames were lost and {garbled} garbled" if lost or garbled else ""
+
+
+def _print_files(
+    run: DemoRun, plots: tuple[str, ...], tables: tuple[str, ...], console: Console
+) -> None:
+    _line(console, "bag", str(run.bag))
+    _line(console, "plots", ", ".join(str(run.folder / name) for name in plots))
+    _line(console, "tables", ", ".join(str(run.folder / name) for name in tables))
+
+
+def _line(console: Console, label: str, text: str) -> None:
+    console.print(Text(f"{label:<14}{text}"), soft_wrap=True)

@@ -1,0 +1,158 @@
+import os
+import signal
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+import pytest
+
+from pose_common.errors import InputError
+from pose_fusion.tools import demo
+from pose_fusion.tools.demo_processes import (
+    GraphError,
+    LiveGraph,
+    NodeStatus,
+    executable,
+    run_to_end,
+    start,
+    stop,
+)
+from pose_fusion.tools.demo_progress import describe
+
+
+def options(**given):
+    values = {"output": None, "recording": None, "choreography": "squats"}
+    return Namespace(**{**values, **given})
+
+
+def python(code):
+    return [sys.executable, "-c", code]
+
+
+def test_the_default_folder_is_the_first_free_name_under_out(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = []
+    for _ in range(3):
+        folder = demo._output_folder(options())
+        folder.mkdir(parents=True)
+        names.append(str(folder))
+    assert names == ["out/demo-squats", "out/demo-squats-2", "out/demo-squats-3"]
+
+
+def test_a_recording_s_folder_is_named_after_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    recording = Path("/data/Study_10.v2.csv.gz")
+    assert demo._output_folder(options(recording=recording)) == Path("out/demo-Study_10.v2")
+
+
+def test_an_existing_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match="exists already"):
+        demo._output_folder(options(output=tmp_path))
+
+
+@pytest.mark.parametrize("words", [["--duration", "0"], ["--duration", "nan"], ["--rate", "-1"]])
+def test_lengths_and_rates_that_make_no_sense_are_refused(words, capsys):
+    with pytest.raises(SystemExit):
+        demo._parser().parse_args(words)
+    assert "is not greater than 0" in capsys.readouterr().err
+
+
+def test_a_session_that_took_longer_to_make_begins_later(tmp_path, monkeypatch):
+    now_ns = [0]
+    started = []
+    monkeypatch.setattr(demo.time, "time_ns", lambda: now_ns[0])
+    monkeypatch.setattr(demo.time, "monotonic", lambda: now_ns[0] * 1e-9)
+    monkeypatch.setattr(demo, "executable", lambda package, name: Path(package) / name)
+
+    def make_slowly(command):
+        started.append(int(command[command.index("--start-at") + 1]))
+        Path(command[-1]).mkdir()
+        now_ns[0] += 20 * 10**9
+
+    monkeypatch.setattr(demo, "run_to_end", make_slowly)
+    given = options(choreography="squats", seed=1)
+    start_at_ns = demo._generate(given, 30.0, tmp_path / "session")
+    assert len(started) == 2
+    assert start_at_ns == started[-1]
+    assert start_at_ns - now_ns[0] >= 4 * 10**9
+
+
+def test_a_failing_tool_is_one_line_in_its_own_words():
+    code = "import sys; print('noise', file=sys.stderr); sys.exit('error: no such thing')"
+    with pytest.raises(InputError) as caught:
+        run_to_end(python(code))
+    assert str(caught.value) == "no such thing"
+
+
+def test_a_tool_s_output_is_returned():
+    assert run_to_end(python("print('hello')")) == "hello\n"
+
+
+def test_a_missing_executable_says_to_build():
+    with pytest.raises(InputError, match="build the workspace"):
+        executable("pose_common", "no_such_thing")
+    with pytest.raises(InputError, match="build the workspace"):
+        executable("no_such_package", "up")
+
+
+def test_a_process_that_heeds_the_interrupt_ends_by_itself():
+    process = start(python("import time; print(flush=True); time.sleep(60)"))
+    assert stop(process) != -signal.SIGKILL
+
+
+def test_a_process_that_ignores_the_interrupt_is_killed():
+    code = (
+        "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); "
+        "print('ready', flush=True); time.sleep(60)"
+    )
+    reading, writing = os.pipe()
+    process = start(python(code), stdout=writing)
+    os.read(reading, 5)
+    assert stop(process, patience_s=0.1) == -signal.SIGKILL
+    os.close(reading)
+    os.close(writing)
+
+
+def test_a_count_that_a_node_does_not_report_is_zero():
+    node = NodeStatus(values={"frames_published": "12", "file": "a.csv"})
+    assert [node.count(name) for name in ("frames_published", "file", "other")] == [12, 0, 0]
+
+
+def test_before_the_first_frame_progress_says_who_is_up():
+    assert describe({"/fusion": NodeStatus()}, -2.0, 10.0) == ("starting, 1 nodes are up", "")
+
+
+def test_progress_counts_frames_in_and_joint_states_out():
+    nodes = {
+        "/kinect_left": NodeStatus(values={"frames_published": "30"}),
+        "/kinect_right": NodeStatus(values={"frames_published": "31"}),
+        "/fusion": NodeStatus(values={"estimates": "25"}),
+    }
+    assert describe(nodes, 1.0, 10.0) == (
+        "running",
+        "frames in 61, joint states out 25, warnings 0",
+    )
+
+
+def test_progress_shows_what_a_node_complains_of():
+    nodes = {"/fusion": NodeStatus(level=1, message="no extrinsics yet")}
+    _, counts = describe(nodes, 1.0, 10.0)
+    assert counts.endswith("warnings 1 (fusion: no extrinsics yet)")
+
+
+@pytest.mark.parametrize(
+    ("log", "told"),
+    [
+        ("[up] starting\n[a] error: bad rate\n[up] a has died (exit code 1)\n", "bad rate"),
+        ("[up] starting\n[a] Traceback\n[a] ValueError: x\n[up] a has died\n", "ValueError: x"),
+        ("[up] starting\n[up] a has died (signal SIGSEGV)\n[b] bye\n", "a has died"),
+        ("", "it said nothing"),
+    ],
+)
+def test_a_failed_graph_is_told_by_its_most_telling_line(tmp_path, log, told):
+    graph = LiveGraph("demo.launch.yaml", {}, tmp_path / "graph.log")
+    error = graph._error("the graph failed", log)
+    assert isinstance(error, GraphError)
+    assert told in str(error)
+    assert "\n" not in str(error)
+    assert "graph.log" in str(error)
