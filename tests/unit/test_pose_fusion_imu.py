@@ -5,6 +5,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_fusion.imu_alignment import ImuAlignment
 from pose_fusion.imu_track import ImuState, ImuTrack
 from pose_fusion.imu_weighting import fuse_limb, fuse_trunk, minimum_variance_weights
+from pose_fusion.joint_angles import ANGLES
 from pose_fusion.samples import ImuSample
 
 MS = 1_000_000
@@ -107,7 +108,7 @@ def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
             k * 33 * MS,
             reading(neutral),
             {"left_thigh": np.array([0.0, 0.0, 1.0])},
-            np.zeros(4),
+            dict.fromkeys(ANGLES, 0.0),
             body_heading,
         )
     assert alignment.reading("left_thigh", reading(neutral)["left_thigh"]) is None
@@ -116,7 +117,11 @@ def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
         swing = neutral * Rotation.from_euler("y", -0.8 * np.sin(0.05 * k))
         seen = reading(swing)
         alignment.observe(
-            (60 + k) * 33 * MS, seen, {"left_thigh": swing.as_matrix()[:, 2]}, np.ones(4), 0.0
+            (60 + k) * 33 * MS,
+            seen,
+            {"left_thigh": swing.as_matrix()[:, 2]},
+            dict.fromkeys(ANGLES, 1.0),
+            0.0,
         )
         found = alignment.reading("left_thigh", seen["left_thigh"])
         if found is not None:
@@ -134,7 +139,7 @@ def test_without_a_neutral_pose_no_imu_is_believed():
             k * 33 * MS,
             {"torso": state(turned)},
             {"torso": turned.as_matrix()[:, 2]},
-            np.full(4, 0.9),
+            dict.fromkeys(ANGLES, 0.9),
             0.0,
         )
     assert alignment.reading("torso", state(Rotation.identity())) is None

@@ -1,12 +1,13 @@
 """Estimates as messages; the fusion's only knowledge of message types."""
 
+from array import array
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, Transform, TransformStamped
 from pose_msgs.msg import PoseEstimate, Skeleton
-from rclpy.serialization import serialize_message
+from rosbags.typesys.store import Typestore
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState
 from std_msgs.msg import ColorRGBA, Header, String
@@ -68,9 +69,23 @@ def type_name(message_type: Any) -> str:
     return f"{package}/msg/{message_type.__name__}"
 
 
-def serialized(message: Any) -> bytes:
-    """The message as it goes over the wire."""
-    return bytes(serialize_message(message))
+def to_bag_message(message: Any, typestore: Typestore) -> Any:
+    """The message as rosbags writes it.
+
+    ROS's own serialiser leaves padding bytes as they were in memory, and the buffer longer than the
+    message; rosbags' gives the same bytes for the same message.
+    """
+    if isinstance(message, array):
+        return np.asarray(message)
+    if isinstance(message, list):
+        return [to_bag_message(item, typestore) for item in message]
+    if not hasattr(message, "get_fields_and_field_types"):
+        return message
+    fields = {
+        name: to_bag_message(getattr(message, name), typestore)
+        for name in message.get_fields_and_field_types()
+    }
+    return typestore.types[type_name(type(message))](**fields)
 
 
 def to_header(stamp_ns: int, frame_id: str = WORLD_FRAME) -> Header:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.counters import Counters
-from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body_fusion import BodyFusion, FusedPose
 from pose_fusion.body_measuring import BodyMeasuring
 from pose_fusion.body_model import load_body_model
@@ -131,7 +131,9 @@ class FusionPipeline:
         measured, state = self._in_map(frame)
         best = state.max(axis=0)
         if self.parameters.use_imus:
-            self.imus.observe(frame.stamp_ns, mean_of_sensors(measured), best)
+            tracked = (state == TrackingState.TRACKED)[..., None]
+            seen = np.where(tracked, measured, np.nan)
+            self.imus.observe(frame.stamp_ns, mean_of_sensors(seen))
         if self._tracker is None:
             self.counters.add("frames_measuring_the_body")
             shape = self._measuring.add(frame.stamp_ns, measured, state)

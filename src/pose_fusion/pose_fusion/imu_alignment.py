@@ -11,6 +11,7 @@ person moves, from the angle between where the IMU and where the cameras see tha
 closed form over all instants: the sums of cross and dot products of the horizontal parts.
 """
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,8 @@ from pose_fusion.samples import FloatArray
 
 NEUTRAL_DURATION_NS = 1_500_000_000
 NEUTRAL_ANGLE = np.radians(30.0)  # a joint further bent is not neutral
+NEUTRAL_ELBOW = np.radians(60.0)  # hanging arms, half hidden by the trunk, seem more bent
+LEAST_ANGLES_SEEN = 8  # [-] of the twelve, to call a pose neutral
 STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
 PRIOR_STRENGTH = 2.0  # [-] how much the IMUs' common heading counts beside an IMU's own samples
 OBSERVED = 1.0  # [-] sum of squared horizontal lean after which the common heading is trusted
@@ -83,14 +86,15 @@ class ImuAlignment:
 
     def __init__(self) -> None:
         self._segments: dict[str, SegmentAlignment] = {}
-        self._neutral_since_ns: int | None = None
+        self._still_since_ns: int | None = None
+        self._still_angles: list[Mapping[str, float]] = []
 
     def observe(
         self,
         stamp_ns: int,
         states: dict[str, ImuState],
         axes_map: dict[str, FloatArray],
-        joint_angles: FloatArray,
+        joint_angles: Mapping[str, float],
         body_heading: float,
     ) -> None:
         """Learn from one instant.
@@ -99,8 +103,8 @@ class ImuAlignment:
             stamp_ns: The instant.
             states: Readings by segment.
             axes_map: The z axis of each segment that the cameras track well now, shape (3,).
-            joint_angles: The angles [rad] that the cameras see, NaN unseen; they tell whether the
-                pose is neutral.
+            joint_angles: The measured angles [rad] by name, NaN unseen; they tell whether the pose
+                is neutral.
             body_heading: Heading of the trunk in map [rad].
         """
         for segment in states:
@@ -152,25 +156,47 @@ class ImuAlignment:
         self,
         stamp_ns: int,
         states: dict[str, ImuState],
-        joint_angles: FloatArray,
+        joint_angles: Mapping[str, float],
         body_heading: float,
     ) -> None:
-        still = all(np.linalg.norm(s.angular_velocity) < STILL_RATE for s in states.values())
-        # A joint that is not seen may be anywhere.
-        neutral = bool(np.all(np.abs(joint_angles) < NEUTRAL_ANGLE))
-        if not states or not still or not neutral:
-            self._neutral_since_ns = None
-            for alignment in self._segments.values():
-                alignment.forget_neutral()
+        """Take the mounting where the person has stood still, and neutral, for long enough."""
+        is_still = all(np.linalg.norm(s.angular_velocity) < STILL_RATE for s in states.values())
+        since_ns = self._still_since_ns
+        if not is_still or since_ns is None or not stamp_ns - since_ns >= 0:
+            self._begin_stillness(stamp_ns if is_still else None)
+        if not is_still:
             return
-        if self._neutral_since_ns is None or stamp_ns < self._neutral_since_ns:
-            self._neutral_since_ns = stamp_ns
+        self._still_angles.append(joint_angles)
         for segment, state in states.items():
             if self._segments[segment].R_world_sensor_neutral is None:
                 self._segments[segment].collect_neutral(state)
-        if stamp_ns - self._neutral_since_ns >= NEUTRAL_DURATION_NS:
+        if self._still_since_ns is None or stamp_ns - self._still_since_ns < NEUTRAL_DURATION_NS:
+            return
+        if _is_neutral(self._still_angles):
             for alignment in self._segments.values():
                 alignment.finish_neutral(body_heading)
+        self._begin_stillness(None)
+
+    def _begin_stillness(self, stamp_ns: int | None) -> None:
+        self._still_since_ns = stamp_ns
+        self._still_angles.clear()
+        for alignment in self._segments.values():
+            alignment.forget_neutral()
+
+
+def _is_neutral(angles: Sequence[Mapping[str, float]]) -> bool:
+    """Whether the median of every joint angle that was seen is small."""
+    seen = 0
+    for name in angles[0]:
+        values = np.array([each[name] for each in angles])
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            continue
+        seen += 1
+        limit = NEUTRAL_ELBOW if "elbow" in name else NEUTRAL_ANGLE
+        if abs(float(np.median(values))) > limit:
+            return False
+    return seen >= LEAST_ANGLES_SEEN
 
 
 def _about_up(angle: float) -> FloatArray:

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_common.joints import JOINT_INDEX
 from pose_fusion.body_model import BodyModel
 from pose_fusion.imu_alignment import ImuAlignment, SegmentReading
 from pose_fusion.imu_track import ImuState, ImuTrack
@@ -42,25 +41,22 @@ class ImuSet:
         newest = [track.newest_ns for track in self._tracks.values()]
         return all(n is None or n >= stamp_ns or n < stamp_ns - ALIVE_NS for n in newest)
 
-    def observe(
-        self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]
-    ) -> None:
+    def observe(self, stamp_ns: int, positions: FloatArray) -> None:
         """Learn the alignment from what the cameras see.
 
         Args:
             stamp_ns: The instant.
-            positions: Mean of the sensors' joints in map, shape (15, 3) [m]; NaN unseen.
-            tracking_state: Best state of each joint over the sensors, shape (15,).
+            positions: Mean of the sensors' tracked joints in map, shape (15, 3) [m]; NaN elsewhere.
         """
         states = self._states(stamp_ns)
         trunk = trunk_axes(positions)
         if not states or not np.all(np.isfinite(trunk)):
             return
-        angles = np.array([value[0] for value in joint_angles(positions[None]).values()])
+        angles = {name: float(value[0]) for name, value in joint_angles(positions[None]).items()}
         self.alignment.observe(
             stamp_ns,
             states,
-            self._tracked_axes(positions, trunk, tracking_state),
+            self._tracked_axes(positions, trunk),
             angles,
             float(np.arctan2(trunk[1, 0], trunk[0, 0])),
         )
@@ -78,9 +74,7 @@ class ImuSet:
         states = {segment: track.at(stamp_ns) for segment, track in sorted(self._tracks.items())}
         return {segment: state for segment, state in states.items() if state is not None}
 
-    def _tracked_axes(
-        self, positions: FloatArray, trunk: FloatArray, tracking_state: NDArray[np.uint8]
-    ) -> dict[str, FloatArray]:
+    def _tracked_axes(self, positions: FloatArray, trunk: FloatArray) -> dict[str, FloatArray]:
         """The long axis, z, in map of each segment whose joints are tracked."""
         axes = {}
         for segment in self._tracks:
@@ -88,13 +82,10 @@ class ImuSet:
             if name is None:
                 continue
             start, end = self._model.ends(name)
-            ends = [JOINT_INDEX[start], JOINT_INDEX[end]]
-            if np.any(tracking_state[ends] < TrackingState.TRACKED):
-                continue
             direction = self._model.joints[end].direction
+            bone = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
             if direction is None:
                 axes[segment] = trunk[:, 2]
-            else:
-                bone = positions[ends[1]] - positions[ends[0]]
+            elif np.all(np.isfinite(bone)):
                 axes[segment] = bone / np.linalg.norm(bone) * direction[2]
         return axes

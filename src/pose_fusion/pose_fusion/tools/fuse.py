@@ -15,7 +15,7 @@ from pose_fusion.bags import BagSamples, read_extrinsics, sensor_topics
 from pose_fusion.body_shape import load_body_shape
 from pose_fusion.conversions import (
     body_topics,
-    serialized,
+    to_bag_message,
     to_messages,
     to_static_tf,
     to_string,
@@ -112,9 +112,7 @@ class EstimateWriter:
             self._append(urdf_topic(self._body_id), to_string(urdf), stamp_ns)
 
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
-        self._writer.write_serialized(
-            topic, type_name(type(message)), serialized(message), stamp_ns
-        )
+        self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
 
 
 def fuse(
