@@ -331,3 +331,19 @@ def test_a_missing_launch_file_is_said(package):
 )
 def test_namespaces_are_joined(base, namespace, expected):
     assert join_namespace(base, namespace) == expected
+
+
+def test_an_argument_that_an_include_decides_cannot_be_given(evaluate, package):
+    (package / "share/demo_pkg/launch/part.launch.yaml").write_text(
+        "launch: [arg: {name: side}, arg: {name: rate, default: '1.0'}]\n"
+    )
+    text = """\
+        launch:
+        - include:
+            file: "$(find-pkg-share demo_pkg)/launch/part.launch.yaml"
+            arg: [{name: side, value: left}]
+        """
+
+    assert [argument.name for argument in evaluate(text).arguments] == ["rate"]
+    with pytest.raises(LaunchError, match="no argument 'side': there are rate"):
+        evaluate(text, side="right")

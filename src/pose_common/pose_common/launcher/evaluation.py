@@ -63,6 +63,7 @@ class Evaluation:
         self._describe = describe
         self._state = _State(variables=dict(given))
         self._arguments: dict[str, Argument] = {}
+        self._settled: set[str] = set()  # arguments that an include decides
         self._processes: list[Process] = []
         self._messages: list[str] = []
         self._actions: dict[str, Callable[[Entity], None]] = {
@@ -164,10 +165,11 @@ class Evaluation:
         default = entity.text("default")
         choices = tuple(choice.required_text("value") for choice in entity.parts("choice"))
         description = entity.text("description") or ""
-        self._arguments.setdefault(
-            name,
-            Argument(name=name, default=default, description=description, choices=choices),
-        )
+        if name not in self._settled:
+            self._arguments.setdefault(
+                name,
+                Argument(name=name, default=default, description=description, choices=choices),
+            )
         if name not in self._state.variables:
             if default is None and not self._describe:
                 about = f" ({description})" if description else ""
@@ -207,6 +209,7 @@ class Evaluation:
             for argument in entity.parts("arg")
         ]
         self._state.variables.update(arguments)
+        self._settled.update(name for name, _ in arguments)
         if file.is_file():
             self._evaluate_file(file)
         elif not self._describe:
@@ -226,6 +229,7 @@ class Evaluation:
         self._processes.append(
             replace(
                 process,
+                is_node=True,
                 node_name=name,
                 namespace=namespace,
                 parameters=node_parameters.sources(entity.parts("param"), self._scope()),

@@ -19,6 +19,7 @@ class Process:
     Attributes:
         name: What its output is prefixed with, unique in the graph.
         command: Program and arguments, without those for ROS.
+        is_node: Whether it takes arguments for ROS.
         environment: What it sees beside this process's environment.
         node_name: The ROS node's name, if the launch file gives one.
         namespace: The ROS namespace, if there is one.
@@ -32,6 +33,7 @@ class Process:
 
     name: str
     command: tuple[str, ...]
+    is_node: bool = False
     environment: Mapping[str, str] = field(default_factory=dict)
     node_name: str | None = None
     namespace: str | None = None
@@ -77,7 +79,7 @@ class Process:
     def _with(self, arguments: list[str]) -> list[str]:
         for source, target in self.remappings:
             arguments += ["-r", f"{source}:={target}"]
-        return [*self.command, *(["--ros-args", *arguments] if arguments else [])]
+        return [*self.command, *(["--ros-args", *arguments] if self.is_node else [])]
 
     def _key(self) -> str:
         """The node that values are meant for."""
