@@ -125,7 +125,8 @@ class PseudoTerminal:
         return int(struct.unpack("i", answer)[0])
 
     def close(self) -> None:
-        """Remove the link and the terminal."""
+        """Remove the link and the terminal; what still waits for a reader is lost."""
+        self.counters.add("bytes_unread", self.unread())
         if self.link.is_symlink() and os.readlink(self.link) == self.device:
             self.link.unlink()
         os.close(self._slave)
