@@ -132,35 +132,36 @@ def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> 
 
 def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     """The body in map, and its links in the body."""
-    root = link_frame(next(iter(model.links.values())), body_id)
-    transforms = []
-    T_map_body = np.eye(4)
-    for link in model.links.values():
-        T_map_link = estimate.T_map_link[link.name]
-        if link.parent is None:
-            T_map_body = T_map_link
-            parent, T_parent_link = WORLD_FRAME, T_map_link
-        else:
-            parent, T_parent_link = root, np.linalg.inv(T_map_body) @ T_map_link
-        transforms.append(
+    T_map_link = np.stack([estimate.T_map_link[name] for name in model.link_names])
+    T_parent_link = np.linalg.inv(T_map_link[0]) @ T_map_link
+    T_parent_link[0] = T_map_link[0]
+    root, *_ = frames = [link_frame(link, body_id) for link in model.links.values()]
+    parents = [WORLD_FRAME] + [root] * (len(frames) - 1)
+    return TFMessage(
+        transforms=[
             TransformStamped(
                 header=to_header(estimate.stamp_ns, parent),
-                child_frame_id=link_frame(link, body_id),
-                transform=to_transform(T_parent_link),
+                child_frame_id=frame,
+                transform=transform,
             )
-        )
-    return TFMessage(transforms=transforms)
+            for parent, frame, transform in zip(
+                parents, frames, to_transforms(T_parent_link), strict=True
+            )
+        ]
+    )
 
 
-def to_transform(T: FloatArray) -> Transform:
-    """A transform from its (4, 4) matrix."""
-    transform = Transform()
-    x, y, z = map(float, T[:3, 3])
-    transform.translation.x, transform.translation.y, transform.translation.z = x, y, z
-    qx, qy, qz, qw = map(float, Rotation.from_matrix(T[:3, :3]).as_quat())
-    transform.rotation.x, transform.rotation.y = qx, qy
-    transform.rotation.z, transform.rotation.w = qz, qw
-    return transform
+def to_transforms(T: FloatArray) -> list[Transform]:
+    """Transforms from their matrices, shape (n, 4, 4)."""
+    transforms = []
+    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    for (x, y, z), (qx, qy, qz, qw) in zip(T[:, :3, 3].tolist(), quaternions.tolist(), strict=True):
+        transform = Transform()
+        transform.translation.x, transform.translation.y, transform.translation.z = x, y, z
+        transform.rotation.x, transform.rotation.y = qx, qy
+        transform.rotation.z, transform.rotation.w = qz, qw
+        transforms.append(transform)
+    return transforms
 
 
 def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> MarkerArray:
@@ -185,30 +186,32 @@ def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> Marker
     return MarkerArray(markers=[bones, balls])
 
 
-def to_static_tf(transforms: Mapping[str, FloatArray]) -> TFMessage:
-    """``T_map_sensor`` of each Kinect, (4, 4) by sensor name, as static transforms."""
-    return TFMessage(
-        transforms=[
-            TransformStamped(
-                header=to_header(0),
-                child_frame_id=f"kinect_{sensor}_optical_frame",
-                transform=to_transform(T_map_sensor),
-            )
-            for sensor, T_map_sensor in transforms.items()
-        ]
-    )
+def to_static_tf(T_map_sensor: Mapping[str, FloatArray]) -> TFMessage:
+    """Where each Kinect stands in map, (4, 4) by sensor name, as static transforms."""
+    return TFMessage(transforms=_sensor_transforms(to_header(0), T_map_sensor))
 
 
 def to_extrinsics_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[TransformStamped]:
     """Where each sensor stands in the frame of the reference, one message a sensor."""
+    header = to_header(stamp_ns, sensor_frame(extrinsics.reference))
+    others = {s: T for s, T in extrinsics.T_reference_sensor.items() if s != extrinsics.reference}
+    return _sensor_transforms(header, others)
+
+
+def sensor_frame(sensor: str) -> str:
+    """The frame of a Kinect's joints."""
+    return f"kinect_{sensor}_optical_frame"
+
+
+def _sensor_transforms(
+    header: Header, T_parent_sensor: Mapping[str, FloatArray]
+) -> list[TransformStamped]:
+    if not T_parent_sensor:
+        return []
+    transforms = to_transforms(np.stack(list(T_parent_sensor.values())))
     return [
-        TransformStamped(
-            header=to_header(stamp_ns, f"kinect_{extrinsics.reference}_optical_frame"),
-            child_frame_id=f"kinect_{sensor}_optical_frame",
-            transform=to_transform(T_reference_sensor),
-        )
-        for sensor, T_reference_sensor in extrinsics.T_reference_sensor.items()
-        if sensor != extrinsics.reference
+        TransformStamped(header=header, child_frame_id=sensor_frame(sensor), transform=transform)
+        for sensor, transform in zip(T_parent_sensor, transforms, strict=True)
     ]
 
 
