@@ -76,6 +76,12 @@ def test_kinect_bridge_reads_both_sensors_as_they_were(folder, session):
         assert np.allclose(stream.positions, frames.positions, atol=1e-6, equal_nan=True)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_facing_sensor_is_the_first_of_the_recording(seed):
+    kinects = make_session("bow", 5.0, seed, settings_of()).kinects
+    assert kinects["left"].host_time_ns[0] < kinects["right"].host_time_ns[0]
+
+
 def test_imu_bridge_reads_the_nodes_file(folder):
     nodes = read_nodes(folder / "imu_nodes.yaml")
     assert {node.node_id: node.segment for node in nodes} == NODES

@@ -161,7 +161,7 @@ def _watch(
 ) -> dict[str, KinectFrames]:
     body_rng, *sensor_rngs = np.random.default_rng([seed, KINECT_STREAM]).spawn(1 + len(poses))
     body_bias = draw_body_bias(body_rng)
-    return {
+    frames = {
         name: observe(
             motion,
             pose,
@@ -171,6 +171,12 @@ def _watch(
             rng=rng,
         )
         for (name, pose), rng in zip(poses.items(), sensor_rngs, strict=True)
+    }
+    # A recording's sensors are numbered by their first frames: the first sensor begins.
+    first = next(iter(frames.values())).host_time_ns[0]
+    return {
+        name: seen if index == 0 else seen.after(int(first))
+        for index, (name, seen) in enumerate(frames.items())
     }
 
 

@@ -52,6 +52,11 @@ class KinectFrames:
     positions: FloatArray  # (n, 15, 3) [m] in the optical frame; NaN where not tracked
     tracking_state: NDArray[np.uint8]  # (n, 15)
 
+    def after(self, host_time_ns: int) -> "KinectFrames":
+        """The frames that arrived later than a host time [ns]."""
+        later = self.host_time_ns > host_time_ns
+        return KinectFrames(**{name: column[later] for name, column in vars(self).items()})
+
 
 def observe(
     motion: Motion,
