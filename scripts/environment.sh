@@ -4,7 +4,7 @@
 # POSE_ROS_SETUP   the setup file of an installed ROS (default: /opt/ros/jazzy/setup.bash)
 # POSE_PYTHON      the interpreter to build on (default: the first python3 that fits)
 
-POSE_ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+POSE_ROOT="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)"
 POSE_HOME="${POSE_HOME:-$POSE_ROOT/.pose}"
 POSE_ROS_SETUP="${POSE_ROS_SETUP:-/opt/ros/jazzy/setup.bash}"
 POSE_VENV="$POSE_HOME/venv"
@@ -32,6 +32,8 @@ enter_ros() {
         return
     fi
     source_setup "$POSE_VENV/bin/activate"
+    # Nothing of another ROS that this shell may have entered.
+    unset PYTHONPATH
     export AMENT_PREFIX_PATH="$POSE_VENV"
     export CMAKE_PREFIX_PATH="$POSE_VENV"
     # The wheels would otherwise find this path themselves and start Python a second time.

