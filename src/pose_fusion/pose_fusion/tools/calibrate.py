@@ -1,7 +1,7 @@
 """``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,9 @@ from pose_common.joints import JOINTS
 from pose_common.parameters import add_arguments, from_arguments
 from pose_fusion.bags import BagSamples, sensor_topics
 from pose_fusion.calibration_parameters import CalibrationParameters
+from pose_fusion.extrinsics import PairResiduals
 from pose_fusion.extrinsics_file import save_extrinsics
+from pose_fusion.rigid_transform import CalibrationError
 from pose_fusion.samples import SkeletonSample
 from pose_fusion.session_calibration import SessionCalibration, calibrate
 from pose_fusion.single_person import SinglePersonSelector
@@ -88,7 +90,13 @@ def calibrate_bag(
         InputError: If the bag is damaged.
     """
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    with Progress(*columns, TimeRemainingColumn(), console=console, transient=True) as progress:
+    console = console or Console(stderr=True)
+    with Progress(
+        *(*columns, TimeRemainingColumn()),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as progress:
         task = progress.add_task("reading", total=1.0)
         samples = BagSamples(
             bag,
@@ -98,61 +106,62 @@ def calibrate_bag(
         )
         skeletons = [sample for sample in samples if isinstance(sample, SkeletonSample)]
         progress.update(task, description="solving", total=None)
-        return calibrate(
-            skeletons,
-            sensors,
-            limits=parameters.limits,
-            mounting=parameters.known_mounting,
-            find_clock_offsets=find_clock_offsets,
-        )
+        try:
+            return calibrate(
+                skeletons,
+                sensors,
+                limits=parameters.limits,
+                mounting=parameters.known_mounting,
+                find_clock_offsets=find_clock_offsets,
+            )
+        except CalibrationError as error:
+            left_out = samples.person_counters["several_persons"]
+            if not left_out:
+                raise
+            raise CalibrationError(
+                f"{error} ({left_out} frames that show several persons were left out: name one "
+                "with --person)"
+            ) from error
 
 
 def agreement_table(session: SessionCalibration) -> Table:
-    """How well each sensor agrees with the reference, before and after."""
-    extrinsics = session.extrinsics
-    table = Table(title=f"Distance of a joint from where '{extrinsics.reference}' sees it")
-    for header in (
-        *("sensor", "frames", "raw median", "raw RMS", "median", "RMS", "inliers' RMS"),
-        *("inliers", "rotation ±", "clock ahead"),
-    ):
-        table.add_column(header, justify="left" if header == "sensor" else "right")
-    for name, pair in extrinsics.residuals.items():
-        offset = session.clock_offsets.get(name)
-        ahead = "not sought"
-        if offset is not None:
-            ahead = (
-                f"{offset.offset_ns * 1e-6:.1f} ± {offset.stddev_s * 1e3:.1f} ms"
-                if offset.observable
-                else "not observable"
-            )
-        table.add_row(
-            name,
-            str(pair.frames),
-            *(
-                f"{length * 100:.1f} cm"
-                for length in (
-                    *(pair.raw_median, pair.raw_rms),
-                    *(pair.median, pair.rms, pair.inlier_rms),
-                )
-            ),
-            f"{pair.all_inlier_share:.0%}",
-            f"{np.degrees(pair.rotation_stddev):.2f}°",
-            ahead,
-        )
-    return table
-
-
-def joint_table(session: SessionCalibration) -> Table:
-    """Each joint's share of inliers."""
+    """How well each sensor agrees with the reference, before and after, and joint by joint."""
     residuals = session.extrinsics.residuals
-    table = Table(title="Share of inliers by joint")
-    table.add_column("joint")
+    table = Table(title=f"agreement with '{session.extrinsics.reference}'", show_edge=False)
+    table.add_column("")
     for name in residuals:
         table.add_column(name, justify="right")
+
+    def add_row(label: str, value: Callable[[PairResiduals], str], last: bool = False) -> None:
+        table.add_row(label, *(value(pair) for pair in residuals.values()), end_section=last)
+
+    add_row("frames seen by both", lambda pair: str(pair.frames))
+    add_row("distance as recorded, median", lambda pair: _cm(pair.raw_median))
+    add_row("distance as recorded, RMS", lambda pair: _cm(pair.raw_rms))
+    add_row("distance calibrated, median", lambda pair: _cm(pair.median))
+    add_row("distance calibrated, RMS", lambda pair: _cm(pair.rms))
+    add_row("distance calibrated, RMS of inliers", lambda pair: _cm(pair.inlier_rms))
+    add_row("rotation known to", lambda pair: f"{np.degrees(pair.rotation_stddev):.1f}°")
+    table.add_row("clock ahead", *(_ahead(session, name) for name in residuals), end_section=True)
+    add_row("inliers", lambda pair: f"{pair.all_inlier_share:.0%}", last=True)
     for joint in JOINTS:
         shares = [pair.inlier_share.get(joint) for pair in residuals.values()]
         table.add_row(joint, *("–" if share is None else f"{share:.0%}" for share in shares))
     return table
+
+
+def _cm(length: float) -> str:
+    return f"{length * 100.0:.1f} cm"
+
+
+def _ahead(session: SessionCalibration, sensor: str) -> str:
+    offset = session.clock_offsets.get(sensor)
+    if offset is None:
+        return "not sought"
+    if not offset.observable:
+        return "not observable"
+    text = f"{offset.estimate_s * 1e3:.0f} ± {offset.stddev_s * 1e3:.0f} ms"
+    return text if offset.offset_ns else f"{text}, taken as 0"
 
 
 def floor_line(session: SessionCalibration) -> str:
@@ -185,7 +194,6 @@ def run() -> None:
     save_extrinsics(arguments.output, session.extrinsics, arguments.date)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
-    console.print(joint_table(session))
     print(floor_line(session))
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")
 

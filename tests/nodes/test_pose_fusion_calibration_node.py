@@ -1,0 +1,201 @@
+"""The calibration node on a graph."""
+
+import numpy as np
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Point, TransformStamped
+from pose_msgs.msg import Skeleton, SkeletonArray
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+from walking_person import LEFT, POSES, RIGHT, angle_deg, samples
+
+from pose_common.conversions import ns_to_stamp
+from pose_common.errors import InputError, ParameterError
+from pose_common.joints import JOINTS
+from pose_fusion.bags import transforms_to_map
+from pose_fusion.extrinsics import extrinsics_from_map
+from pose_fusion.extrinsics_file import load_extrinsics, save_extrinsics
+from pose_fusion.nodes.calibration import CalibrationNode
+from pose_fusion.rigid_transform import inverse
+
+TRUE = inverse(LEFT) @ RIGHT
+LATCHED = QoSProfile(
+    depth=10,
+    reliability=ReliabilityPolicy.RELIABLE,
+    durability=DurabilityPolicy.TRANSIENT_LOCAL,
+)
+
+
+def message(one, names=JOINTS):
+    skeleton = Skeleton(
+        id=one.person,
+        name=list(names),
+        position=[Point(x=float(x), y=float(y), z=float(z)) for x, y, z in one.positions],
+        tracking_state=one.tracking_state,
+    )
+    skeleton.header.stamp = ns_to_stamp(one.stamp_ns)
+    skeleton.header.frame_id = f"kinect_{one.sensor}_optical_frame"
+    return SkeletonArray(header=skeleton.header, skeletons=[skeleton])
+
+
+@pytest.fixture
+def graph(ros_context):
+    """Start the node with parameters; returns it with what it publishes."""
+
+    class Graph:
+        def __init__(self):
+            self.tester = ros_context.make_node("tester")
+            self.spin_until = ros_context.spin_until
+            self.publishers = {
+                name: self.tester.create_publisher(
+                    SkeletonArray, f"kinect_{name}/skeletons", qos_profile_sensor_data
+                )
+                for name in POSES
+            }
+
+        def start(self, **parameters):
+            overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+            self.node = ros_context.add(CalibrationNode(parameter_overrides=overrides))
+            return self.node
+
+        def listen(self):
+            """Subscribe, perhaps long after the node has published."""
+            self.tf = ros_context.collect(TFMessage, "/tf_static", LATCHED)
+            self.extrinsics = ros_context.collect(TransformStamped, "extrinsics", LATCHED)
+            self.diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
+
+        def play(self, some, until=lambda: False):
+            """Publish samples, each once the one before has arrived."""
+            for publisher in self.publishers.values():
+                self.spin_until(lambda p=publisher: p.get_subscription_count(), what="the node")
+            for one in some:
+                received = self.node._calibration.selector.counters
+                before = sum(received.as_dict().values())
+                self.publishers[one.sensor].publish(message(one))
+                self.spin_until(
+                    lambda n=before, r=received: (
+                        sum(r.as_dict().values()) > n
+                        or self.node._counters["malformed_frames"]
+                        or self.node._calibration.state.value in ("refined", "loaded")
+                    ),
+                    what="a skeleton to arrive",
+                )
+                if until():
+                    return
+
+        def call(self, service):
+            client = self.tester.create_client(Trigger, f"calibration/{service}")
+            self.spin_until(client.service_is_ready, what=service)
+            future = client.call_async(Trigger.Request())
+            self.spin_until(future.done, what=f"the answer of {service}")
+            return future.result()
+
+    return Graph()
+
+
+def test_a_walking_person_gives_transforms_that_late_listeners_still_get(graph):
+    graph.start(collect_duration=5.0)
+    graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.extrinsics)
+    graph.listen()
+    graph.spin_until(lambda: graph.tf and graph.extrinsics, what="the calibration")
+
+    (tf,) = graph.tf
+    assert [t.header.frame_id for t in tf.transforms] == ["map", "map"]
+    assert {t.child_frame_id for t in tf.transforms} == {
+        "kinect_left_optical_frame",
+        "kinect_right_optical_frame",
+    }
+    placed = transforms_to_map(tf.transforms)
+    assert angle_deg(inverse(placed["left"]) @ placed["right"], TRUE) < 0.6
+    assert placed["left"][2, 3] == pytest.approx(LEFT[2, 3], abs=0.05)
+    (extrinsics,) = graph.extrinsics
+    assert extrinsics.header.frame_id == "kinect_left_optical_frame"
+    assert extrinsics.child_frame_id == "kinect_right_optical_frame"
+    assert extrinsics.transform.translation.x == pytest.approx(TRUE[0, 3], abs=0.03)
+
+
+def test_what_is_missing_stands_in_diagnostics(graph):
+    graph.start()
+    graph.listen()
+    graph.play([one for one in samples(duration_s=0.5) if one.sensor == "left"])
+    graph.node._diagnostics.publish()
+    graph.spin_until(lambda: graph.diagnostics, what="diagnostics")
+    (status,) = graph.diagnostics[-1].status
+    assert status.name == "/calibration"
+    assert status.level == b"\x01"
+    values = {value.key: value.value for value in status.values}
+    assert status.message == "collecting: no skeletons from right yet"
+    assert values["alignment/received"] == "15"
+    assert values["person/several_persons"] == "0"
+
+
+def test_a_found_calibration_is_saved(graph, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    graph.start(file=str(path))
+    graph.play(samples(duration_s=6.0), until=path.exists)
+    assert angle_deg(load_extrinsics(path).T_reference_sensor["right"], TRUE) < 0.6
+
+
+def test_a_saved_calibration_is_published_at_once(graph, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics_from_map(POSES))
+    graph.start(file=str(path))
+    graph.listen()
+    graph.spin_until(lambda: graph.tf and graph.extrinsics, what="the loaded calibration")
+    placed = transforms_to_map(graph.tf[0].transforms)
+    np.testing.assert_allclose(placed["right"], RIGHT, atol=1e-5)
+
+
+def test_the_service_calibrate_starts_again(graph, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics_from_map({name: np.eye(4) for name in POSES}))
+    graph.start(file=str(path))
+    assert graph.call("calibrate").success
+    graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.counters["solutions"])
+    assert angle_deg(load_extrinsics(path).T_reference_sensor["right"], TRUE) < 0.6
+
+
+def test_the_service_save_writes_what_there_is(graph, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics_from_map(POSES))
+    graph.start(file=str(path))
+    path.unlink()
+    answer = graph.call("save")
+    assert (answer.success, answer.message) == (True, f"saved {path}")
+    assert path.exists()
+
+
+def test_the_service_save_says_why_there_is_nothing_to_save(graph, tmp_path):
+    graph.start(file=str(tmp_path / "extrinsics.yaml"))
+    answer = graph.call("save")
+    assert not answer.success
+    assert answer.message.startswith("nothing to save yet: collecting")
+
+
+def test_the_service_save_without_a_file_says_so(graph):
+    graph.start()
+    assert "start the node with the parameter 'file'" in graph.call("save").message
+
+
+def test_a_malformed_skeleton_is_counted(graph):
+    graph.start()
+    (one,) = samples(duration_s=0.05)[:1]
+    broken = message(one, names=JOINTS[:3])
+    publisher = graph.publishers[one.sensor]
+    graph.spin_until(publisher.get_subscription_count, what="the node")
+    publisher.publish(broken)
+    graph.spin_until(lambda: graph.node._counters["malformed_frames"], what="the count")
+
+
+def test_a_file_of_other_sensors_stops_the_node(graph, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics_from_map(POSES))
+    with pytest.raises(InputError, match="calibration of left, right"):
+        graph.start(file=str(path), sensors=["left", "middle"])
+
+
+def test_a_bad_parameter_stops_the_node(graph):
+    with pytest.raises(ParameterError, match="minimum_duration"):
+        graph.start(minimum_duration=-1.0)

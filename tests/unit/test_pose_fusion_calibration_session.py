@@ -1,0 +1,50 @@
+"""A whole session in, its calibration out."""
+
+import numpy as np
+import pytest
+from walking_person import LEFT, RIGHT, angle_deg, samples
+
+from pose_fusion.rigid_transform import CalibrationError, inverse
+from pose_fusion.session_calibration import calibrate
+
+TRUE = inverse(LEFT) @ RIGHT
+
+
+def test_a_session_gives_extrinsics_floor_and_clock_offset():
+    session = calibrate(samples(offset_s={"right": 0.08}), ["left", "right"])
+    extrinsics = session.extrinsics
+    assert angle_deg(extrinsics.T_reference_sensor["right"], TRUE) < 0.2
+    assert extrinsics.clock_offset_ns["right"] == pytest.approx(80e6, abs=4e6)
+    assert extrinsics.clock_offset_ns["left"] == 0
+    assert extrinsics.T_map_reference[2, 3] == pytest.approx(LEFT[2, 3], abs=0.03)
+    assert session.samples == {"left": 600, "right": 600}
+    assert session.frames >= 598
+
+
+def test_removing_the_clock_offset_improves_the_agreement():
+    some = samples(offset_s={"right": 0.2})
+    with_offset = calibrate(some, ["left", "right"]).extrinsics.residuals["right"]
+    without = calibrate(some, ["left", "right"], find_clock_offsets=False).extrinsics
+    assert without.clock_offset_ns["right"] == 0
+    assert with_offset.median < 0.7 * without.residuals["right"].median
+
+
+def test_the_order_of_the_samples_is_irrelevant():
+    some = samples(duration_s=10.0)
+    shuffled = [some[i] for i in np.random.default_rng(0).permutation(len(some))]
+    first = calibrate(some, ["left", "right"]).extrinsics
+    second = calibrate(shuffled, ["left", "right"]).extrinsics
+    for name in ("left", "right"):
+        assert first.T_map_sensor(name).tobytes() == second.T_map_sensor(name).tobytes()
+
+
+def test_a_sensor_without_skeletons_is_named():
+    some = [one for one in samples(duration_s=4.0) if one.sensor == "left"]
+    with pytest.raises(CalibrationError, match="found no skeletons of 'right'"):
+        calibrate(some, ["left", "right"])
+
+
+def test_samples_of_other_sensors_are_left_out():
+    session = calibrate(samples(duration_s=10.0), ["right"])
+    assert session.extrinsics.sensors == ("right",)
+    assert session.clock_offsets == {}

@@ -1,0 +1,180 @@
+"""The YAML file of a calibration."""
+
+import numpy as np
+import pytest
+import yaml
+from walking_person import POSES, frames
+
+from pose_common.errors import InputError
+from pose_fusion.extrinsics import extrinsics_from_map
+from pose_fusion.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_fusion.extrinsics_file import load_extrinsics, load_extrinsics_of, save_extrinsics
+
+
+@pytest.fixture(scope="module")
+def extrinsics():
+    calibrator = ExtrinsicsCalibrator(("left", "right"))
+    for frame in frames():
+        calibrator.add(frame)
+    return calibrator.solve()
+
+
+@pytest.fixture
+def document(extrinsics, tmp_path):
+    save_extrinsics(tmp_path / "good.yaml", extrinsics)
+    return yaml.safe_load((tmp_path / "good.yaml").read_text())
+
+
+def load(document, tmp_path):
+    path = tmp_path / "changed.yaml"
+    path.write_text(document if isinstance(document, str) else yaml.safe_dump(document))
+    return load_extrinsics(path)
+
+
+def test_what_is_saved_is_loaded(extrinsics, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics)
+    loaded = load_extrinsics(path)
+    assert loaded.sensors == extrinsics.sensors
+    assert loaded.reference == "left"
+    assert loaded.clock_offset_ns == {"left": 0, "right": 0}
+    for name in loaded.sensors:
+        np.testing.assert_allclose(
+            loaded.T_map_sensor(name), extrinsics.T_map_sensor(name), atol=2e-6
+        )
+
+
+def test_loading_and_saving_again_gives_the_same_transforms(document, tmp_path):
+    again = tmp_path / "again.yaml"
+    save_extrinsics(again, load(document, tmp_path))
+    saved = yaml.safe_load(again.read_text())
+    assert saved["map"]["rotation"] == document["map"]["rotation"]
+    assert saved["sensors"]["right"]["translation"] == document["sensors"]["right"]["translation"]
+
+
+def test_the_same_calibration_gives_the_same_bytes(extrinsics, tmp_path):
+    for name in ("a.yaml", "b.yaml"):
+        save_extrinsics(tmp_path / name, extrinsics)
+    assert (tmp_path / "a.yaml").read_bytes() == (tmp_path / "b.yaml").read_bytes()
+
+
+def test_a_date_is_there_only_if_given(extrinsics, document, tmp_path):
+    assert "date" not in document
+    save_extrinsics(tmp_path / "dated.yaml", extrinsics, date="2024-05-01")
+    assert "2024-05-01" in (tmp_path / "dated.yaml").read_text()
+
+
+def test_residuals_and_source_are_there_for_people(document):
+    assert document["map"]["source"]
+    assert document["sensors"]["right"]["residuals"]["median"] > 0.0
+
+
+def test_clock_offsets_survive(document, tmp_path):
+    document["sensors"]["right"]["clock_offset_ns"] = -21_500_000
+    assert load(document, tmp_path).clock_offset_ns["right"] == -21_500_000
+
+
+def test_a_file_by_hand_needs_no_residuals(document, tmp_path):
+    right = document["sensors"]["right"]
+    document["sensors"]["right"] = {key: right[key] for key in ("translation", "rotation")}
+    assert load(document, tmp_path).clock_offset_ns["right"] == 0
+
+
+def test_saving_replaces_and_leaves_nothing_else(extrinsics, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    path.write_text("old")
+    save_extrinsics(path, extrinsics)
+    assert load_extrinsics(path).reference == "left"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["extrinsics.yaml"]
+
+
+def test_a_folder_that_does_not_exist_is_named(extrinsics, tmp_path):
+    with pytest.raises(InputError, match=r"cannot write .*nowhere.*: No such file"):
+        save_extrinsics(tmp_path / "nowhere" / "extrinsics.yaml", extrinsics)
+
+
+def test_a_file_of_other_sensors_is_refused(extrinsics, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics)
+    assert load_extrinsics_of(path, ["left", "right"]).sensors == ("left", "right")
+    for others in (["left", "middle"], ["right", "left"], ["left"]):
+        with pytest.raises(InputError, match="calibration of left, right, expected"):
+            load_extrinsics_of(path, others)
+
+
+def test_extrinsics_without_residuals_can_be_saved(tmp_path):
+    save_extrinsics(tmp_path / "plain.yaml", extrinsics_from_map(POSES))
+    loaded = load_extrinsics(tmp_path / "plain.yaml")
+    np.testing.assert_allclose(loaded.T_map_sensor("right"), POSES["right"], atol=2e-6)
+
+
+def no_version(document):
+    document.pop("version")
+    return "has version None, expected 1"
+
+
+def no_sensors(document):
+    document.pop("sensors")
+    return "'sensors' is None, expected a mapping"
+
+
+def no_map(document):
+    document.pop("map")
+    return "'map' is None, expected a mapping"
+
+
+def no_reference(document):
+    document["reference"] = 3
+    return "reference is 3"
+
+
+def reference_twice(document):
+    document["sensors"]["left"] = document["sensors"]["right"]
+    return "the reference 'left' is also among the sensors"
+
+
+def short_translation(document):
+    document["sensors"]["right"]["translation"] = [1.0, 2.0]
+    return r"translation of 'right' is \[1.0, 2.0\], expected 3 numbers"
+
+
+def word_in_rotation(document):
+    document["map"]["rotation"] = ["a", 0.0, 0.0, 1.0]
+    return "rotation of 'map' is .* expected 4 numbers"
+
+
+def no_unit_quaternion(document):
+    document["map"]["rotation"] = [0.0, 0.0, 0.0, 2.0]
+    return r"rotation of 'map' has length 2\.0000, expected a unit quaternion"
+
+
+def offset_in_seconds(document):
+    document["sensors"]["right"]["clock_offset_ns"] = 0.02
+    return "clock_offset_ns is 0.02, expected an integer"
+
+
+WRONG = [
+    *(no_version, no_sensors, no_map, no_reference, reference_twice),
+    *(short_translation, word_in_rotation, no_unit_quaternion, offset_in_seconds),
+]
+
+
+@pytest.mark.parametrize("change", WRONG, ids=lambda change: change.__name__)
+def test_a_wrong_file_is_refused_with_what_is_wrong(change, document, tmp_path):
+    message = change(document)
+    with pytest.raises(InputError, match=message):
+        load(document, tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [("a: [", "is not YAML"), ("just words", "holds no calibration"), ("", "holds no calibration")],
+)
+def test_something_else_is_refused(text, message, tmp_path):
+    with pytest.raises(InputError, match=message):
+        load(text, tmp_path)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"cannot read the calibration .*gone\.yaml"):
+        load_extrinsics(tmp_path / "gone.yaml")

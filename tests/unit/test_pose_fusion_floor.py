@@ -1,0 +1,142 @@
+"""The world frame from standing and walking people."""
+
+import numpy as np
+import pytest
+from walking_person import ANKLE, frames, person_at, sensor_pose
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.floor import (
+    FEET,
+    KNOWN_MOUNTING,
+    LEVEL_SENSOR,
+    UPRIGHT_BODY,
+    KnownMounting,
+    estimate_floor,
+)
+from pose_fusion.rigid_transform import CalibrationError
+
+FEET_JOINTS = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
+
+
+def view(T, **options):
+    options = {"noise": 0.01, **options}
+    some = frames(poses={"only": T}, **options)
+    return np.array([frame.samples["only"].positions for frame in some])
+
+
+def up_error_deg(estimate, T):
+    return float(np.degrees(np.arccos(np.clip(estimate[2, :3] @ T[2, :3], -1.0, 1.0))))
+
+
+@pytest.mark.parametrize("tilt", [-20.0, 0.0, 12.0, 35.0])
+@pytest.mark.parametrize("roll", [-8.0, 0.0])
+def test_a_walking_person_gives_vertical_and_height(tilt, roll):
+    T = sensor_pose(0.0, 0.0, 1.4, 0.0, tilt, roll)
+    floor = estimate_floor(view(T))
+    assert up_error_deg(floor.T_map_reference, T) < 0.5
+    assert floor.height == pytest.approx(1.4, abs=0.03)
+    assert floor.source == FEET
+
+
+def test_the_world_frame_looks_along_the_sensor_from_the_floor_below_it():
+    T = sensor_pose(3.0, -2.0, 1.4, 130.0, 12.0)  # where it stands in the room does not matter
+    person = np.array([person_at(t / 10.0) for t in range(200)])
+    positions = (person - [2.5, 0.0, 0.0]) @ T[:3, :3] + [0.0, -0.3, 3.0]
+    estimate = estimate_floor(positions).T_map_reference
+    np.testing.assert_allclose(estimate[:2, 3], 0.0, atol=1e-12)
+    forward = estimate[:3, :3] @ [0.0, 0.0, 1.0]
+    assert forward[0] > 0.9
+    assert forward[1] == pytest.approx(0.0, abs=1e-9)
+    np.testing.assert_allclose(estimate[:3, :3] @ estimate[:3, :3].T, np.eye(3), atol=1e-9)
+    assert np.linalg.det(estimate[:3, :3]) == pytest.approx(1.0)
+
+
+def test_standing_feet_are_an_ankle_s_height_above_the_floor():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 5.0)
+    positions = view(T, noise=0.0)
+    estimate = estimate_floor(positions).T_map_reference
+    feet = positions[:, FEET_JOINTS] @ estimate[:3, :3].T + estimate[:3, 3]
+    np.testing.assert_allclose(feet[..., 2], ANKLE, atol=0.002)
+
+
+def test_standing_on_one_spot_relies_on_the_body_alone():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
+    floor = estimate_floor(view(T, walks=False))
+    assert floor.source == UPRIGHT_BODY
+    assert up_error_deg(floor.T_map_reference, T) < 1.0
+    assert floor.height == pytest.approx(1.2, abs=0.05)
+
+
+def test_walking_feet_correct_a_person_who_stoops():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T)
+    heights = (1.2 - positions[..., 1] - ANKLE)[..., None]
+    stooped = positions + heights * np.sin(np.radians(4.0)) * [0.0, 0.0, -1.0]
+    body_alone = estimate_floor(stooped - stooped[:, FEET_JOINTS].mean(axis=1, keepdims=True))
+    corrected = estimate_floor(stooped)
+    assert up_error_deg(body_alone.T_map_reference, T) > 3.0
+    assert up_error_deg(corrected.T_map_reference, T) < up_error_deg(body_alone.T_map_reference, T)
+    assert corrected.up_stddev < body_alone.up_stddev
+
+
+def test_a_jump_and_swinging_feet_do_not_lift_the_floor():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T)
+    positions[::5] += [0.0, -0.35, 0.0]  # in the air
+    positions[1::2, FEET_JOINTS[0]] += [0.0, -0.2, 0.0]
+    assert estimate_floor(positions).height == pytest.approx(1.2, abs=0.03)
+
+
+def test_a_person_who_lies_down_does_not_turn_the_world():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0)
+    positions = view(T)
+    lying = positions[:, :, [1, 0, 2]] * [-1.0, 1.0, 1.0]
+    both = np.concatenate([positions, lying])
+    assert up_error_deg(estimate_floor(both).T_map_reference, T) < 1.0
+
+
+def test_nan_and_bent_poses_are_passed_over():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
+    positions = view(T)
+    positions[::3, JOINT_INDEX["neck"]] = np.nan
+    positions[1::3, JOINT_INDEX["left_knee"]] += [0.0, 0.0, -0.4]  # bent
+    floor = estimate_floor(positions)
+    assert floor.upright_frames == 100
+    assert up_error_deg(floor.T_map_reference, T) < 0.6
+
+
+def test_without_an_upright_person_the_sensor_is_taken_as_level():
+    floor = estimate_floor(np.full((50, 15, 3), np.nan))
+    assert floor.source == LEVEL_SENSOR
+    np.testing.assert_allclose(floor.T_map_reference[2, :3], [0.0, -1.0, 0.0])
+    assert floor.up_stddev == pytest.approx(np.radians(10.0))
+    assert floor.height_stddev == np.inf
+
+
+def test_a_known_mounting_overrides_what_is_seen():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
+    known = KnownMounting(tilt=np.radians(14.0), height=2.0)
+    floor = estimate_floor(view(T), known)
+    assert floor.source == KNOWN_MOUNTING
+    assert floor.tilt == pytest.approx(np.radians(14.0), abs=1e-6)
+    assert floor.height == 2.0
+    assert floor.height_stddev == 0.0
+
+
+def test_a_known_tilt_leaves_the_height_to_the_feet():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
+    floor = estimate_floor(view(T), KnownMounting(tilt=np.radians(10.0)))
+    assert floor.height == pytest.approx(1.2, abs=0.02)
+    assert floor.tilt == pytest.approx(np.radians(10.0), abs=1e-6)
+
+
+def test_a_reference_that_looks_straight_down_is_refused():
+    with pytest.raises(CalibrationError, match="looks straight down"):
+        estimate_floor(np.full((1, 15, 3), np.nan), KnownMounting(tilt=np.pi / 2))
+
+
+def test_views_of_several_sensors_count_together():
+    T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
+    positions = view(T)
+    floor = estimate_floor(np.stack([positions, positions]))
+    assert floor.upright_frames == 2 * len(positions)
