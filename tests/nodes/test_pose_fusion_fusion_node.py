@@ -113,7 +113,7 @@ def test_extrinsics_may_come_later_by_static_transforms(ros_context, make_fusion
     fusion = make_fusion()
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
     feed(fusion, samples[:20])
-    assert fusion.pipeline.counters["skeletons_without_extrinsics"] == 20
+    assert fusion.pipeline.counters["skeletons_before_extrinsics"] == 20
     node = ros_context.make_node("calibrated")
     placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
     node.create_publisher(TFMessage, "/tf_static", LATCHED).publish(to_static_tf(placed))

@@ -126,8 +126,34 @@ def test_without_extrinsics_samples_are_counted_and_nothing_is_said(plain):
     _, _, samples, _, _ = plain
     pipeline = FusionPipeline(FusionParameters())
     assert [e for sample in samples[:50] for e in pipeline.add_skeleton(sample)] == []
-    assert pipeline.counters["skeletons_without_extrinsics"] == 50
+    assert pipeline.counters["skeletons_before_extrinsics"] == 50
     assert pipeline.status == "waiting for extrinsics"
+
+
+def test_what_came_before_the_extrinsics_is_learnt_from_but_not_estimated():
+    t, dof, skeletons = session(12.0)
+    samples = merged(skeletons, imu_samples(t, dof, np.random.default_rng(6)))
+    pipeline = FusionPipeline(FusionParameters())
+    placed_ns = START_NS + 8 * 10**9
+    estimates = []
+    for sample in samples:
+        if pipeline.extrinsics is None and sample.stamp_ns > placed_ns:
+            pipeline.place_sensors(extrinsics())
+        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
+        estimates += add(sample)
+    assert estimates[0].stamp_ns > placed_ns - 2 * FRAME_NS
+    assert estimates[0].stamp_ns < placed_ns + 4 * FRAME_NS
+    # The neutral pose was long over by then.
+    assert set(pipeline.imus.alignment.known_segments) == set(IMU_SEGMENTS)
+
+
+def test_samples_waiting_for_extrinsics_are_bounded():
+    _, _, samples = session(3.0)
+    pipeline = FusionPipeline(FusionParameters())
+    for shift_s in range(0, 200, 3):
+        for sample in samples[::10]:
+            pipeline.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns + shift_s * 10**9))
+    assert len(pipeline._waiting) < 200
 
 
 def test_when_one_sensor_falls_silent_the_other_carries_on():

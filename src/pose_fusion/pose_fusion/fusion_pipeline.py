@@ -28,9 +28,11 @@ from pose_fusion.samples import FloatArray, ImuSample, SkeletonSample
 from pose_fusion.time_alignment import AlignedFrame, TimeAligner
 
 NS_PER_S = 1_000_000_000
+LONGEST_WAIT_NS = 30 * NS_PER_S  # what came earlier, before the extrinsics, is forgotten
 COUNTERS = (
     "skeletons",
-    "skeletons_without_extrinsics",
+    "skeletons_before_extrinsics",
+    "skeletons_of_unknown_sensors",
     "imu_samples",
     "imu_samples_out_of_order",
     "frames",
@@ -45,8 +47,7 @@ class FusionPipeline:
 
     Args:
         parameters: See :class:`FusionParameters`.
-        extrinsics: Where the sensors are; may come later (:meth:`place_sensors`), and until then
-            samples are counted and dropped.
+        extrinsics: Where the sensors are; may come later (:meth:`place_sensors`).
         shape: The person's measures; measured from the first samples if None.
     """
 
@@ -69,6 +70,7 @@ class FusionPipeline:
             self.model, parameters.kinect_joint_stddev, parameters.imu_mounting_stddev
         )
         self._pending: deque[AlignedFrame] = deque()
+        self._waiting: deque[SkeletonSample | ImuSample] = deque()
         self._newest_ns = 0
         if extrinsics is not None:
             self.place_sensors(extrinsics)
@@ -76,11 +78,25 @@ class FusionPipeline:
             self.use_shape(shape)
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
-        """Use these extrinsics, and their clock offsets, from now on."""
+        """Use these extrinsics, and their clock offsets, from now on.
+
+        What the last half minute held, since the first sample, is caught up on: the body's measures
+        and the IMUs' alignment are learnt from it, for nobody stands still in the neutral pose a
+        second time. Estimates of the past are not made.
+        """
         before = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
-        if dict(before) != dict(extrinsics.clock_offset_ns):
-            self.aligner = self._make_aligner(extrinsics.clock_offset_ns)
+        offsets = {sensor: ns for sensor, ns in extrinsics.clock_offset_ns.items() if ns}
+        if {sensor: ns for sensor, ns in before.items() if ns} != offsets:
+            self.aligner = self._make_aligner(offsets)
         self.extrinsics = extrinsics
+        while self._waiting:
+            sample = self._waiting.popleft()
+            if isinstance(sample, ImuSample):
+                self._take_imu(sample)
+            else:
+                self._take_skeleton(sample)
+            while self._pending and self._is_ready(self._pending[0].stamp_ns):
+                self._learn(self._pending.popleft())
 
     @property
     def status(self) -> str:
@@ -92,26 +108,45 @@ class FusionPipeline:
     def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
         """Take one person's joints from one sensor; returns the estimates that this completes."""
         self.counters.add("skeletons")
-        if self.extrinsics is None or sample.sensor not in self.extrinsics.T_reference_sensor:
-            self.counters.add("skeletons_without_extrinsics")
+        if self.extrinsics is None:
+            self.counters.add("skeletons_before_extrinsics")
+            self._wait(sample)
             return []
-        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
-        self._pending.extend(self.aligner.add(sample))
+        self._take_skeleton(sample)
         return self._release()
 
     def add_imu(self, sample: ImuSample) -> list[BodyEstimate]:
         """Take one IMU's orientation; returns the estimates that were waiting for it."""
         self.counters.add("imu_samples")
-        if not self.imus.add(sample):
-            self.counters.add("imu_samples_out_of_order")
+        if self.extrinsics is None:
+            self._wait(sample)
             return []
-        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
+        self._take_imu(sample)
         return self._release()
 
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
         self._pending.extend(self.aligner.flush())
         return self._release(everything=True)
+
+    def _wait(self, sample: SkeletonSample | ImuSample) -> None:
+        """Keep a sample until the sensors' places are known."""
+        self._waiting.append(sample)
+        while abs(sample.stamp_ns - self._waiting[0].stamp_ns) > LONGEST_WAIT_NS:
+            self._waiting.popleft()
+
+    def _take_skeleton(self, sample: SkeletonSample) -> None:
+        if self.extrinsics is None or sample.sensor not in self.extrinsics.T_reference_sensor:
+            self.counters.add("skeletons_of_unknown_sensors")
+            return
+        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
+        self._pending.extend(self.aligner.add(sample))
+
+    def _take_imu(self, sample: ImuSample) -> None:
+        if not self.imus.add(sample):
+            self.counters.add("imu_samples_out_of_order")
+            return
+        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
 
     def _release(self, everything: bool = False) -> list[BodyEstimate]:
         """Process the frames whose IMU samples have come, or need not be waited for."""
@@ -126,29 +161,39 @@ class FusionPipeline:
         waited_ns = self._newest_ns - stamp_ns
         return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
 
-    def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
+    def _learn(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
+        """Take from a frame what it tells of the body's measures and of the IMUs' alignment.
+
+        Returns:
+            Every sensor's joints in map, shape (sensors, 15, 3) [m], and their states.
+        """
         self.counters.add("frames")
         measured, state = self._in_map(frame)
-        best = state.max(axis=0)
         if self.parameters.use_imus:
             tracked = (state == TrackingState.TRACKED)[..., None]
-            seen = np.where(tracked, measured, np.nan)
-            self.imus.observe(frame.stamp_ns, mean_of_sensors(seen))
-        if self._tracker is None:
+            self.imus.observe(frame.stamp_ns, mean_of_sensors(np.where(tracked, measured, np.nan)))
+        if self.shape is None:
             self.counters.add("frames_measuring_the_body")
             shape = self._measuring.add(frame.stamp_ns, measured, state)
             if shape is not None:
                 self.use_shape(shape)
+        return measured, state
+
+    def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
+        tracker = self._tracker
+        measured, state = self._learn(frame)
+        if tracker is None:
             return None
         starts = self.counters["filter_starts"]
-        if not self._tracker.update(frame.stamp_ns, measured):
+        if not tracker.update(frame.stamp_ns, measured):
             return None
         if self.counters["filter_starts"] > starts:
             self._fusion.reset()
+        best = state.max(axis=0)
         readings = self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {}
-        fused = self._fusion.fuse(self._tracker.filter, best, readings)
+        fused = self._fusion.fuse(tracker.filter, best, readings)
         self.counters.add("estimates")
-        return self._estimate(frame.stamp_ns, fused, best, self._tracker.sensor_weight)
+        return self._estimate(frame.stamp_ns, fused, best, tracker.sensor_weight)
 
     def _in_map(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
         """Every sensor's joints in map, shape (sensors, 15, 3) [m], and their states."""
