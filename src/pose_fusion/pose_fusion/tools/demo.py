@@ -1,6 +1,7 @@
 """``demo``: the whole chain, live, on a synthetic subject or on a recording."""
 
 import argparse
+import contextlib
 import json
 import shutil
 import time
@@ -21,6 +22,7 @@ from pose_fusion.tools.demo_processes import (
 from pose_fusion.tools.demo_progress import watch
 
 NS_PER_S = 1_000_000_000
+OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
 RECORDING_S = 60.0  # [s] default length that a recording is replayed for
 STARTING_S = 5.0  # [s] for the graph's processes to be there before the first frame
@@ -71,8 +73,12 @@ def _demo(options: argparse.Namespace, recording: dict[str, Any] | None, console
             finished = _run_recording(options, recording, folder, console)
     except GraphError:
         raise  # its output tells why
-    except BaseException:
+    except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)
+        with contextlib.suppress(OSError):
+            OUT.rmdir()  # if it was made for this, and is empty
+        if isinstance(error, KeyboardInterrupt):
+            console.print("interrupted: everything is stopped, nothing is left")
         raise
     with console.status("evaluating"):
         # Matplotlib and scipy take a second to load: not before the graph runs.
@@ -169,7 +175,7 @@ def _output_folder(options: argparse.Namespace) -> Path:
         name = options.choreography
     else:
         name = options.recording.name.removesuffix(".gz").removesuffix(".csv")
-    base = Path("out") / f"demo-{name}"
+    base = OUT / f"demo-{name}"
     folder, number = base, 1
     while folder.exists():
         number += 1

@@ -82,9 +82,9 @@ def report_recording(run: DemoRun, console: Console) -> None:
 def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
     methods = methods_of_bag(bag)
     if FUSED not in methods or len(methods[FUSED]) == 0:
-        said = [node.message for node in run.nodes.values() if "estimates" in node.values]
-        why = f"the fusion says '{said[0]}'" if said else "the fusion said nothing"
-        raise GraphError(f"no joint states came out: {why} (recorded in {run.bag})")
+        said = [f"{name.lstrip('/')}: {n.message}" for name, n in run.nodes.items() if n.level]
+        why = "; ".join(said) or "no node says why"
+        raise GraphError(f"no joint states came out: {why} (what went in is in {run.bag})")
     return methods
 
 

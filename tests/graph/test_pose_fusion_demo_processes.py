@@ -1,0 +1,133 @@
+"""``demo`` as a user runs it: real processes, a live graph, a bag."""
+
+import csv
+import math
+
+import pytest
+
+from pose_common.bags import open_bag
+from pose_common.joints import JOINTS
+from pose_fusion.joint_angles import ANGLES
+from pose_fusion.tools.demo_processes import executable
+
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("demo")]
+
+
+@pytest.fixture(scope="module")
+def demo():
+    return executable("pose_fusion", "demo")
+
+
+@pytest.fixture(scope="module")
+def synthetic(start_module_process, demo, tmp_path_factory):
+    """One short run that several tests look at: (process, folder)."""
+    folder = tmp_path_factory.mktemp("demo") / "run"
+    process = start_module_process([demo, "--duration", "14", "-o", folder])
+    process.wait(120.0)
+    return process, folder, start_module_process
+
+
+def values(path, quantity):
+    with path.open() as lines:
+        return {
+            (row["method"], row["of"]): float(row["value"] or "nan")
+            for row in csv.DictReader(lines)
+            if row["quantity"] == quantity
+        }
+
+
+def test_a_synthetic_run_succeeds_and_leaves_no_process(synthetic):
+    process, _, starter = synthetic
+    assert process.returncode == 0, process.describe()
+    assert starter.living() == []
+
+
+def test_a_synthetic_run_says_that_it_is_synthetic(synthetic):
+    process, folder, _ = synthetic
+    assert "Synthetic subject" in process.output
+    assert "synthetic subject" in (folder / "evaluation.md").read_text()
+
+
+def test_every_method_is_compared_with_the_truth_in_every_angle(synthetic):
+    _, folder, _ = synthetic
+    rmse = values(folder / "evaluation.csv", "rmse")
+    methods = ("left", "right", "mean", "fused")
+    assert set(rmse) == {(method, angle) for method in methods for angle in ANGLES}
+    # A wrong sign, side or frame gives far more.
+    assert all(math.isfinite(error) and error < 60.0 for error in rmse.values())
+
+
+def test_the_bag_holds_what_went_in_and_what_came_out(synthetic):
+    _, folder, _ = synthetic
+    with open_bag(folder / "bag") as bag:
+        counts = {name: topic.count for name, topic in bag.topics.items()}
+    assert counts["/kinect_left/skeletons"] > 300
+    assert counts["/kinect_right/skeletons"] > 300
+    assert counts["/imu_torso/data"] > 300
+    assert counts["/tf_static"] > 0
+    out = [counts[f"/humans/bodies/subject/{x}"] for x in ("joint_states", "skeleton", "estimate")]
+    assert min(out) > 50
+
+
+def test_plots_are_left(synthetic):
+    _, folder, _ = synthetic
+    for name in ("angles.png", "errors.png"):
+        assert (folder / name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.data
+def test_a_real_recording_is_fused_and_its_views_are_compared(
+    start_process, demo, shared_data, tmp_path
+):
+    recording = shared_data / "kinectmultitrack" / "Study_10_Kinect_1_Time_4_10_14_PM.csv.gz"
+    folder = tmp_path / "run"
+    process = start_process([demo, recording, "--duration", "9", "-o", folder])
+    assert process.wait(120.0) == 0, process.describe()
+    assert "Do the views agree?" in process.output
+    path = folder / "agreement.csv"
+    logged = values(path, "distance_as_logged")["left-right", ""]
+    calibrated = values(path, "distance_calibrated")["left-right", ""]
+    assert calibrated < logged
+    variation = values(path, "bone_length_cv")
+    assert variation["fused", "left_thigh"] < 0.1 < variation["left", "left_thigh"]
+
+
+def refused(start_process, demo, words, tmp_path):
+    """The one line that a refusal is; nothing may be left."""
+    before = sorted(tmp_path.rglob("*"))
+    process = start_process([demo, *words], cwd=tmp_path)
+    assert process.wait(60.0) == 1, process.describe()
+    after = [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".log"]
+    assert after == before
+    lines = process.output.splitlines()
+    assert lines[-1].startswith("error: "), process.output
+    return lines[-1]
+
+
+def test_a_recording_of_one_camera_is_refused(start_process, demo, tmp_path):
+    joints = ",".join(f"{joint}_{x}" for joint in JOINTS for x in ("x", "y", "z", "state"))
+    rows = [f"left,{0.033 * i:.3f},a{',0,0,2,2' * len(JOINTS)}" for i in range(30)]
+    (tmp_path / "one.csv").write_text(
+        "\n".join([f"sensor,host_time_s,person,{joints}", *rows]) + "\n"
+    )
+    line = refused(start_process, demo, ["one.csv"], tmp_path)
+    assert "1 camera (left)" in line
+
+
+def test_a_missing_recording_is_refused(start_process, demo, tmp_path):
+    assert "none.csv" in refused(start_process, demo, ["none.csv"], tmp_path)
+
+
+def test_an_unknown_choreography_is_refused(start_process, demo, tmp_path):
+    line = refused(start_process, demo, ["--choreography", "tango"], tmp_path)
+    assert "tango" in line
+
+
+def test_an_interrupt_stops_everything_and_leaves_nothing(start_process, demo, tmp_path):
+    work = tmp_path / "work"
+    work.mkdir()
+    process = start_process([demo, "--duration", "20"], cwd=work)
+    process.wait_for_output(r"^running", timeout_s=60.0)
+    assert process.stop() == 130, process.describe()
+    assert list(work.iterdir()) == []
+    assert start_process.living() == []
