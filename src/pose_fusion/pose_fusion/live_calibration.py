@@ -69,7 +69,13 @@ class LiveCalibration:
     def status(self) -> str:
         """The state, for people: what is missing, or what was reached."""
         if self.state is not CalibrationState.COLLECTING:
-            return self.state.value
+            residuals = {} if self.extrinsics is None else self.extrinsics.residuals
+            reached = [
+                f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "
+                "uncalibrated)"
+                for name, pair in residuals.items()
+            ]
+            return f"{self.state.value}: {', '.join(reached)}" if reached else self.state.value
         if self._refusal:
             return f"collecting: {self._refusal}"
         silent = [name for name in self.parameters.sensors if not self.aligner.has_heard(name)]
