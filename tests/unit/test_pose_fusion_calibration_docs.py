@@ -3,7 +3,6 @@
 import re
 
 from conftest import ROOT
-
 from pose_common.parameters import markdown_table
 from pose_fusion.calibration_parameters import LiveCalibrationParameters
 
