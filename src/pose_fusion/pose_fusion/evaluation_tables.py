@@ -12,6 +12,7 @@ from rich.text import Text
 from pose_common.joints import SIDES
 from pose_fusion.agreement import Agreement, ViewAgreement
 from pose_fusion.evaluation import Evaluation, MethodScores
+from pose_fusion.evaluation_methods import FUSED
 from pose_fusion.joint_angles import ANGLES
 
 UNKNOWN = "–"
@@ -139,6 +140,8 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
         tables.append(views)
         tables += [_angle_difference_table(view) for view in agreement.views]
     steady = _table("Are bones constant, is motion smooth?")
+    if FUSED in agreement.steadiness:
+        steady.caption = Text("fused: bone lengths are the body model's, constant by construction")
     for heading in ("method", "frames", "gaps > 0.2 s", "longest", "bone CV", "bone SD", "jerk"):
         steady.add_column(heading, justify="left" if heading == "method" else "right")
     for name, each in agreement.steadiness.items():

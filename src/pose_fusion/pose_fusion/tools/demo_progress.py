@@ -35,17 +35,18 @@ def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Consol
         task = progress.add_task("starting", total=duration_s, counts="")
         while True:
             passed_s = (time.time_ns() - start_at_ns) / NS_PER_S
+            shown_s = min(max(passed_s, 0.0), duration_s)
             graph.check()
             description, counts = describe(graph.nodes, passed_s, duration_s)
             progress.update(
                 task,
-                completed=min(max(passed_s, 0.0), duration_s),
+                completed=shown_s,
                 description=description,
                 counts=counts,
             )
             if not console.is_terminal and passed_s >= next_line_s:
                 next_line_s += PLAIN_LINE_S
-                console.print(f"{description} {passed_s:.0f}/{duration_s:.0f} s  {counts}")
+                console.print(f"{description} {shown_s:.0f}/{duration_s:.0f} s  {counts}")
             if passed_s > duration_s + TAIL_S:
                 return
             time.sleep(POLL_S)

@@ -93,6 +93,7 @@ def _print_counts(
 ) -> None:
     """Frames in and out, what was lost, latency."""
     sensors = {name: each for name, each in methods.items() if name not in (MEAN, FUSED)}
+    console.print()
     for name in sensors:
         _line(console, f"kinect_{name}", _sensor_text(bag, run, name))
     imus = [topic for topic in bag.topics if topic.endswith("/data") and "/imu_" in topic]

@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+from moving_body import motion
+
+from pose_common.bags import BagWriter, make_typestore, open_bag
+from pose_common.errors import InputError
+from pose_common.joints import JOINTS
+from pose_fusion.evaluation_methods import methods_of_bag
+
+TYPES = make_typestore().types
+POINT = TYPES["geometry_msgs/msg/Point"]
+
+
+def header(stamp_ns, frame):
+    seconds, nanoseconds = divmod(int(stamp_ns), 10**9)
+    stamp = TYPES["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
+    return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
+
+
+def skeletons(series):
+    for stamp_ns, positions, state in zip(
+        series.stamps_ns, series.positions, series.tracking_state, strict=True
+    ):
+        yield (
+            int(stamp_ns),
+            TYPES["pose_msgs/msg/Skeleton"](
+                header=header(stamp_ns, "map"),
+                id="1",
+                name=list(JOINTS),
+                position=[POINT(*map(float, position)) for position in positions],
+                tracking_state=state,
+            ),
+        )
+
+
+def static_transform(child):
+    vector = TYPES["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=1.0)
+    quaternion = TYPES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0)
+    return TYPES["geometry_msgs/msg/TransformStamped"](
+        header=header(0, "map"),
+        child_frame_id=child,
+        transform=TYPES["geometry_msgs/msg/Transform"](translation=vector, rotation=quaternion),
+    )
+
+
+@pytest.fixture
+def make_bag(tmp_path):
+    def make(sensors=("left", "right"), placed=("left", "right"), fused=True):
+        path = tmp_path / "bag"
+        with BagWriter(path) as bag:
+            frames = [static_transform(f"kinect_{name}_optical_frame") for name in placed]
+            if frames:
+                bag.write("/tf_static", TYPES["tf2_msgs/msg/TFMessage"](transforms=frames), 0)
+            for index, name in enumerate(sensors):
+                series = motion(rate=30.0, duration_s=2.0, begin_s=0.01 * index)
+                for stamp_ns, skeleton in skeletons(series):
+                    seen = TYPES["pose_msgs/msg/SkeletonArray"](
+                        header=skeleton.header, skeletons=[skeleton]
+                    )
+                    bag.write(f"/kinect_{name}/skeletons", seen, stamp_ns)
+            for stamp_ns, skeleton in skeletons(motion(rate=30.0, duration_s=2.0)) if fused else ():
+                bag.write("/humans/bodies/subject/skeleton", skeleton, stamp_ns)
+        return path
+
+    return make
+
+
+def methods(path):
+    with open_bag(path) as bag:
+        return methods_of_bag(bag)
+
+
+def test_a_bag_s_methods_are_its_sensors_their_mean_and_the_fused_result(make_bag):
+    assert list(methods(make_bag())) == ["left", "right", "mean", "fused"]
+
+
+def test_raw_views_stay_in_their_sensor_s_frame_and_the_mean_is_in_map(make_bag):
+    found = methods(make_bag())
+    expected = motion(rate=30.0, duration_s=2.0)
+    np.testing.assert_allclose(found["left"].positions, expected.positions)
+    above = found["mean"].positions[5, 0] - expected.at(found["mean"].stamps_ns)[5, 0]
+    np.testing.assert_allclose(above, [0.0, 0.0, 1.0], atol=0.01)
+
+
+def test_without_all_extrinsics_there_is_no_mean(make_bag):
+    assert list(methods(make_bag(placed=("left",)))) == ["left", "right", "fused"]
+
+
+def test_one_sensor_has_no_mean(make_bag):
+    assert list(methods(make_bag(sensors=("left",)))) == ["left", "fused"]
+
+
+def test_a_bag_that_was_not_fused_has_its_raw_methods(make_bag):
+    assert list(methods(make_bag(fused=False))) == ["left", "right", "mean"]
+
+
+def test_a_bag_without_sensors_is_refused(make_bag):
+    path = make_bag(sensors=())
+    with pytest.raises(InputError, match="holds no skeletons"):
+        methods(path)
