@@ -156,3 +156,11 @@ def test_a_failed_graph_is_told_by_its_most_telling_line(tmp_path, log, told):
     assert told in str(error)
     assert "\n" not in str(error)
     assert "graph.log" in str(error)
+
+
+def test_devices_that_fall_silent_at_the_end_are_no_warning():
+    nodes = {"/imu_bridge": NodeStatus(level=2, message="the port was lost")}
+    assert describe(nodes, 11.0, 10.0) == (
+        "stopping",
+        "frames in 0, joint states out 0, warnings 0",
+    )

@@ -4,6 +4,7 @@ import time
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Column
 
 from pose_fusion.tools.demo_processes import LiveGraph, NodeStatus
 
@@ -26,7 +27,7 @@ def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Consol
         GraphError: If the graph fails meanwhile.
     """
     columns = (
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", table_column=Column(no_wrap=True, min_width=8)),
         BarColumn(bar_width=24),
         TextColumn("{task.completed:.0f}/{task.total:.0f} s  {task.fields[counts]}"),
     )
@@ -64,10 +65,14 @@ def describe(nodes: dict[str, NodeStatus], passed_s: float, duration_s: float) -
         return f"starting, {len(nodes)} nodes are up", ""
     frames = sum(node.count("frames_published") for node in nodes.values())
     out = sum(node.count("estimates") for node in nodes.values())
+    # At the end the devices fall silent, as they should.
+    is_over = passed_s > duration_s
     complaints = [
-        f"{name.lstrip('/')}: {node.message}" for name, node in nodes.items() if node.level
+        f"{name.lstrip('/')}: {node.message}"
+        for name, node in nodes.items()
+        if node.level and not is_over
     ]
     counts = f"frames in {frames}, joint states out {out}, warnings {len(complaints)}"
     if complaints:
         counts += f" ({complaints[0]})"
-    return "stopping" if passed_s > duration_s else "running", counts
+    return "stopping" if is_over else "running", counts
