@@ -1,3 +1,4 @@
+# shellcheck shell=bash
 # Sourced, never run: where the prepared environment lies, and how to enter it.
 #
 # POSE_HOME        what `prepare.sh` builds (default: .pose in the checkout)

@@ -106,8 +106,10 @@ colcon_build() {
         if [ "$2" != "$POSE_HOME/underlay" ] && [ -d "$POSE_HOME/underlay/install" ]; then
             source_setup "$POSE_HOME/underlay/install/local_setup.bash"
         fi
-        mkdir -p "$2"
+        mkdir -p "$2"/{build,install}
         cd "$2"
+        # Links to files that were removed or renamed: colcon would stumble over them.
+        find build install -xtype l -delete
         export PYTHONWARNINGS=ignore COLCON_LOG_PATH="$2/log"
         colcon build --symlink-install --base-paths "$1" --build-base "$2/build" \
             --install-base "$2/install" --event-handlers console_cohesion+ \
