@@ -152,7 +152,7 @@ esac
 cd "$POSE_ROOT"
 mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp"
 exec 9>"$POSE_HOME/lock"
-flock -n 9 || {
+flock -w 2 9 || { # one that finds nothing to do is quicker
     say "another preparation is running: waiting for it"
     flock 9
 }

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("prepare")]
 
 ROOT = Path(__file__).resolve().parents[2]
 POSE = ROOT / "pose"
