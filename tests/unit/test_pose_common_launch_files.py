@@ -347,3 +347,16 @@ def test_an_argument_that_an_include_decides_cannot_be_given(evaluate, package):
     assert [argument.name for argument in evaluate(text).arguments] == ["rate"]
     with pytest.raises(LaunchError, match="no argument 'side': there are rate"):
         evaluate(text, side="right")
+
+
+def test_a_required_argument_has_to_be_passed_by_the_include(evaluate, package):
+    """As for ``ros2 launch``, which looks no further than the include."""
+    (package / "share/demo_pkg/launch/part.launch.yaml").write_text("launch: [arg: {name: side}]\n")
+    text = """\
+        launch:
+        - arg: {name: side}
+        - include: {file: "$(find-pkg-share demo_pkg)/launch/part.launch.yaml"}
+        """
+
+    with pytest.raises(LaunchError, match="what includes this file has to pass it"):
+        evaluate(text, side="left")

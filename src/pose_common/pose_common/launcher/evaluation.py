@@ -46,6 +46,7 @@ class _State:
     variables: dict[str, str]
     environment: dict[str, str] = field(default_factory=dict)  # set by the file, beside ours
     file: Path = Path()
+    passed: frozenset[str] | None = None  # arguments that the include passes; None: no include
     depth: int = 0
 
 
@@ -126,14 +127,14 @@ class Evaluation:
             return False
         return unwanted is None or not condition(unwanted, self._scope(), entity.place_of("unless"))
 
-    def _evaluate_file(self, file: Path) -> None:
+    def _evaluate_file(self, file: Path, passed: frozenset[str] | None = None) -> None:
         if self._state.depth > DEEPEST_INCLUDE:
             raise LaunchError(None, f"{file} includes itself")
-        before = self._state.file
-        self._state.file = file
+        before = self._state.file, self._state.passed
+        self._state.file, self._state.passed = file, passed
         self._state.depth += 1
         self._evaluate(read_launch_file(file))
-        self._state.file = before
+        self._state.file, self._state.passed = before
         self._state.depth -= 1
 
     def _evaluate(self, parent: Entity) -> None:
@@ -169,6 +170,13 @@ class Evaluation:
             self._arguments.setdefault(
                 name,
                 Argument(name=name, default=default, description=description, choices=choices),
+            )
+        passed = self._state.passed
+        if default is None and passed is not None and name not in passed:
+            raise LaunchError(
+                entity.place,
+                f"the argument '{name}' has no default: what includes this file has to pass it"
+                " ('ros2 launch' insists)",
             )
         if name not in self._state.variables:
             if default is None and not self._describe:
@@ -209,9 +217,10 @@ class Evaluation:
             for argument in entity.parts("arg")
         ]
         self._state.variables.update(arguments)
-        self._settled.update(name for name, _ in arguments)
+        names = frozenset(name for name, _ in arguments)
+        self._settled |= names
         if file.is_file():
-            self._evaluate_file(file)
+            self._evaluate_file(file, names)
         elif not self._describe:
             raise LaunchError(place, f"found no launch file {file}")
 
