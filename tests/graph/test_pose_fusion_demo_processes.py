@@ -7,7 +7,7 @@ import pytest
 
 from pose_common.bags import open_bag
 from pose_common.joints import JOINTS
-from pose_fusion.joint_angles import ANGLES
+from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.tools.demo_processes import executable
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("demo")]

@@ -10,8 +10,8 @@ from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_sampl
 from pose_common.bags import BagWriter, open_bag
 from pose_common.joints import JOINTS
 from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.fusion_pipeline import FusionPipeline
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
 
 BODY = "/humans/bodies/subject"
 FUSE = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion/fuse"

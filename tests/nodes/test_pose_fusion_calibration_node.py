@@ -14,11 +14,11 @@ from walking_person import LEFT, POSES, RIGHT, angle_deg, samples
 from pose_common.conversions import ns_to_stamp
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import JOINTS
-from pose_fusion.bags import transforms_to_map
-from pose_fusion.extrinsics import extrinsics_from_map
-from pose_fusion.extrinsics_file import load_extrinsics, save_extrinsics
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
+from pose_fusion.calibration.extrinsics_file import load_extrinsics, save_extrinsics
+from pose_fusion.calibration.rigid_transform import inverse
 from pose_fusion.nodes.calibration import CalibrationNode
-from pose_fusion.rigid_transform import inverse
+from pose_fusion.streams.bags import transforms_to_map
 
 TRUE = inverse(LEFT) @ RIGHT
 LATCHED = QoSProfile(

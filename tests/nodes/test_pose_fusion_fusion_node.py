@@ -12,10 +12,10 @@ from tf2_msgs.msg import TFMessage
 from pose_common.conversions import stamp_to_ns
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import JOINTS
+from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.conversions import _points, to_header, to_static_tf
-from pose_fusion.extrinsics_file import save_extrinsics
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.fusion_pipeline import FusionPipeline
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.nodes.fusion import FusionNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -125,7 +125,7 @@ def test_extrinsics_may_come_later_by_static_transforms(ros_context, make_fusion
 def test_a_broken_skeleton_is_counted_and_shown_in_diagnostics(
     ros_context, make_fusion, feed, samples
 ):
-    fusion = make_fusion()
+    make_fusion()
     reports = ros_context.collect(DiagnosticArray, "/diagnostics", 10)
     node = ros_context.make_node("broken")
     publisher = node.create_publisher(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_fusion.rigid_transform import (
+from pose_fusion.calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform,
     estimate_rigid_transform_robustly,

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.joint_angles import ANGLES, joint_angles
+from pose_fusion.body.joint_angles import ANGLES, joint_angles
 
 
 @pytest.fixture

@@ -5,14 +5,14 @@ import pytest
 
 from kinect_bridge.formats import read_recording
 from kinect_bridge.timeline import make_timeline
-from pose_fusion.rigid_transform import (
+from pose_fusion.calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform,
     transformed,
 )
-from pose_fusion.samples import SkeletonSample
-from pose_fusion.session_calibration import calibrate
-from pose_fusion.time_alignment import TimeAligner
+from pose_fusion.calibration.session_calibration import calibrate
+from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.time_alignment import TimeAligner
 
 pytestmark = pytest.mark.data
 

@@ -6,10 +6,10 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_common.joints import JOINT_INDEX, TrackingState
-from pose_fusion.estimates import Source
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.fusion_pipeline import FusionPipeline
-from pose_fusion.samples import ImuSample, SkeletonSample
+from pose_fusion.fusion.estimates import Source
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.samples import ImuSample, SkeletonSample
 
 IMU_SEGMENTS = ("torso", "left_upper_arm", "left_forearm", "left_thigh", "left_shank")
 IMU_NS = 10_000_000

@@ -3,11 +3,11 @@
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
-from pose_fusion.body_model import load_body_model
-from pose_fusion.body_shape import BodyShape
-from pose_fusion.extrinsics import Extrinsics
-from pose_fusion.kinematics import ForwardKinematics
-from pose_fusion.samples import SkeletonSample
+from pose_fusion.body.kinematics import ForwardKinematics
+from pose_fusion.body.model import load_body_model
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.streams.samples import SkeletonSample
 
 FRAME_NS = 33_333_333
 MODEL = load_body_model("li2020")

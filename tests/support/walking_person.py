@@ -4,8 +4,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.samples import SkeletonSample
-from pose_fusion.time_alignment import AlignedFrame
+from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.time_alignment import AlignedFrame
 
 NS = 1_000_000_000
 ANKLE = 0.07  # [m] above the floor

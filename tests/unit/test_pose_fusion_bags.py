@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 from pose_common.bags import BagWriter, make_typestore, open_bag
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.bags import (
+from pose_fusion.streams.bags import (
     BagSamples,
     body_topic,
     read_body_series,
@@ -14,7 +14,7 @@ from pose_fusion.bags import (
     read_sensor_series,
     sensor_topics,
 )
-from pose_fusion.samples import ImuSample, SkeletonSample
+from pose_fusion.streams.samples import ImuSample, SkeletonSample
 
 TYPES = make_typestore().types
 MS = 1_000_000

@@ -4,9 +4,9 @@ from synthetic_body import MODEL, SHAPE, kinematics, motion, random_dof
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.body_measuring import BodyMeasuring
-from pose_fusion.body_model import load_body_model, parse_body_model
-from pose_fusion.body_shape import (
+from pose_fusion.body.measuring import BodyMeasuring
+from pose_fusion.body.model import load_body_model, parse_body_model
+from pose_fusion.body.shape import (
     BodyShapeError,
     estimate_body_shape,
     load_body_shape,

@@ -7,8 +7,8 @@ from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_common.bags import BagWriter, make_typestore
 from pose_common.joints import JOINTS
-from pose_fusion.extrinsics_file import load_extrinsics
-from pose_fusion.rigid_transform import inverse
+from pose_fusion.calibration.extrinsics_file import load_extrinsics
+from pose_fusion.calibration.rigid_transform import inverse
 from pose_fusion.tools import calibrate
 
 TYPES = make_typestore().types

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from walking_person import samples
 
-from pose_fusion.clock_offset import ClockOffset, estimate_clock_offset
+from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_offset
 
 
 def streams(**options):

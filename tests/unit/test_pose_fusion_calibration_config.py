@@ -2,7 +2,7 @@
 
 from conftest import ROOT
 from pose_common.parameters import from_ros_yaml
-from pose_fusion.calibration_parameters import LiveCalibrationParameters
+from pose_fusion.calibration.parameters import LiveCalibrationParameters
 
 
 def test_the_parameter_file_holds_known_parameters_with_their_defaults():

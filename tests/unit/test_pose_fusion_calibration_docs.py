@@ -4,7 +4,7 @@ import re
 
 from conftest import ROOT
 from pose_common.parameters import markdown_table
-from pose_fusion.calibration_parameters import LiveCalibrationParameters
+from pose_fusion.calibration.parameters import LiveCalibrationParameters
 
 
 def test_the_table_of_parameters_is_the_declared_one():

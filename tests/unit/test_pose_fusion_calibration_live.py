@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from walking_person import LEFT, POSES, RIGHT, angle_deg, samples
 
-from pose_fusion.calibration_parameters import CalibrationParameters, LiveCalibrationParameters
-from pose_fusion.extrinsics import extrinsics_from_map
-from pose_fusion.live_calibration import CalibrationState, LiveCalibration
-from pose_fusion.rigid_transform import inverse
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
+from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
+from pose_fusion.calibration.parameters import CalibrationParameters, LiveCalibrationParameters
+from pose_fusion.calibration.rigid_transform import inverse
 
 TRUE = inverse(LEFT) @ RIGHT
 

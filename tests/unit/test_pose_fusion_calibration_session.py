@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_fusion.rigid_transform import CalibrationError, inverse
-from pose_fusion.session_calibration import calibrate
+from pose_fusion.calibration.rigid_transform import CalibrationError, inverse
+from pose_fusion.calibration.session_calibration import calibrate
 
 TRUE = inverse(LEFT) @ RIGHT
 

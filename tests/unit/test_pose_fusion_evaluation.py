@@ -5,15 +5,15 @@ from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.evaluation import (
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.scores import (
     common_window,
     evaluate,
     joint_errors_mm,
     score_angle,
     score_method,
 )
-from pose_fusion.joint_angles import ANGLES
-from pose_fusion.time_shift import estimate_time_shift
+from pose_fusion.evaluation.time_shift import estimate_time_shift
 
 
 @pytest.mark.parametrize("shift_s", [0.0437, -0.1212, 0.0])

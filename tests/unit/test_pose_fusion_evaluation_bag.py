@@ -5,7 +5,7 @@ from moving_body import motion
 from pose_common.bags import BagWriter, make_typestore, open_bag
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
-from pose_fusion.evaluation_methods import methods_of_bag
+from pose_fusion.evaluation.methods import methods_of_bag
 
 TYPES = make_typestore().types
 POINT = TYPES["geometry_msgs/msg/Point"]

@@ -2,8 +2,13 @@ import numpy as np
 import pytest
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.series import SkeletonSeries
-from pose_fusion.stability import bone_length_cv_percent, bone_length_sd_mm, bone_lengths, rms_jerk
+from pose_fusion.evaluation.stability import (
+    bone_length_cv_percent,
+    bone_length_sd_mm,
+    bone_lengths,
+    rms_jerk,
+)
+from pose_fusion.streams.series import SkeletonSeries
 
 
 def series(positions, rate=30.0):

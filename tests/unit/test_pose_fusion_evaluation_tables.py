@@ -7,9 +7,9 @@ from moving_body import motion
 from rich.console import Console
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.agreement import measure_agreement
-from pose_fusion.evaluation import evaluate
-from pose_fusion.evaluation_tables import (
+from pose_fusion.evaluation.agreement import measure_agreement
+from pose_fusion.evaluation.scores import evaluate
+from pose_fusion.evaluation.tables import (
     agreement_csv,
     agreement_tables,
     evaluation_csv,

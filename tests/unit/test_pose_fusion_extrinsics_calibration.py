@@ -15,14 +15,14 @@ from walking_person import (
 
 from pose_common.errors import ParameterError, PoseError
 from pose_common.joints import JOINT_INDEX, TrackingState
-from pose_fusion.extrinsics import extrinsics_from_map
-from pose_fusion.extrinsics_calibration import (
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
+from pose_fusion.calibration.extrinsics_calibration import (
     MAX_KEPT_FRAMES,
     CalibrationLimits,
     ExtrinsicsCalibrator,
 )
-from pose_fusion.rigid_transform import CalibrationError, inverse, transformed
-from pose_fusion.time_alignment import AlignedFrame
+from pose_fusion.calibration.rigid_transform import CalibrationError, inverse, transformed
+from pose_fusion.streams.time_alignment import AlignedFrame
 
 TRUE = inverse(LEFT) @ RIGHT
 PERSON = np.array([[0.0, 0.0, 2.5]])  # [m] where the person is, as the right sensor sees it

@@ -6,9 +6,13 @@ import yaml
 from walking_person import POSES, frames
 
 from pose_common.errors import InputError
-from pose_fusion.extrinsics import extrinsics_from_map
-from pose_fusion.extrinsics_calibration import ExtrinsicsCalibrator
-from pose_fusion.extrinsics_file import load_extrinsics, load_extrinsics_of, save_extrinsics
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
+from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_fusion.calibration.extrinsics_file import (
+    load_extrinsics,
+    load_extrinsics_of,
+    save_extrinsics,
+)
 
 
 @pytest.fixture(scope="module")

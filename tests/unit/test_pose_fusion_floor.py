@@ -5,7 +5,7 @@ import pytest
 from walking_person import ANKLE, frames, person_at, sensor_pose
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.floor import (
+from pose_fusion.calibration.floor import (
     FEET,
     KNOWN_MOUNTING,
     LEVEL_SENSOR,
@@ -13,7 +13,7 @@ from pose_fusion.floor import (
     KnownMounting,
     estimate_floor,
 )
-from pose_fusion.rigid_transform import CalibrationError
+from pose_fusion.calibration.rigid_transform import CalibrationError
 
 FEET_JOINTS = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 

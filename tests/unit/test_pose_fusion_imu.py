@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_fusion.imu_alignment import ImuAlignment
-from pose_fusion.imu_track import ImuState, ImuTrack
-from pose_fusion.imu_weighting import fuse_limb, fuse_trunk, minimum_variance_weights
-from pose_fusion.joint_angles import ANGLES
-from pose_fusion.samples import ImuSample
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.imu.alignment import ImuAlignment
+from pose_fusion.imu.track import ImuState, ImuTrack
+from pose_fusion.imu.weighting import fuse_limb, fuse_trunk, minimum_variance_weights
+from pose_fusion.streams.samples import ImuSample
 
 MS = 1_000_000
 

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.joint_angles import ANGLES, joint_angles, unwrapped, wrapped
+from pose_fusion.body.joint_angles import ANGLES, joint_angles, unwrapped, wrapped
 
 NEUTRAL = {
     "head": (0.0, 0.0, 1.7),

@@ -10,9 +10,9 @@ from imu_bridge.parameters import ImuBridgeParameters
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_common.launcher.evaluation import Evaluation
 from pose_common.parameters import from_mapping, from_ros_yaml
-from pose_fusion.calibration_parameters import LiveCalibrationParameters
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.recorder_parameters import RecorderParameters
+from pose_fusion.calibration.parameters import LiveCalibrationParameters
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.recording.recorder_parameters import RecorderParameters
 
 SRC = Path(__file__).resolve().parents[2] / "src"
 FILES = sorted(SRC.glob("*/launch/*.launch.yaml"))

@@ -1,6 +1,10 @@
 import numpy as np
 
-from pose_fusion.measurement_noise import LARGEST_NOISE, fuse_measurements, measurement_noise
+from pose_fusion.filters.measurement_noise import (
+    LARGEST_NOISE,
+    fuse_measurements,
+    measurement_noise,
+)
 
 
 def test_noise_is_the_square_of_the_inverse_density():

@@ -4,7 +4,7 @@ import pytest
 
 from pose_common.bags import BagWriter, open_bag
 from pose_common.errors import InputError
-from pose_fusion.playback import NS_PER_S, PlaybackClock, Playlist
+from pose_fusion.recording.playback import NS_PER_S, PlaybackClock, Playlist
 
 T0 = 1_000 * NS_PER_S
 

@@ -4,10 +4,10 @@ from pathlib import Path
 import pytest
 
 from pose_common.parameters import from_mapping, markdown_table, values_from_ros_yaml
-from pose_fusion.calibration_parameters import LiveCalibrationParameters
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.player_parameters import PlayerParameters
-from pose_fusion.recorder_parameters import RecorderParameters
+from pose_fusion.calibration.parameters import LiveCalibrationParameters
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.recording.player_parameters import PlayerParameters
+from pose_fusion.recording.recorder_parameters import RecorderParameters
 
 PACKAGE = Path(__file__).parents[2] / "src" / "pose_fusion"
 NODES = {

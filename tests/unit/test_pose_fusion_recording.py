@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Reader
 
 from pose_common.bags import make_typestore, open_bag
 from pose_common.errors import InputError
-from pose_fusion.recording import Recording, RecordingError
+from pose_fusion.recording.recording import Recording, RecordingError
 
 STORAGES = ("mcap", "sqlite3")
 FOREVER = QosTime(9223372036, 854775807)

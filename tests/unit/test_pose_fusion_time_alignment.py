@@ -5,8 +5,8 @@ import pytest
 
 from pose_common.errors import ParameterError
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_fusion.samples import SkeletonSample
-from pose_fusion.time_alignment import TimeAligner
+from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.time_alignment import TimeAligner
 
 MS = 1_000_000
 

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, SHAPE, kinematics, random_dof
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.body_model import ROOT_DOF
-from pose_fusion.urdf import make_urdf
+from pose_fusion.body.model import ROOT_DOF
+from pose_fusion.body.urdf import make_urdf
 
 
 def vector(text):

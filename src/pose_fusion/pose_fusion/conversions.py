@@ -16,11 +16,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pose_common.conversions import ns_to_stamp
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_fusion.body_model import ROOT_DOF, BodyModel
-from pose_fusion.estimates import BodyEstimate
-from pose_fusion.extrinsics import Extrinsics
-from pose_fusion.samples import FloatArray
-from pose_fusion.urdf import link_frame
+from pose_fusion.body.model import ROOT_DOF, BodyModel
+from pose_fusion.body.urdf import link_frame
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.streams.samples import FloatArray
 
 WORLD_FRAME = "map"
 BONE_WIDTH = 0.03  # [m]

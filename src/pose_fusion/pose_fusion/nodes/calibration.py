@@ -17,12 +17,12 @@ from pose_common.errors import InputError
 from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
-from pose_fusion.bags import skeleton_samples
-from pose_fusion.calibration_parameters import LiveCalibrationParameters
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
+from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.conversions import to_extrinsics_messages, to_static_tf
-from pose_fusion.extrinsics import Extrinsics
-from pose_fusion.extrinsics_file import load_extrinsics_of, save_extrinsics
-from pose_fusion.live_calibration import CalibrationState, LiveCalibration
+from pose_fusion.streams.bags import skeleton_samples
 
 
 class CalibrationNode(Node):

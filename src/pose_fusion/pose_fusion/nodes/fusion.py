@@ -18,16 +18,16 @@ from pose_common.joints import SEGMENTS
 from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
-from pose_fusion.bags import imu_sample, skeleton_samples, transforms_to_map
-from pose_fusion.body_shape import BodyShape, load_body_shape, save_body_shape
+from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape
+from pose_fusion.body.urdf import make_urdf
+from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
 from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
-from pose_fusion.estimates import BodyEstimate
-from pose_fusion.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.extrinsics_file import load_extrinsics_of
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.fusion_pipeline import FusionPipeline
-from pose_fusion.person_selection import PersonSelector
-from pose_fusion.urdf import make_urdf
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.bags import imu_sample, skeleton_samples, transforms_to_map
+from pose_fusion.streams.person_selection import PersonSelector
 
 NS_PER_S = 1_000_000_000
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost

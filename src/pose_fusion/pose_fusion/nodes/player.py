@@ -25,8 +25,8 @@ from pose_common.nodes.running import run_node
 from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
-from pose_fusion.playback import NS_PER_S, PlaybackClock, Playlist
-from pose_fusion.player_parameters import PlayerParameters
+from pose_fusion.recording.playback import NS_PER_S, PlaybackClock, Playlist
+from pose_fusion.recording.player_parameters import PlayerParameters
 
 LEAST_DEPTH = 100  # [messages] queue of a publisher
 MOST_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers

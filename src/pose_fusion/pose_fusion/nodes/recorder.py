@@ -24,8 +24,8 @@ from pose_common.nodes.running import run_node
 from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
-from pose_fusion.recorder_parameters import RecorderParameters
-from pose_fusion.recording import Recording
+from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.recording import Recording
 
 DISCOVERY_PERIOD_S = 0.2
 FLUSH_PERIOD_S = 1.0

@@ -14,14 +14,14 @@ from pose_common.command_line import run_tool
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
 from pose_common.parameters import add_arguments, from_arguments
-from pose_fusion.bags import BagSamples, sensor_topics
-from pose_fusion.calibration_parameters import CalibrationParameters
-from pose_fusion.extrinsics import PairResiduals
-from pose_fusion.extrinsics_file import save_extrinsics
-from pose_fusion.rigid_transform import CalibrationError
-from pose_fusion.samples import SkeletonSample
-from pose_fusion.session_calibration import SessionCalibration, calibrate
-from pose_fusion.single_person import SinglePersonSelector
+from pose_fusion.calibration.extrinsics import PairResiduals
+from pose_fusion.calibration.extrinsics_file import save_extrinsics
+from pose_fusion.calibration.parameters import CalibrationParameters
+from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.calibration.session_calibration import SessionCalibration, calibrate
+from pose_fusion.streams.bags import BagSamples, sensor_topics
+from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.single_person import SinglePersonSelector
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:

@@ -8,25 +8,25 @@ from rich.console import Console
 from rich.text import Text
 
 from pose_common.bags import BagReader, open_bag
-from pose_fusion.agreement import measure_agreement
-from pose_fusion.bags import body_topic, read_body_series, read_estimates, read_extrinsics
-from pose_fusion.evaluation import evaluate
-from pose_fusion.evaluation_methods import FUSED, MEAN, methods_of_bag
-from pose_fusion.evaluation_tables import (
-    agreement_csv,
-    agreement_tables,
-    evaluation_csv,
-    evaluation_markdown,
-    evaluation_table,
-)
-from pose_fusion.plots import (
+from pose_fusion.evaluation.agreement import measure_agreement
+from pose_fusion.evaluation.methods import FUSED, MEAN, methods_of_bag
+from pose_fusion.evaluation.plots import (
     REFERENCE,
     angles_figure,
     bone_lengths_figure,
     errors_figure,
     save_figure,
 )
-from pose_fusion.series import SkeletonSeries
+from pose_fusion.evaluation.scores import evaluate
+from pose_fusion.evaluation.tables import (
+    agreement_csv,
+    agreement_tables,
+    evaluation_csv,
+    evaluation_markdown,
+    evaluation_table,
+)
+from pose_fusion.streams.bags import body_topic, read_body_series, read_estimates, read_extrinsics
+from pose_fusion.streams.series import SkeletonSeries
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
 
 TRUTH_NAMESPACE = "/truth"

@@ -11,8 +11,11 @@ from pose_common.bags import BagReader, BagWriter, open_bag
 from pose_common.command_line import run_tool
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
-from pose_fusion.bags import BagSamples, read_extrinsics, sensor_topics
-from pose_fusion.body_shape import load_body_shape
+from pose_fusion.body.shape import load_body_shape
+from pose_fusion.body.urdf import make_urdf
+from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
+from pose_fusion.calibration.session_calibration import calibrate
 from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
@@ -22,14 +25,11 @@ from pose_fusion.conversions import (
     type_name,
     urdf_topic,
 )
-from pose_fusion.estimates import BodyEstimate
-from pose_fusion.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.extrinsics_file import load_extrinsics_of
-from pose_fusion.fusion_parameters import FusionParameters
-from pose_fusion.fusion_pipeline import FusionPipeline
-from pose_fusion.samples import SkeletonSample
-from pose_fusion.session_calibration import calibrate
-from pose_fusion.urdf import make_urdf
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
+from pose_fusion.streams.samples import SkeletonSample
 
 NS_PER_S = 1_000_000_000
 TF_STATIC = "/tf_static"

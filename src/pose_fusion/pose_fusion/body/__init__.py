@@ -1,0 +1,1 @@
+"""A person's kinematic tree: model, measures, kinematics, angles."""

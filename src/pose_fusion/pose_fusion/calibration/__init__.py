@@ -1,0 +1,1 @@
+"""Where the sensors stand, and how their clocks differ: li2020 (1)."""

@@ -1,0 +1,70 @@
+"""Where the sensors stand, as values (li2020 (1)).
+
+``T_reference_sensor`` maps a sensor's points into the frame of the reference, which is the first
+sensor; ``T_map_reference`` maps those into the world.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pose_fusion.calibration.floor import FloorEstimate
+from pose_fusion.calibration.rigid_transform import inverse
+from pose_fusion.streams.samples import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairResiduals:
+    """How well one sensor agrees with the reference, over joints tracked in both."""
+
+    frames: int  # [-] in which both saw the person
+    raw_median: float  # [m] distance of a joint in the two views before calibration
+    raw_rms: float  # [m]
+    median: float  # [m] the same after it
+    rms: float  # [m] all joints, outliers too
+    inlier_rms: float  # [m] without the outliers
+    inlier_share: Mapping[str, float]  # [-] by joint; joints never tracked in both are left out
+    rotation_stddev: float  # [rad] about the least certain axis
+    spread: tuple[float, float, float]  # [m] of the points along their principal axes, RMS
+
+    @property
+    def all_inlier_share(self) -> float:
+        """Share of inliers [-], mean over the joints."""
+        return float(np.mean(list(self.inlier_share.values())))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extrinsics:
+    """Where each sensor stands."""
+
+    reference: str  # the first sensor
+    T_reference_sensor: Mapping[str, FloatArray]  # (4, 4) by sensor, the reference's an identity
+    T_map_reference: FloatArray  # (4, 4)
+    residuals: Mapping[str, PairResiduals] = field(default_factory=dict)  # without the reference
+    floor: FloorEstimate | None = None  # how T_map_reference was found
+    clock_offset_ns: Mapping[str, int] = field(default_factory=dict)  # to subtract from stamps
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """All sensors, the reference first."""
+        return tuple(self.T_reference_sensor)
+
+    def T_map_sensor(self, sensor: str) -> FloatArray:  # noqa: N802 (the name of a matrix)
+        """The transform from a sensor's frame to ``map``, shape (4, 4)."""
+        return self.T_map_reference @ self.T_reference_sensor[sensor]
+
+
+def extrinsics_from_map(T_map_sensor: Mapping[str, FloatArray]) -> Extrinsics:
+    """Extrinsics from each sensor's place in ``map``, (4, 4) by sensor, the reference first."""
+    reference = next(iter(T_map_sensor))
+    T_reference_map = inverse(T_map_sensor[reference])
+    return Extrinsics(
+        reference=reference,
+        T_reference_sensor={
+            name: np.eye(4) if name == reference else T_reference_map @ T
+            for name, T in T_map_sensor.items()
+        },
+        T_map_reference=T_map_sensor[reference],
+        clock_offset_ns=dict.fromkeys(T_map_sensor, 0),
+    )

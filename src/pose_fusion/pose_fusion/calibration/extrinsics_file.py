@@ -1,0 +1,206 @@
+"""The YAML file of a calibration.
+
+.. code-block:: yaml
+
+    version: 1
+    reference: left
+    map:  # T_map_reference: the reference sensor in the world, z up, floor at z = 0
+      translation: [0.0, 0.0, 1.21]  # [m]
+      rotation: [-0.53, 0.53, -0.47, 0.47]  # quaternion x, y, z, w
+      source: upright body and feet
+    sensors:
+      right:  # T_reference_sensor
+        translation: [1.52, -0.04, 0.61]
+        rotation: [0.01, -0.38, 0.02, 0.92]
+        clock_offset_ns: 21500000  # subtract from its stamps
+        residuals: {frames: 1843, median: 0.032, ...}
+
+``residuals`` and what the map came from are for people; a file written by hand does without.
+"""
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from scipy.spatial.transform import Rotation
+
+from pose_common.errors import InputError
+from pose_fusion.calibration.extrinsics import Extrinsics, PairResiduals
+from pose_fusion.streams.samples import FloatArray
+
+VERSION = 1
+UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
+METRE_DIGITS = 6
+QUATERNION_DIGITS = 9
+
+
+def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
+    """Write a calibration, whole or not at all; the same one always gives the same bytes.
+
+    Args:
+        path: The file; one that exists is replaced.
+        extrinsics: The calibration.
+        date: When it was made; left out if empty.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    text = "# Where the sensors stand. Lengths in m, quaternions as x, y, z, w.\n"
+    text += yaml.safe_dump(_document(extrinsics, date), sort_keys=False, default_flow_style=None)
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
+        with os.fdopen(handle, "w") as file:
+            os.fchmod(file.fileno(), 0o644)
+            file.write(text)
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise InputError(f"cannot write the calibration {path}: {error.strerror}") from error
+
+
+def load_extrinsics(path: Path) -> Extrinsics:
+    """Read a calibration; residuals and the floor's report are not read back.
+
+    Raises:
+        InputError: If the file is missing or not such a file.
+    """
+    try:
+        document = yaml.safe_load(path.read_text())
+    except OSError as error:
+        raise InputError(f"cannot read the calibration {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    if not isinstance(document, Mapping):
+        raise InputError(f"{path} holds no calibration: expected 'version', 'reference', 'sensors'")
+    if document.get("version") != VERSION:
+        raise InputError(
+            f"{path} has version {document.get('version')!r}, expected {VERSION}: calibrate again"
+        )
+    reference = document.get("reference")
+    sensors = _mapping(path, document, "sensors")
+    if not isinstance(reference, str) or not reference:
+        raise InputError(f"{path}: reference is {reference!r}, expected the first sensor's name")
+    if reference in sensors:
+        raise InputError(
+            f"{path}: the reference '{reference}' is also among the sensors, but their transforms "
+            "are relative to it: remove one"
+        )
+    T_reference_sensor = {reference: np.eye(4)}
+    clock_offset_ns = {reference: 0}
+    for name in sensors:
+        entry = _mapping(path, sensors, name)
+        T_reference_sensor[str(name)] = _transform(path, name, entry)
+        clock_offset_ns[str(name)] = _integer(path, f"sensors/{name}/clock_offset_ns", entry)
+    return Extrinsics(
+        reference=reference,
+        T_reference_sensor=T_reference_sensor,
+        T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
+        clock_offset_ns=clock_offset_ns,
+    )
+
+
+def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
+    """Read a calibration of certain sensors, the reference first.
+
+    Raises:
+        InputError: If the file is missing, is not such a file, or is of other sensors.
+    """
+    extrinsics = load_extrinsics(path)
+    if extrinsics.reference != sensors[0] or set(extrinsics.sensors) != set(sensors):
+        raise InputError(
+            f"{path} is a calibration of {', '.join(extrinsics.sensors)}, expected one of "
+            f"{', '.join(sensors)}, in this order: name another file, or remove it to calibrate "
+            "again"
+        )
+    return extrinsics
+
+
+def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
+    world: dict[str, Any] = _pose(extrinsics.T_map_reference)
+    floor = extrinsics.floor
+    if floor is not None:
+        world["source"] = floor.source
+        world["vertical_stddev_deg"] = _rounded(np.degrees(floor.up_stddev), 2)
+        world["height_stddev"] = _rounded(floor.height_stddev, 4)
+    sensors = {}
+    for name in extrinsics.sensors:
+        if name == extrinsics.reference:
+            continue
+        entry: dict[str, Any] = _pose(extrinsics.T_reference_sensor[name])
+        entry["clock_offset_ns"] = int(extrinsics.clock_offset_ns.get(name, 0))
+        if name in extrinsics.residuals:
+            entry["residuals"] = _residuals(extrinsics.residuals[name])
+        sensors[name] = entry
+    document = {"version": VERSION, "reference": extrinsics.reference}
+    if date:
+        document["date"] = date
+    return {**document, "map": world, "sensors": sensors}
+
+
+def _pose(T: FloatArray) -> dict[str, Any]:
+    quaternion = Rotation.from_matrix(T[:3, :3]).as_quat()
+    quaternion *= np.sign(quaternion[3]) or 1.0  # of the two that mean the same, one
+    return {
+        "translation": [_rounded(value, METRE_DIGITS) for value in T[:3, 3]],
+        "rotation": [_rounded(value, QUATERNION_DIGITS) for value in quaternion],
+    }
+
+
+def _residuals(pair: PairResiduals) -> dict[str, Any]:
+    return {
+        "frames": pair.frames,
+        "raw_median": _rounded(pair.raw_median, 4),
+        "median": _rounded(pair.median, 4),
+        "inlier_rms": _rounded(pair.inlier_rms, 4),
+        "rotation_stddev_deg": _rounded(np.degrees(pair.rotation_stddev), 3),
+        "inlier_share": {name: _rounded(share, 3) for name, share in pair.inlier_share.items()},
+    }
+
+
+def _rounded(value: float, digits: int) -> float:
+    return round(float(value), digits) + 0.0  # no negative zero
+
+
+def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, Any]:
+    value = parent.get(key)
+    if not isinstance(value, Mapping):
+        raise InputError(f"{path}: '{key}' is {value!r}, expected a mapping")
+    return value
+
+
+def _transform(path: Path, name: Any, entry: Mapping[Any, Any]) -> FloatArray:
+    T = np.eye(4)
+    T[:3, 3] = _numbers(path, name, entry, "translation", 3)
+    quaternion = _numbers(path, name, entry, "rotation", 4)
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1.0) > UNIT_TOLERANCE:
+        raise InputError(
+            f"{path}: the rotation of '{name}' has length {length:.4f}, expected a unit quaternion "
+            "x, y, z, w"
+        )
+    T[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    return T
+
+
+def _numbers(path: Path, name: Any, entry: Mapping[Any, Any], key: str, count: int) -> FloatArray:
+    value = entry.get(key)
+    try:
+        numbers = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape != (count,) or not np.isfinite(numbers).all():
+        raise InputError(f"{path}: the {key} of '{name}' is {value!r}, expected {count} numbers")
+    return numbers
+
+
+def _integer(path: Path, name: str, entry: Mapping[Any, Any]) -> int:
+    value = entry.get("clock_offset_ns", 0)
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise InputError(f"{path}: {name} is {value!r}, expected an integer")
+    return value

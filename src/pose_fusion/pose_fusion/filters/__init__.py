@@ -1,0 +1,1 @@
+"""Filters over the kinematic tree: li2020 (3) to (15)."""

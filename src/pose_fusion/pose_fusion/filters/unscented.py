@@ -1,0 +1,89 @@
+"""The unscented transform: li2020 (3) to (10), all sigma points at once.
+
+The sigma points and their weights are filterpy's (Van der Merwe 2004); the sums over them are
+matrix products here, since filterpy calls the models once a point.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from filterpy.kalman import MerweScaledSigmaPoints
+from scipy.linalg import cho_factor, cho_solve
+
+from pose_fusion.streams.samples import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moments:
+    """Mean and covariance of transformed sigma points, and the points' deviations."""
+
+    mean: FloatArray  # (n,)
+    covariance: FloatArray  # (n, n), without additive noise
+    deviations: FloatArray  # (points, n)
+
+
+class UnscentedTransform:
+    """Sigma points of a Gaussian and the moments of what becomes of them.
+
+    Args:
+        size: Dimension n of the state; there are 2n + 1 points.
+        alpha: Spread [-]: the points lie ``alpha √n`` standard deviations from the mean. The
+            customary 1e-3 gives the centre a weight of −10⁶, which cancels digits; 0.1 gives −99,
+            and with 96 points of angles still spreads them little enough not to wrap.
+        beta: Weight of the centre in the covariance [-]; 2 is best for a Gaussian.
+        kappa: Second scaling [-].
+    """
+
+    def __init__(
+        self, size: int, *, alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0
+    ) -> None:
+        self._points = MerweScaledSigmaPoints(size, alpha, beta, kappa)
+        self._mean_weights: FloatArray = self._points.Wm
+        self._covariance_weights: FloatArray = self._points.Wc
+
+    def sigma_points(self, mean: FloatArray, covariance: FloatArray) -> FloatArray:
+        """The points of a Gaussian, shape (2n + 1, n).
+
+        Raises:
+            numpy.linalg.LinAlgError: If the covariance is not positive definite.
+        """
+        return np.asarray(self._points.sigma_points(mean, covariance))
+
+    def moments(self, points: FloatArray) -> Moments:
+        """Weighted mean and covariance of points, shape (2n + 1, k)."""
+        mean = self._mean_weights @ points  # li2020 (3), (5)
+        deviations = points - mean
+        covariance = (self._covariance_weights[:, None] * deviations).T @ deviations  # (4), (6)
+        return Moments(mean=mean, covariance=covariance, deviations=deviations)
+
+    def cross_covariance(self, state: Moments, measurement: Moments) -> FloatArray:
+        """Covariance between state and measurement, shape (n, k)."""
+        return (self._covariance_weights[:, None] * state.deviations).T @ measurement.deviations
+
+
+def kalman_update(
+    mean: FloatArray,
+    covariance: FloatArray,
+    cross_covariance: FloatArray,
+    innovation: FloatArray,
+    innovation_covariance: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    """The Kalman step from moments.
+
+    Args:
+        mean: x̂, shape (n,).
+        covariance: P̂, shape (n, n).
+        cross_covariance: Shape (n, m).
+        innovation: y = z − u_z, shape (m,): li2020 (7).
+        innovation_covariance: P_z, shape (m, m).
+
+    Returns:
+        Updated x, shape (n,), and P, shape (n, n), symmetric.
+
+    Raises:
+        numpy.linalg.LinAlgError: If P_z is not positive definite.
+    """
+    factor = cho_factor(innovation_covariance, lower=True)
+    gain = cho_solve(factor, cross_covariance.T).T  # li2020 (8)
+    updated = covariance - gain @ cross_covariance.T  # li2020 (10), P_z K^T = cross^T
+    return mean + gain @ innovation, 0.5 * (updated + updated.T)  # li2020 (9)

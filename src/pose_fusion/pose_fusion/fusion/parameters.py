@@ -1,0 +1,61 @@
+"""What a user may set of the fusion, live and offline alike."""
+
+from dataclasses import dataclass
+
+from pose_common.parameters import parameter
+from pose_fusion.filters.li2020 import Li2020Parameters
+
+
+@dataclass(frozen=True, kw_only=True)
+class FusionParameters(Li2020Parameters):
+    """Parameters of the whole chain from samples to estimates."""
+
+    estimator: str = parameter("li2020", choices=("li2020",), doc="the filter")
+    body_model: str = parameter("li2020", choices=("li2020",), doc="the kinematic tree")
+    subject: str = parameter("subject", doc="the person's id in topics and frames")
+    person: str = parameter("", doc="a sensor's id of the person to follow; empty: the only one")
+    sensors: tuple[str, ...] = parameter(("left", "right"), doc="names of the Kinects")
+    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: from /tf_static")
+    shape_file: str = parameter(
+        "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"
+    )
+    shape_duration: float = parameter(
+        2.0, unit="s", low=0.2, high=60.0, doc="stretch of samples that bone lengths come from"
+    )
+    max_skew: float = parameter(
+        0.02, unit="s", low=0.001, high=0.1, doc="largest difference of stamps in a pair of frames"
+    )
+    max_gap: float = parameter(
+        0.1, unit="s", low=0.02, high=1.0, doc="longest gap of one sensor to interpolate across"
+    )
+    max_wait: float = parameter(
+        0.2, unit="s", low=0.05, high=2.0, doc="longest silence of a sensor to wait for"
+    )
+    restart_after: float = parameter(
+        0.5, unit="s", low=0.1, high=10.0, doc="gap after which the filter starts anew"
+    )
+    restart_distance: float = parameter(
+        0.3,
+        unit="m",
+        low=0.05,
+        high=2.0,
+        doc="a median joint that far from its prediction for half a second restarts the filter",
+    )
+    use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
+    imu_wait: float = parameter(
+        0.03, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
+    )
+    kinect_joint_stddev: float = parameter(
+        0.03,
+        unit="m",
+        low=0.0,
+        high=0.2,
+        doc="slow error of a tracker's joint that no filter averages out, for zhang2015's σ₁",
+    )
+    imu_mounting_stddev: float = parameter(
+        0.06,
+        unit="rad",
+        low=0.0,
+        high=1.0,
+        doc="error of an IMU's alignment with its segment, for zhang2015's σ₂",
+    )

@@ -1,0 +1,255 @@
+"""The chain from samples to estimates, the same object live and offline.
+
+Samples of several Kinects are aligned in time (li2020 (2)), brought into ``map``, used first to
+measure the body and then to track it (li2020 (3) to (15)); the IMUs' orientations of the same
+instant are weighted in (zhang2015 (12), (13)). What comes out depends on the samples alone, never
+on a clock.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_common.counters import Counters
+from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.body.measuring import BodyMeasuring
+from pose_fusion.body.model import load_body_model
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.fusion.body_fusion import BodyFusion, FusedPose
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.kinect_tracker import COUNTERS as TRACKER_COUNTERS
+from pose_fusion.fusion.kinect_tracker import KinectTracker, mean_of_sensors
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.imu.imu_set import ImuSet
+from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
+
+NS_PER_S = 1_000_000_000
+LONGEST_WAIT_NS = 30 * NS_PER_S  # what came earlier, before the extrinsics, is forgotten
+COUNTERS = (
+    "skeletons",
+    "skeletons_before_extrinsics",
+    "skeletons_of_unknown_sensors",
+    "imu_samples",
+    "imu_samples_out_of_order",
+    "frames",
+    "frames_measuring_the_body",
+    *TRACKER_COUNTERS,
+    "estimates",
+)
+
+
+class FusionPipeline:
+    """Turns skeleton and IMU samples into estimates of one person's pose.
+
+    Args:
+        parameters: See :class:`FusionParameters`.
+        extrinsics: Where the sensors are; may come later (:meth:`place_sensors`).
+        shape: The person's measures; measured from the first samples if None.
+    """
+
+    def __init__(
+        self,
+        parameters: FusionParameters,
+        extrinsics: Extrinsics | None = None,
+        shape: BodyShape | None = None,
+    ) -> None:
+        self.parameters = parameters
+        self.model = load_body_model(parameters.body_model)
+        self.extrinsics: Extrinsics | None = None
+        self.shape: BodyShape | None = None
+        self.counters = Counters(*COUNTERS)
+        self.aligner = self._make_aligner({})
+        self.imus = ImuSet(self.model)
+        self._measuring = BodyMeasuring(self.model, parameters.shape_duration)
+        self._tracker: KinectTracker | None = None
+        self._fusion = BodyFusion(
+            self.model, parameters.kinect_joint_stddev, parameters.imu_mounting_stddev
+        )
+        self._pending: deque[AlignedFrame] = deque()
+        self._waiting: deque[SkeletonSample | ImuSample] = deque()
+        self._newest_ns = 0
+        if extrinsics is not None:
+            self.place_sensors(extrinsics)
+        if shape is not None:
+            self.use_shape(shape)
+
+    def place_sensors(self, extrinsics: Extrinsics) -> None:
+        """Use these extrinsics, and their clock offsets, from now on.
+
+        What the last half minute held, since the first sample, is caught up on: the body's measures
+        and the IMUs' alignment are learnt from it, for nobody stands still in the neutral pose a
+        second time. Estimates of the past are not made.
+        """
+        before = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
+        offsets = {sensor: ns for sensor, ns in extrinsics.clock_offset_ns.items() if ns}
+        if {sensor: ns for sensor, ns in before.items() if ns} != offsets:
+            self.aligner = self._make_aligner(offsets)
+        self.extrinsics = extrinsics
+        while self._waiting:
+            sample = self._waiting.popleft()
+            if isinstance(sample, ImuSample):
+                self._take_imu(sample)
+            else:
+                self._take_skeleton(sample)
+            while self._pending and self._is_ready(self._pending[0].stamp_ns):
+                self._learn(self._pending.popleft())
+
+    @property
+    def status(self) -> str:
+        """What the chain is doing, for people."""
+        if self.extrinsics is None:
+            return "waiting for extrinsics"
+        return self._measuring.status if self._tracker is None else "tracking"
+
+    def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
+        """Take one person's joints from one sensor; returns the estimates that this completes."""
+        self.counters.add("skeletons")
+        if self.extrinsics is None:
+            self.counters.add("skeletons_before_extrinsics")
+            self._wait(sample)
+            return []
+        self._take_skeleton(sample)
+        return self._release()
+
+    def add_imu(self, sample: ImuSample) -> list[BodyEstimate]:
+        """Take one IMU's orientation; returns the estimates that were waiting for it."""
+        self.counters.add("imu_samples")
+        if self.extrinsics is None:
+            self._wait(sample)
+            return []
+        self._take_imu(sample)
+        return self._release()
+
+    def flush(self) -> list[BodyEstimate]:
+        """Wait for nothing more: the streams have ended."""
+        self._pending.extend(self.aligner.flush())
+        return self._release(everything=True)
+
+    def _wait(self, sample: SkeletonSample | ImuSample) -> None:
+        """Keep a sample until the sensors' places are known."""
+        self._waiting.append(sample)
+        while abs(sample.stamp_ns - self._waiting[0].stamp_ns) > LONGEST_WAIT_NS:
+            self._waiting.popleft()
+
+    def _take_skeleton(self, sample: SkeletonSample) -> None:
+        if self.extrinsics is None or sample.sensor not in self.extrinsics.T_reference_sensor:
+            self.counters.add("skeletons_of_unknown_sensors")
+            return
+        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
+        self._pending.extend(self.aligner.add(sample))
+
+    def _take_imu(self, sample: ImuSample) -> None:
+        if not self.imus.add(sample):
+            self.counters.add("imu_samples_out_of_order")
+            return
+        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
+
+    def _release(self, everything: bool = False) -> list[BodyEstimate]:
+        """Process the frames whose IMU samples have come, or need not be waited for."""
+        estimates = []
+        while self._pending and (everything or self._is_ready(self._pending[0].stamp_ns)):
+            estimate = self._process(self._pending.popleft())
+            if estimate is not None:
+                estimates.append(estimate)
+        return estimates
+
+    def _is_ready(self, stamp_ns: int) -> bool:
+        waited_ns = self._newest_ns - stamp_ns
+        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
+
+    def _learn(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
+        """Take from a frame what it tells of the body's measures and of the IMUs' alignment.
+
+        Returns:
+            Every sensor's joints in map, shape (sensors, 15, 3) [m], and their states.
+        """
+        self.counters.add("frames")
+        measured, state = self._in_map(frame)
+        if self.parameters.use_imus:
+            tracked = (state == TrackingState.TRACKED)[..., None]
+            self.imus.observe(frame.stamp_ns, mean_of_sensors(np.where(tracked, measured, np.nan)))
+        if self.shape is None:
+            self.counters.add("frames_measuring_the_body")
+            shape = self._measuring.add(frame.stamp_ns, measured, state)
+            if shape is not None:
+                self.use_shape(shape)
+        return measured, state
+
+    def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
+        tracker = self._tracker
+        measured, state = self._learn(frame)
+        if tracker is None:
+            return None
+        starts = self.counters["filter_starts"]
+        if not tracker.update(frame.stamp_ns, measured):
+            return None
+        if self.counters["filter_starts"] > starts:
+            self._fusion.reset()
+        best = state.max(axis=0)
+        readings = self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {}
+        fused = self._fusion.fuse(tracker.filter, best, readings)
+        self.counters.add("estimates")
+        return self._estimate(frame.stamp_ns, fused, best, tracker.sensor_weight)
+
+    def _in_map(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
+        """Every sensor's joints in map, shape (sensors, 15, 3) [m], and their states."""
+        sensors = self.parameters.sensors
+        measured = np.full((len(sensors), len(JOINTS), 3), np.nan)
+        state = np.zeros((len(sensors), len(JOINTS)), np.uint8)
+        for index, sensor in enumerate(sensors):
+            sample = frame.samples.get(sensor)
+            if sample is None or self.extrinsics is None:
+                continue
+            T_map_sensor = self.extrinsics.T_map_sensor(sensor)
+            measured[index] = sample.positions @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
+            state[index] = np.where(np.isfinite(measured[index, :, 0]), sample.tracking_state, 0)
+        return measured, state
+
+    def _make_aligner(self, clock_offset_ns: Mapping[str, int]) -> TimeAligner:
+        return TimeAligner(
+            self.parameters.sensors,
+            max_skew_s=self.parameters.max_skew,
+            max_gap_s=self.parameters.max_gap,
+            max_wait_s=self.parameters.max_wait,
+            clock_offset_ns=clock_offset_ns,
+        )
+
+    def use_shape(self, shape: BodyShape) -> None:
+        """Track a body of these measures from now on."""
+        self.shape = shape
+        self._tracker = KinectTracker(self.model, shape, self.parameters, self.counters)
+
+    def _estimate(
+        self,
+        stamp_ns: int,
+        fused: FusedPose,
+        tracking_state: NDArray[np.uint8],
+        sensor_weight: FloatArray,
+    ) -> BodyEstimate:
+        transforms = {}
+        for index, link in enumerate(self.model.links.values()):
+            T_map_link = np.eye(4)
+            T_map_link[:3, :3] = fused.rotations[index]
+            T_map_link[:3, 3] = (
+                fused.position[:3] if link.joint is None else fused.joints[JOINT_INDEX[link.joint]]
+            )
+            transforms[link.name] = T_map_link
+        return BodyEstimate(
+            stamp_ns=stamp_ns,
+            newest_ns=self._newest_ns,
+            dof_names=self.model.dof_names,
+            position=fused.position,
+            velocity=fused.velocity,
+            position_stddev=np.sqrt(fused.variance),
+            weight_kinect=fused.weight_kinect,
+            weight_imu=fused.weight_imu,
+            source=fused.source,
+            joints=fused.joints,
+            tracking_state=tracking_state,
+            T_map_link=transforms,
+            sensor_weight=dict(zip(self.parameters.sensors, sensor_weight, strict=True)),
+        )

@@ -1,0 +1,1 @@
+"""Body-worn IMUs: readings, alignment with the segments, weighting: zhang2015."""

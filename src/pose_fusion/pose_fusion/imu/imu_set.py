@@ -1,0 +1,91 @@
+"""All IMUs of one body: their recent past, their alignment, their reading at an instant."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.body.joint_angles import joint_angles
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.trunk import trunk_axes
+from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
+from pose_fusion.imu.track import ImuState, ImuTrack
+from pose_fusion.streams.samples import FloatArray, ImuSample
+
+ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
+
+
+class ImuSet:
+    """Knows what every strapped-on IMU says of its segment.
+
+    Args:
+        model: The body model: which link a segment is.
+    """
+
+    def __init__(self, model: BodyModel) -> None:
+        self._model = model
+        self._tracks: dict[str, ImuTrack] = {}
+        self.alignment = ImuAlignment()
+
+    @property
+    def segments(self) -> Sequence[str]:
+        """Segments that an IMU has spoken for."""
+        return list(self._tracks)
+
+    def add(self, sample: ImuSample) -> bool:
+        """Keep a sample; False if its stamp is not newer than the last one's."""
+        return self._tracks.setdefault(sample.segment, ImuTrack()).add(sample)
+
+    def has_reached(self, stamp_ns: int) -> bool:
+        """Whether every IMU that is alive has a sample at or after an instant."""
+        newest = [track.newest_ns for track in self._tracks.values()]
+        return all(n is None or n >= stamp_ns or n < stamp_ns - ALIVE_NS for n in newest)
+
+    def observe(self, stamp_ns: int, positions: FloatArray) -> None:
+        """Learn the alignment from what the cameras see.
+
+        Args:
+            stamp_ns: The instant.
+            positions: Mean of the sensors' tracked joints in map, shape (15, 3) [m]; NaN elsewhere.
+        """
+        states = self._states(stamp_ns)
+        trunk = trunk_axes(positions)
+        if not states or not np.all(np.isfinite(trunk)):
+            return
+        angles = {name: float(value[0]) for name, value in joint_angles(positions[None]).items()}
+        self.alignment.observe(
+            stamp_ns,
+            states,
+            self._tracked_axes(positions, trunk),
+            angles,
+            float(np.arctan2(trunk[1, 0], trunk[0, 0])),
+        )
+
+    def read(self, stamp_ns: int) -> dict[str, SegmentReading]:
+        """The aligned IMUs' readings at an instant, by segment."""
+        readings = {
+            segment: self.alignment.reading(segment, state)
+            for segment, state in self._states(stamp_ns).items()
+        }
+        return {s: reading for s, reading in readings.items() if reading is not None}
+
+    def _states(self, stamp_ns: int) -> dict[str, ImuState]:
+        # In an order of their own: which IMU spoke first must not show, not even in rounding.
+        states = {segment: track.at(stamp_ns) for segment, track in sorted(self._tracks.items())}
+        return {segment: state for segment, state in states.items() if state is not None}
+
+    def _tracked_axes(self, positions: FloatArray, trunk: FloatArray) -> dict[str, FloatArray]:
+        """The long axis, z, in map of each segment whose joints are tracked."""
+        axes = {}
+        for segment in self._tracks:
+            name = self._model.segments.get(segment)
+            if name is None:
+                continue
+            start, end = self._model.ends(name)
+            direction = self._model.joints[end].direction
+            bone = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
+            if direction is None:
+                axes[segment] = trunk[:, 2]
+            elif np.all(np.isfinite(bone)):
+                axes[segment] = bone / np.linalg.norm(bone) * direction[2]
+        return axes

@@ -1,0 +1,312 @@
+"""What a bag holds, as samples: skeletons, IMUs, extrinsics and the fused output.
+
+Works on the messages of ``pose_common.bags``, and needs no ROS. Topics are recognised by the end
+of their names, in any namespace.
+"""
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pose_common.bags import BagReader
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.streams.person_selection import PersonSelector
+from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.series import SkeletonSeries, series_from_samples
+
+NS_PER_S = 1_000_000_000
+SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
+IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
+SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
+WORLD_FRAME = "map"
+
+Progress = Callable[[float], None]
+"""Called with the share of the bag that has been read, 0 to 1."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimateSeries:
+    """The fusion's own account of each of its outputs."""
+
+    stamps_ns: NDArray[np.int64]  # (n,) [ns]
+    names: tuple[str, ...]  # (k,) the degrees of freedom
+    position: FloatArray  # (n, k) [m] or [rad]
+    position_stddev: FloatArray  # (n, k) [m] or [rad]
+    weight_kinect: FloatArray  # (n, k) [-] 0..1
+    weight_imu: FloatArray  # (n, k) [-] 0..1
+    latency_s: FloatArray  # (n,) [s]
+
+
+def stamp_ns(header: Any) -> int:
+    """Nanoseconds of a message's header."""
+    return int(header.stamp.sec) * NS_PER_S + int(header.stamp.nanosec)
+
+
+def sensor_topics(bag: BagReader) -> dict[str, str]:
+    """Topic of each sensor's skeletons by the sensor's name, in the order of names."""
+    return _topics(bag, SENSOR_TOPIC, "pose_msgs/msg/SkeletonArray")
+
+
+def imu_topics(bag: BagReader) -> dict[str, str]:
+    """Topic of each IMU's orientation by body segment, in the order of names."""
+    return _topics(bag, IMU_TOPIC, "sensor_msgs/msg/Imu")
+
+
+def body_topic(bag: BagReader, leaf: str, body: str = "", namespace: str = "") -> str | None:
+    """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the first body if none is named."""
+    pattern = re.compile(
+        rf"^{re.escape(namespace)}/humans/bodies/{re.escape(body) or '[^/]+'}/{leaf}$"
+    )
+    return next((name for name in sorted(bag.topics) if pattern.match(name)), None)
+
+
+class BagSamples:
+    """The sensors' samples of one person, in the order in which the bag recorded them.
+
+    Iterating reads on as it is asked: memory does not depend on the bag's length.
+
+    Args:
+        bag: An open bag.
+        person: The id of the person to follow in all sensors; see :class:`PersonSelector`.
+        progress: Called now and then.
+        selector: How the person is chosen, instead of by ``person``.
+        imus: Read the IMUs too.
+
+    Raises:
+        InputError: If the bag holds no skeletons, or is damaged.
+    """
+
+    def __init__(
+        self,
+        bag: BagReader,
+        person: str = "",
+        progress: Progress | None = None,
+        *,
+        selector: PersonSelector | None = None,
+        imus: bool = True,
+    ) -> None:
+        self._bag = bag
+        self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
+        self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
+        self._progress = progress or (lambda _: None)
+        self._selector = selector or PersonSelector(person)
+        self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
+        self.person_counters = self._selector.counters
+        if not self._sensors:
+            raise InputError(
+                f"{bag.path} holds no skeletons: expected topics kinect_<name>/skeletons of "
+                f"pose_msgs/SkeletonArray, found {', '.join(sorted(bag.topics))}"
+            )
+
+    def __iter__(self) -> Iterator[SkeletonSample | ImuSample]:
+        span_ns = max(1, self._bag.end_ns - self._bag.start_ns)
+        for index, message in enumerate(self._bag.messages([*self._sensors, *self._imus])):
+            if index % 64 == 0:
+                self._progress((message.stamp_ns - self._bag.start_ns) / span_ns)
+            content = self._bag.deserialize(message)
+            sample: SkeletonSample | ImuSample | None
+            if message.topic in self._imus:
+                sample = self._imu(content, self._imus[message.topic])
+            else:
+                sample = self._skeleton(content, self._sensors[message.topic])
+            if sample is not None:
+                yield sample
+        self._progress(1.0)
+
+    def _skeleton(self, content: Any, sensor: str) -> SkeletonSample | None:
+        self.counters.add("frames")
+        try:
+            persons = skeleton_samples(content, sensor)
+        except InputError:
+            self.counters.add("malformed_frames")
+            return None
+        return self._selector.select(persons)
+
+    def _imu(self, content: Any, segment: str) -> ImuSample | None:
+        self.counters.add("imu")
+        sample = imu_sample(content, segment)
+        if sample is None:
+            self.counters.add("imu_without_orientation")
+        return sample
+
+
+def read_sensor_series(bag: BagReader, person: str = "") -> dict[str, SkeletonSeries]:
+    """Every sensor's view of the person, each in the sensor's own frame, by sensor name."""
+    samples: dict[str, list[SkeletonSample]] = {name: [] for name in sensor_topics(bag)}
+    for sample in BagSamples(bag, person, imus=False):
+        if isinstance(sample, SkeletonSample):
+            samples[sample.sensor].append(sample)
+    return {name: series_from_samples(each) for name, each in samples.items()}
+
+
+def read_body_series(bag: BagReader, body: str = "", namespace: str = "") -> SkeletonSeries:
+    """A body's skeleton in ``map``: fused, or the truth of a synthetic subject.
+
+    Raises:
+        InputError: If the bag holds none.
+    """
+    topic = body_topic(bag, "skeleton", body, namespace)
+    if topic is None:
+        raise InputError(
+            f"{bag.path} holds no {namespace}/humans/bodies/{body or '<id>'}/skeleton: "
+            f"found {', '.join(sorted(bag.topics))}"
+        )
+    return series_from_samples(
+        skeleton_sample(bag.deserialize(message), "") for message in bag.messages([topic])
+    )
+
+
+def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
+    """The ``estimate`` messages of a body; of no rows if the bag holds none."""
+    topic = body_topic(bag, "estimate", body)
+    messages = [] if topic is None else [bag.deserialize(m) for m in bag.messages([topic])]
+    names = tuple(messages[0].name) if messages else ()
+    messages = [m for m in messages if tuple(m.name) == names]
+
+    def column(field: str) -> FloatArray:
+        values = [getattr(m, field) for m in messages]
+        return np.array(values, float).reshape(len(messages), len(names))
+
+    return EstimateSeries(
+        stamps_ns=np.array([stamp_ns(m.header) for m in messages], np.int64),
+        names=names,
+        position=column("position"),
+        position_stddev=column("position_stddev"),
+        weight_kinect=column("weight_kinect"),
+        weight_imu=column("weight_imu"),
+        latency_s=np.array([m.latency for m in messages], float),
+    )
+
+
+def read_extrinsics(bag: BagReader, topic: str = "/tf_static") -> dict[str, FloatArray]:
+    """``T_map_sensor``, (4, 4), of each Kinect in the static transforms, by sensor name.
+
+    The last transform of a frame counts. Sensors without a path to ``map`` are left out; no
+    transforms at all give an empty result.
+    """
+    return transforms_to_map(
+        transform
+        for message in bag.messages([topic])
+        for transform in bag.deserialize(message).transforms
+    )
+
+
+def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
+    """``T_map_sensor``, (4, 4), of each Kinect among ``geometry_msgs/TransformStamped``.
+
+    The last transform of a frame counts. Sensors without a path to ``map`` are left out.
+    """
+    parents: dict[str, tuple[str, FloatArray]] = {}
+    for transform in transforms:
+        parents[transform.child_frame_id] = (transform.header.frame_id, _matrix(transform))
+    result = {}
+    for frame in sorted(parents):
+        match = SENSOR_FRAME.match(frame)
+        T_map_sensor = _to_world(frame, parents)
+        if match and T_map_sensor is not None:
+            result[match["name"]] = T_map_sensor
+    return result
+
+
+def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:
+    """The persons of a ``pose_msgs/SkeletonArray`` (of ROS or of rosbags)."""
+    return [skeleton_sample(skeleton, sensor) for skeleton in message.skeletons]
+
+
+def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
+    """A ``pose_msgs/Skeleton``; joints that it does not name are NaN and not tracked.
+
+    Raises:
+        InputError: If its lists differ in length.
+    """
+    count = len(message.name)
+    if len(message.position) != count or len(message.tracking_state) != count:
+        raise InputError(
+            f"skeleton '{message.id}' has {count} names, {len(message.position)} positions and "
+            f"{len(message.tracking_state)} tracking states: expected as many of each"
+        )
+    positions = np.full((len(JOINTS), 3), np.nan)
+    state = np.full(len(JOINTS), TrackingState.NOT_TRACKED, np.uint8)
+    for name, point, tracked in zip(
+        message.name, message.position, message.tracking_state, strict=True
+    ):
+        index = JOINT_INDEX.get(name)
+        if index is not None and tracked != TrackingState.NOT_TRACKED:
+            positions[index] = point.x, point.y, point.z
+            state[index] = tracked
+    unknown = ~np.isfinite(positions).all(axis=1)
+    positions[unknown] = np.nan
+    state[unknown] = TrackingState.NOT_TRACKED
+    return SkeletonSample(
+        stamp_ns=stamp_ns(message.header),
+        sensor=sensor,
+        person=message.id,
+        positions=positions,
+        tracking_state=state,
+    )
+
+
+def imu_sample(message: Any, segment: str) -> ImuSample | None:
+    """A ``sensor_msgs/Imu`` (of ROS or of rosbags); None if it says no orientation."""
+    orientation, rate = message.orientation, message.angular_velocity
+    quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
+    # REP 145: a first element of −1 says that there is no orientation.
+    if message.orientation_covariance[0] == -1.0 or not 0.9 < np.linalg.norm(quaternion) < 1.1:
+        return None
+    variance = np.asarray(message.orientation_covariance, float)[[0, 4, 8]]
+    return ImuSample(
+        stamp_ns=stamp_ns(message.header),
+        segment=segment,
+        orientation=quaternion,
+        orientation_stddev=np.sqrt(np.maximum(variance, 0.0)),
+        angular_velocity=np.array([rate.x, rate.y, rate.z]),
+    )
+
+
+def _topics(bag: BagReader, pattern: re.Pattern[str], msgtype: str) -> dict[str, str]:
+    matches = {topic: pattern.search(topic) for topic in sorted(bag.topics_of_type(msgtype))}
+    named: dict[str, str] = {}
+    for topic, match in matches.items():
+        if match is None:
+            continue
+        name = match["name"]
+        if name in named:
+            raise InputError(
+                f"{bag.path} holds '{name}' twice, as {named[name]} and {topic}: record or "
+                "play one of them alone"
+            )
+        named[name] = topic
+    return dict(sorted(named.items()))
+
+
+def _matrix(transform: Any) -> FloatArray:
+    """The (4, 4) matrix of a ``geometry_msgs/TransformStamped``."""
+    q, t = transform.transform.rotation, transform.transform.translation
+    matrix = np.eye(4)
+    try:
+        matrix[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
+    except ValueError as error:
+        raise InputError(
+            f"the transform of {transform.child_frame_id} has no rotation: its quaternion is zero"
+        ) from error
+    matrix[:3, 3] = t.x, t.y, t.z
+    return matrix
+
+
+def _to_world(frame: str, parents: Mapping[str, tuple[str, FloatArray]]) -> FloatArray | None:
+    T_world_frame = np.eye(4)
+    for _ in range(len(parents) + 1):  # a loop of frames ends too
+        if frame == WORLD_FRAME:
+            return T_world_frame
+        if frame not in parents:
+            return None
+        frame, T_parent_frame = parents[frame]
+        T_world_frame = T_parent_frame @ T_world_frame
+    return None
