@@ -75,6 +75,14 @@ def test_a_track_interpolates_between_samples():
     np.testing.assert_allclose(read.angular_velocity, [0.0, 0.0, 1.8])
 
 
+def test_a_late_sample_is_made_up_for_by_the_gyroscope():
+    track = ImuTrack()
+    track.add(sample(0, Rotation.from_rotvec([0.3, 0.0, 0.0]), (0.0, 2.0, 0.0)))
+    read = Rotation.from_matrix(track.at(50 * MS).R_world_sensor)
+    expected = Rotation.from_rotvec([0.3, 0.0, 0.0]) * Rotation.from_rotvec([0.0, 0.1, 0.0])
+    assert (read.inv() * expected).magnitude() < 1e-12
+
+
 def test_a_track_says_nothing_across_a_gap_or_of_a_dead_imu():
     track = ImuTrack()
     track.add(sample(0, Rotation.identity()))

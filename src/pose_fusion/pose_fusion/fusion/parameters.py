@@ -43,7 +43,7 @@ class FusionParameters(Li2020Parameters):
     )
     use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
     imu_wait: float = parameter(
-        0.03, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
+        0.1, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
     )
     kinect_joint_stddev: float = parameter(
         0.03,

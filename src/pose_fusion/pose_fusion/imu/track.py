@@ -8,8 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from pose_fusion.streams.samples import FloatArray, ImuSample
 
-HISTORY_NS = 1_000_000_000
-MAX_GAP_NS = 100_000_000  # nothing is interpolated over a longer silence
+NS_PER_S = 1_000_000_000
+HISTORY_NS = NS_PER_S
+MAX_GAP_NS = 100_000_000  # nothing is said over a longer silence
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,9 +58,10 @@ class ImuTrack:
             nearest = after or before
             if nearest is None or abs(nearest.stamp_ns - stamp_ns) > MAX_GAP_NS:
                 return None
-            return _state(
-                Rotation.from_quat(nearest.orientation), nearest.angular_velocity, nearest
-            )
+            # The gyroscope carries the orientation over a sample that is late.
+            turn = nearest.angular_velocity * (stamp_ns - nearest.stamp_ns) / NS_PER_S
+            rotation = Rotation.from_quat(nearest.orientation) * Rotation.from_rotvec(turn)
+            return _state(rotation, nearest.angular_velocity, nearest)
         if after.stamp_ns - before.stamp_ns > MAX_GAP_NS:
             return None
         share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
