@@ -29,6 +29,7 @@ def run_fuse(*arguments):
 def write_bag(path, samples, with_extrinsics=True):
     with BagWriter(path) as writer:
         if with_extrinsics:
+            writer.add_topic("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
             placed = {s: extrinsics().T_map_sensor(s) for s in ("left", "right")}
             message = to_static_tf(placed)
             message = to_bag_message(message, writer.typestore)

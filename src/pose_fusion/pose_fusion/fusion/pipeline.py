@@ -25,7 +25,7 @@ from pose_fusion.fusion.kinect_tracker import KinectTracker, mean_of_sensors
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
-from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
 
 NS_PER_S = 1_000_000_000
 LONGEST_WAIT_NS = 30 * NS_PER_S  # what came earlier, before the extrinsics, is forgotten
@@ -139,14 +139,18 @@ class FusionPipeline:
         if self.extrinsics is None or sample.sensor not in self.extrinsics.T_reference_sensor:
             self.counters.add("skeletons_of_unknown_sensors")
             return
-        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
+        self._note_time(sample.stamp_ns)
         self._pending.extend(self.aligner.add(sample))
 
     def _take_imu(self, sample: ImuSample) -> None:
         if not self.imus.add(sample):
             self.counters.add("imu_samples_out_of_order")
             return
-        self._newest_ns = max(self._newest_ns, sample.stamp_ns)
+        self._note_time(sample.stamp_ns)
+
+    def _note_time(self, stamp_ns: int) -> None:
+        is_set_back = stamp_ns < self._newest_ns - JUMP_BACK_NS  # a recording that loops
+        self._newest_ns = stamp_ns if is_set_back else max(self._newest_ns, stamp_ns)
 
     def _release(self, everything: bool = False) -> list[BodyEstimate]:
         """Process the frames whose IMU samples have come, or need not be waited for."""
