@@ -9,7 +9,6 @@ Built on asyncio's subprocesses, as ``ros2 launch`` is.
 
 import asyncio
 import contextlib
-import ctypes
 import os
 import signal
 import sys
@@ -19,6 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
+from pose_common.child_process import end_with_parent
 from pose_common.launcher.processes import Process
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -27,18 +27,6 @@ ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None
 LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
 CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
 COLOURS = (36, 33, 32, 35, 34, 31)
-PR_SET_PDEATHSIG = 1
-
-_libc = ctypes.CDLL(None, use_errno=True)
-
-
-def _child_setup(parent: int) -> None:
-    """In the child, before it becomes the program: end with the launcher, heed Ctrl-C."""
-    _libc.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-    if os.getppid() != parent:  # it died in between
-        os._exit(1)
-    # A background job of a shell script would inherit "ignore".
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 @dataclass
@@ -115,7 +103,6 @@ class Supervisor:
     async def _run_once(self, child: _Child, folder: Path) -> int:
         """Start the process and wait for its end, in whatever way it comes; its exit code."""
         process = child.description
-        parent = os.getpid()
         # A pipe of our own: asyncio's would keep `wait` waiting for whoever else holds its end.
         reading, writing = os.pipe()
         relay = asyncio.create_task(self._relay(child, reading))
@@ -128,7 +115,7 @@ class Supervisor:
                 cwd=process.folder,
                 env={**os.environ, "PYTHONUNBUFFERED": "1", **process.environment},
                 start_new_session=True,
-                preexec_fn=lambda: _child_setup(parent),
+                preexec_fn=end_with_parent(),
             )
         except OSError as error:
             self._say(f"{process.name} cannot start: {error}")

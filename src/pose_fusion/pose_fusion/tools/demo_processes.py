@@ -1,6 +1,5 @@
 """The processes of the demo: tools that run to their end, the graph, the monitor."""
 
-import ctypes
 import json
 import os
 import signal
@@ -14,11 +13,10 @@ from types import TracebackType
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
+from pose_common.child_process import end_with_parent
 from pose_common.errors import InputError, PoseError
 
 STOP_S = 20.0  # [s] the launcher itself ends what does not listen, well before this
-PR_SET_PDEATHSIG = 1
-_libc = ctypes.CDLL(None, use_errno=True)
 
 
 class GraphError(PoseError):
@@ -42,20 +40,13 @@ def executable(package: str, name: str) -> Path:
 
 def start(command: Sequence[str | Path], **options: object) -> "subprocess.Popen[str]":
     """Start a process that Ctrl-C in the terminal does not reach, and that ends with us."""
-    parent = os.getpid()
-
-    def in_child() -> None:
-        _libc.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
-        if os.getppid() != parent:
-            os._exit(1)
-
     return subprocess.Popen(  # type: ignore[call-overload]
         [str(word) for word in command],
         stdin=subprocess.DEVNULL,
         text=True,
         errors="replace",
         start_new_session=True,
-        preexec_fn=in_child,
+        preexec_fn=end_with_parent(),
         **options,
     )
 

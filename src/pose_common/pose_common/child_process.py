@@ -1,0 +1,27 @@
+"""Children that never outlive the process that started them."""
+
+import ctypes
+import os
+import signal
+from collections.abc import Callable
+
+PR_SET_PDEATHSIG = 1
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+def end_with_parent() -> Callable[[], None]:
+    """What a child does before it becomes its program (``preexec_fn`` of :mod:`subprocess`).
+
+    The kernel then terminates it as soon as this process has ended, however it ends; and it heeds
+    Ctrl-C, which the background jobs of a shell script otherwise inherit as ignored.
+    """
+    parent = os.getpid()
+
+    def in_child() -> None:
+        _libc.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        if os.getppid() != parent:  # it ended in between
+            os._exit(1)
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+    return in_child
