@@ -10,13 +10,14 @@ from pathlib import Path
 
 import numpy
 
-BUILD_MACHINE = r"/opt/python/[^;\"\s]*?"
+ABSOLUTE = r"/[^;\"\s]*?"
 
 
 def relocate(text: str) -> str:
-    """Replace the build machine's header folders with this interpreter's."""
-    text = re.sub(BUILD_MACHINE + r"/include/python3\.\d+", sysconfig.get_paths()["include"], text)
-    return re.sub(BUILD_MACHINE + r"/numpy/_core/include", numpy.get_include(), text)
+    """Replace any other machine's or environment's header folders with this interpreter's."""
+    python, of_numpy = sysconfig.get_paths()["include"], numpy.get_include()
+    text = re.sub(rf"(?<=[;\"\s]){ABSOLUTE}/include/python3\.\d+(?=[;\"\s])", python, text)
+    return re.sub(rf"(?<=[;\"\s]){ABSOLUTE}/numpy/_core/include(?=[;\"\s])", of_numpy, text)
 
 
 def main() -> None:
@@ -25,7 +26,10 @@ def main() -> None:
     for path in prefix.glob("share/**/*.cmake"):
         text = path.read_text()
         if (mended := relocate(text)) != text:
-            path.write_text(mended)
+            # A new file: this one may be a hard link into the installer's cache.
+            new = path.with_name(path.name + ".new")
+            new.write_text(mended)
+            new.replace(path)
     site_packages = Path(sysconfig.get_paths()["platlib"])
     print(":".join([str(prefix / "lib"), *map(str, sorted(site_packages.glob("ros_*.libs")))]))
 
