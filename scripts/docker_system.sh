@@ -10,10 +10,10 @@ if [ $# -ne 3 ]; then
     exit 2
 fi
 
-apt-get update
-apt-get install --yes --no-install-recommends cmake g++ gcc make python3-venv
+apt-get -o Acquire::Retries=3 update
+apt-get -o Acquire::Retries=3 install --yes --no-install-recommends cmake g++ gcc make python3-venv
 apt-get clean
 
-useradd --create-home --uid "$1" --groups dialout pose
+getent passwd "$1" >/dev/null || useradd --create-home --uid "$1" --groups dialout pose
 mkdir -p "$3"
 chown -R "$1" "$2" "$3"
