@@ -260,3 +260,44 @@ def test_help_and_arguments_are_shown(up):
 
     assert process.wait() == 0
     assert process.output == "side:=  (default: 'left')\n    which one\n"
+
+
+def test_a_process_that_fails_in_stopping_is_a_failure(up):
+    process = up(
+        'launch: [executable: {{cmd: "{failing}"}}]',
+        scripts={
+            "failing": """\
+            import sys, time
+            try:
+                print("ready", flush=True)
+                time.sleep(600)
+            except KeyboardInterrupt:
+                sys.exit("cannot save")
+            """
+        },
+    )
+    process.wait_for_output("ready")
+
+    assert process.stop() == 1
+    assert "cannot save" in process.output
+
+
+def test_a_program_interrupted_while_it_starts_is_no_failure(up):
+    process = up(
+        'launch: [executable: {{cmd: "{starting}"}}]',
+        scripts={
+            "starting": """\
+            import sys, time
+            try:
+                print("ready", flush=True)
+                time.sleep(600)
+            except KeyboardInterrupt:
+                # As Python itself ends before it has set itself up.
+                print("KeyboardInterrupt", file=sys.stderr)
+                sys.exit(1)
+            """
+        },
+    )
+    process.wait_for_output("ready")
+
+    assert process.stop() == 0

@@ -24,6 +24,8 @@ from pose_common.launcher.processes import Process
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None))
 """What a process that has to stop gets, and how long it may take [s]; as ``ros2 launch`` does."""
+STOPPED = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
+"""Exit codes of a process that was told to stop and did."""
 LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
 CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
 COLOURS = (36, 33, 32, 35, 34, 31)
@@ -36,6 +38,7 @@ class _Child:
     description: Process
     colour: int
     running: asyncio.subprocess.Process | None = None
+    last_line: bytes = b""
     failures: list[str] = field(default_factory=list)
 
 
@@ -84,24 +87,29 @@ class Supervisor:
     async def _supervise(self, child: _Child, folder: Path) -> None:
         process = child.description
         while not self._stopping.is_set():
-            code = await self._run_once(child, folder)
-            if self._stopping.is_set():
+            code, was_told = await self._run_once(child, folder)
+            failure = f"{process.name} ({_describe(code)})"
+            if was_told:
+                # Python's own word where a program is interrupted before it can heed it.
+                is_interrupted = code in STOPPED or child.last_line.startswith(b"KeyboardInterrupt")
+                if not is_interrupted:
+                    child.failures.append(failure)
                 return
             how = "has finished" if code == 0 else f"has died ({_describe(code)})"
-            if process.respawn:
+            if process.respawn and not self._stopping.is_set():
                 self._say(f"{process.name} {how}: starting it again in {process.respawn_delay_s} s")
                 with contextlib.suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self._stopping.wait(), process.respawn_delay_s)
                 continue
             self._say(f"{process.name} {how}")
             if code != 0:
-                child.failures.append(f"{process.name} ({_describe(code)})")
+                child.failures.append(failure)
             if process.ends_graph:
                 self._stop(f"{process.name} was required: stopping")
             return
 
-    async def _run_once(self, child: _Child, folder: Path) -> int:
-        """Start the process and wait for its end, in whatever way it comes; its exit code."""
+    async def _run_once(self, child: _Child, folder: Path) -> tuple[int, bool]:
+        """Start the process and wait for its end; its exit code, and whether it was told to."""
         process = child.description
         # A pipe of our own: asyncio's would keep `wait` waiting for whoever else holds its end.
         reading, writing = os.pipe()
@@ -119,7 +127,7 @@ class Supervisor:
             )
         except OSError as error:
             self._say(f"{process.name} cannot start: {error}")
-            return 127
+            return 127, False
         finally:
             os.close(writing)
         child.running = running
@@ -127,14 +135,15 @@ class Supervisor:
         asked = asyncio.create_task(self._stopping.wait())
         await asyncio.wait({ending, asked}, return_when=asyncio.FIRST_COMPLETED)
         asked.cancel()
-        if not ending.done():
+        was_told = not ending.done()
+        if was_told:
             await self._end(child, running, ending)
         await asyncio.wait({relay}, timeout=LAST_WORDS_S)
         # What the process itself has left behind in its group.
         _signal_group(running.pid, signal.SIGKILL)
         relay.cancel()
         child.running = None
-        return await ending
+        return await ending, was_told
 
     async def _end(
         self, child: _Child, running: asyncio.subprocess.Process, ending: "asyncio.Task[int]"
@@ -146,11 +155,7 @@ class Supervisor:
             _signal_group(running.pid, number)
             await asyncio.wait({ending}, timeout=patience_s)
             if ending.done():
-                break
-        code = await ending
-        interrupted = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
-        if number == signal.SIGKILL or code not in interrupted:
-            child.failures.append(f"{name} ({_describe(code)})")
+                return
 
     async def _relay(self, child: _Child, reading: int) -> None:
         """Pass the output on, in whole lines, to the end of the pipe."""
@@ -181,6 +186,7 @@ class Supervisor:
         self._say(f"already stopping, waiting for {', '.join(waiting) or 'nothing'}")
 
     def _write(self, child: _Child, lines: Sequence[bytes]) -> None:
+        child.last_line = lines[-1] if lines else child.last_line
         prefix = f"[{child.description.name}]".ljust(self._width + 2)
         if self._coloured:
             prefix = f"\033[{child.colour}m{prefix}\033[0m"
