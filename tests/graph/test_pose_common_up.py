@@ -282,22 +282,43 @@ def test_a_process_that_fails_in_stopping_is_a_failure(up):
     assert "cannot save" in process.output
 
 
-def test_a_program_interrupted_while_it_starts_is_no_failure(up):
+def test_a_program_interrupted_before_it_can_heed_it_is_no_failure(up):
     process = up(
         'launch: [executable: {{cmd: "{starting}"}}]',
         scripts={
             "starting": """\
-            import sys, time
+            import os, sys, time, traceback
             try:
                 print("ready", flush=True)
                 time.sleep(600)
             except KeyboardInterrupt:
-                # As Python itself ends before it has set itself up.
-                print("KeyboardInterrupt", file=sys.stderr)
-                sys.exit(1)
+                traceback.print_exc()  # as Python does while it still imports
+                os._exit(1)
             """
         },
     )
     process.wait_for_output("ready")
 
     assert process.stop() == 0
+    assert "Traceback" not in process.output
+    assert "interrupted while it started" in process.output
+
+
+def test_a_traceback_in_stopping_that_is_no_interruption_is_shown(up):
+    process = up(
+        'launch: [executable: {{cmd: "{failing}"}}]',
+        scripts={
+            "failing": """\
+            import time
+            try:
+                print("ready", flush=True)
+                time.sleep(600)
+            finally:
+                raise ValueError("no good") from None
+            """
+        },
+    )
+    process.wait_for_output("ready")
+
+    assert process.stop() == 1
+    assert "ValueError: no good" in process.output

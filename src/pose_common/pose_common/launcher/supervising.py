@@ -38,7 +38,7 @@ class _Child:
     description: Process
     colour: int
     running: asyncio.subprocess.Process | None = None
-    last_line: bytes = b""
+    interrupted: bool = False  # Python's own end of a program that Ctrl-C met unprepared
     failures: list[str] = field(default_factory=list)
 
 
@@ -90,9 +90,7 @@ class Supervisor:
             code, was_told = await self._run_once(child, folder)
             failure = f"{process.name} ({_describe(code)})"
             if was_told:
-                # Python's own word where a program is interrupted before it can heed it.
-                is_interrupted = code in STOPPED or child.last_line.startswith(b"KeyboardInterrupt")
-                if not is_interrupted:
+                if code not in STOPPED and not child.interrupted:
                     child.failures.append(failure)
                 return
             how = "has finished" if code == 0 else f"has died ({_describe(code)})"
@@ -163,17 +161,20 @@ class Supervisor:
         transport, _ = await asyncio.get_running_loop().connect_read_pipe(
             lambda: asyncio.StreamReaderProtocol(stream), os.fdopen(reading, "rb")
         )
-        pending = b""
+        pending, traceback = b"", list[bytes]()
         try:
             while chunk := await stream.read(CHUNK):
                 *lines, pending = (pending + chunk).split(b"\n")
                 if len(pending) >= CHUNK:
                     lines, pending = [*lines, pending], b""
+                if self._stopping.is_set():
+                    lines, traceback = _hold_traceback([*traceback, *lines])
                 self._write(child, lines)
         finally:
             transport.close()
-            if pending:
-                self._write(child, [pending])
+            last = [*traceback, *([pending] if pending else [])]
+            child.interrupted = bool(last) and last[-1].startswith(b"KeyboardInterrupt")
+            self._write(child, [b"interrupted while it started"] if child.interrupted else last)
 
     # -- everything -----------------------------------------------------------------------------
 
@@ -186,7 +187,6 @@ class Supervisor:
         self._say(f"already stopping, waiting for {', '.join(waiting) or 'nothing'}")
 
     def _write(self, child: _Child, lines: Sequence[bytes]) -> None:
-        child.last_line = lines[-1] if lines else child.last_line
         prefix = f"[{child.description.name}]".ljust(self._width + 2)
         if self._coloured:
             prefix = f"\033[{child.colour}m{prefix}\033[0m"
@@ -206,6 +206,14 @@ class Supervisor:
             self._stopping.set()
             self._output = open(os.devnull, "w")  # noqa: SIM115 (to the end of the process)
             os.dup2(self._output.fileno(), sys.stdout.fileno())
+
+
+def _hold_traceback(lines: list[bytes]) -> tuple[list[bytes], list[bytes]]:
+    """The lines before a traceback, and the traceback as far as it has come."""
+    for index, line in enumerate(lines):
+        if line.startswith(b"Traceback "):
+            return lines[:index], lines[index:]
+    return lines, []
 
 
 def _signal_group(group: int, number: int) -> None:
