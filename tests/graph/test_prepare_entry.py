@@ -90,9 +90,10 @@ def test_a_python_that_does_not_fit_is_refused(start_process, tmp_path):
 
 def test_the_image_s_system_step_runs_through(start_process, tmp_path):
     """With stand-ins for the programs that would change this machine."""
-    for program in ("apt-get", "useradd", "mkdir", "chown"):
+    for program in ("apt-get", "useradd", "mkdir", "chown", "getent"):
         stand_in = tmp_path / program
-        stand_in.write_text(f'#!/bin/sh\necho {program} "$@"\n')
+        known = "exit 2" if program == "getent" else ""  # no such user yet
+        stand_in.write_text(f'#!/bin/sh\necho {program} "$@"\n{known}\n')
         stand_in.chmod(0o755)
     script = ROOT / "scripts" / "docker_system.sh"
 
