@@ -19,10 +19,12 @@ git -C "$root" archive --prefix=pose_fusion/ HEAD | tar -x -C "$scratch"
 
 "$scratch/pose_fusion/scripts/docker_system.sh" "$uid" "$scratch/pose_fusion" "$scratch/recordings"
 home="$(getent passwd "$uid" | cut -d: -f6)"
-# The image's Python is the system's, not whatever the caller has first in the path.
+# The image's Python is the system's, and nothing of the caller's ROS is there; but how the network
+# is reached (proxies, certificates) stays.
 as_image_user() {
-    runuser -u "$(id -un "$uid")" -- env -i HOME="$home" POSE_PYTHON=/usr/bin/python3 \
-        PATH=/usr/local/bin:/usr/bin:/bin "$@"
+    runuser -u "$(id -un "$uid")" -- env -u POSE_HOME -u VIRTUAL_ENV -u AMENT_PREFIX_PATH \
+        -u CMAKE_PREFIX_PATH -u LD_LIBRARY_PATH -u PYTHONPATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE \
+        HOME="$home" POSE_PYTHON=/usr/bin/python3 PATH=/usr/local/bin:/usr/bin:/bin "$@"
 }
 as_image_user "$scratch/pose_fusion/pose" build
 as_image_user "$scratch/pose_fusion/pose" up fusion.launch.yaml --print "bag:=$scratch/recordings/bag"

@@ -21,7 +21,7 @@ def main() -> None:
 
 def up(words: Sequence[str]) -> int:
     """Run ``up`` with these arguments; its exit code."""
-    options = _parser().parse_args(words)
+    options = _parser().parse_intermixed_args(words)
     texts: list[str] = options.words
     files = [text for text in texts if ":=" not in text]
     if len(files) > 1:
