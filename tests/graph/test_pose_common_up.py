@@ -245,6 +245,18 @@ def test_dry_run_prints_the_commands_and_starts_nothing(up):
     assert process.output.splitlines()[0].startswith(f"one: {sys.executable}")
 
 
+def test_an_option_may_stand_between_the_file_and_its_arguments(up):
+    launch = """\
+        launch:
+        - arg: {{name: word, default: left}}
+        - executable: {{cmd: "{waiting} $(var word)", name: one}}
+        """
+    process = up(launch, "--print", "word:=right", scripts={"waiting": WAITING})
+
+    assert process.wait() == 0
+    assert process.output.endswith("waiting.py right\n")
+
+
 def test_a_bad_launch_file_is_one_line_and_exit_code_1(up):
     process = up("launch: [nodes: {{}}]")
 
