@@ -12,6 +12,7 @@ from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
 from pose_fusion.imu.track import ImuState, ImuTrack
 from pose_fusion.streams.samples import FloatArray, ImuSample
 
+SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
 
 
@@ -86,6 +87,6 @@ class ImuSet:
             bone = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
             if direction is None:
                 axes[segment] = trunk[:, 2]
-            elif np.all(np.isfinite(bone)):
+            elif np.linalg.norm(bone) > SHORTEST_BONE:  # false of NaN
                 axes[segment] = bone / np.linalg.norm(bone) * direction[2]
         return axes

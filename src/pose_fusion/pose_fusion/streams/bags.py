@@ -26,6 +26,8 @@ SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
 WORLD_FRAME = "map"
+LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
+FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
 
 Progress = Callable[[float], None]
 """Called with the share of the bag that has been read, 0 to 1."""
@@ -202,14 +204,15 @@ def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
     """``T_map_sensor``, (4, 4), of each Kinect among ``geometry_msgs/TransformStamped``.
 
     The last transform of a frame counts. Sensors without a path to ``map`` are left out.
+
+    Raises:
+        InputError: If a transform on such a path has no rotation or no numbers.
     """
-    parents: dict[str, tuple[str, FloatArray]] = {}
-    for transform in transforms:
-        parents[transform.child_frame_id] = (transform.header.frame_id, _matrix(transform))
+    parents = {transform.child_frame_id: transform for transform in transforms}
     result = {}
     for frame in sorted(parents):
         match = SENSOR_FRAME.match(frame)
-        T_map_sensor = _to_world(frame, parents)
+        T_map_sensor = _to_world(frame, parents) if match else None
         if match and T_map_sensor is not None:
             result[match["name"]] = T_map_sensor
     return result
@@ -221,16 +224,22 @@ def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:
 
 
 def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
-    """A ``pose_msgs/Skeleton``; joints that it does not name are NaN and not tracked.
+    """A ``pose_msgs/Skeleton``; what it does not name or place is NaN and not tracked.
 
     Raises:
-        InputError: If its lists differ in length.
+        InputError: If its lists differ in length, or a tracking state is none of the three.
     """
     count = len(message.name)
     if len(message.position) != count or len(message.tracking_state) != count:
         raise InputError(
             f"skeleton '{message.id}' has {count} names, {len(message.position)} positions and "
             f"{len(message.tracking_state)} tracking states: expected as many of each"
+        )
+    strange = set(message.tracking_state) - set(TrackingState)
+    if strange:
+        raise InputError(
+            f"skeleton '{message.id}' has the tracking state {min(strange)}: expected 0 (not "
+            "tracked), 1 (inferred) or 2 (tracked)"
         )
     positions = np.full((len(JOINTS), 3), np.nan)
     state = np.full(len(JOINTS), TrackingState.NOT_TRACKED, np.uint8)
@@ -241,7 +250,8 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
         if index is not None and tracked != TrackingState.NOT_TRACKED:
             positions[index] = point.x, point.y, point.z
             state[index] = tracked
-    unknown = ~np.isfinite(positions).all(axis=1)
+    known = (np.abs(positions) < LONGEST_RANGE).all(axis=1)  # false of NaN
+    unknown = ~known | ~positions.any(axis=1)  # trackers send (0, 0, 0) for what they have lost
     positions[unknown] = np.nan
     state[unknown] = TrackingState.NOT_TRACKED
     return SkeletonSample(
@@ -254,19 +264,26 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
 
 
 def imu_sample(message: Any, segment: str) -> ImuSample | None:
-    """A ``sensor_msgs/Imu`` (of ROS or of rosbags); None if it says no orientation."""
-    orientation, rate = message.orientation, message.angular_velocity
+    """A ``sensor_msgs/Imu`` (of ROS or of rosbags); None if it says no orientation.
+
+    Nor does one say anything whose rates or variances are no numbers.
+    """
+    orientation = message.orientation
     quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
     # REP 145: a first element of −1 says that there is no orientation.
     if message.orientation_covariance[0] == -1.0 or not 0.9 < np.linalg.norm(quaternion) < 1.1:
         return None
     variance = np.asarray(message.orientation_covariance, float)[[0, 4, 8]]
+    rate = message.angular_velocity
+    rates = np.array([rate.x, rate.y, rate.z])
+    if not (np.isfinite(variance).all() and (np.abs(rates) < FASTEST_RATE).all()):
+        return None
     return ImuSample(
         stamp_ns=stamp_ns(message.header),
         segment=segment,
         orientation=quaternion,
         orientation_stddev=np.sqrt(np.maximum(variance, 0.0)),
-        angular_velocity=np.array([rate.x, rate.y, rate.z]),
+        angular_velocity=rates,
     )
 
 
@@ -297,16 +314,18 @@ def _matrix(transform: Any) -> FloatArray:
             f"the transform of {transform.child_frame_id} has no rotation: its quaternion is zero"
         ) from error
     matrix[:3, 3] = t.x, t.y, t.z
+    if not np.isfinite(matrix).all():
+        raise InputError(f"the transform of {transform.child_frame_id} holds NaN or infinity")
     return matrix
 
 
-def _to_world(frame: str, parents: Mapping[str, tuple[str, FloatArray]]) -> FloatArray | None:
+def _to_world(frame: str, parents: Mapping[str, Any]) -> FloatArray | None:
     T_world_frame = np.eye(4)
     for _ in range(len(parents) + 1):  # a loop of frames ends too
         if frame == WORLD_FRAME:
             return T_world_frame
         if frame not in parents:
             return None
-        frame, T_parent_frame = parents[frame]
-        T_world_frame = T_parent_frame @ T_world_frame
+        T_world_frame = _matrix(parents[frame]) @ T_world_frame
+        frame = parents[frame].header.frame_id
     return None

@@ -1,0 +1,113 @@
+"""Messages that no sensor should send: what they say is left out, never passed on."""
+
+import numpy as np
+import pytest
+
+from pose_common.bags import make_typestore
+from pose_common.errors import InputError
+from pose_common.joints import JOINTS, TrackingState
+from pose_fusion.body.model import load_body_model
+from pose_fusion.imu.imu_set import ImuSet
+from pose_fusion.imu.track import ImuState
+from pose_fusion.streams.bags import imu_sample, skeleton_sample, transforms_to_map
+
+TYPES = make_typestore().types
+HEADER = TYPES["std_msgs/msg/Header"](
+    stamp=TYPES["builtin_interfaces/msg/Time"](sec=1, nanosec=0), frame_id="map"
+)
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+def skeleton(position=(0.1, 0.2, 2.0), state=2):
+    point = TYPES["geometry_msgs/msg/Point"]
+    return TYPES["pose_msgs/msg/Skeleton"](
+        header=HEADER,
+        id="1",
+        name=list(JOINTS),
+        position=[point(x=0.1, y=0.2, z=2.0)] * 14 + [point(*position)],
+        tracking_state=np.array([2] * 14 + [state], np.uint8),
+    )
+
+
+def imu(variance=0.01, rate=0.1):
+    vector = TYPES["geometry_msgs/msg/Vector3"]
+    covariance = np.full(9, variance)
+    return TYPES["sensor_msgs/msg/Imu"](
+        header=HEADER,
+        orientation=TYPES["geometry_msgs/msg/Quaternion"](*IDENTITY),
+        orientation_covariance=covariance,
+        angular_velocity=vector(x=rate, y=0.0, z=0.0),
+        angular_velocity_covariance=covariance,
+        linear_acceleration=vector(x=0.0, y=0.0, z=9.8),
+        linear_acceleration_covariance=covariance,
+    )
+
+
+def transform(child, parent="map", rotation=IDENTITY, x=0.0):
+    return TYPES["geometry_msgs/msg/TransformStamped"](
+        header=TYPES["std_msgs/msg/Header"](stamp=HEADER.stamp, frame_id=parent),
+        child_frame_id=child,
+        transform=TYPES["geometry_msgs/msg/Transform"](
+            translation=TYPES["geometry_msgs/msg/Vector3"](x=x, y=0.0, z=0.0),
+            rotation=TYPES["geometry_msgs/msg/Quaternion"](*rotation),
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    "position",
+    [(np.nan, 0.2, 2.0), (np.inf, 0.2, 2.0), (1e30, 0.2, 2.0), (0.1, -1e300, 2.0), (0.0, 0.0, 0.0)],
+)
+def test_a_joint_that_cannot_be_there_is_not_tracked(position):
+    sample = skeleton_sample(skeleton(position), "left")
+    assert np.isnan(sample.positions[-1]).all()
+    assert sample.tracking_state[-1] == TrackingState.NOT_TRACKED
+    assert np.isfinite(sample.positions[:-1]).all()
+
+
+def test_an_unknown_tracking_state_is_refused():
+    with pytest.raises(InputError, match="has the tracking state 3: expected 0 .* 2"):
+        skeleton_sample(skeleton(state=3), "left")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("variance", np.nan), ("variance", np.inf), ("rate", np.nan), ("rate", np.inf), ("rate", 1e30)],
+)
+def test_an_imu_whose_numbers_are_none_says_nothing(name, value):
+    assert imu_sample(imu(), "torso") is not None
+    assert imu_sample(imu(**{name: value}), "torso") is None
+
+
+def test_a_bad_transform_of_another_frame_does_not_matter():
+    placed = transforms_to_map(
+        [transform("gripper", rotation=(0.0,) * 4), transform("kinect_left_optical_frame")]
+    )
+    assert list(placed) == ["left"]
+
+
+@pytest.mark.parametrize("values", [{"rotation": (0.0,) * 4}, {"x": np.nan}])
+def test_a_bad_transform_of_a_sensor_is_refused(values):
+    with pytest.raises(InputError, match="the transform of kinect_left_optical_frame"):
+        transforms_to_map([transform("kinect_left_optical_frame", **values)])
+
+
+def test_a_bone_without_length_does_not_spoil_the_alignment_for_good():
+    imus = ImuSet(load_body_model("li2020"))
+    imus.add(imu_sample(imu(), "left_shank"))
+    positions = np.full((len(JOINTS), 3), np.nan)
+    for joint, place in {
+        "left_hip": (0.0, 0.1, 1.0),
+        "right_hip": (0.0, -0.1, 1.0),
+        "neck": (0.0, 0.0, 1.5),
+        "left_knee": (0.1, 0.1, 0.5),
+        "left_foot": (0.1, 0.1, 0.5),
+    }.items():
+        positions[JOINTS.index(joint)] = place
+    imus.observe(10**9, positions)  # makes the segment known
+    alignment = imus.alignment._segments["left_shank"]
+    still = ImuState(R_world_sensor=np.eye(3), angular_velocity=np.zeros(3), stddev=np.zeros(3))
+    alignment.collect_neutral(still)
+    alignment.finish_neutral(0.0)
+    imus.observe(10**9, positions)
+    assert np.isfinite([alignment.dot, alignment.cross]).all()
