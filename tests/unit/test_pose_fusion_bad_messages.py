@@ -66,13 +66,19 @@ def test_a_joint_that_cannot_be_there_is_not_tracked(position):
 
 
 def test_an_unknown_tracking_state_is_refused():
-    with pytest.raises(InputError, match="has the tracking state 3: expected 0 .* 2"):
+    with pytest.raises(InputError, match="has the tracking state 3: expected 0"):
         skeleton_sample(skeleton(state=3), "left")
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("variance", np.nan), ("variance", np.inf), ("rate", np.nan), ("rate", np.inf), ("rate", 1e30)],
+    [
+        ("variance", np.nan),
+        ("variance", np.inf),
+        ("rate", np.nan),
+        ("rate", np.inf),
+        ("rate", 1e30),
+    ],
 )
 def test_an_imu_whose_numbers_are_none_says_nothing(name, value):
     assert imu_sample(imu(), "torso") is not None

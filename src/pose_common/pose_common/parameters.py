@@ -8,7 +8,8 @@ command-line options all come from it.
 import argparse
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,6 +19,8 @@ import yaml
 from pose_common.errors import InputError, ParameterError
 
 T = TypeVar("T")
+NAME = r"[A-Za-z]\w*"  # a whole part of a topic, between slashes
+NAME_ENDING = r"[A-Za-z0-9]\w*"  # what comes after an underscore in it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +32,7 @@ class ParameterSpec:
     low: float | None = None
     high: float | None = None
     choices: tuple[str, ...] | None = None
+    pattern: str | None = None  # of the text, or of each of the texts
 
     @property
     def range_text(self) -> str:
@@ -50,6 +54,7 @@ def parameter(
     low: float | None = None,
     high: float | None = None,
     choices: Sequence[str] | None = None,
+    pattern: str | None = None,
 ) -> Any:
     """Declare a parameter as a dataclass field.
 
@@ -60,9 +65,16 @@ def parameter(
         low: Smallest allowed value, in ``unit``.
         high: Largest allowed value, in ``unit``.
         choices: The allowed strings.
+        pattern: What the string, or each of them, must match because it becomes part of topics
+            and frames: :data:`NAME` or :data:`NAME_ENDING`.
     """
     spec = ParameterSpec(
-        doc=doc, unit=unit, low=low, high=high, choices=tuple(choices) if choices else None
+        doc=doc,
+        unit=unit,
+        low=low,
+        high=high,
+        choices=tuple(choices) if choices else None,
+        pattern=pattern,
     )
     return dataclasses.field(default=default, metadata={"spec": spec})
 
@@ -88,11 +100,15 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
     if isinstance(default, tuple):
         if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
             raise ParameterError(f"{name} = {value!r} is not a list of strings")
+        for each in value:
+            _check_pattern(name, each, spec)
         return tuple(value)
     if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
     if type(value) is not type(default):
         raise ParameterError(f"{name} = {value!r} is not of type {type_name(default)}")
+    if isinstance(value, str):
+        _check_pattern(name, value, spec)
     if isinstance(value, float) and not math.isfinite(value):
         raise ParameterError(f"{name} = {value}{unit} is not finite")
     if spec.choices is not None and value not in spec.choices:
@@ -104,15 +120,29 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
     return value
 
 
+def _check_pattern(name: str, value: str, spec: ParameterSpec) -> None:
+    if spec.pattern is not None and not re.fullmatch(spec.pattern, value, re.ASCII):
+        raise ParameterError(
+            f"{name} = {value!r} cannot be part of a topic: use letters, digits and underscores"
+            + (", a letter first" if spec.pattern == NAME else "")
+        )
+
+
 def from_mapping(parameters: type[T], values: Mapping[str, Any]) -> T:
     """Build the dataclass from plain values, checking each; missing ones keep their default."""
+    refuse_unknown(parameters, values)
     known = specs(parameters)
-    unknown = sorted(set(values) - set(known))
+    return parameters(**{name: checked(name, values[name], *known[name]) for name in values})
+
+
+def refuse_unknown(parameters: type, names: Iterable[Any]) -> None:
+    """Raise a :class:`ParameterError` if some names are no fields of the dataclass."""
+    known = specs(parameters)
+    unknown = sorted(str(name) for name in set(names) - set(known))
     if unknown:
         raise ParameterError(
             f"unknown parameter {', '.join(unknown)}: expected some of {', '.join(known)}"
         )
-    return parameters(**{name: checked(name, values[name], *known[name]) for name in values})
 
 
 def from_ros_yaml(parameters: type[T], path: Path, node: str) -> T:
@@ -131,7 +161,14 @@ def values_from_ros_yaml(path: Path, node: str) -> dict[str, Any]:
     values: dict[str, Any] = {}
     if not isinstance(document, dict):
         raise InputError(f"{path} holds no parameters: expected 'NODE: {{ros__parameters: …}}'")
-    for key in ("/**", node, f"/{node}"):
+    keys = ("/**", node, f"/{node}")
+    if not any(key in document for key in keys):
+        others = ", ".join(map(str, document)) or "nothing at all"
+        raise InputError(
+            f"{path} holds nothing for '{node}', only {others}: "
+            f"expected '{node}: {{ros__parameters: …}}'"
+        )
+    for key in keys:
         section = document.get(key)
         if section is None:
             continue

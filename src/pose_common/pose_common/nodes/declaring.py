@@ -7,14 +7,20 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 
 from pose_common.errors import ParameterError
-from pose_common.parameters import ParameterSpec, from_mapping, specs
+from pose_common.parameters import ParameterSpec, checked, from_mapping, refuse_unknown, specs
 
 T = TypeVar("T")
 LIMIT = 1e300  # ROS ranges have two ends
+OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
+QOS_OVERRIDES = "qos_overrides."
 
 
 def declare_parameters(node: Node, parameters: type[T]) -> T:
     """Declare each field as a read-only ROS parameter and return the checked values."""
+    # rclpy passes over what is set but never declared, and has no public way to ask for it.
+    given = node._parameter_overrides
+    ours = [n for n in given if n not in OF_EVERY_NODE and not n.startswith(QOS_OVERRIDES)]
+    refuse_unknown(parameters, ours)
     values = {}
     for name, (default, spec) in specs(parameters).items():
         plain = list(default) if isinstance(default, tuple) else default
@@ -23,8 +29,8 @@ def declare_parameters(node: Node, parameters: type[T]) -> T:
         except InvalidParameterTypeException as error:
             raise ParameterError(f"{name}: {error}") from error
         except InvalidParameterValueException as error:
-            unit = "" if spec.unit == "-" else f" [{spec.unit}]"
-            raise ParameterError(f"{name}{unit} is outside {spec.range_text}: {error}") from error
+            checked(name, given[name].value, default, spec)  # says it in our words
+            raise ParameterError(f"{name} is outside {spec.range_text}: {error}") from error
     return from_mapping(parameters, values)
 
 

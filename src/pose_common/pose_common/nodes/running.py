@@ -6,9 +6,12 @@ from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from pose_common.errors import PoseError
+
+RCLError = rclpy_implementation.RCLError
 
 
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> None:
@@ -20,7 +23,12 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
     """
     status = 0
     node = None
-    rclpy.init(args=list(args) if args is not None else None)
+    try:
+        rclpy.init(args=list(args) if args is not None else None)
+    except RCLError as error:  # a bad --ros-args, or a parameter file that is none
+        reason = " ".join(str(error).split(", at /")[0].split())
+        print(f"error: {reason}", file=sys.stderr)
+        sys.exit(1)
     try:
         node = make_node()
         rclpy.spin(node)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pose_common.parameters import parameter
+from pose_common.parameters import NAME_ENDING, parameter
 from pose_fusion.calibration.extrinsics_calibration import CalibrationLimits
 from pose_fusion.calibration.floor import KnownMounting
 
@@ -70,7 +70,9 @@ class LiveCalibrationParameters(CalibrationParameters):
     """Parameters of the calibration node."""
 
     sensors: tuple[str, ...] = parameter(
-        ("left", "right"), doc="names of the Kinects, the reference first"
+        ("left", "right"),
+        doc="names of the Kinects, the reference first",
+        pattern=NAME_ENDING,
     )
     file: str = parameter(
         "", doc="YAML of the calibration: loaded if it exists, else saved there once found"

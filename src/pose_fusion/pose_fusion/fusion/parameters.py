@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pose_common.parameters import parameter
+from pose_common.parameters import NAME, NAME_ENDING, parameter
 from pose_fusion.filters.li2020 import Li2020Parameters
 
 
@@ -12,9 +12,11 @@ class FusionParameters(Li2020Parameters):
 
     estimator: str = parameter("li2020", choices=("li2020",), doc="the filter")
     body_model: str = parameter("li2020", choices=("li2020",), doc="the kinematic tree")
-    subject: str = parameter("subject", doc="the person's id in topics and frames")
+    subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
     person: str = parameter("", doc="a sensor's id of the person to follow; empty: the only one")
-    sensors: tuple[str, ...] = parameter(("left", "right"), doc="names of the Kinects")
+    sensors: tuple[str, ...] = parameter(
+        ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
+    )
     extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: from /tf_static")
     shape_file: str = parameter(
         "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"
