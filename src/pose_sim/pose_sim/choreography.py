@@ -18,6 +18,7 @@ from pose_sim.timeline import Timeline, Variation
 
 STILL = 2.5  # [s] neutral pose at the start of every session
 SHORTEST = 5.0  # [s]
+LONGEST = 3600.0  # [s]
 
 Choreography = Callable[[Timeline], None]
 
@@ -44,10 +45,15 @@ def compose(
         heading: Where the subject looks at first [rad], about ``map``'s z from its x.
 
     Raises:
-        InputError: If there is no such choreography, or the duration is too short.
+        InputError: If there is no such choreography, or the duration is too short or too long.
     """
     if name not in CHOREOGRAPHIES:
         raise InputError(f"unknown choreography '{name}': expected {', '.join(CHOREOGRAPHIES)}")
+    if duration > LONGEST:
+        raise InputError(
+            f"duration = {duration:g} s is too long: a session may last {LONGEST:g} s, "
+            "all of it is made in memory"
+        )
     if not duration >= SHORTEST:
         raise InputError(
             f"duration = {duration:g} s is too short: a session needs {SHORTEST:g} s or more, "

@@ -10,6 +10,8 @@ from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS, make_session, read_overrides, settings_of
 from pose_sim.session_folder import note_of, write_session
 
+LATEST_NS = 2_000_000_000 * 10**9  # [ns] a ROS stamp ends at 2**31 s
+
 
 def make_parser() -> argparse.ArgumentParser:
     """The command line."""
@@ -58,6 +60,8 @@ def run() -> None:
         raise InputError(
             f"seed = {arguments.seed}, start-at = {arguments.start_at} ns: neither may be negative"
         )
+    if arguments.start_at > LATEST_NS:
+        raise InputError(f"start-at = {arguments.start_at} ns is no UNIX time [ns]: `date +%s%N`")
     session = make_session(arguments.choreography, arguments.duration, arguments.seed, settings)
     print(note_of(session), file=sys.stderr)
     write_session(arguments.output, session, arguments.start_at)

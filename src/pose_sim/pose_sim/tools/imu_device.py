@@ -67,6 +67,8 @@ def run() -> int:
             raise InputError(f"{name} = {getattr(arguments, name):g} is outside [0, 1]")
     if not 0.0 <= arguments.jitter <= 1.0:
         raise InputError(f"jitter = {arguments.jitter:g} s is outside [0, 1]")
+    if arguments.seed < 0:
+        raise InputError(f"seed = {arguments.seed} is negative")
     stop_signals: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _: stop_signals.append(number))
