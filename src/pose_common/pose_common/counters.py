@@ -24,6 +24,6 @@ class Counters:
         """The count of a declared name."""
         return self._counts[name]
 
-    def as_dict(self) -> dict[str, int]:
-        """All counts by name, in declaration order."""
-        return dict(self._counts)
+    def as_dict(self, prefix: str = "") -> dict[str, int]:
+        """All counts by name, each behind the prefix, in declaration order."""
+        return {prefix + name: count for name, count in self._counts.items()}

@@ -8,7 +8,7 @@ import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -22,6 +22,7 @@ from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_ext
 from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.conversions import to_extrinsics_messages, to_static_tf
+from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.bags import skeleton_samples
 
 
@@ -46,9 +47,9 @@ class CalibrationNode(Node):
         self._counters = Counters("malformed_frames")
         self._trouble = ""
         self._extrinsics_publisher = self.create_publisher(
-            TransformStamped, "extrinsics", _latched(len(parameters.sensors))
+            TransformStamped, "extrinsics", latched(len(parameters.sensors))
         )
-        self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", _latched(1))
+        self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", latched(1))
         for sensor in parameters.sensors:
             self.create_subscription(
                 SkeletonArray,
@@ -129,8 +130,8 @@ class CalibrationNode(Node):
                 **_residuals(calibration.extrinsics),
                 **calibration.counters.as_dict(),
                 **self._counters.as_dict(),
-                **_prefixed("person", calibration.selector.counters),
-                **_prefixed("alignment", calibration.aligner.counters),
+                **calibration.selector.counters.as_dict("person/"),
+                **calibration.aligner.counters.as_dict("alignment/"),
             },
         )
 
@@ -151,18 +152,6 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
         values["vertical_stddev_deg"] = f"{np.degrees(floor.up_stddev):.1f}"
         values["sensor_height_m"] = f"{floor.height:.2f}"
     return values
-
-
-def _prefixed(prefix: str, counters: Counters) -> dict[str, int]:
-    return {f"{prefix}/{name}": count for name, count in counters.as_dict().items()}
-
-
-def _latched(depth: int) -> QoSProfile:
-    return QoSProfile(
-        depth=depth,
-        reliability=ReliabilityPolicy.RELIABLE,
-        durability=DurabilityPolicy.TRANSIENT_LOCAL,
-    )
 
 
 def main() -> None:

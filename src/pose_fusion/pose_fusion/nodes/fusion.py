@@ -4,17 +4,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
-from pose_common.joints import SEGMENTS
+from pose_common.joints import SEGMENTS, TrackingState
 from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
@@ -26,17 +27,14 @@ from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_to
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.bags import imu_sample, skeleton_samples, transforms_to_map
 from pose_fusion.streams.person_selection import PersonSelector
 
 NS_PER_S = 1_000_000_000
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
 SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
-LATCHED_QOS = QoSProfile(
-    depth=QUEUE,
-    reliability=ReliabilityPolicy.RELIABLE,
-    durability=DurabilityPolicy.TRANSIENT_LOCAL,
-)
+LATCHED_QOS = latched(QUEUE)
 
 
 class FusionNode(Node):
@@ -52,7 +50,12 @@ class FusionNode(Node):
         self._body_id = self._parameters.subject
         self.pipeline = FusionPipeline(self._parameters)
         self._selector = PersonSelector(self._parameters.person)
-        self._counters = Counters("malformed_skeletons", "imu_without_orientation")
+        self._counters = Counters(
+            "malformed_skeletons",
+            "joints_not_tracked",
+            "imu_without_orientation",
+            "malformed_transforms",
+        )
         self._static_transforms: dict[str, TransformStamped] = {}
         self._announced_shape: BodyShape | None = None
         self._reported_estimates = 0
@@ -99,6 +102,8 @@ class FusionNode(Node):
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
         if sample is not None:
+            missing = int(np.sum(sample.tracking_state == TrackingState.NOT_TRACKED))
+            self._counters.add("joints_not_tracked", missing)
             self._publish(self.pipeline.add_skeleton(sample))
 
     def _on_imu(self, segment: str, message: Imu) -> None:
@@ -111,7 +116,12 @@ class FusionNode(Node):
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
             self._static_transforms[transform.child_frame_id] = transform
-        placed = transforms_to_map(self._static_transforms.values())
+        try:
+            placed = transforms_to_map(self._static_transforms.values())
+        except InputError as error:
+            self._counters.add("malformed_transforms")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
         if all(sensor in placed for sensor in self._parameters.sensors):
             extrinsics: Extrinsics = extrinsics_from_map(
                 {sensor: placed[sensor] for sensor in self._parameters.sensors}
@@ -159,14 +169,10 @@ class FusionNode(Node):
                 "imus_aligned": ", ".join(self.pipeline.imus.alignment.known_segments) or "none",
                 **counts,
                 **self._counters.as_dict(),
-                **_prefixed("person", self._selector.counters),
-                **_prefixed("alignment", self.pipeline.aligner.counters),
+                **self._selector.counters.as_dict("person/"),
+                **self.pipeline.aligner.counters.as_dict("alignment/"),
             },
         )
-
-
-def _prefixed(prefix: str, counters: Counters) -> dict[str, int]:
-    return {f"{prefix}/{name}": count for name, count in counters.as_dict().items()}
 
 
 def main() -> None:

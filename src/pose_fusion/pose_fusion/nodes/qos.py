@@ -1,4 +1,4 @@
-"""Quality of service: between rclpy's profiles and those that a bag keeps."""
+"""Quality of service: the profiles of our topics, and those that a bag keeps."""
 
 from collections.abc import Sequence
 
@@ -20,6 +20,15 @@ from rosbags.interfaces import (
 )
 
 NS_PER_S = 1_000_000_000
+
+
+def latched(depth: int) -> QoSProfile:
+    """Reliable, and kept for those who subscribe later."""
+    return QoSProfile(
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
 
 
 def to_bag(profile: QoSProfile) -> Qos:
