@@ -6,6 +6,7 @@ or serialised CDR bytes; both have the same fields as the ROS messages.
 
 import os
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
@@ -298,17 +299,29 @@ class BagWriter:
     def write_serialized(
         self, topic: str, msgtype: str, data: bytes | memoryview, stamp_ns: int
     ) -> None:
-        """Append a message's CDR bytes as they are, recorded at ``stamp_ns`` [ns]."""
+        """Append a message's CDR bytes as they are, recorded at ``stamp_ns`` [ns].
+
+        Raises:
+            InputError: If the disk cannot take it, or as of :meth:`add_topic`.
+        """
         if topic not in self._connections or self._connections[topic].msgtype != msgtype:
             self.add_topic(topic, msgtype)
-        self._writer.write(self._connections[topic], stamp_ns, data)
+        try:
+            self._writer.write(self._connections[topic], stamp_ns, data)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unwritable(error) from error
         self.message_count += 1
+
+    def _unwritable(self, error: Exception) -> InputError:
+        reason = (error.strerror if isinstance(error, OSError) else None) or _one_line(error)
+        return InputError(f"cannot write {self.path}: {reason}")
 
     def close(self) -> None:
         """Complete the bag and move it to its path.
 
         Raises:
-            InputError: If something else was put at the path meanwhile; the bag is then removed.
+            InputError: If something else was put at the path meanwhile, or the disk cannot take
+                the end; the bag is then removed.
         """
         try:
             self._writer.close()
@@ -316,6 +329,8 @@ class BagWriter:
             if self.path.exists():
                 raise InputError(f"{self.path} was made by someone else while the bag was written")
             os.rename(self._hidden / self.path.name, self.path)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unwritable(error) from error
         finally:
             shutil.rmtree(self._hidden, ignore_errors=True)
 
