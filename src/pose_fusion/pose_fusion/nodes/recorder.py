@@ -20,7 +20,7 @@ from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
 from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
-from pose_common.nodes.running import run_node
+from pose_common.nodes.running import RCLError, run_node
 from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
@@ -41,7 +41,7 @@ class Recorder(Node):
             raise ParameterError("output is not set: name the folder to make")
         if self._parameters.all == bool(self._parameters.topics):
             raise ParameterError("set either topics, or all to true")
-        self._wanted = [self.resolve_topic_name(topic) for topic in self._parameters.topics]
+        self._wanted = [self._resolved(topic) for topic in self._parameters.topics]
         self._subscriptions_by_topic: dict[str, Subscription] = {}
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
@@ -59,6 +59,13 @@ class Recorder(Node):
         )
 
     # -- topics ---------------------------------------------------------------------------------
+
+    def _resolved(self, topic: str) -> str:
+        try:
+            return self.resolve_topic_name(topic)
+        except (RCLError, ValueError) as error:
+            reason = str(error).split(", at /")[0]
+            raise ParameterError(f"topics: '{topic}' cannot be recorded: {reason}") from error
 
     def _discover(self) -> None:
         """Subscribe to topics that have appeared; follow publishers that offer less than before."""
