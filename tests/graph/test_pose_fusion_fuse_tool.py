@@ -144,3 +144,13 @@ def test_a_bag_without_skeletons_is_refused(bag, tmp_path):
     result = run_fuse(tmp_path / "fused", tmp_path / "again")
     assert result.returncode == 1
     assert "holds no skeletons" in result.stderr
+
+
+def test_the_bodys_measures_are_saved_and_used_again(bag, tmp_path):
+    measures = tmp_path / "me.yaml"
+    assert run_fuse(bag, tmp_path / "one", "--shape-file", measures).returncode == 0
+    assert "left_knee" in measures.read_text()
+    result = run_fuse(bag, tmp_path / "two", "--shape-file", measures)
+    assert result.returncode == 0, result.stderr
+    # Nothing has to be measured first: the second has more to say.
+    assert len(messages(tmp_path / "two")) > len(messages(tmp_path / "one")) + 5 * 50

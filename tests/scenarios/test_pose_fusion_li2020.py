@@ -134,3 +134,18 @@ def test_a_joint_that_nobody_sees_is_carried_on_and_found_again():
         assert np.all(np.isfinite(filtered.dof))
     error = filtered.kinematics.pose(filtered.dof).positions[5] - positions[-1, 5]
     assert np.linalg.norm(error) < 0.15
+
+
+def test_a_straight_limbs_turn_about_itself_does_not_wind_up():
+    rng = np.random.default_rng(17)
+    _, dof = motion(20.0, still_s=2.0)
+    for name in ("left_knee_flexion", "left_elbow_flexion"):
+        dof[:, MODEL.dof_index[name]] = 0.0
+    z = measured(kinematics().pose(dof).positions, rng, noise=0.02)
+    filtered = started(z)
+    for seen in z[1:]:
+        filtered.step(DT, seen)
+        for index, name in enumerate(MODEL.angle_names):
+            if name.endswith("rotation"):
+                lower, upper = MODEL.limits[index]
+                assert lower <= filtered.dof[MODEL.dof_index[name]] <= upper

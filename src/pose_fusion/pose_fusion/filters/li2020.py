@@ -21,6 +21,7 @@ from pose_fusion.streams.samples import FloatArray
 
 FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is made
 LARGEST_ANGLE_STDDEV = np.radians(60.0)  # an unseen turn grows no further: sigma points would wrap
+BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
 RE_REFERENCE_ANGLE = 1.0  # [rad] root rotation vectors stay well inside their chart
 
 
@@ -75,6 +76,11 @@ class Li2020Filter:
         self.kinematics = ForwardKinematics(model, shape.offsets)
         self._transform = UnscentedTransform(2 * model.size, alpha=parameters.alpha)
         self._Q = self._process_noise()
+        self._turns = [
+            model.dof_index[link.dof[-1].name]
+            for link in model.links.values()
+            if len(link.dof) == BALL_JOINT
+        ]
         self._mean = np.zeros(2 * model.size)
         self._covariance = np.eye(2 * model.size)
         self.is_started = False
@@ -140,6 +146,7 @@ class Li2020Filter:
             measurement.covariance + np.diag(R),  # li2020 (6)
         )
         self._bound_angles()
+        self._bound_turns()
         self._re_reference()
         return _describe_step(noise, fused - measurement.mean, measured.shape)
 
@@ -158,6 +165,18 @@ class Li2020Filter:
         scale[ROOT_DOF:d] = np.minimum(1.0, LARGEST_ANGLE_STDDEV / stddev)
         if np.any(scale < 1.0):
             self._covariance = np.outer(scale, scale) * self._covariance
+
+    def _bound_turns(self) -> None:
+        """Stop a limb's turn about itself at the joint's limits.
+
+        While the limb is straight nothing measures it, and a rate once guessed would wind it up.
+        """
+        d = self._size
+        lower, upper = self.model.limits[np.array(self._turns) - ROOT_DOF].T
+        bounded = np.clip(self._mean[self._turns], lower, upper)
+        is_beyond = bounded != self._mean[self._turns]
+        self._mean[self._turns] = bounded
+        self._mean[d + np.array(self._turns)[is_beyond]] = 0.0
 
     def _re_reference(self) -> None:
         """Move the root's rotation vector into the reference before it leaves its chart."""

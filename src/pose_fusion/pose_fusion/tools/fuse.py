@@ -11,7 +11,7 @@ from pose_common.bags import BagReader, BagWriter, open_bag
 from pose_common.command_line import run_tool
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
-from pose_fusion.body.shape import load_body_shape
+from pose_fusion.body.shape import load_body_shape, save_body_shape
 from pose_fusion.body.urdf import make_urdf
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
@@ -164,6 +164,9 @@ def fuse(
                 f"({pipeline.status}): the sensors must see the whole person for "
                 f"{parameters.shape_duration:g} s"
             )
+        path = Path(parameters.shape_file)
+        if parameters.shape_file and pipeline.shape is not None and not path.exists():
+            save_body_shape(path, pipeline.model, pipeline.shape, parameters.subject)
     return pipeline
 
 
