@@ -22,7 +22,7 @@ home="$(getent passwd "$uid" | cut -d: -f6)"
 # The image's Python is the system's, and nothing of the caller's ROS is there; but how the network
 # is reached (proxies, certificates) stays.
 as_image_user() {
-    runuser -u "$(id -un "$uid")" -- env -u POSE_HOME -u VIRTUAL_ENV -u AMENT_PREFIX_PATH \
+    runuser -u "$(id -un "$uid")" -- env -u POSE_HOME -u UV_CACHE_DIR -u VIRTUAL_ENV -u AMENT_PREFIX_PATH \
         -u CMAKE_PREFIX_PATH -u LD_LIBRARY_PATH -u PYTHONPATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE \
         HOME="$home" POSE_PYTHON=/usr/bin/python3 PATH=/usr/local/bin:/usr/bin:/bin "$@"
 }

@@ -26,7 +26,8 @@ def run_fuse(*arguments):
     )
 
 
-def write_bag(path, samples, with_extrinsics=True):
+def write_bag(path, samples, with_extrinsics=True, nobody_s=0.0):
+    """A bag of skeletons, after a while in which the sensors see nobody."""
     with BagWriter(path) as writer:
         if with_extrinsics:
             writer.add_topic("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
@@ -34,6 +35,12 @@ def write_bag(path, samples, with_extrinsics=True):
             message = to_static_tf(placed)
             message = to_bag_message(message, writer.typestore)
             writer.write("/tf_static", message, samples[0].stamp_ns)
+        for k in range(round(30 * nobody_s), 0, -1):
+            for sensor in ("left", "right"):
+                stamp_ns = samples[0].stamp_ns - k * 33_333_333
+                header = to_header(stamp_ns, f"kinect_{sensor}_optical_frame")
+                empty = to_bag_message(SkeletonArray(header=header), writer.typestore)
+                writer.write(f"/kinect_{sensor}/skeletons", empty, stamp_ns)
         for sample in samples:
             header = to_header(sample.stamp_ns, f"kinect_{sample.sensor}_optical_frame")
             skeleton = Skeleton(

@@ -159,8 +159,12 @@ class FusionNode(Node):
         message = self.pipeline.status
         if message == "tracking" and not is_tracking:
             message = "no skeletons: the sensors see nobody, or are silent"
+        imus = self.pipeline.imus
+        has_idle_imus = bool(imus.segments) and not imus.alignment.known_segments
+        if is_tracking and has_idle_imus:
+            message = "tracking without the IMUs: stand still, arms hanging, for 2 s, then move"
         return Report(
-            level=Level.OK if is_tracking else Level.WARN,
+            level=Level.OK if is_tracking and not has_idle_imus else Level.WARN,
             message=message,
             values={
                 "estimator": self._parameters.estimator,

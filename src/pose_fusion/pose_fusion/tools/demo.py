@@ -25,7 +25,7 @@ NS_PER_S = 1_000_000_000
 OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
 RECORDING_S = 60.0  # [s] default length that a recording is replayed for
-STARTING_S = 5.0  # [s] for the graph's processes to be there before the first frame
+STARTING_S = 8.0  # [s] for the graph's processes to be there before the first frame
 GENERATING = 0.06  # [-] first guess: time to make a session over its length
 
 

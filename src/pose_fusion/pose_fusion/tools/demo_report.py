@@ -100,6 +100,7 @@ def _print_counts(
     if imus:
         count = sum(bag.topics[topic].count for topic in imus)
         _line(console, "IMUs", f"{len(imus)} segments, {count} orientations recorded{_losses(run)}")
+        _line(console, "", _alignment(run, len(imus)))
     topic = body_topic(bag, "joint_states")
     first_s = min(int(each.stamps_ns[0]) for each in sensors.values() if len(each))
     after_s = (int(methods[FUSED].stamps_ns[0]) - first_s) * 1e-9
@@ -130,6 +131,16 @@ def _sensor_text(bag: BagReader, run: DemoRun, name: str) -> str:
     # The bridge last reported up to a second before the end: recorded may be more.
     lost = max(published - recorded, 0)
     return f"{recorded + lost} frames in, {lost or 'none'} lost on the way to the bag"
+
+
+def _alignment(run: DemoRun, imus: int) -> str:
+    """How many IMUs had a part in the result."""
+    reports = [node.values.get("imus_aligned", "") for node in run.nodes.values()]
+    aligned = [name for text in reports for name in text.split(", ") if name not in ("", "none")]
+    text = f"{len(aligned)} of {imus} aligned with their segments"
+    if not aligned:
+        text += ": the result is the cameras' alone, no neutral pose was seen"
+    return text
 
 
 def _losses(run: DemoRun) -> str:
