@@ -302,6 +302,8 @@ class ProcessStarter:
             with contextlib.suppress(psutil.Error):
                 complaints.append(f"left running: pid {orphan.pid}, {' '.join(orphan.cmdline())}")
                 orphan.kill()
+        with contextlib.suppress(AssertionError):
+            wait_until(lambda: not self.living(), 5.0)  # a killed process takes a moment to go
         for process in self.processes:
             with contextlib.suppress(AssertionError):
                 process.wait(5.0)
