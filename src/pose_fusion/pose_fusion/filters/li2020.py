@@ -83,7 +83,6 @@ class Li2020Filter:
         ]
         self._mean = np.zeros(2 * model.size)
         self._covariance = np.eye(2 * model.size)
-        self.is_started = False
 
     @property
     def dof(self) -> FloatArray:
@@ -113,7 +112,6 @@ class Li2020Filter:
         stddev[:3] = p.initial_position_stddev
         stddev[d:] = p.initial_rate_stddev
         self._covariance = np.diag(stddev**2)
-        self.is_started = True
         return True
 
     def step(self, dt_s: float, measured: FloatArray) -> FilterStep:

@@ -105,4 +105,3 @@ class KinectTracker:
     def _forget(self) -> None:
         self._last_ns = None
         self._strayed_since_ns = None
-        self.filter.is_started = False
