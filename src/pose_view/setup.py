@@ -1,0 +1,23 @@
+"""Build description of the package, for colcon."""
+
+from glob import glob
+
+from setuptools import find_packages, setup
+
+package_name = "pose_view"
+
+setup(
+    name=package_name,
+    version="0.1.0",
+    packages=find_packages(),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
+        (f"share/{package_name}", ["package.xml", "README.md"]),
+        (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
+    ],
+    install_requires=["setuptools"],
+    zip_safe=True,
+    description="The live viewer in the browser and the report of a recording",
+    license="Apache-2.0",
+    entry_points={"console_scripts": []},
+)
