@@ -6,6 +6,7 @@ from pose_common.joints import JOINT_INDEX
 from pose_sim.angles import JOINT_NAMES, measured_angles, true_joint_angles
 from pose_sim.body import Body
 from pose_sim.choreography import CHOREOGRAPHIES, compose, plan
+from pose_sim.occlusion import hidden
 from pose_sim.timeline import Timeline
 
 NAMES = tuple(CHOREOGRAPHIES)
@@ -109,6 +110,62 @@ def test_turns_go_to_a_quarter_on_both_sides(motions):
     yaw = np.degrees(motion.angles["pelvis_yaw"])
     assert yaw.max() == pytest.approx(90.0, abs=1.0)
     assert yaw.min() == pytest.approx(-90.0, abs=1.0)
+
+
+def test_twisting_turns_the_shoulders_against_the_pelvis_both_ways(motions):
+    motion = motions["twisting"]
+    twist = degrees(motion, "waist_rotation")[motion.times > 17.0]
+    assert twist.max() > 30.0
+    assert twist.min() < -30.0
+
+
+def test_dance_turns_by_60_degrees_and_waves_overhead(motions):
+    motion = compose("dance", 60.0, 5)
+    yaw = np.degrees(motion.angles["pelvis_yaw"])
+    assert yaw.max() > 55.0
+    assert yaw.min() < -55.0
+    joints = motion.pose.joints
+    for side in ("left", "right"):
+        hand, head = joints[:, JOINT_INDEX[f"{side}_hand"]], joints[:, JOINT_INDEX["head"]]
+        assert (hand - head)[:, 2].max() > 0.2
+    assert degrees(motion, "waist_flexion").max() > 25.0
+
+
+def test_kicks_go_to_the_front_and_to_the_side_with_a_stretched_knee(motions):
+    motion = motions["kicks"]
+    for side in ("left", "right"):
+        knee = degrees(motion, f"{side}_knee_flexion")
+        assert (degrees(motion, f"{side}_hip_flexion")[knee < 30.0]).max() > 65.0
+        assert (degrees(motion, f"{side}_hip_abduction")[knee < 30.0]).max() > 40.0
+        foot = motion.pose.joints[:, JOINT_INDEX[f"{side}_foot"]]
+        assert np.linalg.norm(np.gradient(foot, motion.times, axis=0), axis=1).max() > 3.0  # [m/s]
+
+
+def test_walking_with_turns_goes_right_round_to_both_sides():
+    yaw = np.degrees(compose("walk_turns", 60.0, 5).angles["pelvis_yaw"])
+    assert yaw.max() == pytest.approx(360.0, abs=1.0)
+    assert yaw.min() < 0.0
+
+
+def test_crouching_behind_an_arm_hides_joints_of_the_trunk_from_the_sensor_in_front(motions):
+    motion = compose("crouch_behind_arm", 40.0, 5, place=(2.2, 0.0), heading=np.pi)
+    late = motion.times > 17.0
+    blocked = hidden(motion.pose.joints[late], np.array([0.0, 0.0, 1.3]), 1.75) > 0.5
+    still = hidden(motion.pose.joints[:1], np.array([0.0, 0.0, 1.3]), 1.75) > 0.5
+    trunk = [JOINT_INDEX[name] for name in ("head", "neck", "torso")]
+    assert not still[:, trunk].any()
+    assert blocked[:, trunk].any(axis=1).mean() > 0.2
+    assert motion.angles["left_knee_flexion"].max() > np.radians(65.0)
+
+
+def test_reaching_moves_the_shoulders_by_centimetres_against_the_trunk(motions):
+    motion = motions["reach"]
+    late = motion.times > 17.0
+    for side in ("left", "right"):
+        shoulder = motion.pose.origins[f"{side}_upper_arm"] - motion.pose.origins["torso"]
+        in_trunk = np.einsum("nij,ni->nj", motion.pose.rotations["torso"], shoulder)
+        moved = np.linalg.norm(in_trunk[late] - in_trunk[0], axis=1)
+        assert 0.06 < moved.max() < 0.14  # [m]
 
 
 def test_true_angles_have_the_names_of_the_27_dof_model_and_never_jump(motions):

@@ -57,6 +57,26 @@ def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):
     assert digests(tmp_path / "s") == digests(folder)
 
 
+def test_a_clock_offset_moves_the_second_sensors_stamps_and_nothing_else(session):
+    late = make_session(
+        "leg_lift_march", 8.0, 7, settings_of("typical", {"kinect": {"clock_offset": 0.08}})
+    )
+    assert np.array_equal(late.kinects["left"].host_time_ns, session.kinects["left"].host_time_ns)
+    right, moved = session.kinects["right"], late.kinects["right"]
+    common = np.isin(moved.capture_s, right.capture_s)
+    assert np.array_equal(
+        moved.host_time_ns[common] - 80_000_000,
+        right.host_time_ns[np.isin(right.capture_s, moved.capture_s)],
+    )
+
+
+@pytest.mark.parametrize(("name", "share"), [("easy", 0.5), ("hard", 2.0)])
+def test_a_level_of_difficulty_scales_the_joints_errors(name, share):
+    typical, other = settings_of("typical").kinect, settings_of(name).kinect
+    for error in ("joint_bias", "wander_moving", "hidden_error", "lag", "glitch_rate"):
+        assert getattr(other, error) == pytest.approx(share * getattr(typical, error))
+
+
 def test_another_seed_gives_other_files(folder, tmp_path):
     write_session(tmp_path / "s", make_session("leg_lift_march", 8.0, 8, settings_of()), START_NS)
     other, first = digests(tmp_path / "s"), digests(folder)

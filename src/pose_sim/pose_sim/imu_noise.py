@@ -79,11 +79,18 @@ CLEAN = replace(
     misalignment_max=0.0,
     **dict.fromkeys(_ERRORS, 0.0),
 )
+EASY = replace(
+    TYPICAL,
+    misalignment_min=0.5 * TYPICAL.misalignment_min,
+    misalignment_max=0.5 * TYPICAL.misalignment_max,
+    **{name: 0.5 * getattr(TYPICAL, name) for name in _ERRORS},
+)
 HARD = replace(
     TYPICAL,
     misalignment_max=35.0,
     radio_jitter=0.003,
     **{name: 2.5 * getattr(TYPICAL, name) for name in _ERRORS},
 )
-PRESETS = {"clean": CLEAN, "typical": TYPICAL, "hard": HARD}
-"""``clean``: no errors; ``typical``: an MPU-9150 indoors; ``hard``: near iron, badly strapped."""
+PRESETS = {"clean": CLEAN, "easy": EASY, "typical": TYPICAL, "hard": HARD}
+"""``clean``: no errors; ``easy``: half of ``typical``'s; ``typical``: an MPU-9150 indoors;
+``hard``: near iron, badly strapped."""

@@ -19,6 +19,13 @@ class KinectParameters:
     arrival_jitter: float = parameter(
         0.003, unit="s", low=0.0, high=0.2, doc="mean of what comes on top of the latency"
     )
+    clock_offset: float = parameter(
+        0.0,
+        unit="s",
+        low=-0.5,
+        high=0.5,
+        doc="how late the second sensor's stamps are against the first's",
+    )
     dropped_share: float = parameter(
         0.01, low=0.0, high=0.9, doc="share of frames that never arrive"
     )
@@ -121,12 +128,19 @@ CLEAN = replace(
     wrongly_tracked=0.0,
     **dict.fromkeys(_ERRORS, 0.0),
 )
+EASY = replace(
+    TYPICAL,
+    inertia=0.5 * TYPICAL.inertia,
+    wrongly_tracked=0.5 * TYPICAL.wrongly_tracked,
+    **{name: 0.5 * getattr(TYPICAL, name) for name in _ERRORS},
+)
 HARD = replace(
     TYPICAL,
     inertia=1.0,
     wrongly_tracked=0.5,
     **{name: 2.0 * getattr(TYPICAL, name) for name in _ERRORS},
 )
-PRESETS = {"clean": CLEAN, "typical": TYPICAL, "hard": HARD}
-"""``clean``: no errors but hidden joints' states; ``typical``: a Kinect v2 with its own tracker;
-``hard``: twice that, towards what is published of Kinect v2 with NiTE2."""
+PRESETS = {"clean": CLEAN, "easy": EASY, "typical": TYPICAL, "hard": HARD}
+"""``clean``: no errors but hidden joints' states; ``easy``: half of ``typical``'s errors;
+``typical``: a Kinect v2 with its own tracker; ``hard``: twice that, towards what is published of
+Kinect v2 with NiTE2."""

@@ -20,7 +20,7 @@ from pose_sim.rotations import FloatArray
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
 from pose_sim.timeline import Variation
 from pose_sim.virtual_imu import ImuFrames, Mounting, earth_field, measure, mount, to_frames
-from pose_sim.virtual_kinect import KinectFrames, draw_body_bias, observe
+from pose_sim.virtual_kinect import NS_PER_S, KinectFrames, draw_body_bias, observe
 
 T = TypeVar("T")
 NOISE_PRESETS = tuple(kinect_noise.PRESETS)
@@ -171,6 +171,12 @@ def _watch(
             rng=rng,
         )
         for (name, pose), rng in zip(poses.items(), sensor_rngs, strict=True)
+    }
+    offset_ns = round(settings.kinect.clock_offset * NS_PER_S)
+    first_name = next(iter(poses))
+    frames = {
+        name: seen if name == first_name else seen.stamped_later(offset_ns)
+        for name, seen in frames.items()
     }
     # A recording's sensors are numbered by their first frames: the first sensor begins.
     first = next(iter(frames.values())).host_time_ns[0]

@@ -5,7 +5,7 @@ that grows with movement and where a joint is hard to see, white noise, and gros
 sizes are in :mod:`pose_sim.kinect_noise`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +56,10 @@ class KinectFrames:
         """The frames that arrived later than a host time [ns]."""
         later = self.host_time_ns > host_time_ns
         return KinectFrames(**{name: column[later] for name, column in vars(self).items()})
+
+    def stamped_later(self, offset_ns: int) -> "KinectFrames":
+        """The same frames as a host reports them whose clock is ``offset_ns`` [ns] ahead."""
+        return replace(self, host_time_ns=self.host_time_ns + offset_ns)
 
 
 def observe(
