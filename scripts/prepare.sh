@@ -166,6 +166,10 @@ run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/pytho
 if [ "${1:-}" = --develop ]; then
     run_step "development packages" "$(cat requirements/*.txt | hash_of)" \
         install_development_packages
+    # Not remembered: the system may be another the next time, on the same files.
+    if scripts/install_browser.sh --is-needed; then
+        run_step "browser" "installed in process $$" scripts/install_browser.sh
+    fi
 fi
 if ! has_installed_ros; then
     run_step "underlay (tf2_msgs)" "$(sources_of scripts/underlay | hash_of)" \

@@ -8,6 +8,8 @@ Every worker of every test run has ROS domains to itself, on the loopback alone:
 - ``start_process(command)``: a real process, gone after the test, see :class:`StartedProcess`;
   ``start_module_process`` where a module's tests look at the same run.
 - ``shared_data``: the public recordings beside the checkout, or a skip.
+- ``browser``: a headless Chromium that reaches this machine alone, or a skip; see
+  :class:`browser.LocalBrowser`.
 """
 
 import contextlib
@@ -28,6 +30,7 @@ import psutil
 import pytest
 
 if TYPE_CHECKING:
+    from browser import LocalBrowser
     from rclpy.executors import Executor
     from rclpy.node import Node
 
@@ -349,3 +352,34 @@ def shared_data() -> Path:
     if not folder.is_dir():
         pytest.skip(f"needs the public recordings in ../shared/data: found no {folder}")
     return folder
+
+
+# -- pages --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    """The browser's process; a module's own, since Playwright keeps an event loop meanwhile."""
+    from browser import find_browser, start_browser
+    from playwright.sync_api import sync_playwright
+
+    executable = find_browser()
+    if executable is None:
+        reason = "found no Chromium: run scripts/install_browser.sh as root, or set POSE_BROWSER"
+        if os.environ.get("CI") == "true":
+            pytest.fail(reason)
+        pytest.skip(reason)
+    with sync_playwright() as playwright:
+        started = start_browser(playwright.chromium, executable)
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def browser(chromium: Any) -> "Iterator[LocalBrowser]":
+    """Opens pages: ``page = browser.open("http://127.0.0.1:…")``, then Playwright's ``Page``."""
+    from browser import LocalBrowser
+
+    local = LocalBrowser(chromium)
+    yield local
+    local.close()
