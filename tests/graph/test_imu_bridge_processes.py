@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 
-from imu_bridge.protocol import RawSample, encode
+from imu_bridge.protocols.star import RawSample, encode
 
 pytestmark = pytest.mark.graph
 

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from imu_bridge.protocol import SAMPLE_FRAME_BYTES, Decoder
+from imu_bridge.protocols.star import SAMPLE_FRAME_BYTES, Decoder
 from pose_sim.imu_file import encode_all
 from pose_sim.session import make_session, settings_of
 from pose_sim.session_folder import write_session

@@ -13,7 +13,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
 
 from imu_bridge.nodes.imu_bridge import ImuBridge
-from imu_bridge.protocol import RawSample, encode
+from imu_bridge.protocols.star import RawSample, encode
 from pose_common.conversions import stamp_to_ns
 from pose_common.errors import InputError, ParameterError
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.madgwick import MadgwickFilter
+from imu_bridge.filters.madgwick import MadgwickFilter
 
 NODES = 7
 STEPS = 60

@@ -5,7 +5,7 @@ import itertools
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imu_bridge.protocol import Decoder, RawSample, encode
+from imu_bridge.protocols.star import Decoder, RawSample, encode
 
 I16 = st.integers(-32768, 32767)
 # Sync words are rare at random: prefer the values that make them.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.euler import roll_pitch_yaw
+from imu_bridge.filters.euler import roll_pitch_yaw
 
 
 def rotation(angles: np.ndarray) -> Rotation:

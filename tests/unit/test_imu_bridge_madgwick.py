@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.madgwick import MadgwickFilter, initial_orientation
+from imu_bridge.filters.madgwick import MadgwickFilter, initial_orientation
 
 GRAVITY = np.array([0.0, 0.0, 9.81])
 FIELD = np.array([0.0, 20e-6, -43e-6])  # [T] dips by 65 degrees

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imu_bridge import protocol
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
-from imu_bridge.protocol import RawSample, encode
+from imu_bridge.protocols import star as protocol
+from imu_bridge.protocols.star import RawSample, encode
 from imu_bridge.segments import ImuNode, Linear
 
 MS = 1_000_000  # [ns]

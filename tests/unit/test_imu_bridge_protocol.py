@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from imu_bridge import protocol
-from imu_bridge.protocol import Decoder, RawSample, encode, frame, quantise, to_si
+from imu_bridge.protocols import star as protocol
+from imu_bridge.protocols.star import Decoder, RawSample, encode, frame, quantise, to_si
 
 SAMPLE = RawSample(
     node_id=7,

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import yaml
 
-from imu_bridge import protocol
 from imu_bridge.parameters import ImuBridgeParameters
-from imu_bridge.protocol import Decoder
+from imu_bridge.protocols import star as protocol
+from imu_bridge.protocols.star import Decoder
 from pose_common.joints import SEGMENTS
 from pose_common.parameters import from_mapping, markdown_table, specs, values_from_ros_yaml
 

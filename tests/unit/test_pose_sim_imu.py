@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.protocol import Decoder, to_si
+from imu_bridge.protocols.star import Decoder, to_si
 from pose_sim.body import Body
 from pose_sim.choreography import compose
 from pose_sim.imu_file import encode_all

@@ -9,7 +9,7 @@ clock, never after the arrival.
 
 from dataclasses import dataclass
 
-from imu_bridge.protocol import CLOCK_MODULUS_US
+from imu_bridge.protocols.star import CLOCK_MODULUS_US
 from imu_bridge.sequence import signed
 from pose_common.counters import Counters
 

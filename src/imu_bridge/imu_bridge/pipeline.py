@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from imu_bridge.filters.madgwick import MadgwickFilter
 from imu_bridge.gyro_bias import RestBiasEstimator
-from imu_bridge.madgwick import MadgwickFilter
 from imu_bridge.node_clock import NodeClock
-from imu_bridge.protocol import FULL_SCALE_COUNTS, Decoder, RawSample, to_si
+from imu_bridge.protocols.star import FULL_SCALE_COUNTS, Decoder, RawSample, to_si
 from imu_bridge.segments import ImuNode
 from imu_bridge.sequence import Arrival, SequenceTracker
 

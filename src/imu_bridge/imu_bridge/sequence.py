@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from imu_bridge.protocol import CLOCK_MODULUS_US, SEQUENCE_MODULUS
+from imu_bridge.protocols.star import CLOCK_MODULUS_US, SEQUENCE_MODULUS
 from pose_common.counters import Counters
 
 LATE_FRAMES = 16  # [-] a radio's retransmission comes at most so many frames late

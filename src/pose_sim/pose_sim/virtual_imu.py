@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.protocol import (
+from imu_bridge.protocols.star import (
     ACCELEROMETER_LSB,
     CLOCK_MODULUS_US,
     GYROSCOPE_LSB,

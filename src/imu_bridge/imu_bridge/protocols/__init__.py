@@ -1,0 +1,1 @@
+"""How IMUs talk: one small file a protocol, all of them pure."""
