@@ -14,6 +14,7 @@ ALLOWED = {
     "imu_bridge": {"pose_common"},
     "pose_fusion": {"pose_common"},
     "pose_sim": {"pose_common", "kinect_bridge", "imu_bridge"},
+    "pose_bench": {"pose_common", "kinect_bridge", "imu_bridge", "pose_fusion", "pose_sim"},
     "pose_view": {"pose_common", "pose_fusion"},
 }
 """Which of our packages a package's modules may import (messages aside)."""

@@ -1,0 +1,157 @@
+"""The synthetic subject's sessions as the samples that the live bridges would publish, in memory.
+
+The same code as in the live graph makes the stamps: ``kinect_bridge.timeline`` maps each Kinect's
+clock onto the host's; ``imu_bridge.pipeline`` decodes the nodes' bytes, maps their clocks, removes
+the gyroscopes' biases and runs Madgwick's filter. Samples are in the order in which they arrive
+at the host; beyond that, nothing knows of anything but their stamps.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinect_bridge.timeline import make_timeline
+from pose_bench.imu_samples import imu_samples
+from pose_common.joints import JOINTS, TrackingState
+from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.series import SkeletonSeries
+from pose_sim.angles import true_joint_angles
+from pose_sim.motion import GRID_RATE
+from pose_sim.session import Session, make_session, settings_of
+from pose_sim.session_folder import as_recording
+
+START_NS = 1_700_000_000_000_000_000
+"""Stamp [ns] of a session's time zero."""
+TRUTH_RATE = 100.0  # [Hz]
+DURATION_S = 40.0  # [s]
+JUDGED_FROM_S = 16.0  # [s] when the warm-up that all choreographies share is over
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionSpec:
+    """Which session."""
+
+    choreography: str
+    level: str  # a noise preset of pose_sim: easy, typical, hard, clean
+    seed: int
+    duration_s: float = DURATION_S  # [s]
+    clock_offset_s: float = 0.0  # [s] how late the right Kinect's stamps are
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchSession:
+    """What the sensors say in one session, and the truth."""
+
+    spec: SessionSpec
+    skeletons: tuple[SkeletonSample, ...]  # in order of arrival
+    imus: tuple[ImuSample, ...]  # in order of arrival; empty if they were not asked for
+    samples: tuple[SkeletonSample | ImuSample, ...]  # both, in order of arrival
+    truth: SkeletonSeries  # in map, at 100 Hz
+    true_angles: Mapping[str, FloatArray]  # (n,) [rad] at the truth's stamps, by joint name
+    extrinsics: Extrinsics  # the true ones, with the true clock offset
+
+    @property
+    def judged_truth(self) -> SkeletonSeries:
+        """The truth of the choreography itself: without standing still and the warm-up."""
+        from_ns = START_NS + round(JUDGED_FROM_S * 1e9)
+        return self.truth.between(from_ns, int(self.truth.stamps_ns[-1]))
+
+
+def bench_session(
+    spec: SessionSpec,
+    *,
+    imus: bool = True,
+    cache: Path | None = None,
+    overrides: Mapping[str, Any] | None = None,
+) -> BenchSession:
+    """Make a session's samples; the same arguments give the same samples.
+
+    Args:
+        spec: Which session.
+        imus: Also make the IMUs' samples, which take most of the time.
+        cache: Folder that keeps the IMUs' samples for the next time; None keeps nothing.
+        overrides: Parameters of ``pose_sim`` by section and name, beyond the level's.
+
+    Raises:
+        InputError: If there is no such choreography or level.
+    """
+    sections = {name: dict(values) for name, values in (overrides or {}).items()}
+    sections.setdefault("kinect", {})["clock_offset"] = spec.clock_offset_s
+    settings = settings_of(spec.level, sections)
+    session = make_session(spec.choreography, spec.duration_s, spec.seed, settings)
+    timed_skeletons = _skeleton_samples(session)
+    timed_imus = imu_samples(session, START_NS, cache) if imus else []
+    every: list[tuple[int, SkeletonSample | ImuSample]] = [*timed_skeletons, *timed_imus]
+    every.sort(key=lambda timed: timed[0])
+    return BenchSession(
+        spec=spec,
+        skeletons=tuple(sample for _, sample in timed_skeletons),
+        imus=tuple(sample for _, sample in timed_imus),
+        samples=tuple(sample for _, sample in every),
+        truth=_truth(session),
+        true_angles=_true_angles(session),
+        extrinsics=_true_extrinsics(session),
+    )
+
+
+def _skeleton_samples(session: Session) -> list[tuple[int, SkeletonSample]]:
+    """Arrival [ns] and sample of every frame of both Kinects, in order of arrival."""
+    timed = []
+    for stream in as_recording(session).streams:
+        timeline = make_timeline(stream)
+        for frame, time_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
+            arrival_ns = START_NS + int(stream.host_time_ns[frame])
+            timed += [
+                (
+                    arrival_ns,
+                    SkeletonSample(
+                        stamp_ns=START_NS + time_ns,
+                        sensor=stream.name,
+                        person=stream.person[row],
+                        positions=stream.positions[row],
+                        tracking_state=stream.tracking_state[row],
+                    ),
+                )
+                for row in stream.rows(frame)
+            ]
+    return sorted(timed, key=lambda each: each[0])
+
+
+def _truth_rows(session: Session) -> slice:
+    return slice(None, None, round(GRID_RATE / TRUTH_RATE))
+
+
+def _truth_stamps(session: Session) -> NDArray[np.int64]:
+    times = session.motion.times[_truth_rows(session)]
+    return START_NS + np.rint(times * 1e9).astype(np.int64)
+
+
+def _truth(session: Session) -> SkeletonSeries:
+    positions = session.motion.pose.joints[_truth_rows(session)]
+    return SkeletonSeries(
+        stamps_ns=_truth_stamps(session),
+        positions=positions,
+        tracking_state=np.full((len(positions), len(JOINTS)), TrackingState.TRACKED, np.uint8),
+    )
+
+
+def _true_angles(session: Session) -> dict[str, FloatArray]:
+    rows = _truth_rows(session)
+    return {name: values[rows] for name, values in true_joint_angles(session.motion).items()}
+
+
+def _true_extrinsics(session: Session) -> Extrinsics:
+    placed = extrinsics_from_map(session.sensor_poses)
+    late_ns = round(session.settings.kinect.clock_offset * 1e9)
+    offsets = {name: 0 if name == placed.reference else late_ns for name in placed.sensors}
+    return Extrinsics(
+        reference=placed.reference,
+        T_reference_sensor=placed.T_reference_sensor,
+        T_map_reference=placed.T_map_reference,
+        clock_offset_ns=offsets,
+    )
