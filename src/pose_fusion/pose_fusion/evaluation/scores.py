@@ -15,8 +15,13 @@ from scipy.spatial.transform import Rotation
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.joint_angles import ANGLES, joint_angles, unwrapped, wrapped
+from pose_fusion.evaluation.angle_series import (
+    AngleSeries,
+    angle_series,
+    without_sideways_flexion,
+)
 from pose_fusion.evaluation.stability import bone_length_sd_mm, rms_jerk
-from pose_fusion.evaluation.time_shift import STILL, estimate_time_shift, measured_angles
+from pose_fusion.evaluation.time_shift import STILL, estimate_angle_shift
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
 
@@ -31,6 +36,19 @@ class AngleScore:
     rmse_deg: float  # [deg]
     bias_deg: float  # [deg] mean of method − reference
     samples: int  # [-] instants compared
+
+    @property
+    def sd_deg(self) -> float:
+        """Standard deviation of the differences [deg], n − 1 in the denominator."""
+        if self.samples < 2:
+            return np.nan
+        variance = max(self.rmse_deg**2 - self.bias_deg**2, 0.0)
+        return float(np.sqrt(variance * self.samples / (self.samples - 1)))
+
+    @property
+    def limits_of_agreement_deg(self) -> tuple[float, float]:
+        """Bias ∓ 1.96 standard deviations [deg]: Bland & Altman (1986), Lancet 327:307."""
+        return self.bias_deg - 1.96 * self.sd_deg, self.bias_deg + 1.96 * self.sd_deg
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,7 +110,7 @@ class Evaluation:
 
 def evaluate(
     methods: Mapping[str, SkeletonSeries],
-    reference: SkeletonSeries,
+    reference: SkeletonSeries | AngleSeries,
     *,
     reference_name: str,
     synthetic: bool = False,
@@ -101,7 +119,7 @@ def evaluate(
 
     Args:
         methods: Each method's joints, in any frame, by name.
-        reference: The reference's joints.
+        reference: The reference's joints; or its angles, where it knows no more.
         reference_name: What it is.
         synthetic: Whether the subject is a simulated one.
 
@@ -117,39 +135,46 @@ def evaluate(
 
 
 def common_window(
-    reference: SkeletonSeries, methods: Mapping[str, SkeletonSeries]
-) -> SkeletonSeries:
+    reference: SkeletonSeries | AngleSeries, methods: Mapping[str, SkeletonSeries]
+) -> SkeletonSeries | AngleSeries:
     """The part of the reference that every method covers from its first to its last sample.
 
     Raises:
         InputError: If that is less than a second.
     """
-    everything = {"the reference": reference, **methods}
-    for name, series in everything.items():
-        if len(series) == 0:
+    everything = {"the reference": reference.stamps_ns}
+    everything |= {name: series.stamps_ns for name, series in methods.items()}
+    for name, stamps_ns in everything.items():
+        if len(stamps_ns) == 0:
             raise InputError(f"{name} has no skeletons: nothing to evaluate")
-    begin_ns = max(int(series.stamps_ns[0]) for series in everything.values())
-    end_ns = min(int(series.stamps_ns[-1]) for series in everything.values())
+    begin_ns = max(int(stamps_ns[0]) for stamps_ns in everything.values())
+    end_ns = min(int(stamps_ns[-1]) for stamps_ns in everything.values())
     if end_ns - begin_ns < MIN_OVERLAP_S * 1e9:
+        zero_ns = reference.stamps_ns[0]
         spans = ", ".join(
-            f"{name} {(series.stamps_ns[0] - reference.stamps_ns[0]) * 1e-9:.1f} to "
-            f"{(series.stamps_ns[-1] - reference.stamps_ns[0]) * 1e-9:.1f} s"
-            for name, series in everything.items()
+            f"{name} {(stamps_ns[0] - zero_ns) * 1e-9:.1f} to "
+            f"{(stamps_ns[-1] - zero_ns) * 1e-9:.1f} s"
+            for name, stamps_ns in everything.items()
         )
         raise InputError(f"the recordings do not overlap for {MIN_OVERLAP_S:g} s: {spans}")
     return reference.between(begin_ns, end_ns)
 
 
-def score_method(name: str, series: SkeletonSeries, reference: SkeletonSeries) -> MethodScores:
+def score_method(
+    name: str, series: SkeletonSeries, reference: SkeletonSeries | AngleSeries
+) -> MethodScores:
     """Compare one method with a reference, at the reference's instants inside their overlap."""
-    shift_s = estimate_time_shift(series, reference)
+    joints = reference if isinstance(reference, SkeletonSeries) else None
+    known = angle_series(reference) if isinstance(reference, SkeletonSeries) else reference
+    shift_s = estimate_angle_shift(angle_series(series), known)
     positions = series.shifted(-shift_s).at(reference.stamps_ns)
-    expected, found = measured_angles(reference.positions), joint_angles(positions)
+    expected, found = without_sideways_flexion(known.angles), joint_angles(positions)
     own = series.between(int(reference.stamps_ns[0]), int(reference.stamps_ns[-1]))
+    errors = dict.fromkeys(JOINT_INDEX, np.nan)
     return MethodScores(
         name=name,
         angles={angle: score_angle(found[angle], expected[angle]) for angle in ANGLES},
-        joint_error_mm=joint_errors_mm(positions, reference.positions),
+        joint_error_mm=errors if joints is None else joint_errors_mm(positions, joints.positions),
         bone_sd_mm=bone_length_sd_mm(own.positions),
         jerk=rms_jerk(own),
         shift_s=shift_s,

@@ -104,6 +104,9 @@ def evaluation_csv(evaluation: Evaluation) -> str:
             rows.append((method.name, "rmse", angle, score.rmse_deg, "deg"))
             rows.append((method.name, "bias", angle, score.bias_deg, "deg"))
             rows.append((method.name, "r", angle, score.r, "-"))
+            low, high = score.limits_of_agreement_deg
+            rows.append((method.name, "limit_of_agreement_low", angle, low, "deg"))
+            rows.append((method.name, "limit_of_agreement_high", angle, high, "deg"))
             rows.append((method.name, "samples", angle, score.samples, "-"))
         for joint, error in method.joint_error_mm.items():
             rows.append((method.name, "position_error", joint, error, "mm"))

@@ -2,25 +2,18 @@
 
 import numpy as np
 
-from pose_fusion.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped
+from pose_fusion.evaluation.angle_series import (
+    AngleSeries,
+    angle_columns,
+    angle_series,
+    without_sideways_flexion,
+)
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
 
 GRID_RATE = 100.0  # [Hz]
 MAX_SHIFT_S = 0.5  # [s]
-SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion says nothing
 STILL = np.radians(1.0)  # [rad] of standard deviation: below it nothing moves
-
-
-def measured_angles(positions: FloatArray) -> dict[str, FloatArray]:
-    """The twelve angles [rad] of a reference; flexion is NaN where the limb points sideways."""
-    angles = joint_angles(positions)
-    for flexion, abduction in ABDUCTION_OF.items():
-        with np.errstate(invalid="ignore"):
-            angles[flexion] = np.where(
-                np.abs(angles[abduction]) > SIDEWAYS, np.nan, angles[flexion]
-            )
-    return angles
 
 
 def estimate_time_shift(
@@ -42,6 +35,15 @@ def estimate_time_shift(
     """
     if len(method) == 0 or len(reference) == 0:
         return 0.0
+    return estimate_angle_shift(angle_series(method), angle_series(reference), max_shift_s)
+
+
+def estimate_angle_shift(
+    method: AngleSeries, reference: AngleSeries, max_shift_s: float = MAX_SHIFT_S
+) -> float:
+    """How late a recording's angles are against a reference's, as :func:`estimate_time_shift`."""
+    if len(method) == 0 or len(reference) == 0:
+        return 0.0
     step_ns = round(1e9 / GRID_RATE)
     begin = max(reference.stamps_ns[0], method.stamps_ns[0])
     end = min(reference.stamps_ns[-1], method.stamps_ns[-1])
@@ -51,8 +53,8 @@ def estimate_time_shift(
         most = len(stamps_ns) // 4
     if most < 2:
         return 0.0
-    expected = _columns(measured_angles(reference.at(stamps_ns)))
-    found = _columns(joint_angles(method.at(stamps_ns)))
+    expected = angle_columns(without_sideways_flexion(reference.at(stamps_ns)))
+    found = angle_columns(method.at(stamps_ns))
     with np.errstate(invalid="ignore"):
         moving = np.nanstd(expected, axis=0) > STILL if np.isfinite(expected).any() else []
     if not np.any(moving):
@@ -64,10 +66,6 @@ def estimate_time_shift(
     # A steady ramp fits at every lag alike: of equal ones take the smallest.
     best = int(np.nanargmax(scores - 1e-6 * np.abs(lags) / most))
     return float(lags[best] + _peak_offset(scores, best)) / GRID_RATE
-
-
-def _columns(angles: dict[str, FloatArray]) -> FloatArray:
-    return np.stack([unwrapped(angles[name]) for name in ANGLES], axis=1)
 
 
 def _correlation(expected: FloatArray, found: FloatArray, lag: int) -> float:

@@ -43,6 +43,7 @@ class EstimateSeries:
     position_stddev: FloatArray  # (n, k) [m] or [rad]
     weight_kinect: FloatArray  # (n, k) [-] 0..1
     weight_imu: FloatArray  # (n, k) [-] 0..1
+    source: NDArray[np.uint8]  # (n, k) where each came from: 0 predicted, 1 Kinect, 2 IMU, 3 both
     latency_s: FloatArray  # (n,) [s]
 
 
@@ -183,6 +184,7 @@ def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
         position_stddev=column("position_stddev"),
         weight_kinect=column("weight_kinect"),
         weight_imu=column("weight_imu"),
+        source=column("state").astype(np.uint8),
         latency_s=np.array([m.latency for m in messages], float),
     )
 
