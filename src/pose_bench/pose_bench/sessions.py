@@ -51,6 +51,7 @@ class BenchSession:
     skeletons: tuple[SkeletonSample, ...]  # in order of arrival
     imus: tuple[ImuSample, ...]  # in order of arrival; empty if they were not asked for
     samples: tuple[SkeletonSample | ImuSample, ...]  # both, in order of arrival
+    arrivals_ns: tuple[int, ...]  # [ns] when each of the samples reached the host
     truth: SkeletonSeries  # in map, at 100 Hz
     true_angles: Mapping[str, FloatArray]  # (n,) [rad] at the truth's stamps, by joint name
     extrinsics: Extrinsics  # the true ones, with the true clock offset
@@ -93,6 +94,7 @@ def bench_session(
         skeletons=tuple(sample for _, sample in timed_skeletons),
         imus=tuple(sample for _, sample in timed_imus),
         samples=tuple(sample for _, sample in every),
+        arrivals_ns=tuple(arrival_ns for arrival_ns, _ in every),
         truth=_truth(session),
         true_angles=_true_angles(session),
         extrinsics=_true_extrinsics(session),

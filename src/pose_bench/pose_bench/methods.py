@@ -1,0 +1,176 @@
+"""The methods that are compared, and how each is run over a session's samples."""
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_bench.sessions import BenchSession
+from pose_common.parameters import specs
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.evaluation.methods import mean_series
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.series import SkeletonSeries, series_from_samples
+
+BASELINE = "joint_kf"
+"""What every method is compared with; it is given the true extrinsics and clock offset."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Method:
+    """One estimator and what it is fed with."""
+
+    name: str
+    estimator: str
+    use_imus: bool = False
+    use_kinects: bool = True
+    true_extrinsics: bool = False  # whether it need not make do with the calibrated ones
+
+
+METHODS: tuple[Method, ...] = (
+    Method(name="left", estimator="left"),
+    Method(name="right", estimator="right"),
+    Method(name="mean", estimator="mean"),
+    Method(name=BASELINE, estimator="joint_kf", true_extrinsics=True),
+    Method(name="dof_kf", estimator="dof_kf"),
+    Method(name="li2020", estimator="li2020"),
+    Method(name="default", estimator="default"),
+    Method(name="default+imus", estimator="default", use_imus=True),
+    Method(name="imu", estimator="imu", use_imus=True),
+)
+"""In the order of every table."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MethodRun:
+    """What a method made of a session; n estimates."""
+
+    series: SkeletonSeries  # the joints
+    dof_names: tuple[str, ...]  # (d,) empty for a method without a body model
+    position: FloatArray  # (n, d) [m] or [rad]
+    position_stddev: FloatArray  # (n, d) [m] or [rad]
+    latency_s: FloatArray  # (n,) [s] from the estimated instant to the sample that completed it
+    cpu_s: float  # [s] spent in the estimator
+
+
+def available_methods() -> tuple[Method, ...]:
+    """The methods whose estimator there is."""
+    choices = specs(FusionParameters)["estimator"][1].choices or ()
+    return tuple(m for m in METHODS if m.estimator in (*choices, *UNFILTERED))
+
+
+def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
+    """Run a method over a session, sample by sample as they arrive.
+
+    Args:
+        method: The method.
+        session: The session.
+        extrinsics: What is known of the sensors' places and clocks.
+    """
+    sensors = extrinsics.sensors
+    if method.estimator in UNFILTERED:
+        return UNFILTERED[method.estimator](session, extrinsics)
+    parameters = FusionParameters(
+        estimator=method.estimator, use_imus=method.use_imus, sensors=sensors
+    )
+    samples = [
+        (arrival_ns, sample)
+        for arrival_ns, sample in zip(session.arrivals_ns, session.samples, strict=True)
+        if (method.use_imus or not isinstance(sample, ImuSample))
+    ]
+    return run_pipeline(FusionPipeline(parameters, extrinsics), samples)
+
+
+def run_pipeline(
+    pipeline: FusionPipeline, samples: Iterable[tuple[int, SkeletonSample | ImuSample]]
+) -> MethodRun:
+    """Feed a pipeline; each sample comes with its arrival [ns]."""
+    made: list[tuple[int, BodyEstimate]] = []
+    arrival_ns = 0
+    begin = time.process_time()
+    for arrival_ns, sample in samples:
+        if isinstance(sample, SkeletonSample):
+            estimates = pipeline.add_skeleton(sample)
+        else:
+            estimates = pipeline.add_imu(sample)
+        made += [(arrival_ns, estimate) for estimate in estimates]
+    made += [(arrival_ns, estimate) for estimate in pipeline.flush()]
+    return _run_of(made, time.process_time() - begin)
+
+
+def _run_of(made: list[tuple[int, BodyEstimate]], cpu_s: float) -> MethodRun:
+    estimates = [estimate for _, estimate in made]
+    names = estimates[0].dof_names if estimates else ()
+    count = len(estimates)
+    stamps_ns = np.array([estimate.stamp_ns for estimate in estimates], np.int64)
+    arrivals_ns = np.array([arrival_ns for arrival_ns, _ in made], np.int64)
+    return MethodRun(
+        series=SkeletonSeries(
+            stamps_ns=stamps_ns,
+            positions=np.array([e.joints for e in estimates], float).reshape(count, 15, 3),
+            tracking_state=np.array([e.tracking_state for e in estimates], np.uint8).reshape(
+                count, 15
+            ),
+        ),
+        dof_names=names,
+        position=np.array([e.position for e in estimates], float).reshape(count, len(names)),
+        position_stddev=np.array([e.position_stddev for e in estimates], float).reshape(
+            count, len(names)
+        ),
+        latency_s=np.asarray((arrivals_ns - stamps_ns) * 1e-9, np.float64),
+        cpu_s=cpu_s,
+    )
+
+
+def _raw(sensor: str) -> Callable[[BenchSession, Extrinsics], MethodRun]:
+    def run(session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
+        series = series_from_samples(s for s in session.skeletons if s.sensor == sensor)
+        placed = series.transformed(extrinsics.T_map_sensor(sensor))
+        return _without_dof(_on_reference_clock(placed, extrinsics, sensor))
+
+    return run
+
+
+def _mean(session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
+    sensors = {
+        sensor: _on_reference_clock(
+            series_from_samples(s for s in session.skeletons if s.sensor == sensor),
+            extrinsics,
+            sensor,
+        )
+        for sensor in extrinsics.sensors
+    }
+    placed: Mapping[str, FloatArray] = {s: extrinsics.T_map_sensor(s) for s in sensors}
+    return _without_dof(mean_series(sensors, placed))
+
+
+def _on_reference_clock(
+    series: SkeletonSeries, extrinsics: Extrinsics, sensor: str
+) -> SkeletonSeries:
+    offset_ns = extrinsics.clock_offset_ns.get(sensor, 0)
+    return replace(series, stamps_ns=series.stamps_ns - offset_ns)
+
+
+def _without_dof(series: SkeletonSeries) -> MethodRun:
+    nothing: NDArray[np.float64] = np.zeros((len(series), 0))
+    return MethodRun(
+        series=series,
+        dof_names=(),
+        position=nothing,
+        position_stddev=nothing,
+        latency_s=np.full(len(series), np.nan),
+        cpu_s=np.nan,
+    )
+
+
+UNFILTERED: Mapping[str, Callable[[BenchSession, Extrinsics], MethodRun]] = {
+    "left": _raw("left"),
+    "right": _raw("right"),
+    "mean": _mean,
+}
+"""Methods that need no estimator."""

@@ -1,0 +1,107 @@
+"""Which cells the accuracy suite has, and on which of them parameters may be tuned.
+
+A cell is one session: a choreography, a level of difficulty, a seed, and what is known of the
+sensors. What is known follows from the places of seed and level in their lists (a Latin square),
+so that each level and each seed has all three alike:
+
+    condition = CONDITIONS[(index of the seed + index of the level) mod 3]                  (1)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pose_bench.sessions import DURATION_S, SessionSpec
+from pose_common.errors import InputError
+from pose_sim.choreography import CHOREOGRAPHIES
+
+KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"
+CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
+"""``known``: the true extrinsics; ``calibrated``: unknown, found by our own calibration from the
+session's motion; ``offset``: the same, and the right Kinect's stamps are 80 ms late."""
+CLOCK_OFFSET_S = 0.080  # [s]
+
+LEVELS = ("easy", "typical", "hard")
+TUNING_SEEDS = (1, 2, 3)
+JUDGING_SEEDS = (101, 102, 103)
+TUNING_CHOREOGRAPHIES = ("leg_lift_march", "squats", "arm_raises", "bow", "turn", "dance")
+"""Tuning may look at these, with :data:`TUNING_SEEDS`; the others are judged unseen."""
+
+QUICK_CHOREOGRAPHIES = ("squats", "kicks")
+QUICK_DURATION_S = 22.0  # [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One session of the suite."""
+
+    choreography: str
+    level: str
+    seed: int
+    condition: str
+    duration_s: float = DURATION_S  # [s]
+
+    @property
+    def name(self) -> str:
+        """What the cell is, for people."""
+        return f"{self.choreography}, {self.level}, seed {self.seed}, {self.condition}"
+
+    @property
+    def is_unseen(self) -> bool:
+        """Whether neither its motion nor its seed was looked at in tuning."""
+        seen = self.choreography in TUNING_CHOREOGRAPHIES or self.seed in TUNING_SEEDS
+        return not seen
+
+    @property
+    def session(self) -> SessionSpec:
+        """The session to make."""
+        return SessionSpec(
+            choreography=self.choreography,
+            level=self.level,
+            seed=self.seed,
+            duration_s=self.duration_s,
+            clock_offset_s=CLOCK_OFFSET_S if self.condition == OFFSET else 0.0,
+        )
+
+
+def cells(
+    choreographies: Sequence[str] = (),
+    levels: Sequence[str] = LEVELS,
+    seeds: Sequence[int] = JUDGING_SEEDS,
+    duration_s: float = DURATION_S,
+) -> list[Cell]:
+    """The suite's cells; all choreographies if none are named.
+
+    Raises:
+        InputError: If a choreography is unknown.
+    """
+    for name in choreographies:
+        if name not in CHOREOGRAPHIES:
+            raise InputError(f"unknown choreography '{name}': expected {', '.join(CHOREOGRAPHIES)}")
+    return [
+        Cell(
+            choreography=choreography,
+            level=level,
+            seed=seed,
+            condition=CONDITIONS[(seed_index + level_index) % len(CONDITIONS)],  # (1)
+            duration_s=duration_s,
+        )
+        for choreography in (choreographies or CHOREOGRAPHIES)
+        for level_index, level in enumerate(levels)
+        for seed_index, seed in enumerate(seeds)
+    ]
+
+
+def quick_cells() -> list[Cell]:
+    """Three short cells, one a condition, that show whether all still runs."""
+    first, second = QUICK_CHOREOGRAPHIES
+    chosen = ((first, KNOWN), (second, CALIBRATED), (first, OFFSET))
+    return [
+        Cell(
+            choreography=choreography,
+            level="typical",
+            seed=JUDGING_SEEDS[0],
+            condition=condition,
+            duration_s=QUICK_DURATION_S,
+        )
+        for choreography, condition in chosen
+    ]

@@ -1,0 +1,175 @@
+"""The accuracy suite's scores as tables: by method, motion, level and condition."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+
+from pose_bench.means import MethodMeans, Ratio, ratios
+from pose_bench.methods import BASELINE, METHODS
+from pose_bench.scoring import Score
+from pose_bench.suite import CONDITIONS, LEVELS, TUNING_CHOREOGRAPHIES, Cell
+from pose_bench.tables import TextTable, number, percent
+from pose_bench.targets import target_table
+from pose_fusion.evaluation.scores import mean_known
+
+COVERAGES = ("within_1", "within_2", "all_within_1", "all_within_2")
+SYNTHETIC = "Synthetic subject: no person moved for these figures."
+
+
+def tables(scores: Sequence[Score]) -> list[TextTable]:
+    """All tables, the one by method first."""
+    found = ratios(scores)
+    levels = _present(LEVELS, (score.cell.level for score in scores))
+    conditions = _present(CONDITIONS, (score.cell.condition for score in scores))
+    motions = list(dict.fromkeys(_motion(score.cell) for score in scores))
+    made = [
+        by_method(found),
+        worst_cells(found),
+        timing(found),
+        uncertainty(found),
+        _by(found, "motion", _motion, motions),
+        _by(found, "level", lambda cell: cell.level, levels),
+        _by(found, "what is known", lambda cell: cell.condition, conditions),
+        target_table(found),
+    ]
+    return [table for table in made if table.rows]
+
+
+def by_method(found: Sequence[Ratio]) -> TextTable:
+    """How accurate each method is: means over the cells."""
+    table = TextTable(
+        title=f"Accuracy, mean over {_count(found)}",
+        header=(
+            "method",
+            f"RMSE / {BASELINE}",
+            "RMSE [°]",
+            "hip, knee [°]",
+            "r",
+            "bias [°]",
+            "MPJPE [mm]",
+            f"MPJPE / {BASELINE}",
+        ),
+        note=f"{SYNTHETIC} RMSE, r and the size of the bias: mean over 12 angles.",
+    )
+    for method in _methods(found):
+        mean = MethodMeans(found, method)
+        table.rows.append(
+            (
+                method,
+                number(mean.rmse_ratio, 2),
+                number(mean("rmse_deg"), 1),
+                number(mean("hip_knee_rmse_deg"), 1),
+                number(mean("r"), 3),
+                number(mean("bias_deg"), 1),
+                number(mean("mpjpe_mm"), 0),
+                number(mean.mpjpe_ratio, 2),
+            )
+        )
+    return table
+
+
+def worst_cells(found: Sequence[Ratio]) -> TextTable:
+    """Where each method does worst against the baseline."""
+    table = TextTable(
+        title=f"Worst RMSE / {BASELINE}",
+        header=("method", "motion and level, mean of seeds", "ratio", "single session", "ratio"),
+    )
+    for method in _methods(found):
+        mean = MethodMeans(found, method)
+        motion, motion_ratio = mean.worst_motion
+        cell, cell_ratio = mean.worst_cell
+        table.rows.append((method, motion, number(motion_ratio, 2), cell, number(cell_ratio, 2)))
+    return table
+
+
+def timing(found: Sequence[Ratio]) -> TextTable:
+    """How late each method is, and how often it has an answer."""
+    table = TextTable(
+        title="Timing",
+        header=(
+            "method",
+            "lag [ms]",
+            "added [ms]",
+            "wait [ms]",
+            "CPU [ms]",
+            "instants",
+            "failed",
+        ),
+        note="lag: of the angles against the truth; added: beyond the raw left Kinect's; "
+        "wait: from an estimate's instant to the arrival of the sample that completed it; "
+        "CPU: of one estimate; instants: share of time with an estimate.",
+    )
+    for method in _methods(found):
+        mean = MethodMeans(found, method)
+        table.rows.append(
+            (
+                method,
+                number(mean("lag_ms"), 0),
+                number(mean("added_lag_ms"), 0, sign=True),
+                number(mean("latency_ms"), 0),
+                number(mean("cpu_ms"), 1),
+                percent(mean("instants")),
+                str(mean.failed),
+            )
+        )
+    return table
+
+
+def uncertainty(found: Sequence[Ratio]) -> TextTable:
+    """How honest each method is about its errors."""
+    table = TextTable(
+        title="Uncertainty",
+        header=("method", "12 angles ≤ 1 σ", "≤ 2 σ", "all joints ≤ 1 σ", "≤ 2 σ"),
+        note="Share of the errors within 1 and 2 published standard deviations; "
+        "68 % and 95 % would be right.",
+    )
+    for method in _methods(found):
+        mean = MethodMeans(found, method)
+        shares = [mean(figure) for figure in COVERAGES]
+        if any(math.isfinite(share) for share in shares):
+            table.rows.append((method, *map(percent, shares)))
+    return table
+
+
+def failures(scores: Iterable[Score]) -> list[str]:
+    """One line for each score without figures."""
+    return [f"{s.method} on {s.cell.name}: {s.error}" for s in scores if s.error]
+
+
+def _by(
+    found: Sequence[Ratio], what: str, key: Callable[[Cell], str], groups: Sequence[str]
+) -> TextTable:
+    """Mean ratio to the baseline by group of cells (rows) and method (columns)."""
+    methods = _methods(found)
+    table = TextTable(
+        title=f"RMSE / {BASELINE} by {what}",
+        header=(what, *methods, f"{BASELINE} RMSE"),
+        note="Motions marked * may be looked at in tuning." if what == "motion" else "",
+    )
+    for group in groups:
+        own = [ratio for ratio in found if key(ratio.score.cell) == group]
+        cells = [
+            number(mean_known([ratio.rmse for ratio in own if ratio.score.method == method]), 2)
+            for method in methods
+        ]
+        baseline = [r.score.rmse_deg for r in own if r.score.method == BASELINE]
+        table.rows.append((group, *cells, f"{number(mean_known(baseline), 1)}°"))
+    return table
+
+
+def _motion(cell: Cell) -> str:
+    return f"{cell.choreography}{' *' if cell.choreography in TUNING_CHOREOGRAPHIES else ''}"
+
+
+def _present(names: Sequence[str], found: Iterable[str]) -> list[str]:
+    there = set(found)
+    return [name for name in names if name in there]
+
+
+def _methods(found: Sequence[Ratio]) -> list[str]:
+    return _present([method.name for method in METHODS], (r.score.method for r in found))
+
+
+def _count(found: Sequence[Ratio]) -> str:
+    cells = {ratio.score.cell for ratio in found}
+    total_s = sum(cell.duration_s for cell in cells)
+    return f"{len(cells)} sessions, {total_s / 60.0:.0f} min"

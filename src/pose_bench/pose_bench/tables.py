@@ -1,0 +1,63 @@
+"""Tables that are shown on the terminal and written as Markdown alike."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from rich import box
+from rich.table import Table
+from rich.text import Text
+
+UNKNOWN = "–"
+
+
+@dataclass(kw_only=True)
+class TextTable:
+    """A title, a header, and rows of cells; the first column names the row."""
+
+    title: str
+    header: Sequence[str]
+    rows: list[Sequence[str]] = field(default_factory=list)
+    note: str = ""
+
+    def markdown(self) -> str:
+        """The table as Markdown."""
+        lines = [
+            f"### {self.title}",
+            "",
+            f"| {' | '.join(self.header)} |",
+            "|---" + "|---:" * (len(self.header) - 1) + "|",
+            *(f"| {' | '.join(row)} |" for row in self.rows),
+        ]
+        if self.note:
+            lines += ["", self.note]
+        return "\n".join(lines) + "\n"
+
+    def rich(self) -> Table:
+        """The table for the terminal."""
+        table = Table(
+            title=Text(self.title, style="bold"),
+            title_justify="left",
+            caption=Text(self.note) if self.note else None,
+            caption_justify="left",
+            box=box.SIMPLE_HEAD,
+            show_edge=False,
+        )
+        for index, name in enumerate(self.header):
+            table.add_column(Text(name), justify="right" if index else "left")
+        for row in self.rows:
+            table.add_row(*map(Text, row))
+        return table
+
+
+def number(value: float, digits: int, sign: bool = False) -> str:
+    """A number for people; a dash where it is not known."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    rounded = round(value, digits) + 0.0  # no −0.0
+    return f"{rounded:{'+' if sign else ''}.{digits}f}"
+
+
+def percent(share: float) -> str:
+    """A share in percent, for people."""
+    return UNKNOWN if not math.isfinite(share) else f"{100.0 * share:.0f} %"

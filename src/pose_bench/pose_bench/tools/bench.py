@@ -1,0 +1,38 @@
+"""``./pose bench WHAT``: benchmarks.
+
+Adding one means a module in this folder with ``add_arguments`` and ``run``, and a line in
+:data:`BENCHMARKS`.
+"""
+
+import argparse
+from collections.abc import Callable
+
+from pose_bench.tools import accuracy
+from pose_common.command_line import run_tool
+
+Benchmark = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[..., int | None]]
+
+BENCHMARKS: dict[str, Benchmark] = {
+    "accuracy": (accuracy.SUMMARY, accuracy.add_arguments, accuracy.run),
+}
+"""By name: one line of help, what adds the arguments, and what runs."""
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="pose bench", description="Benchmarks.")
+    commands = parser.add_subparsers(dest="benchmark", required=True, metavar="WHAT")
+    for name, (summary, add_arguments, _) in BENCHMARKS.items():
+        add_arguments(commands.add_parser(name, help=summary, description=summary))
+    return parser
+
+
+def run(arguments: list[str] | None = None) -> int | None:
+    """The tool; returns the exit status."""
+    parsed = make_parser().parse_args(arguments)
+    return BENCHMARKS[parsed.benchmark][2](parsed)
+
+
+def main() -> None:
+    """Run the tool and exit."""
+    run_tool(run)
