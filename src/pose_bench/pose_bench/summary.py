@@ -40,15 +40,16 @@ def by_method(found: Sequence[Ratio]) -> TextTable:
         title=f"Accuracy, mean over {_count(found)}",
         header=(
             "method",
-            f"RMSE / {BASELINE}",
+            "RMSE ratio",
             "RMSE [°]",
             "hip, knee [°]",
             "r",
             "bias [°]",
             "MPJPE [mm]",
-            f"MPJPE / {BASELINE}",
+            "MPJPE ratio",
         ),
-        note=f"{SYNTHETIC} RMSE, r and the size of the bias: mean over 12 angles.",
+        note=f"{SYNTHETIC} RMSE, r and the size of the bias: mean over 12 angles. Ratios: to "
+        f"{BASELINE}, which is given the true extrinsics.",
     )
     for method in _methods(found):
         mean = MethodMeans(found, method)
