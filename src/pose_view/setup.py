@@ -10,6 +10,7 @@ setup(
     name=package_name,
     version="0.1.0",
     packages=find_packages(),
+    package_data={f"{package_name}.report": ["templates/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
         (f"share/{package_name}", ["package.xml", "README.md"]),
@@ -19,5 +20,10 @@ setup(
     zip_safe=True,
     description="The live viewer in the browser and the report of a recording",
     license="Apache-2.0",
-    entry_points={"console_scripts": []},
+    entry_points={
+        "console_scripts": [
+            "report = pose_view.tools.report:main",
+            "view = pose_view.tools.view:main",
+        ]
+    },
 )

@@ -1,0 +1,132 @@
+"""Everything that is measured of a recording, before anything is drawn."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pose_fusion.evaluation.agreement import (
+    Agreement,
+    Steadiness,
+    measure_agreement,
+    measure_steadiness,
+)
+from pose_fusion.evaluation.angle_series import AngleSeries, angle_series
+from pose_fusion.evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
+from pose_fusion.evaluation.methods import FUSED, MEAN
+from pose_fusion.evaluation.range_of_motion import AngleRange, ranges_of_motion
+from pose_fusion.evaluation.reference_alignment import Alignment, align_reference
+from pose_fusion.evaluation.references.reference import Reference
+from pose_fusion.evaluation.scores import Evaluation, evaluate, rigidly_aligned
+from pose_fusion.evaluation.uncertainty import Coverage, uncertainty_coverage
+from pose_fusion.streams.series import SkeletonSeries
+from pose_view.report.recording import Recording
+
+REFERENCE = "reference"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Compared:
+    """A recording beside its reference."""
+
+    reference: Reference  # on the recording's clock
+    alignment: Alignment
+    evaluation: Evaluation
+    coverage: Mapping[str, Mapping[str, Coverage]]  # by method, by angle
+    joints: SkeletonSeries | None  # the reference's, moved rigidly onto the focus' frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class Analysis:
+    """What there is to show."""
+
+    recording: Recording
+    angles: Mapping[str, AngleSeries]  # by method, and the reference's
+    compared: Compared | None  # None without a reference
+    agreement: Agreement  # of the sensors
+    steadiness: Mapping[str, Steadiness]  # by method
+    ranges: Mapping[str, Mapping[str, AngleRange]]  # by method, by angle
+    cycles: Mapping[str, Cycles]  # by side
+    cycles_of: str  # the method in whose angles they were found
+    curves: Mapping[str, Mapping[str, Mapping[str, CycleCurve]]]  # by side, method, angle
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether the subject is a simulated one."""
+        of_reference = self.compared is not None and self.compared.reference.synthetic
+        return self.recording.is_synthetic or of_reference
+
+
+def analyse(recording: Recording, reference: Reference | None) -> Analysis:
+    """Measure a recording, against a reference where there is one.
+
+    Raises:
+        InputError: If the reference does not fit the recording.
+    """
+    angles = {name: angle_series(series) for name, series in recording.methods.items()}
+    compared = None if reference is None else compare(recording, reference)
+    cycles_of = recording.focus
+    if compared is not None:
+        angles[REFERENCE] = compared.reference.angles
+        cycles_of = REFERENCE
+    raw = {
+        name: recording.methods[name]
+        for name in (*recording.sensors, MEAN, FUSED)
+        if name in recording.methods
+    }
+    cycles = find_cycles(angles[cycles_of])
+    return Analysis(
+        recording=recording,
+        angles=angles,
+        compared=compared,
+        agreement=measure_agreement(raw, recording.T_map_sensor),
+        steadiness={name: measure_steadiness(each) for name, each in recording.methods.items()},
+        ranges={name: ranges_of_motion(each, recording.begin_ns) for name, each in angles.items()},
+        cycles=cycles,
+        cycles_of=cycles_of,
+        curves={
+            side: {name: cycle_curves(each, found) for name, each in angles.items()}
+            for side, found in cycles.items()
+        },
+    )
+
+
+def compare(recording: Recording, reference: Reference) -> Compared:
+    """Compare every method with a reference.
+
+    Raises:
+        InputError: If the reference does not fit the recording.
+    """
+    focus = recording.methods[recording.focus]
+    reference, alignment = align_reference(reference, angle_series(focus))
+    evaluation = evaluate(
+        recording.methods,
+        reference.angles if reference.skeleton is None else reference.skeleton,
+        reference_name=reference.name,
+        synthetic=reference.synthetic or recording.is_synthetic,
+    )
+    return Compared(
+        reference=reference,
+        alignment=alignment,
+        evaluation=evaluation,
+        coverage={
+            name: uncertainty_coverage(
+                recording.methods[name],
+                estimates,
+                reference.angles,
+                evaluation.method(name).shift_s,
+            )
+            for name, estimates in recording.estimates.items()
+        },
+        joints=_joints_in_map(recording, reference),
+    )
+
+
+def _joints_in_map(recording: Recording, reference: Reference) -> SkeletonSeries | None:
+    focus = recording.in_map(recording.focus)
+    if reference.skeleton is None or focus is None:
+        return None
+    target = focus.at(reference.skeleton.stamps_ns)
+    return SkeletonSeries(
+        stamps_ns=reference.skeleton.stamps_ns,
+        positions=rigidly_aligned(reference.skeleton.positions, target),
+        tracking_state=reference.skeleton.tracking_state,
+    )

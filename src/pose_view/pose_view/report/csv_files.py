@@ -1,0 +1,99 @@
+"""The numbers behind the page, for spreadsheets."""
+
+import csv
+import io
+import math
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.gait_cycles import PERCENT
+from pose_fusion.evaluation.tables import agreement_csv, evaluation_csv
+from pose_view.report.analysis import Analysis
+from pose_view.report.recording import seconds
+
+
+def csv_files(analysis: Analysis) -> dict[str, str]:
+    """Contents by file name."""
+    files = {
+        "agreement.csv": agreement_csv(analysis.agreement),
+        "motion.csv": _motion(analysis),
+        "angles.csv": _angles(analysis),
+    }
+    if analysis.compared is not None:
+        files["evaluation.csv"] = evaluation_csv(analysis.compared.evaluation)
+        files["uncertainty.csv"] = _uncertainty(analysis)
+    if analysis.cycles:
+        files["cycles.csv"] = _cycles(analysis)
+    return files
+
+
+def _motion(analysis: Analysis) -> str:
+    rows = [
+        (
+            method,
+            angle,
+            each.lowest_deg,
+            each.lowest_s,
+            each.highest_deg,
+            each.highest_s,
+            each.range_deg,
+        )
+        for method, ranges in analysis.ranges.items()
+        for angle, each in ranges.items()
+    ]
+    head = ("method", "angle", "lowest_deg", "lowest_s", "highest_deg", "highest_s", "range_deg")
+    return _text(head, rows)
+
+
+def _angles(analysis: Analysis) -> str:
+    """Every method's angles at its own instants."""
+    rows = (
+        (method, time, *values)
+        for method, series in analysis.angles.items()
+        for time, values in zip(
+            seconds(series.stamps_ns, analysis.recording.begin_ns),
+            np.degrees([series.angles[name] for name in ANGLES]).T,
+            strict=True,
+        )
+    )
+    return _text(("method", "time_s", *(f"{name}_deg" for name in ANGLES)), rows)
+
+
+def _uncertainty(analysis: Analysis) -> str:
+    coverage: Mapping = {} if analysis.compared is None else analysis.compared.coverage
+    rows = [
+        (method, angle, each.within_1, each.within_2, each.mean_stddev_deg, each.samples)
+        for method, angles in coverage.items()
+        for angle, each in angles.items()
+    ]
+    head = ("method", "angle", "within_1_sigma", "within_2_sigma", "mean_sigma_deg", "samples")
+    return _text(head, rows)
+
+
+def _cycles(analysis: Analysis) -> str:
+    rows = [
+        (side, method, angle, percent, mean, sd, curve.cycles)
+        for side, methods in analysis.curves.items()
+        for method, curves in methods.items()
+        for angle, curve in curves.items()
+        for percent, mean, sd in zip(PERCENT, curve.mean_deg, curve.sd_deg, strict=True)
+    ]
+    head = ("side", "method", "angle", "cycle_percent", "mean_deg", "sd_deg", "cycles")
+    return _text(head, rows)
+
+
+def _text(head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(head)
+    for row in rows:
+        writer.writerow([_cell(value) for value in row])
+    return out.getvalue()
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, float):
+        return f"{value:.6g}" if math.isfinite(value) else ""
+    return value

@@ -1,0 +1,136 @@
+"""Bland–Altman plots, uncertainty bands, and where each degree of freedom came from."""
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+
+from pose_fusion.body.joint_angles import ANGLES, wrapped
+from pose_fusion.evaluation.angle_series import without_sideways_flexion
+from pose_fusion.evaluation.uncertainty import stddev_at
+from pose_fusion.fusion.estimates import Source
+from pose_fusion.streams.bags import EstimateSeries
+from pose_view.report.analysis import REFERENCE, Analysis, Compared
+from pose_view.report.figures.canvas import DPI, line, method_style, plot, svg, without_wraps
+from pose_view.report.figures.figure import FigureSet, Picture
+from pose_view.report.recording import seconds
+from pose_view.report.tables.accuracy import spoken_method
+from pose_view.report.tables.table import spoken
+
+MOST_DOTS = 400  # of a plot: more make it heavy, not clearer
+SOURCE_COLOURS = {
+    Source.PREDICTED: "#bbbbbb",
+    Source.KINECT: "#56B4E9",
+    Source.IMU: "#117733",
+    Source.FUSED: "#D55E00",
+}
+STRIP_COLUMNS = 700  # of the strip of sources: instants between two of them are left out
+
+
+def bland_altman_figures(analysis: Analysis, compared: Compared) -> FigureSet:
+    """Difference of the focus method and the reference over their mean, by angle."""
+    focus = analysis.recording.focus
+    scores = compared.evaluation.method(focus)
+    series = analysis.angles[focus].shifted(-round(scores.shift_s * 1e9))
+    known = compared.reference.angles
+    known = known.between(int(series.stamps_ns[0]), int(series.stamps_ns[-1]))
+    expected, found = without_sideways_flexion(known.angles), series.at(known.stamps_ns)
+    pictures = []
+    for angle in ANGLES:
+        difference = wrapped(found[angle] - expected[angle])
+        mean = expected[angle] + 0.5 * difference
+        keep = np.flatnonzero(np.isfinite(difference))
+        keep = keep[:: max(1, len(keep) // MOST_DOTS)]
+        score = scores.angles[angle]
+        low, high = score.limits_of_agreement_deg
+        with plot() as (figure, (axes,)):
+            dots = np.degrees(mean[keep]), np.degrees(difference[keep])
+            axes.plot(*dots, "o", color="#0072B2", alpha=0.35, markersize=2.6, markeredgewidth=0.0)
+            for value, dashes, name in (
+                (score.bias_deg, "-", "bias"),
+                (low, "--", "−1.96 SD"),
+                (high, "--", "+1.96 SD"),
+            ):
+                if np.isfinite(value):
+                    axes.axhline(value, color="#D55E00", linewidth=1.1, linestyle=dashes)
+                    axes.annotate(
+                        f"{name} {value:+.1f}°".replace("-", "−"),
+                        (1.0, value),
+                        xycoords=("axes fraction", "data"),
+                        xytext=(-2, 2),
+                        textcoords="offset points",
+                        ha="right",
+                        fontsize=8,
+                        color="#a34700",
+                    )
+            axes.set(xlabel="mean of both [deg]", ylabel="difference [deg]")
+            title = spoken(angle)
+            pictures.append(Picture(title=title, svg=svg(figure, f"Bland–Altman plot of {title}")))
+    return FigureSet(caption=f"Bland–Altman: {spoken_method(focus)} − reference", pictures=pictures)
+
+
+def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
+    """A method's angles with bands of 1 and 2 σ, and the reference."""
+    recording = analysis.recording
+    estimates, series = recording.estimates[method], analysis.angles[method]
+    times = seconds(series.stamps_ns, recording.begin_ns)
+    style = method_style(method, recording.sensors)
+    pictures = []
+    for angle in ANGLES:
+        if angle not in estimates.names:
+            continue
+        sigma = np.degrees(stddev_at(estimates, angle, series.stamps_ns))
+        values = without_wraps(np.degrees(series.angles[angle]))
+        with plot() as (figure, (axes,)):
+            for factor, alpha in ((2.0, 0.18), (1.0, 0.28)):
+                low, high = values - factor * sigma, values + factor * sigma
+                axes.fill_between(times, low, high, color=style["color"], alpha=alpha, linewidth=0)
+            line(axes, "band", times, values, {"color": style["color"], "linewidth": 1.0})
+            if REFERENCE in analysis.angles:
+                known = analysis.angles[REFERENCE]
+                at = seconds(known.stamps_ns, recording.begin_ns)
+                expected = without_wraps(np.degrees(known.angles[angle]))
+                line(axes, "truth", at, expected, {"color": "#000000", "linewidth": 1.0})
+            axes.set(xlabel="time [s]", ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
+            title = spoken(angle)
+            pictures.append(Picture(title=title, svg=svg(figure, f"uncertainty of {title}")))
+    return FigureSet(caption=f"{spoken_method(method)} with its own uncertainty", pictures=pictures)
+
+
+def source_figure(analysis: Analysis, method: str) -> FigureSet:
+    """Which source each degree of freedom came from, over time."""
+    estimates = analysis.recording.estimates[method]
+    names = [spoken(name) for name in estimates.names]
+    begin, end, states = _strip(estimates, analysis.recording.begin_ns)
+    colours = ListedColormap([SOURCE_COLOURS[source] for source in Source])
+    with plot(width=720.0, height=60.0 + 14.0 * len(names)) as (figure, (axes,)):
+        axes.imshow(
+            states.T,
+            cmap=colours,
+            vmin=-0.5,
+            vmax=len(Source) - 0.5,
+            aspect="auto",
+            interpolation="nearest",
+            extent=(begin, end, len(names) - 0.5, -0.5),
+        )
+        axes.set_yticks(range(len(names)), names, fontsize=9)
+        axes.grid(False)
+        axes.tick_params(length=0)
+        for edge in np.arange(0.5, len(names) - 0.5):
+            axes.axhline(edge, color="white", linewidth=1.0)
+        axes.set(xlabel="time [s]", xlim=(0.0, analysis.recording.duration_s))
+        figure.set_dpi(DPI)
+        drawing = svg(figure, f"sources of {spoken_method(method)} over time")
+    return FigureSet(
+        caption=f"Where {spoken_method(method)} has each degree of freedom from",
+        pictures=[Picture(title="", svg=drawing)],
+        is_wide=True,
+    )
+
+
+def _strip(estimates: EstimateSeries, begin_ns: int) -> tuple[float, float, np.ndarray]:
+    """States at equal steps of time; NaN where a gap is."""
+    times = seconds(estimates.stamps_ns, begin_ns)
+    grid = np.linspace(times[0], times[-1], STRIP_COLUMNS)
+    nearest = np.clip(np.searchsorted(times, grid), 0, len(times) - 1)
+    states = estimates.source[nearest].astype(float)
+    states[np.abs(times[nearest] - grid) > 0.2] = np.nan
+    return float(times[0]), float(times[-1]), states

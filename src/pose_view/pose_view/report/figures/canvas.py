@@ -1,0 +1,135 @@
+"""Small plots as SVG text, in one style.
+
+A plot is drawn at the size that it has on a phone; the page puts as many side by side as fit.
+Each method's marks are in a group of a class of their own, so that the page can hide them.
+"""
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.figure import Figure
+
+from pose_fusion.streams.samples import FloatArray
+from pose_view.report.analysis import REFERENCE
+
+WIDTH, HEIGHT = 360.0, 215.0  # [pt] of a plot; one point is one CSS pixel of the drawing
+DPI = 72  # points are the unit of the SVG
+GROUP = "method-"  # how the classes of methods' marks begin
+MAX_GAP_S = 0.2  # [s] across a longer silence no line is drawn
+STYLE: Any = {
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "pose",  # the same plot gives the same bytes
+    "font.family": "sans-serif",
+    "font.size": 9.5,
+    "axes.titlesize": 9.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": "#777777",
+    "axes.linewidth": 0.7,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "xtick.color": "#444444",
+    "ytick.color": "#444444",
+    "path.simplify_threshold": 0.25,
+}
+# Okabe and Ito (2008), and Tol's muted colours: people with any colour vision tell them apart.
+COLOURS = {
+    REFERENCE: "#000000",
+    "fused": "#D55E00",
+    "mean": "#CC79A7",
+    "joint_kf": "#E69F00",
+    "dof_kf": "#999933",
+    "li2020": "#0072B2",
+    "default": "#882255",
+    "imu": "#117733",
+}
+SENSOR_COLOURS = ("#56B4E9", "#009E73", "#BBAA00", "#6699CC")
+
+
+def method_style(name: str, sensors: Sequence[str]) -> dict[str, Any]:
+    """Colour, width [pt] and dashes of a method's line."""
+    if name in sensors:
+        colour = SENSOR_COLOURS[list(sensors).index(name) % len(SENSOR_COLOURS)]
+        return {"color": colour, "linewidth": 0.9}
+    plain = name.removesuffix("+imu")
+    dashes: Any = (0, (4, 1.2)) if plain != name else "-"
+    width = 1.7 if name in (REFERENCE, "fused") else 1.2
+    return {"color": COLOURS.get(plain, "#555555"), "linewidth": width, "linestyle": dashes}
+
+
+def group_of(name: str) -> str:
+    """The class of a method's marks."""
+    return GROUP + re.sub(r"[^a-z0-9_]", "-", name.lower())
+
+
+@contextmanager
+def plot(
+    rows: int = 1, width: float = WIDTH, height: float = HEIGHT
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """A figure with plots one above the other, in the report's style."""
+    with mpl.rc_context(STYLE):
+        size = (width / DPI, height / DPI)
+        figure = Figure(figsize=size, dpi=DPI, layout="constrained")
+        figure.get_layout_engine().set(w_pad=0.03, h_pad=0.03)  # type: ignore[union-attr, call-arg]
+        figure.patch.set_visible(False)
+        axes = figure.subplots(rows, 1, sharex=True, squeeze=False)
+        yield figure, list(axes[:, 0])
+
+
+def svg(figure: Figure, label: str) -> str:
+    """The figure as an ``<svg>`` element for a page.
+
+    Args:
+        figure: What was drawn, inside :func:`plot`.
+        label: What it shows, for those who cannot see it.
+    """
+    out = io.StringIO()
+    FigureCanvasSVG(figure).print_svg(out, metadata={"Date": None})
+    text = out.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r'\s(xmlns(:\w+)?|version)="[^"]*"', "", text)
+    text = re.sub(r'<svg width="[^"]*" height="[^"]*"|<svg height="[^"]*"', "<svg", text, count=1)
+    text = re.sub(rf' id="({GROUP}[^"]*?)(--\d+)?"', r' class="\1"', text)
+    # Ids of matplotlib's groups come again in every figure; those of markers and clips are hashes.
+    text = re.sub(r' id="[a-zA-Z.]+_[0-9]+"', "", text)
+    text = re.sub(r' d="[^"]*"', lambda m: _rounded(m[0]), text)
+    text = re.sub(r"\s*\n\s*", "\n", text)
+    return text.replace("<svg", f'<svg role="img" aria-label="{_escaped(label)}"', 1)
+
+
+def line(
+    axes: Axes, name: str, times_s: FloatArray, values: FloatArray, style: dict[str, Any]
+) -> None:
+    """A method's line, broken where nothing is known."""
+    broken = np.flatnonzero(np.diff(times_s) > MAX_GAP_S) + 1
+    times_s = np.insert(times_s, broken, np.nan)
+    values = np.insert(values, broken, np.nan)
+    if np.isfinite(values).any():
+        axes.plot(times_s, values, gid=group_of(name), **style)
+
+
+def without_wraps(values: FloatArray, turn: float = 360.0) -> FloatArray:
+    """A series with NaN at its jumps by a whole turn, so that no line is drawn across."""
+    result = values.copy()
+    with np.errstate(invalid="ignore"):
+        result[1:][np.abs(np.diff(values)) > 0.75 * turn] = np.nan
+    return result
+
+
+def _rounded(path: str) -> str:
+    return re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.1f}".removesuffix(".0"), path)
+
+
+def _escaped(text: str) -> str:
+    return text.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")

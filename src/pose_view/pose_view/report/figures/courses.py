@@ -1,0 +1,142 @@
+"""Courses over time: what the papers' figures show, and more.
+
+Angles are li2020's figures 4 and 5, a joint's x, y, z its figures 3 and 6, pitch and yaw of the
+limbs zhang2015's figures 8 and 9; bone lengths come on top.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.limb_attitude import LIMBS, limb_attitude
+from pose_fusion.evaluation.methods import FUSED, MEAN
+from pose_fusion.evaluation.plots import BONES_SHOWN
+from pose_fusion.evaluation.stability import bone_lengths
+from pose_fusion.streams.series import SkeletonSeries
+from pose_view.report.analysis import REFERENCE, Analysis
+from pose_view.report.figures.canvas import (
+    HEIGHT,
+    line,
+    method_style,
+    plot,
+    svg,
+    without_wraps,
+)
+from pose_view.report.figures.figure import FigureSet, Picture
+from pose_view.report.recording import seconds
+from pose_view.report.tables.accuracy import spoken_method
+from pose_view.report.tables.table import spoken
+
+TIME = "time [s]"
+ROLE_COLOURS = {"Kinect": "#56B4E9", "IMU": "#117733", "fused": "#D55E00", REFERENCE: "#000000"}
+
+
+def angle_figures(analysis: Analysis) -> FigureSet:
+    """Each angle over time, by all methods, with the reference."""
+    recording = analysis.recording
+    pictures = []
+    for angle in ANGLES:
+        with plot() as (figure, (axes,)):
+            for name, series in analysis.angles.items():
+                times = seconds(series.stamps_ns, recording.begin_ns)
+                values = without_wraps(np.degrees(series.angles[angle]))
+                line(axes, name, times, values, method_style(name, recording.sensors))
+            axes.set(xlabel=TIME, ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
+            pictures.append(
+                Picture(title=spoken(angle), svg=svg(figure, f"{spoken(angle)} over time"))
+            )
+    return FigureSet(caption="Joint angles over time", pictures=pictures)
+
+
+def joint_figures(analysis: Analysis, joint: str) -> FigureSet:
+    """One joint's x, y and z over time, as li2020's figure 3."""
+    recording = analysis.recording
+    index = JOINT_INDEX[joint]
+    shown = _in_map(analysis)
+    pictures = []
+    for axis, meaning in enumerate(("x, forward", "y, to the left", "z, up")):
+        with plot() as (figure, (axes,)):
+            for name, series in shown.items():
+                times = seconds(series.stamps_ns, recording.begin_ns)
+                values = series.positions[:, index, axis]
+                line(axes, name, times, values, method_style(name, recording.sensors))
+            axes.set(xlabel=TIME, ylabel="position [m]", xlim=(0.0, recording.duration_s))
+            title = f"{spoken(joint)}: {meaning}"
+            pictures.append(Picture(title=title, svg=svg(figure, f"{title}, over time")))
+    return FigureSet(caption=f"Position of the {spoken(joint)} in map", pictures=pictures)
+
+
+def attitude_sources(analysis: Analysis) -> dict[str, str]:
+    """The methods that stand for Kinect alone, IMUs alone and fused, by that role."""
+    names = analysis.recording.methods
+    kinect = next((n for n in (MEAN, *analysis.recording.sensors) if n in names), None)
+    both = next((n for n in (FUSED, "default+imu", "li2020+imu") if n in names), None)
+    roles = {"Kinect": kinect, "IMU": "imu" if "imu" in names else None, "fused": both}
+    return {role: name for role, name in roles.items() if name is not None}
+
+
+def attitude_figures(analysis: Analysis) -> FigureSet:
+    """Pitch and yaw of each limb by Kinect, IMU and both, as zhang2015's figures 8 and 9."""
+    recording = analysis.recording
+    shown: dict[str, SkeletonSeries] = {}
+    for role, name in attitude_sources(analysis).items():
+        series = recording.in_map(name)
+        if series is not None:
+            shown[role] = series
+    if analysis.compared is not None and analysis.compared.joints is not None:
+        shown = {REFERENCE: analysis.compared.joints, **shown}
+    pictures = []
+    for limb in LIMBS:
+        with plot(rows=2, height=1.5 * HEIGHT) as (figure, (above, below)):
+            for role, series in shown.items():
+                times = seconds(series.stamps_ns, recording.begin_ns)
+                pitch, yaw = limb_attitude(series.positions, limb)
+                style = {"color": ROLE_COLOURS[role], "linewidth": 1.2 if role == "fused" else 0.9}
+                line(above, f"role {role}", times, np.degrees(pitch), style)
+                line(below, f"role {role}", times, np.degrees(_near_zero(yaw)), style)
+            above.set(ylabel="pitch [deg]", xlim=(0.0, recording.duration_s))
+            below.set(xlabel=TIME, ylabel="yaw [deg]")
+            figure.align_ylabels()
+            title = spoken(limb)
+            pictures.append(Picture(title=title, svg=svg(figure, f"pitch and yaw of {title}")))
+    return FigureSet(caption="Pitch and yaw of the limbs", pictures=pictures)
+
+
+def bone_figures(analysis: Analysis) -> FigureSet:
+    """Lengths of the limbs' bones over time."""
+    recording = analysis.recording
+    lengths = {name: bone_lengths(each.positions) for name, each in recording.methods.items()}
+    pictures = []
+    for bone in BONES_SHOWN:
+        with plot() as (figure, (axes,)):
+            for name, series in recording.methods.items():
+                times = seconds(series.stamps_ns, recording.begin_ns)
+                values = 100.0 * lengths[name][bone]
+                line(axes, name, times, values, method_style(name, recording.sensors))
+            axes.set(xlabel=TIME, ylabel="length [cm]", xlim=(0.0, recording.duration_s))
+            title = spoken(bone)
+            pictures.append(Picture(title=title, svg=svg(figure, f"length of {title} over time")))
+    return FigureSet(caption="Bone lengths over time", pictures=pictures)
+
+
+def legend(analysis: Analysis) -> dict[str, str]:
+    """What the methods are called, by name, in the order of the figures."""
+    return {name: spoken_method(name) for name in analysis.angles}
+
+
+def _in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:
+    recording = analysis.recording
+    found = {name: recording.in_map(name) for name in recording.methods}
+    shown = {name: series for name, series in found.items() if series is not None}
+    if analysis.compared is not None and analysis.compared.joints is not None:
+        shown[REFERENCE] = analysis.compared.joints
+    return shown
+
+
+def _near_zero(yaw: np.ndarray) -> np.ndarray:
+    """A yaw [rad] by whole turns nearer to zero, so that all sources lie in one window."""
+    known = yaw[np.isfinite(yaw)]
+    turns = np.round(np.median(known) / (2.0 * np.pi)) if len(known) else 0.0
+    return np.asarray(yaw - 2.0 * np.pi * turns)

@@ -1,0 +1,35 @@
+"""Angles over the cycle: mean of all cycles, with a band of one standard deviation."""
+
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.gait_cycles import PERCENT
+from pose_view.report.analysis import Analysis
+from pose_view.report.figures.canvas import group_of, method_style, plot, svg
+from pose_view.report.figures.figure import FigureSet, Picture
+from pose_view.report.tables.table import spoken
+
+
+def cycle_figures(analysis: Analysis, side: str) -> FigureSet:
+    """One side's angles over its cycles, by all methods."""
+    curves = analysis.curves[side]
+    sensors = analysis.recording.sensors
+    pictures = []
+    for angle in (name for name in ANGLES if name.startswith(side)):
+        with plot() as (figure, (axes,)):
+            for name, by_angle in curves.items():
+                if angle not in by_angle:
+                    continue
+                curve, style = by_angle[angle], method_style(name, sensors)
+                axes.fill_between(
+                    PERCENT,
+                    curve.mean_deg - curve.sd_deg,
+                    curve.mean_deg + curve.sd_deg,
+                    color=style["color"],
+                    alpha=0.16,
+                    linewidth=0,
+                    gid=group_of(name) + "--1",
+                )
+                axes.plot(PERCENT, curve.mean_deg, gid=group_of(name), **style)
+            axes.set(xlabel="cycle [%]", ylabel="angle [deg]", xlim=(0.0, 100.0))
+            title = spoken(angle)
+            pictures.append(Picture(title=title, svg=svg(figure, f"{title} over the cycle")))
+    return FigureSet(caption=f"Mean ± SD over the cycles, {side} side", pictures=pictures)

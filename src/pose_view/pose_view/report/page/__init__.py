@@ -1,0 +1,1 @@
+"""The report's page: what stands on it, and in which order."""

@@ -1,0 +1,20 @@
+"""A part of the page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pose_view.report.figures.figure import FigureSet
+from pose_view.report.tables.table import Table
+
+Block = Table | FigureSet | str
+"""A table, figures, or a paragraph."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """A heading and what stands under it."""
+
+    anchor: str
+    title: str
+    blocks: Sequence[Block]
+    has_methods: bool = False  # whether its figures show methods that can be hidden

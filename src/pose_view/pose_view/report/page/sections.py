@@ -1,0 +1,192 @@
+"""The parts of the page, from an analysis."""
+
+from collections.abc import Iterable
+
+from markupsafe import Markup
+
+from pose_fusion.evaluation.gait_cycles import Cycles
+from pose_view.report.analysis import REFERENCE, Analysis, Compared
+from pose_view.report.figures.agreement import (
+    SOURCE_COLOURS,
+    bland_altman_figures,
+    source_figure,
+    uncertainty_figures,
+)
+from pose_view.report.figures.courses import (
+    ROLE_COLOURS,
+    angle_figures,
+    attitude_figures,
+    attitude_sources,
+    bone_figures,
+    joint_figures,
+)
+from pose_view.report.figures.cycles import cycle_figures
+from pose_view.report.page.section import Block, Section
+from pose_view.report.tables.accuracy import (
+    accuracy_tables,
+    coverage_table,
+    overview_table,
+    spoken_method,
+)
+from pose_view.report.tables.motion import (
+    cycle_table,
+    peak_table,
+    range_table,
+    symmetry_table,
+)
+from pose_view.report.tables.steadiness import (
+    SOURCE_NAMES,
+    bone_table,
+    jerk_table,
+    source_table,
+    steadiness_table,
+    timing_table,
+    view_tables,
+)
+from pose_view.report.tables.table import spoken
+
+
+def sections(analysis: Analysis, joint: str) -> list[Section]:
+    """Every part that this recording has something for."""
+    compared = analysis.compared
+    parts = []
+    if compared is not None:
+        parts.append(_accuracy(compared))
+    parts.append(_courses(analysis))
+    if compared is not None:
+        differences = bland_altman_figures(analysis, compared)
+        parts.append(
+            Section(anchor="bland-altman", title="Bland–Altman plots", blocks=[differences])
+        )
+    parts.append(_motion(analysis))
+    parts.append(_cycles(analysis))
+    if analysis.recording.estimates:
+        parts += [_uncertainty(analysis), _sources(analysis)]
+    parts += [_attitudes(analysis), _joint(analysis, joint), _steadiness(analysis)]
+    return parts
+
+
+def _accuracy(compared: Compared) -> Section:
+    return Section(
+        anchor="accuracy",
+        title="Accuracy",
+        blocks=[overview_table(compared.evaluation), *accuracy_tables(compared.evaluation)],
+    )
+
+
+def _courses(analysis: Analysis) -> Section:
+    return Section(
+        anchor="angles",
+        title="Angles over time",
+        blocks=[angle_figures(analysis)],
+        has_methods=True,
+    )
+
+
+def _motion(analysis: Analysis) -> Section:
+    of = REFERENCE if analysis.compared is not None else analysis.recording.focus
+    shown = list(dict.fromkeys([of, analysis.recording.focus]))
+    blocks: list[Block] = [range_table(analysis.ranges)]
+    for name in shown:
+        blocks += [peak_table(name, analysis.ranges[name])]
+        blocks += [symmetry_table(name, analysis.ranges[name])]
+    return Section(anchor="motion", title="Range of motion and symmetry", blocks=blocks)
+
+
+def _cycles(analysis: Analysis) -> Section:
+    blocks: list[Block] = []
+    for side, cycles in analysis.cycles.items():
+        methods = tuple(name for name in analysis.angles if analysis.curves[side].get(name))
+        blocks.append(_cycles_text(cycles, analysis.cycles_of))
+        blocks.append(cycle_figures(analysis, side))
+        blocks.append(cycle_table(side, analysis.curves[side], methods))
+    if not blocks:
+        blocks.append(
+            "No movement was found that repeats at least three times with like length and course."
+        )
+    return Section(anchor="cycles", title="Cycles", blocks=blocks, has_methods=True)
+
+
+def _cycles_text(cycles: Cycles, source: str) -> str:
+    durations = cycles.durations_s
+    return (
+        f"{cycles.side.capitalize()}: {len(durations)} cycles of {durations.mean():.2f} ± "
+        f"{durations.std(ddof=1):.2f} s ({60.0 / durations.mean():.0f} a minute), found in "
+        f"{spoken_method(source)}; 0 and 100 % are the peaks of {spoken(cycles.angle)}."
+    )
+
+
+def _uncertainty(analysis: Analysis) -> Section:
+    method = _account_of(analysis)
+    blocks: list[Block] = []
+    if analysis.compared is not None:
+        table = coverage_table(analysis.compared.coverage)
+        if table is not None:
+            blocks.append(table)
+    blocks.append("Dark band: 1 σ, light band: 2 σ; black line: the reference, where there is one.")
+    blocks.append(uncertainty_figures(analysis, method))
+    return Section(anchor="uncertainty", title="Uncertainty", blocks=blocks)
+
+
+def _sources(analysis: Analysis) -> Section:
+    method = _account_of(analysis)
+    key = _key((name, SOURCE_COLOURS[source]) for source, name in SOURCE_NAMES.items())
+    return Section(
+        anchor="sources",
+        title="Sources",
+        blocks=[
+            key,
+            source_figure(analysis, method),
+            source_table(method, analysis.recording.estimates[method]),
+        ],
+    )
+
+
+def _key(entries: Iterable[tuple[str, str]]) -> Markup:
+    """Names with a patch of their colour."""
+    patch = Markup('<span class="swatch" style="background:{}"></span> {}')
+    return Markup(", ").join(patch.format(colour, name) for name, colour in entries)
+
+
+def _account_of(analysis: Analysis) -> str:
+    """The method whose own account is shown: the focus, if it gives one."""
+    estimates = analysis.recording.estimates
+    return analysis.recording.focus if analysis.recording.focus in estimates else [*estimates][-1]
+
+
+def _attitudes(analysis: Analysis) -> Section:
+    roles = attitude_sources(analysis)
+    key = _key((f"{role} ({spoken_method(n)})", ROLE_COLOURS[role]) for role, n in roles.items())
+    text = key + (
+        f"{'; black: the reference' if analysis.compared is not None else ''}. Pitch is the "
+        "limb's direction above the horizontal (−90°: it hangs down), yaw its heading in map; "
+        "within 15° of the vertical there is no yaw."
+    )
+    if "IMU" not in roles:
+        text += " There is no result of the IMUs alone in this recording."
+    blocks: list[Block] = [text, attitude_figures(analysis)] if roles else [text]
+    return Section(anchor="attitudes", title="Pitch and yaw of the limbs", blocks=blocks)
+
+
+def _joint(analysis: Analysis, joint: str) -> Section:
+    text = "All in map; the reference is moved by one rotation and translation onto "
+    text += f"{spoken_method(analysis.recording.focus)}."
+    has_joints = analysis.compared is not None and analysis.compared.joints is not None
+    blocks: list[Block] = [joint_figures(analysis, joint)]
+    return Section(
+        anchor="joint",
+        title=f"Path of the {spoken(joint)}",
+        blocks=[text, *blocks] if has_joints else blocks,
+        has_methods=True,
+    )
+
+
+def _steadiness(analysis: Analysis) -> Section:
+    blocks: list[Block] = [*view_tables(analysis.agreement), steadiness_table(analysis.steadiness)]
+    if analysis.recording.estimates:
+        blocks.append(timing_table(analysis.recording.estimates))
+    blocks += [bone_figures(analysis), bone_table(analysis.steadiness)]
+    blocks.append(jerk_table(analysis.steadiness))
+    return Section(
+        anchor="steadiness", title="Agreement and steadiness", blocks=blocks, has_methods=True
+    )

@@ -1,0 +1,183 @@
+"""One bag, read for the report: its methods, and every estimator run over its raw streams."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pose_common.bags import BagReader
+from pose_common.errors import InputError, PoseError
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
+from pose_fusion.evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
+from pose_fusion.streams.bags import (
+    BagSamples,
+    EstimateSeries,
+    imu_topics,
+    read_estimates,
+    sensor_topics,
+)
+from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.series import SkeletonSeries
+
+PREFERRED = (FUSED, "default+imu", "default", "li2020+imu", "li2020", "joint_kf", MEAN)
+COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself
+SYNTHETIC = "synthetic"  # how such a comment begins where no person was recorded
+
+FindExtrinsics = Callable[[BagReader, tuple[str, ...]], Extrinsics]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """What the report knows of a bag."""
+
+    name: str
+    begin_ns: int  # [ns] first instant of any method: zero of every time axis
+    duration_s: float  # [s]
+    comment: str  # what the source says of itself; empty if nothing
+    sensors: tuple[str, ...]
+    segments: tuple[str, ...]  # that carry an IMU
+    T_map_sensor: Mapping[str, FloatArray]  # (4, 4); empty where the extrinsics are unknown
+    methods: Mapping[str, SkeletonSeries]  # in the order of the tables; sensors in their own frame
+    estimates: Mapping[str, EstimateSeries]  # of the methods that give any
+    focus: str  # the method that single figures are about
+    notes: tuple[str, ...] = field(default=())  # what is missing, and why
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether the bag itself says that no person was recorded."""
+        return self.comment.startswith(SYNTHETIC)
+
+    def in_map(self, method: str) -> SkeletonSeries | None:
+        """A method's joints in ``map``; None of a sensor that is nowhere."""
+        series = self.methods[method]
+        if method not in self.sensors:
+            return series
+        return series.transformed(self.T_map_sensor[method]) if self.T_map_sensor else None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What the user asked for."""
+
+    name: str  # of the recording
+    methods: tuple[str, ...] = ()  # all if empty
+    focus: str = ""  # the best there is if empty
+    person: str = ""
+    body: str = ""
+
+
+def read_recording(
+    bag: BagReader,
+    wanted: Wanted,
+    find_extrinsics: FindExtrinsics,
+    progress: Callable[[float], None],
+) -> Recording:
+    """Read a bag, and run the estimators over it.
+
+    Args:
+        bag: An open bag.
+        wanted: What to look at.
+        find_extrinsics: How the sensors' places are found.
+        progress: Called with the share that is done.
+
+    Raises:
+        InputError: If a method is asked for that there is not, or nothing is seen.
+    """
+    own = methods_of_bag(bag, wanted.person, wanted.body)
+    sensors = tuple(sensor_topics(bag))
+    segments = tuple(imu_topics(bag))
+    setups = known_setups(has_imus=bool(segments))
+    _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
+    notes: list[str] = []
+    placed: dict[str, FloatArray] = {}
+    methods = {name: own[name] for name in sensors}
+    runs: dict[str, MethodRun] = {}
+    try:
+        extrinsics = find_extrinsics(bag, sensors)
+        placed = {name: extrinsics.T_map_sensor(name) for name in sensors}
+    except PoseError as error:
+        notes.append(f"The sensors' places are unknown ({error}): no method joins them.")
+    else:
+        if len(sensors) > 1:
+            methods[MEAN] = own.get(MEAN) or mean_series(methods, placed)
+        chosen = [s for s in setups if not wanted.methods or s.name in wanted.methods]
+        runs = _run(bag, wanted, chosen, extrinsics, progress)
+    methods |= {name: run.series for name, run in runs.items()}
+    if FUSED in own:
+        methods[FUSED] = own[FUSED]
+    for name in [name for name, series in methods.items() if len(series) < 2]:
+        notes.append(f"{name} gave no pose, and is left out.")
+        del methods[name]
+    shown = _shown(methods, wanted)
+    estimates = {name: run.estimates for name, run in runs.items() if name in shown}
+    if FUSED in shown:
+        estimates[FUSED] = read_estimates(bag, wanted.body)
+    begin_ns = min(int(series.stamps_ns[0]) for series in shown.values())
+    end_ns = max(int(series.stamps_ns[-1]) for series in shown.values())
+    return Recording(
+        name=wanted.name,
+        begin_ns=begin_ns,
+        duration_s=(end_ns - begin_ns) * 1e-9,
+        comment=comment_of(bag),
+        sensors=tuple(name for name in sensors if name in shown),
+        segments=segments,
+        T_map_sensor=placed,
+        methods=shown,
+        estimates={name: each for name, each in estimates.items() if len(each.stamps_ns)},
+        focus=wanted.focus if wanted.focus in shown else preferred(list(shown)),
+        notes=tuple(notes),
+    )
+
+
+def preferred(names: Sequence[str]) -> str:
+    """The method that a reader wants to see first."""
+    return next((name for name in PREFERRED if name in names), names[0])
+
+
+def comment_of(bag: BagReader) -> str:
+    """What the source of a bag's skeletons says of itself, as its bridge reports."""
+    for message in bag.messages(bag.topics_of_type("diagnostic_msgs/msg/DiagnosticArray")):
+        for status in bag.deserialize(message).status:
+            for pair in status.values:
+                if pair.key == COMMENT_KEY and pair.value:
+                    return str(pair.value)
+    return ""
+
+
+def _run(
+    bag: BagReader,
+    wanted: Wanted,
+    setups: Sequence[MethodSetup],
+    extrinsics: Extrinsics,
+    progress: Callable[[float], None],
+) -> dict[str, MethodRun]:
+    if not setups:
+        return {}
+    imus = any(setup.use_imus for setup in setups)
+    samples = BagSamples(bag, wanted.person, progress, imus=imus)
+    return run_methods(samples, setups, extrinsics.sensors, extrinsics)
+
+
+def _refuse_unknown(wanted: Wanted, known: Sequence[str]) -> None:
+    asked = [*wanted.methods, *([wanted.focus] if wanted.focus else [])]
+    unknown = sorted(set(asked) - set(known))
+    if unknown:
+        names = ", ".join(dict.fromkeys(known))
+        raise InputError(f"there is no method {', '.join(unknown)} here: expected some of {names}")
+
+
+def _shown(methods: Mapping[str, SkeletonSeries], wanted: Wanted) -> dict[str, SkeletonSeries]:
+    shown = {
+        name: series
+        for name, series in methods.items()
+        if not wanted.methods or name in wanted.methods or name == wanted.focus
+    }
+    if not shown:
+        raise InputError("nobody is seen in this recording: there is nothing to report")
+    return shown
+
+
+def seconds(stamps_ns: np.ndarray, begin_ns: int) -> FloatArray:
+    """Stamps [ns] as seconds since an instant."""
+    return np.asarray((stamps_ns - begin_ns) * 1e-9, float)

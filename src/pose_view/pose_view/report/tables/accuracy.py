@@ -1,0 +1,192 @@
+"""Tables against a reference, in the layout of li2020's Tables 1 to 4: angles down, methods across.
+
+Tables 1 and 3 of the paper hold the correlations, 2 and 4 the errors, of its two motions.
+"""
+
+from collections.abc import Callable, Mapping
+
+from pose_common.joints import JOINTS
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.scores import AngleScore, Evaluation, MethodScores, mean_known
+from pose_fusion.evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
+from pose_view.report.tables.table import (
+    Judge,
+    Row,
+    Table,
+    largest,
+    nearest_zero,
+    number,
+    number_row,
+    smallest,
+    spoken,
+    text_row,
+)
+
+HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
+"""The six angles of li2020's tables."""
+
+
+def accuracy_tables(evaluation: Evaluation) -> list[Table]:
+    """Correlation, error, bias, limits of agreement, joint positions."""
+    names = tuple(spoken_method(method.name) for method in evaluation.methods)
+    tables = [
+        _angle_table(
+            evaluation, "Correlation with the reference: Pearson's r [-]", lambda s: s.r, 3, largest
+        ),
+        _angle_table(evaluation, "Error: RMSE [deg]", lambda s: s.rmse_deg, 1, smallest),
+        _bias_table(evaluation),
+        _limits_table(evaluation, names),
+    ]
+    if any(mean_known([method.mpjpe_mm]) > 0.0 for method in evaluation.methods):
+        tables.append(_joint_table(evaluation, names))
+    return tables
+
+
+def overview_table(evaluation: Evaluation) -> Table:
+    """One line a measure, for those who read one table."""
+    methods = evaluation.methods
+    measures: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
+        ("RMSE, mean of 12 angles [deg]", lambda m: m.mean_rmse_deg, 1, smallest, False),
+        ("RMSE, hips and knees [deg]", _leg_rmse, 1, smallest, False),
+        ("r, mean of the moving angles [-]", lambda m: m.mean_r, 3, largest, False),
+        ("size of the bias, mean [deg]", lambda m: m.mean_absolute_bias_deg, 1, smallest, False),
+        ("joint position error, MPJPE [mm]", lambda m: m.mpjpe_mm, 0, smallest, False),
+        ("bone length SD, mean [mm]", lambda m: m.mean_bone_sd_mm, 1, smallest, False),
+        ("jerk, RMS, mean of the joints [m/s³]", lambda m: m.mean_jerk, 0, smallest, False),
+        ("lag behind the reference [ms]", lambda m: 1000.0 * m.shift_s, 0, nearest_zero, True),
+        ("instants with a pose [%]", lambda m: 100.0 * m.coverage, 0, None, False),
+    )
+    return Table(
+        caption="All methods in short",
+        head="measure",
+        columns=tuple(spoken_method(method.name) for method in methods),
+        rows=tuple(
+            number_row(name, [value(method) for method in methods], digits, best, sign=sign)
+            for name, value, digits, best, sign in measures
+        ),
+        note=f"Over {evaluation.duration_s:.1f} s that all methods and the reference have in "
+        "common; each method after removing its own lag. Best of each line in bold.",
+    )
+
+
+def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | None:
+    """Shares of the errors within 1 and 2 σ of the published uncertainty."""
+    totals = {name: mean_coverage(dict(each)) for name, each in coverage.items() if each}
+    if not totals:
+        return None
+    columns = ("within 1 σ [%]", "within 2 σ [%]", "mean σ [deg]", "compared")
+    rows = [
+        text_row(
+            spoken_method(name),
+            (
+                number(100.0 * each.within_1, 1),
+                number(100.0 * each.within_2, 1),
+                number(each.mean_stddev_deg, 1),
+                str(each.samples),
+            ),
+        )
+        for name, each in totals.items()
+    ]
+    one, two = (number(100.0 * share, 1) for share in NORMAL_SHARE)
+    rows.append(text_row("if it were honest", (one, two, "–", "–"), is_summary=True))
+    return Table(
+        caption="Is the published uncertainty honest? Share of the true angles within it",
+        head="method",
+        columns=columns,
+        rows=tuple(rows),
+        note="More than an honest share: the method is better than it says; less: worse.",
+    )
+
+
+def spoken_method(name: str) -> str:
+    """A method's name, for people."""
+    return name.replace("+imu", " + IMUs")
+
+
+def _leg_rmse(method: MethodScores) -> float:
+    return mean_known([method.angles[name].rmse_deg for name in HIPS_AND_KNEES])
+
+
+def _angle_table(
+    evaluation: Evaluation,
+    caption: str,
+    value: Callable[[AngleScore], float],
+    digits: int,
+    best: Judge,
+) -> Table:
+    methods = evaluation.methods
+
+    def row(name: str, angles: tuple[str, ...], is_summary: bool = False) -> Row:
+        values = [mean_known([value(m.angles[angle]) for angle in angles]) for m in methods]
+        return number_row(name, values, digits, best, is_summary=is_summary)
+
+    return Table(
+        caption=caption,
+        head="angle",
+        columns=tuple(spoken_method(method.name) for method in methods),
+        rows=(
+            *(row(spoken(angle), (angle,)) for angle in ANGLES),
+            row("mean of hips and knees", HIPS_AND_KNEES, is_summary=True),
+            row("mean of all", ANGLES, is_summary=True),
+        ),
+        note="Best in bold; – where the reference hardly moves."
+        if digits == 3
+        else "Best in bold.",
+    )
+
+
+def _bias_table(evaluation: Evaluation) -> Table:
+    methods = evaluation.methods
+    rows = [
+        number_row(
+            spoken(angle),
+            [method.angles[angle].bias_deg for method in methods],
+            1,
+            nearest_zero,
+            sign=True,
+        )
+        for angle in ANGLES
+    ]
+    sizes = [method.mean_absolute_bias_deg for method in methods]
+    rows.append(number_row("mean size", sizes, 1, smallest, is_summary=True))
+    return Table(
+        caption="Bias: mean of method − reference [deg]",
+        head="angle",
+        columns=tuple(spoken_method(method.name) for method in methods),
+        rows=tuple(rows),
+        note="Nearest to zero in bold.",
+    )
+
+
+def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
+    def limits(method: MethodScores, angle: str) -> str:
+        low, high = method.angles[angle].limits_of_agreement_deg
+        return f"{number(low, 0, sign=True)} … {number(high, 0, sign=True)}"
+
+    return Table(
+        caption="Limits of agreement (Bland and Altman): bias ∓ 1.96 SD [deg]",
+        head="angle",
+        columns=names,
+        rows=tuple(
+            text_row(spoken(angle), [limits(method, angle) for method in evaluation.methods])
+            for angle in ANGLES
+        ),
+        note="19 of 20 differences lie between them, if they are normally distributed.",
+    )
+
+
+def _joint_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
+    methods = evaluation.methods
+    rows = [
+        number_row(spoken(joint), [method.joint_error_mm[joint] for method in methods], 0, smallest)
+        for joint in JOINTS
+    ]
+    means = [method.mpjpe_mm for method in methods]
+    rows.append(number_row("mean (MPJPE)", means, 0, smallest, is_summary=True))
+    return Table(
+        caption="Joint position error [mm]",
+        head="joint",
+        columns=names,
+        rows=tuple(rows),
+        note="Mean distance after one rigid alignment of the whole recording. Best in bold.",
+    )

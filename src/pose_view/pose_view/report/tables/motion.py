@@ -1,0 +1,115 @@
+"""Tables for the biomechanist: range of motion, peaks, symmetry, cycles."""
+
+from collections.abc import Mapping
+
+from pose_common.joints import SIDES
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.gait_cycles import CycleCurve
+from pose_fusion.evaluation.range_of_motion import AngleRange, symmetry_index_percent
+from pose_view.report.tables.accuracy import spoken_method
+from pose_view.report.tables.table import Row, Table, number, number_row, spoken, text_row
+
+ONE_SIDE = tuple(
+    name.removeprefix(f"{SIDES[0]}_") for name in ANGLES if name.startswith(f"{SIDES[0]}_")
+)
+
+
+def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
+    """Range of motion of every angle by method."""
+    return Table(
+        caption="Range of motion: highest − lowest angle [deg]",
+        head="angle",
+        columns=tuple(spoken_method(name) for name in ranges),
+        rows=tuple(
+            number_row(spoken(angle), [each[angle].range_deg for each in ranges.values()], 1)
+            for angle in ANGLES
+        ),
+        note="Of the angles after a low-pass filter without phase (6 Hz).",
+    )
+
+
+def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
+    """Extremes of every angle, and when they were reached."""
+    rows = []
+    for angle in ANGLES:
+        each = ranges[angle]
+        rows.append(
+            text_row(
+                spoken(angle),
+                (
+                    number(each.lowest_deg, 1),
+                    number(each.lowest_s, 1),
+                    number(each.highest_deg, 1),
+                    number(each.highest_s, 1),
+                    number(each.range_deg, 1),
+                ),
+            )
+        )
+    return Table(
+        caption=f"Peak angles: {spoken_method(method)}",
+        head="angle",
+        columns=("lowest [deg]", "at [s]", "highest [deg]", "at [s]", "range [deg]"),
+        rows=tuple(rows),
+    )
+
+
+def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
+    """Left beside right, and the symmetry index of range and peak."""
+    rows = []
+    for angle in ONE_SIDE:
+        left, right = (ranges[f"{side}_{angle}"] for side in SIDES)
+        rows.append(
+            text_row(
+                spoken(angle),
+                (
+                    number(left.range_deg, 1),
+                    number(right.range_deg, 1),
+                    number(symmetry_index_percent(left.range_deg, right.range_deg), 0, sign=True),
+                    number(left.highest_deg, 1),
+                    number(right.highest_deg, 1),
+                    number(
+                        symmetry_index_percent(left.highest_deg, right.highest_deg), 0, sign=True
+                    ),
+                ),
+            )
+        )
+    return Table(
+        caption=f"Left and right: {spoken_method(method)}",
+        head="angle",
+        columns=(
+            "range, left [deg]",
+            "range, right [deg]",
+            "index [%]",
+            "peak, left [deg]",
+            "peak, right [deg]",
+            "index [%]",
+        ),
+        rows=tuple(rows),
+        note="Symmetry index: (left − right) / mean of both; 0 is symmetric, positive says that "
+        "the left is larger. – where both are below 5°.",
+    )
+
+
+def cycle_table(
+    side: str, curves: Mapping[str, Mapping[str, CycleCurve]], methods: tuple[str, ...]
+) -> Table:
+    """Range of motion of one side's cycles, by method."""
+    rows: list[Row] = []
+    for angle in (name for name in ANGLES if name.startswith(side)):
+        found = [curves.get(method, {}).get(angle) for method in methods]
+        if any(found):
+            texts = [
+                "–" if c is None else _plus_minus(c.range_mean_deg, c.range_sd_deg, 1)
+                for c in found
+            ]
+            rows.append(text_row(spoken(angle), texts))
+    return Table(
+        caption=f"Range of motion of a cycle, {side} side: mean ± SD between cycles [deg]",
+        head="angle",
+        columns=tuple(spoken_method(method) for method in methods),
+        rows=tuple(rows),
+    )
+
+
+def _plus_minus(mean: float, sd: float, digits: int) -> str:
+    return f"{number(mean, digits)} ± {number(sd, digits)}"

@@ -1,0 +1,181 @@
+"""Tables that need no reference: agreement of the views, bones, jerk, sources."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pose_common.joints import JOINTS, SIDES
+from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.evaluation.agreement import Agreement, Steadiness, ViewAgreement
+from pose_fusion.evaluation.scores import mean_known
+from pose_fusion.evaluation.stability import BONES
+from pose_fusion.fusion.estimates import Source
+from pose_fusion.streams.bags import EstimateSeries
+from pose_view.report.tables.accuracy import spoken_method
+from pose_view.report.tables.table import (
+    Table,
+    number,
+    number_row,
+    smallest,
+    spoken,
+    text_row,
+)
+
+SOURCE_NAMES = {
+    Source.KINECT: "Kinect",
+    Source.FUSED: "Kinect and IMU",
+    Source.IMU: "IMU",
+    Source.PREDICTED: "predicted",
+}
+
+
+def view_tables(agreement: Agreement) -> list[Table]:
+    """Do the sensors agree?"""
+    if not agreement.views:
+        return []
+    distance = Table(
+        caption="Mean distance of the same joint in two views [cm]",
+        head="views",
+        columns=("as logged", "calibrated", "best rigid fit", "angles, RMS [deg]", "instants"),
+        rows=tuple(
+            text_row(
+                f"{view.first} – {view.second}",
+                (
+                    number(view.as_logged_cm, 1),
+                    number(view.calibrated_cm, 1),
+                    number(view.best_rigid_cm, 1),
+                    number(mean_known(list(view.angle_difference_deg.values())), 1),
+                    str(view.frames),
+                ),
+            )
+            for view in agreement.views
+        ),
+        note="The best rigid fit to this very data is as near as any calibration can bring them.",
+    )
+    return [distance, *(_difference_table(view) for view in agreement.views)]
+
+
+def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
+    """Frames, gaps, bones and jerk of every method."""
+    return Table(
+        caption="Steadiness of each method",
+        head="method",
+        columns=(
+            "frames",
+            "gaps > 0.2 s",
+            "longest gap [s]",
+            "bone length SD [mm]",
+            "bone length CV [%]",
+            "jerk, RMS [m/s³]",
+        ),
+        rows=tuple(
+            text_row(
+                spoken_method(name),
+                (
+                    str(each.frames),
+                    str(each.gaps),
+                    number(each.longest_gap_s, 1),
+                    number(each.mean_bone_sd_mm, 1),
+                    number(each.mean_bone_cv_percent, 1),
+                    number(each.mean_jerk, 0),
+                ),
+            )
+            for name, each in steadiness.items()
+        ),
+        note="Methods with a body model have constant bones by construction.",
+    )
+
+
+def bone_table(steadiness: Mapping[str, Steadiness]) -> Table:
+    """Standard deviation of each bone's length."""
+    return _by_part(
+        "Standard deviation of the bones' lengths [mm]",
+        "bone",
+        tuple(BONES),
+        {name: each.bone_sd_mm for name, each in steadiness.items()},
+        digits=1,
+    )
+
+
+def jerk_table(steadiness: Mapping[str, Steadiness]) -> Table:
+    """RMS jerk of each joint."""
+    return _by_part(
+        "RMS jerk of the joints [m/s³], at 30 Hz",
+        "joint",
+        JOINTS,
+        {name: each.jerk for name, each in steadiness.items()},
+        digits=0,
+    )
+
+
+def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
+    """How long after the capture each method's result was there."""
+    return Table(
+        caption="Latency: from the newest sample's capture to the result [ms]",
+        head="method",
+        columns=("median", "99 %", "longest"),
+        rows=tuple(
+            number_row(
+                spoken_method(name),
+                [1000.0 * float(q) for q in np.percentile(each.latency_s, [50, 99, 100])],
+                0,
+            )
+            for name, each in estimates.items()
+        ),
+        note="fused: as the live node measured it, computing included. All others were run on the "
+        "recording: what they wait for, without computing.",
+    )
+
+
+def source_table(name: str, estimates: EstimateSeries) -> Table:
+    """Share of the time in which each degree of freedom came from each source."""
+    rows = []
+    for index, dof in enumerate(estimates.names):
+        states = estimates.source[:, index]
+        shares = [100.0 * float(np.mean(states == source)) for source in SOURCE_NAMES]
+        rows.append(number_row(spoken(dof), shares, 0))
+    whole = [100.0 * float(np.mean(estimates.source == source)) for source in SOURCE_NAMES]
+    rows.append(number_row("all", whole, 1, is_summary=True))
+    return Table(
+        caption=f"Where {spoken_method(name)} has each degree of freedom from [% of its instants]",
+        head="degree of freedom",
+        columns=tuple(SOURCE_NAMES.values()),
+        rows=tuple(rows),
+    )
+
+
+def _difference_table(view: ViewAgreement) -> Table:
+    angles = [name.removeprefix(f"{SIDES[0]}_") for name in ANGLES[: len(ANGLES) // len(SIDES)]]
+    return Table(
+        caption=f"RMS difference of the angles, {view.first} – {view.second} [deg]",
+        head="angle",
+        columns=tuple(f"{side} limb" for side in SIDES),
+        rows=tuple(
+            number_row(
+                spoken(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
+            )
+            for angle in angles
+        ),
+    )
+
+
+def _by_part(
+    caption: str,
+    head: str,
+    parts: tuple[str, ...],
+    values: Mapping[str, Mapping[str, float]],
+    digits: int,
+) -> Table:
+    rows = [
+        number_row(spoken(part), [each[part] for each in values.values()], digits, smallest)
+        for part in parts
+    ]
+    means = [mean_known(list(each.values())) for each in values.values()]
+    rows.append(number_row("mean", means, digits, smallest, is_summary=True))
+    return Table(
+        caption=caption,
+        head=head,
+        columns=tuple(spoken_method(name) for name in values),
+        rows=tuple(rows),
+        note="Smallest in bold.",
+    )

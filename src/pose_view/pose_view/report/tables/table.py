@@ -1,0 +1,91 @@
+"""A table of numbers, with the best of each row marked."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+UNKNOWN = "–"
+Judge = Callable[[Sequence[float]], float]
+"""Picks the best of some known values."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """One number, as shown."""
+
+    text: str
+    is_best: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One line of a table."""
+
+    name: str
+    cells: tuple[Cell, ...]
+    is_summary: bool = False  # set off from the lines above
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """A table with its caption."""
+
+    caption: str  # with units
+    head: str  # of the first column
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    note: str = ""
+
+
+def smallest(values: Sequence[float]) -> float:
+    """For errors."""
+    return min(values)
+
+
+def largest(values: Sequence[float]) -> float:
+    """For correlations."""
+    return max(values)
+
+
+def nearest_zero(values: Sequence[float]) -> float:
+    """For biases and lags."""
+    return min(values, key=abs)
+
+
+def number_row(
+    name: str,
+    values: Sequence[float],
+    digits: int,
+    best: Judge | None = None,
+    *,
+    sign: bool = False,
+    is_summary: bool = False,
+) -> Row:
+    """A line of numbers; the best are marked where ``best`` says which those are."""
+    shown = [number(value, digits, sign=sign) for value in values]
+    known = [value for value in values if math.isfinite(value)]
+    mark = number(best(known), digits, sign=sign) if best is not None and known else None
+    marked = len(known) > 1
+    return Row(
+        name=name,
+        cells=tuple(Cell(text=text, is_best=marked and text == mark) for text in shown),
+        is_summary=is_summary,
+    )
+
+
+def text_row(name: str, texts: Sequence[str], *, is_summary: bool = False) -> Row:
+    """A line of texts."""
+    return Row(name=name, cells=tuple(Cell(text=text) for text in texts), is_summary=is_summary)
+
+
+def number(value: float, digits: int, *, sign: bool = False) -> str:
+    """A number with a true minus sign; a dash for what is unknown."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    rounded = round(value, digits) + 0.0  # no −0.0
+    return f"{rounded:{'+' if sign else ''}.{digits}f}".replace("-", "−")
+
+
+def spoken(name: str) -> str:
+    """A name of the code, for people."""
+    return name.replace("_", " ")

@@ -1,0 +1,141 @@
+"""``./pose report BAG``: tables and plots of a recording, on one page."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+from pose_common.bags import BagReader, open_bag
+from pose_common.command_line import run_tool
+from pose_common.errors import InputError
+from pose_common.joints import JOINTS
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.evaluation.references.reading import read_reference
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.tools.fuse import find_extrinsics
+from pose_view.report.analysis import Analysis, analyse
+from pose_view.report.recording import Wanted, read_recording
+
+PAGE = "report.html"
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="pose report",
+        description="Measure a recorded bag and write one web page (report.html, opens without "
+        "internet, prints well) and CSV files. Every estimator is run over the bag's raw streams. "
+        "With a reference, errors and correlations; without one, how well the methods agree.",
+        epilog="References: docs/references.md says which files, labels and signs are understood.",
+    )
+    parser.add_argument("bag", type=Path, help="a bag with kinect_<name>/skeletons")
+    parser.add_argument(
+        "--reference",
+        type=Path,
+        metavar="BAG_OR_FILE",
+        help="what is true: a bag (the truth of a synthetic session), a Vicon .csv, .c3d, .trc, "
+        ".mot",
+    )
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="folder to make (default: BAG-report)"
+    )
+    parser.add_argument(
+        "--methods",
+        nargs="+",
+        default=[],
+        metavar="NAME",
+        help="what to compare: sensors, mean, fused (the bag's own result), estimators, +imu added "
+        "where IMUs are to be used, for example: left mean joint_kf default default+imu "
+        "(default: all)",
+    )
+    parser.add_argument(
+        "--focus", default="", metavar="NAME", help="the method that single figures show"
+    )
+    parser.add_argument(
+        "--joint",
+        default="right_knee",
+        choices=JOINTS,
+        metavar="JOINT",
+        help="whose x, y, z are shown (default: %(default)s)",
+    )
+    parser.add_argument("--person", default="", help="a sensor's id of the person to follow")
+    parser.add_argument("--body", default="", help="which fused body of the bag (default: first)")
+    parser.add_argument(
+        "--extrinsics-file",
+        default="",
+        metavar="FILE",
+        help="YAML of the calibration (default: the bag's, else found from its motion)",
+    )
+    return parser
+
+
+def write_report(analysis: Analysis, joint: str, folder: Path) -> list[Path]:
+    """Write page and CSV files into a new folder; the files.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    from pose_view.report.csv_files import csv_files
+    from pose_view.report.page.page import render_page
+
+    files = {PAGE: render_page(analysis, joint), **csv_files(analysis)}
+    try:
+        folder.mkdir(parents=True)
+        for name, text in files.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"cannot write {folder}: {error.strerror}") from error
+    return [folder / name for name in files]
+
+
+def run() -> None:
+    """The tool."""
+    options = make_parser().parse_args()
+    folder = options.output or options.bag.with_name(f"{options.bag.name}-report")
+    if folder.exists():
+        raise InputError(f"{folder} exists already: name another folder, or remove it first")
+    console = Console(stderr=True)
+    reference = None if options.reference is None else read_reference(options.reference)
+    wanted = Wanted(
+        name=_name(options.bag),
+        methods=tuple(options.methods),
+        focus=options.focus,
+        person=options.person,
+        body=options.body,
+    )
+
+    def placed(bag: BagReader, sensors: tuple[str, ...]) -> Extrinsics:
+        parameters = FusionParameters(
+            sensors=sensors, person=options.person, extrinsics_file=options.extrinsics_file
+        )
+        return find_extrinsics(bag, parameters, console)
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    with (
+        open_bag(options.bag) as bag,
+        Progress(*columns, TimeRemainingColumn(), console=console) as progress,
+    ):
+        task = progress.add_task("estimating", total=1.0)
+        recording = read_recording(
+            bag, wanted, placed, lambda share: progress.update(task, completed=share)
+        )
+    with console.status("measuring and drawing"):
+        analysis = analyse(recording, reference)
+        files = write_report(analysis, options.joint, folder)
+    for note in recording.notes:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{files[0]}{' (synthetic subject)' if analysis.is_synthetic else ''}")
+    print(f"{folder}: {', '.join(path.name for path in files[1:])}")
+
+
+def _name(bag: Path) -> str:
+    """What the recording is called: a bag named ``bag`` is named by its folder."""
+    whole = bag.absolute()
+    return f"{whole.parent.name}/{whole.name}" if whole.stem == "bag" else whole.name
+
+
+def main() -> None:
+    """Run the tool and exit."""
+    run_tool(run)
