@@ -53,8 +53,17 @@ interrupted() {
 
 hash_of() { sha256sum | cut -c1-16; }
 
+# The interpreter that POSE_PYTHON names, else the one that the environment was made with, else the
+# first that fits.
 find_python() {
-    local candidate
+    local candidate made_for="" made_with=""
+    if [ -z "${POSE_PYTHON:-}" ] && [ -f "$POSE_HOME/python" ]; then
+        { read -r made_for && read -r made_with; } <"$POSE_HOME/python" || true
+        if [ "$made_for" = "$ros" ] && [ -x "$made_with" ]; then
+            echo "$made_with"
+            return
+        fi
+    fi
     # An installed ROS is bound to the system's Python.
     if has_installed_ros; then
         echo "${POSE_PYTHON:-/usr/bin/python3}"
@@ -132,8 +141,15 @@ sources_of() {
 
 case "${1:-}" in
     "" | --develop) ;;
+    -h | --help)
+        echo "usage: ./pose build [--develop]      prepares the environment and the workspace;" \
+            "--develop adds what tests and linters need"
+        echo "Does only what is missing or has changed. POSE_PYTHON names the interpreter to build" \
+            "on, POSE_HOME the folder (default: .pose)."
+        exit 0
+        ;;
     *)
-        echo "usage: scripts/prepare.sh [--develop]" >&2
+        echo "error: usage: ./pose build [--develop]" >&2
         exit 2
         ;;
 esac
@@ -157,10 +173,11 @@ flock -w 2 9 || { # one that finds nothing to do is quicker
     flock 9
 }
 
-python="$(find_python)"
 ros="$(if has_installed_ros; then echo "$POSE_ROS_SETUP"; else echo wheels; fi)"
+python="$(find_python)"
 run_step "virtual environment" "$POSE_HOME $python $ros $("$python" --version)" \
     make_virtual_environment "$python"
+printf '%s\n' "$ros" "$python" >"$POSE_HOME/python"
 run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/python.* \
     scripts/relocate_wheels.py | hash_of)" install_packages
 if [ "${1:-}" = --develop ]; then

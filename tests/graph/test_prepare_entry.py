@@ -37,7 +37,9 @@ def test_it_runs_from_anywhere_through_a_link(start_process, tmp_path):
         (["nonsense"], 2, "error: unknown verb 'nonsense'"),
         (["run", "pose_common"], 2, "error: usage: ./pose run PACKAGE EXECUTABLE"),
         (["run", "pose_common", "nothing"], 1, "error: found no executable 'nothing' in package"),
-        (["build", "--nonsense"], 2, "usage: scripts/prepare.sh [--develop]"),
+        (["build", "--nonsense"], 2, "error: usage: ./pose build [--develop]"),
+        (["build", "--help"], 0, "usage: ./pose build [--develop]"),
+        (["run", "--help"], 0, "usage: ./pose run PACKAGE EXECUTABLE [arguments]"),
         (["lint", "--nonsense"], 2, "usage: ./pose lint"),
         ([], 2, "usage: ./pose VERB"),
         (["--help"], 0, "usage: ./pose VERB"),
@@ -86,6 +88,30 @@ def test_a_python_that_does_not_fit_is_refused(start_process, tmp_path):
 
     assert process.wait() == 1
     assert f"error: found no Python 3.10 to 3.13 among {old}" in process.output
+
+
+def test_the_environment_keeps_the_python_it_was_made_with(start_process, tmp_path):
+    """Until POSE_PYTHON names another: with stand-ins that say who was asked."""
+    remembered, named = tmp_path / "remembered", tmp_path / "named"
+    for python in (remembered, named):
+        python.write_text(
+            "#!/bin/sh\n"
+            f'[ "$1" = -m ] && echo asked {python.name} && exit 1\n'
+            f'case "$2" in *realpath*) echo {python} ;; esac\n'
+        )
+        python.chmod(0o755)
+    home = tmp_path / "home"
+    home.mkdir()
+    (home / "python").write_text(f"wheels\n{remembered}\n")
+    environment = {"POSE_HOME": str(home), "POSE_ROS_SETUP": "/nowhere"}
+
+    again = start_process([POSE, "build"], env={**environment, "POSE_PYTHON": ""})
+    assert again.wait() == 1
+    other = start_process([POSE, "build"], env={**environment, "POSE_PYTHON": str(named)})
+    assert other.wait() == 1
+
+    assert "asked remembered" in again.output
+    assert "asked named" in other.output
 
 
 def test_the_image_s_system_step_runs_through(start_process, tmp_path):

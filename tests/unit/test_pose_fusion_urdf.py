@@ -19,8 +19,9 @@ def link_places(robot, angles):
     for joint in robot.iter("joint"):
         T = np.eye(4)
         T[:3, 3] = vector(joint.find("origin").get("xyz"))
-        axis = vector(joint.find("axis").get("xyz"))
-        T[:3, :3] = Rotation.from_rotvec(axis * angles[joint.get("name")]).as_matrix()
+        if joint.get("type") == "revolute":
+            axis = vector(joint.find("axis").get("xyz"))
+            T[:3, :3] = Rotation.from_rotvec(axis * angles[joint.get("name")]).as_matrix()
         parent, child = joint.find("parent").get("link"), joint.find("child").get("link")
         places[child] = places[parent] @ T
     return places
@@ -28,8 +29,9 @@ def link_places(robot, angles):
 
 def test_the_tree_has_one_revolute_joint_for_each_joint_angle():
     robot = ElementTree.fromstring(make_urdf(MODEL, SHAPE, "me"))
-    assert sorted(j.get("name") for j in robot.iter("joint")) == sorted(MODEL.angle_names)
-    assert {j.get("type") for j in robot.iter("joint")} == {"revolute"}
+    moving = [j.get("name") for j in robot.iter("joint") if j.get("type") != "fixed"]
+    assert sorted(moving) == sorted(MODEL.angle_names)
+    assert {j.get("type") for j in robot.iter("joint")} == {"revolute", "fixed"}
 
 
 def test_a_reader_of_the_urdf_puts_the_links_where_we_do():

@@ -16,8 +16,9 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pose_common.conversions import ns_to_stamp
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.body.kinematics import rotation_from_vector
 from pose_fusion.body.model import ROOT_DOF, BodyModel
-from pose_fusion.body.urdf import link_frame
+from pose_fusion.body.urdf import chain_frames, end_joints, joint_frame, link_frame
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.streams.samples import FloatArray
@@ -131,11 +132,13 @@ def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> 
 
 
 def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
-    """The body in map, and its links in the body."""
+    """The body in map, and every frame of its URDF in the body."""
     T_map_link = np.stack([estimate.T_map_link[name] for name in model.link_names])
-    T_parent_link = np.linalg.inv(T_map_link[0]) @ T_map_link
-    T_parent_link[0] = T_map_link[0]
-    root, *_ = frames = [link_frame(link, body_id) for link in model.links.values()]
+    T_body_map = np.linalg.inv(T_map_link[0])
+    frames, T_map_frame = _frames_between(estimate, model, body_id)
+    T_parent_frame = T_body_map @ np.concatenate([T_map_link, T_map_frame])
+    T_parent_frame[0] = T_map_link[0]
+    root, *_ = frames = [*(link_frame(link, body_id) for link in model.links.values()), *frames]
     parents = [WORLD_FRAME] + [root] * (len(frames) - 1)
     return TFMessage(
         transforms=[
@@ -145,10 +148,38 @@ def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
                 transform=transform,
             )
             for parent, frame, transform in zip(
-                parents, frames, to_transforms(T_parent_link), strict=True
+                parents, frames, to_transforms(T_parent_frame), strict=True
             )
         ]
     )
+
+
+def _frames_between(
+    estimate: BodyEstimate, model: BodyModel, body_id: str
+) -> tuple[list[str], FloatArray]:
+    """Frames of the URDF that are no links of the model, with ``T_map_frame``, (n, 4, 4).
+
+    RViz wants a transform for each: those inside a joint's chain, and the ends of limbs.
+    """
+    dofs = [dof for link in model.links.values() for dof in link.dof]
+    angles = estimate.position[[model.dof_index[dof.name] for dof in dofs]]
+    back = rotation_from_vector(np.array([dof.axis for dof in dofs]) * -angles[:, None])
+    turn_back = {dof.name: R for dof, R in zip(dofs, back, strict=True)}
+    names, transforms = [], []
+    for link in model.links.values():
+        T = estimate.T_map_link[link.name]
+        frames = chain_frames(link, body_id)
+        for index in range(len(frames) - 2, -1, -1):
+            T = T.copy()
+            T[:3, :3] @= turn_back[link.dof[index + 1].name]
+            names.append(frames[index])
+            transforms.append(T)
+    for joint in end_joints(model):
+        T = estimate.T_map_link[model.joints[joint].link].copy()
+        T[:3, 3] = estimate.joints[JOINT_INDEX[joint]]
+        names.append(joint_frame(model, joint, body_id))
+        transforms.append(T)
+    return names, np.stack(transforms)
 
 
 def to_transforms(T: FloatArray) -> list[Transform]:

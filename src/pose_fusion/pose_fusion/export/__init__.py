@@ -1,0 +1,1 @@
+"""A recorded motion in the formats of other programs: OpenSim, Blender, C3D, CSV, JSON lines."""
