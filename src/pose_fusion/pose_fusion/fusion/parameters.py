@@ -4,14 +4,19 @@ from dataclasses import dataclass
 
 from pose_common.parameters import NAME, NAME_ENDING, parameter
 from pose_fusion.filters.li2020 import Li2020Parameters
+from pose_fusion.fusion.estimators.registry import ESTIMATORS
 
 
 @dataclass(frozen=True, kw_only=True)
 class FusionParameters(Li2020Parameters):
     """Parameters of the whole chain from samples to estimates."""
 
-    estimator: str = parameter("li2020", choices=("li2020",), doc="the filter")
-    body_model: str = parameter("li2020", choices=("li2020",), doc="the kinematic tree")
+    estimator: str = parameter("li2020", choices=tuple(ESTIMATORS), doc="how the pose is estimated")
+    body_model: str = parameter(
+        "auto",
+        choices=("auto", "li2020"),
+        doc="the kinematic tree; auto: the one that the estimator was made for",
+    )
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
     person: str = parameter("", doc="a sensor's id of the person to follow; empty: the only one")
     sensors: tuple[str, ...] = parameter(

@@ -1,9 +1,9 @@
 """The chain from samples to estimates, the same object live and offline.
 
-Samples of several Kinects are aligned in time (li2020 (2)), brought into ``map``, used first to
-measure the body and then to track it (li2020 (3) to (15)); the IMUs' orientations of the same
-instant are weighted in (zhang2015 (12), (13)). What comes out depends on the samples alone, never
-on a clock.
+Samples of several Kinects are brought into ``map``, used first to measure the body and then handed
+to the estimator, with the IMUs' orientations of the same instant. An estimator that wants all
+sensors at common instants gets them aligned in time (li2020 (2)); any other gets each sensor's
+frame as it comes. What comes out depends on the samples alone, never on a clock.
 """
 
 from collections import deque
@@ -18,10 +18,10 @@ from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.fusion.body_fusion import BodyFusion, FusedPose
 from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.fusion.kinect_tracker import COUNTERS as TRACKER_COUNTERS
-from pose_fusion.fusion.kinect_tracker import KinectTracker, mean_of_sensors
+from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
+from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
@@ -37,7 +37,6 @@ COUNTERS = (
     "imu_samples_out_of_order",
     "frames",
     "frames_measuring_the_body",
-    *TRACKER_COUNTERS,
     "estimates",
 )
 
@@ -58,17 +57,19 @@ class FusionPipeline:
         shape: BodyShape | None = None,
     ) -> None:
         self.parameters = parameters
-        self.model = load_body_model(parameters.body_model)
+        self._estimator_class = estimator_class(parameters.estimator)
+        self._estimator_class.check(parameters)
+        is_auto = parameters.body_model == "auto"
+        self.model = load_body_model(
+            self._estimator_class.BODY_MODEL if is_auto else parameters.body_model
+        )
         self.extrinsics: Extrinsics | None = None
         self.shape: BodyShape | None = None
-        self.counters = Counters(*COUNTERS)
+        self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
         self.aligner = self._make_aligner({})
         self.imus = ImuSet(self.model)
         self._measuring = BodyMeasuring(self.model, parameters.shape_duration)
-        self._tracker: KinectTracker | None = None
-        self._fusion = BodyFusion(
-            self.model, parameters.kinect_joint_stddev, parameters.imu_mounting_stddev
-        )
+        self._estimator: Estimator | None = None
         self._pending: deque[AlignedFrame] = deque()
         self._waiting: deque[SkeletonSample | ImuSample] = deque()
         self._newest_ns = 0
@@ -103,7 +104,7 @@ class FusionPipeline:
         """What the chain is doing, for people."""
         if self.extrinsics is None:
             return "waiting for extrinsics"
-        return self._measuring.status if self._tracker is None else "tracking"
+        return self._measuring.status if self._estimator is None else "tracking"
 
     def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
         """Take one person's joints from one sensor; returns the estimates that this completes."""
@@ -136,11 +137,14 @@ class FusionPipeline:
             self._waiting.popleft()
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
-        if self.extrinsics is None or sample.sensor not in self.extrinsics.T_reference_sensor:
+        if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
             self.counters.add("skeletons_of_unknown_sensors")
             return
         self._note_time(sample.stamp_ns)
         self._pending.extend(self.aligner.add(sample))
+
+    def _is_placed(self, sensor: str) -> bool:
+        return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
 
     def _take_imu(self, sample: ImuSample) -> None:
         if not self.imus.add(sample):
@@ -184,20 +188,25 @@ class FusionPipeline:
         return measured, state
 
     def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
-        tracker = self._tracker
+        estimator = self._estimator
         measured, state = self._learn(frame)
-        if tracker is None:
+        if estimator is None or self.extrinsics is None:
             return None
-        starts = self.counters["filter_starts"]
-        if not tracker.update(frame.stamp_ns, measured):
+        fused = estimator.update(
+            Observation(
+                stamp_ns=frame.stamp_ns,
+                positions=measured,
+                tracking_state=state,
+                cameras=np.stack(
+                    [self.extrinsics.T_map_sensor(s)[:3, 3] for s in self.parameters.sensors]
+                ),
+                readings=self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {},
+            )
+        )
+        if fused is None:
             return None
-        if self.counters["filter_starts"] > starts:
-            self._fusion.reset()
-        best = state.max(axis=0)
-        readings = self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {}
-        fused = self._fusion.fuse(tracker.filter, best, readings)
         self.counters.add("estimates")
-        return self._estimate(frame.stamp_ns, fused, best, tracker.sensor_weight)
+        return self._estimate(frame.stamp_ns, fused, state.max(axis=0))
 
     def _in_map(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
         """Every sensor's joints in map, shape (sensors, 15, 3) [m], and their states."""
@@ -225,14 +234,13 @@ class FusionPipeline:
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""
         self.shape = shape
-        self._tracker = KinectTracker(self.model, shape, self.parameters, self.counters)
+        self._estimator = self._estimator_class(self.model, shape, self.parameters, self.counters)
 
     def _estimate(
         self,
         stamp_ns: int,
         fused: FusedPose,
         tracking_state: NDArray[np.uint8],
-        sensor_weight: FloatArray,
     ) -> BodyEstimate:
         transforms = {}
         for index, link in enumerate(self.model.links.values()):
@@ -255,5 +263,5 @@ class FusionPipeline:
             joints=fused.joints,
             tracking_state=tracking_state,
             T_map_link=transforms,
-            sensor_weight=dict(zip(self.parameters.sensors, sensor_weight, strict=True)),
+            sensor_weight=dict(zip(self.parameters.sensors, fused.sensor_weight, strict=True)),
         )

@@ -5,7 +5,6 @@ the weighted mean of both, and the joint angles are read off the links again.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,25 +15,12 @@ from pose_fusion.body.joint_rotations import continuous_vector, link_angles, lin
 from pose_fusion.body.model import ROOT_DOF, BodyModel, Link
 from pose_fusion.filters.li2020 import Li2020Filter
 from pose_fusion.fusion.estimates import Source
+from pose_fusion.fusion.estimators.estimator import FusedPose
 from pose_fusion.imu.alignment import SegmentReading
 from pose_fusion.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
 from pose_fusion.streams.samples import FloatArray
 
 BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
-
-
-@dataclass(kw_only=True)
-class FusedPose:
-    """A pose in the model's degrees of freedom, with provenance; arrays over d of them."""
-
-    position: FloatArray  # [m], [rad]; the root's rotation is the vector of R_map_body
-    velocity: FloatArray
-    variance: FloatArray
-    weight_kinect: FloatArray
-    weight_imu: FloatArray
-    source: NDArray[np.uint8]
-    rotations: FloatArray  # (links, 3, 3): R_map_link
-    joints: FloatArray  # (15, 3) [m] in map
 
 
 class BodyFusion:
@@ -63,6 +49,7 @@ class BodyFusion:
         filtered: Li2020Filter,
         tracking_state: NDArray[np.uint8],
         readings: Mapping[str, SegmentReading],
+        sensor_weight: FloatArray,
     ) -> FusedPose:
         """The pose at the filter's instant.
 
@@ -70,8 +57,9 @@ class BodyFusion:
             filtered: The filter, just updated.
             tracking_state: Best state of each joint over the sensors, shape (15,).
             readings: What the aligned IMUs say, by segment.
+            sensor_weight: Each sensor's share in each joint, shape (sensors, 15).
         """
-        fused = self._from_filter(filtered, tracking_state)
+        fused = self._from_filter(filtered, tracking_state, sensor_weight)
         by_link = {
             self._model.segments[segment]: reading
             for segment, reading in readings.items()
@@ -87,7 +75,12 @@ class BodyFusion:
         self._previous = fused.position.copy()
         return fused
 
-    def _from_filter(self, filtered: Li2020Filter, tracking_state: NDArray[np.uint8]) -> FusedPose:
+    def _from_filter(
+        self,
+        filtered: Li2020Filter,
+        tracking_state: NDArray[np.uint8],
+        sensor_weight: FloatArray,
+    ) -> FusedPose:
         model = self._model
         pose = filtered.kinematics.pose(filtered.dof)
         position = filtered.dof.copy()
@@ -105,6 +98,7 @@ class BodyFusion:
             source=np.where(seen, Source.KINECT, Source.PREDICTED).astype(np.uint8),
             rotations=pose.rotations,
             joints=pose.positions,
+            sensor_weight=sensor_weight,
         )
 
     def _weight_links(

@@ -1,0 +1,80 @@
+"""What every estimator takes and gives, live and offline alike."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_common.counters import Counters
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.streams.samples import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observation:
+    """What the sensors say of one instant, in ``map``."""
+
+    stamp_ns: int  # [ns]
+    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where a sensor says nothing
+    tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
+    cameras: FloatArray  # (sensors, 3) [m] where the sensors stand
+    readings: Mapping[str, SegmentReading]  # of the aligned IMUs, by segment
+
+
+@dataclass(kw_only=True)
+class FusedPose:
+    """A pose in the model's degrees of freedom, with provenance; arrays over d of them."""
+
+    position: FloatArray  # [m], [rad]; the root's rotation is the vector of R_map_body
+    velocity: FloatArray
+    variance: FloatArray  # NaN: not known
+    weight_kinect: FloatArray
+    weight_imu: FloatArray
+    source: NDArray[np.uint8]
+    rotations: FloatArray  # (links, 3, 3): R_map_link
+    joints: FloatArray  # (15, 3) [m] in map
+    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint
+
+
+class Estimator(ABC):
+    """One person's pose from observation to observation.
+
+    Args:
+        model: The body model.
+        shape: The person's measures.
+        parameters: What the user may set.
+        counters: Counts by reason what was not used; see :attr:`COUNTERS`.
+    """
+
+    COUNTERS: ClassVar[tuple[str, ...]] = ()
+    """Names that it counts under."""
+    BODY_MODEL: ClassVar[str] = "li2020"
+    """The body model that it was made for."""
+    NEEDS_ALIGNED_FRAMES: ClassVar[bool] = True
+    """Whether it wants all sensors interpolated to common instants, or each as it comes."""
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+    ) -> None:
+        self.model = model
+        self.shape = shape
+        self.parameters = parameters
+        self.counters = counters
+
+    @classmethod
+    def check(cls, parameters: FusionParameters) -> None:
+        """Raise :class:`pose_common.errors.ParameterError` for what cannot work."""
+
+    @abstractmethod
+    def update(self, observation: Observation) -> FusedPose | None:
+        """The pose at an observation's instant; None while there is none."""

@@ -1,0 +1,42 @@
+"""``li2020``: the paper's filter, with zhang2015's weighting where IMUs are worn."""
+
+from pose_common.counters import Counters
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.fusion.estimators.body_fusion import BodyFusion
+from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.kinect_tracker import COUNTERS, KinectTracker
+from pose_fusion.fusion.parameters import FusionParameters
+
+
+class Li2020Estimator(Estimator):
+    """The unscented filter over the tree's degrees of freedom, then the IMUs by weight."""
+
+    COUNTERS = COUNTERS
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+    ) -> None:
+        super().__init__(model, shape, parameters, counters)
+        self._tracker = KinectTracker(model, shape, parameters, counters)
+        self._fusion = BodyFusion(
+            model, parameters.kinect_joint_stddev, parameters.imu_mounting_stddev
+        )
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """One step of the filter."""
+        starts = self.counters["filter_starts"]
+        if not self._tracker.update(observation.stamp_ns, observation.positions):
+            return None
+        if self.counters["filter_starts"] > starts:
+            self._fusion.reset()
+        return self._fusion.fuse(
+            self._tracker.filter,
+            observation.tracking_state.max(axis=0),
+            observation.readings,
+            self._tracker.sensor_weight,
+        )

@@ -1,0 +1,60 @@
+"""``mean``, ``left``, ``right``: what the sensors give, without any filter."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from pose_common.counters import Counters
+from pose_common.errors import ParameterError
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
+from pose_fusion.fusion.estimators.pose_of_joints import PoseOfJoints
+from pose_fusion.fusion.parameters import FusionParameters
+
+
+class MeanOfSensors(Estimator):
+    """The mean of the sensors that see a joint."""
+
+    SENSOR: ClassVar[str] = ""
+    """The only sensor that counts; empty: all of them."""
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+    ) -> None:
+        super().__init__(model, shape, parameters, counters)
+        self._is_chosen = np.array([self.SENSOR in ("", each) for each in parameters.sensors])
+        self._pose = PoseOfJoints(model, shape)
+
+    @classmethod
+    def check(cls, parameters: FusionParameters) -> None:
+        """The one sensor must be among the sensors."""
+        if cls.SENSOR and cls.SENSOR not in parameters.sensors:
+            raise ParameterError(
+                f"estimator = {cls.SENSOR} shows the sensor of that name, the sensors are "
+                f"{', '.join(parameters.sensors)}: choose another estimator"
+            )
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """The joints as they are; a joint that nobody sees is NaN."""
+        chosen = np.where(self._is_chosen[:, None, None], observation.positions, np.nan)
+        seen = np.isfinite(chosen).all(axis=2)
+        share = seen / np.maximum(seen.sum(axis=0), 1)
+        return self._pose.at(observation.stamp_ns, mean_of_sensors(chosen), share)
+
+
+class LeftSensor(MeanOfSensors):
+    """The sensor named ``left`` alone."""
+
+    SENSOR = "left"
+
+
+class RightSensor(MeanOfSensors):
+    """The sensor named ``right`` alone."""
+
+    SENSOR = "right"

@@ -1,0 +1,30 @@
+"""The estimators by name.
+
+Adding one means writing a module with a subclass of
+:class:`pose_fusion.fusion.estimators.estimator.Estimator`, and one line here. They are named, not
+imported: parameters, which estimators read, take their choices from this table.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pose_fusion.fusion.estimators.estimator import Estimator
+
+ESTIMATORS: dict[str, str] = {
+    "li2020": "li2020.Li2020Estimator",
+    "joint_kf": "joint_kf.JointKalmanFilter",
+    "dof_kf": "dof_kf.DofKalmanFilter",
+    "mean": "raw.MeanOfSensors",
+    "left": "raw.LeftSensor",
+    "right": "raw.RightSensor",
+}
+
+
+def estimator_class(name: str) -> "type[Estimator]":
+    """The class of an estimator, by one of :data:`ESTIMATORS`' names."""
+    module, _, class_name = ESTIMATORS[name].partition(".")
+    found: type[Estimator] = getattr(
+        import_module(f"pose_fusion.fusion.estimators.{module}"), class_name
+    )
+    return found
