@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from kinect_bridge.formats import kinectmultitrack, plain_csv
+from kinect_bridge.formats import kinectmultitrack, plain_csv, uiprmd
 from kinect_bridge.formats.format import Format
 from kinect_bridge.formats.table import read_header
 from kinect_bridge.recording import Recording
@@ -13,6 +13,7 @@ AUTO = "auto"
 FORMATS: dict[str, Format] = {
     "kinectmultitrack": kinectmultitrack.FORMAT,
     "csv": plain_csv.FORMAT,
+    "uiprmd": uiprmd.FORMAT,
 }
 
 
@@ -38,12 +39,13 @@ def detect_format(path: Path) -> str:
         InputError: If the file is missing or of no known format.
     """
     header = read_header(path)
-    for name, candidate in FORMATS.items():
+    with_header = {name: each for name, each in FORMATS.items() if each.key_columns}
+    for name, candidate in with_header.items():
         if candidate.key_columns <= set(header):
             return name
     known = "; ".join(
         f"{name} ({', '.join(sorted(candidate.key_columns))}, …)"
-        for name, candidate in FORMATS.items()
+        for name, candidate in with_header.items()
     )
     begin = ", ".join(header)[:60]
     raise InputError(

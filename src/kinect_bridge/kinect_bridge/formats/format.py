@@ -11,5 +11,5 @@ from kinect_bridge.recording import Recording
 class Format:
     """One kind of file."""
 
-    key_columns: frozenset[str]  # in every file's header, and in no other format's
+    key_columns: frozenset[str]  # in every file's header, and in no other format's; none: no header
     read: Callable[[Path], Recording]
