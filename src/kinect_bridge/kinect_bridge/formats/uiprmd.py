@@ -8,8 +8,8 @@ offset in its parent's axes; ``…_angles.txt`` beside it each joint's rotation 
 
     R_j = R_parent R_z(γ_j) R_x(α_j) R_y(β_j),    p_j = p_parent + R_parent offset_j          (1)
 
-The order of the three rotations was found from the data: this one keeps the feet of squatting people
-on the floor, and agrees with the Vicon's hip angles; the others do not.
+The order of the three rotations was found from the data: this one keeps the feet of people who
+squat on the floor, and agrees with the Vicon's hip angles; the others do not.
 """
 
 import zlib
