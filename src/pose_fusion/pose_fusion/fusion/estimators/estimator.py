@@ -74,6 +74,7 @@ class Estimator(ABC):
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:
         """Raise :class:`pose_common.errors.ParameterError` for what cannot work."""
+        del parameters  # most take any
 
     @abstractmethod
     def update(self, observation: Observation) -> FusedPose | None:
