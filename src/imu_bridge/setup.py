@@ -20,5 +20,7 @@ setup(
     zip_safe=True,
     description="Body-worn IMUs on one serial port, as ROS topics",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["imu_bridge = imu_bridge.nodes.imu_bridge:main"]},
+    entry_points={
+        "console_scripts": ["imu_bridge = pose_common.entry:start.imu_bridge.nodes.imu_bridge"]
+    },
 )

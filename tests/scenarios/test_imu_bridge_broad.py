@@ -7,8 +7,8 @@ import pytest
 from scipy.io import loadmat
 from scipy.spatial.transform import Rotation
 
+from imu_bridge.filters.gyro_bias import RestBiasEstimator
 from imu_bridge.filters.madgwick import MadgwickFilter
-from imu_bridge.gyro_bias import RestBiasEstimator
 from imu_bridge.parameters import ImuBridgeParameters
 
 pytestmark = pytest.mark.data

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imu_bridge.gyro_bias import RestBiasEstimator
+from imu_bridge.filters.gyro_bias import RestBiasEstimator
 
 BIAS = np.array([0.02, -0.03, 0.01])
 GRAVITY = np.array([0.0, 0.0, 9.81])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from imu_bridge.filters.orientation_filter import FilterSettings
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.protocols import star as protocol
 from imu_bridge.protocols.star import RawSample, encode
@@ -63,7 +64,7 @@ def test_without_a_magnetometer_there_is_no_heading_and_no_field():
 def test_a_turn_is_integrated_over_the_nodes_own_clock():
     counts = 13107  # 200 deg/s at +-500 deg/s full scale, to 0.01 %
     turning = {"gyroscope": (0, 0, counts), "gyroscope_range": 1, "magnetometer_valid": False}
-    pipeline = ImuPipeline([TORSO], bias_window_s=0.0)
+    pipeline = ImuPipeline([TORSO], settings=FilterSettings(bias_window_s=0.0))
     batch = pipeline.process([chunk(k, sample(k, **turning)) for k in range(46)])
     turned = Rotation.from_quat(batch.orientation[0]).inv() * Rotation.from_quat(
         batch.orientation[-1]
@@ -105,7 +106,8 @@ def test_calibration_goes_into_the_oriented_data_and_not_into_the_raw():
         accelerometer=Linear(offset=np.array([0, 0, 1.0]), matrix=np.diag([1, 1, 2.0])),
         magnetometer=Linear(offset=np.array([0, 48e-6, 0])),  # leaves (0, -24, -48) uT: south
     )
-    batch = ImuPipeline([node]).process([chunk(0, sample(0))])
+    pipeline = ImuPipeline([node], settings=FilterSettings(bias_window_s=0.0))
+    batch = pipeline.process([chunk(0, sample(0))])
     np.testing.assert_allclose(batch.raw_acceleration, [[0, 0, 9.80665]])
     np.testing.assert_allclose(batch.acceleration, [[0, 0, 2 * 8.80665]])
     np.testing.assert_array_equal(batch.raw_angular_velocity, [[0, 0, 0]])
@@ -115,7 +117,9 @@ def test_calibration_goes_into_the_oriented_data_and_not_into_the_raw():
 
 
 def test_a_rest_removes_the_gyroscopes_bias():
-    pipeline = ImuPipeline([TORSO], bias_window_s=1.0)
+    pipeline = ImuPipeline(
+        [TORSO], filter_name="madgwick", settings=FilterSettings(bias_window_s=1.0)
+    )
     batch = pipeline.process([chunk(k, sample(k, gyroscope=(200, 0, 0))) for k in range(150)])
     assert batch.angular_velocity[10, 0] == pytest.approx(200 * protocol.GYROSCOPE_LSB[0])
     assert batch.angular_velocity[-1, 0] == pytest.approx(0, abs=1e-9)
@@ -126,7 +130,7 @@ def test_frames_of_unknown_nodes_are_counted_by_id():
     pipeline = ImuPipeline([TORSO])
     batch = pipeline.process([chunk(0, sample(0, 9), sample(0), sample(1, 9), sample(0, 77))])
     assert len(batch) == 1
-    assert pipeline.unknown_nodes == {9: 2, 77: 1}
+    assert pipeline.unknown_nodes == {(0, 9): 2, (0, 77): 1}
 
 
 def test_repeated_and_late_frames_are_dropped_and_counted():
@@ -171,7 +175,7 @@ def test_a_cut_stream_does_not_join_halves_of_two_frames():
     cut = Chunk(arrival_ns=START_NS, data=b"")
     first, rest = (Chunk(arrival_ns=START_NS, data=part) for part in (data[:20], data[20:]))
     assert len(pipeline.process([first, cut, rest])) == 0
-    assert pipeline.decoder.counters["bytes_skipped"] == 33
+    assert pipeline.parsers[0].counters["bytes_skipped"] == 33
     assert len(pipeline.process([chunk(1, sample(1))])) == 1
 
 

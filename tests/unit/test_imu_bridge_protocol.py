@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imu_bridge.protocols import star as protocol
-from imu_bridge.protocols.star import Decoder, RawSample, encode, frame, quantise, to_si
+from imu_bridge.protocols.star import Decoder, RawSample, encode, frame, quantise, reading
 
 SAMPLE = RawSample(
     node_id=7,
@@ -67,24 +67,20 @@ def test_field_that_does_not_fit_is_refused(change: dict) -> None:
 
 
 def test_counts_convert_to_si_units_by_their_range() -> None:
-    si = to_si([SAMPLE])
+    si = reading(SAMPLE)
     g = 9.80665
-    np.testing.assert_allclose(si.acceleration[0], [4 * g / 32768, -8 * g / 32768, 2 * g])
+    np.testing.assert_allclose(si.acceleration, [4 * g / 32768, -8 * g / 32768, 2 * g])
     np.testing.assert_allclose(
-        si.angular_velocity[0], np.radians([-2000.0, 2000.0 * 32767 / 32768, 0.0])
+        si.angular_velocity, np.radians([-2000.0, 2000.0 * 32767 / 32768, 0.0])
     )
-    np.testing.assert_allclose(si.magnetic_field[0], [60e-6, -60e-6, 153.6e-6])
+    np.testing.assert_allclose(si.magnetic_field, [60e-6, -60e-6, 153.6e-6])
 
 
-def test_invalid_magnetometer_becomes_nan() -> None:
+def test_invalid_magnetometer_is_none() -> None:
     sample = RawSample(
         node_id=1, sequence=0, clock_us=0, accelerometer=(0, 0, 0), gyroscope=(0, 0, 0)
     )
-    assert np.isnan(to_si([sample]).magnetic_field).all()
-
-
-def test_no_samples_convert_to_empty_arrays() -> None:
-    assert to_si([]).acceleration.shape == (0, 3)
+    assert reading(sample).magnetic_field is None
 
 
 def test_quantise_saturates_as_a_sensor_does() -> None:

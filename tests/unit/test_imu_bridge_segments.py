@@ -5,20 +5,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imu_bridge.segments import read_nodes
+from imu_bridge.devices import PortConfig, read_devices
 from pose_common.errors import InputError
 
+SINK = PortConfig(name="sink")
 EXAMPLE = Path(__file__).parents[2] / "src" / "imu_bridge" / "config" / "imu_nodes.yaml"
 
 
 def read(tmp_path: Path, text: str):
     path = tmp_path / "nodes.yaml"
     path.write_text(text)
-    return read_nodes(path)
+    return read_devices(path, SINK).nodes
 
 
 def test_the_example_names_nine_segments():
-    segments = {node.segment for node in read_nodes(EXAMPLE)}
+    segments = {node.segment for node in read_devices(EXAMPLE, SINK).nodes}
     limbs = ("upper_arm", "forearm", "thigh", "shank")
     assert segments == {"torso", *(f"{s}_{limb}" for s in ("left", "right") for limb in limbs)}
 
@@ -61,7 +62,7 @@ def test_calibration_is_read(tmp_path: Path):
         ("nodes: {true: torso}", "node id True"),
         ("nodes: {}", "expected a mapping 'nodes'"),
         ("nodes: [torso]", "expected a mapping 'nodes'"),
-        ("", "expected a mapping with nodes"),
+        ("", "expected a mapping with nodes, ports"),
         ("segments: {1: torso}", "unknown key 'segments'"),
         ("nodes: {1: 5}", "node 1: expected a mapping"),
         ("nodes: {1: {gyroscope_bias: [0, 0, 0]}}", "node 1: segment None"),
@@ -90,4 +91,4 @@ def test_nonsense_is_refused_in_one_line(tmp_path: Path, text: str, message: str
 
 def test_a_missing_file_is_named(tmp_path: Path):
     with pytest.raises(InputError, match=r"cannot read the nodes file .*none.yaml: No such file"):
-        read_nodes(tmp_path / "none.yaml")
+        read_devices(tmp_path / "none.yaml", SINK)

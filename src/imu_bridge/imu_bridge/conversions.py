@@ -1,13 +1,10 @@
 """From samples to ``sensor_msgs`` (REP 145)."""
 
-import math
 from collections.abc import Sequence
 
 from sensor_msgs.msg import Imu, MagneticField
 
 from pose_common.conversions import ns_to_stamp
-
-UNKNOWN_HEADING_VARIANCE = math.pi**2  # [rad^2] says: any heading
 
 
 class SegmentMessages:
@@ -19,24 +16,17 @@ class SegmentMessages:
     Args:
         segment: The body segment; the frame is ``imu_<segment>_link``.
         inclination_stddev: Of the orientation about the world's x and y [rad].
-        heading_stddev: About the world's z, where there is a heading [rad].
     """
 
-    def __init__(self, segment: str, inclination_stddev: float, heading_stddev: float) -> None:
+    def __init__(self, segment: str, inclination_stddev: float) -> None:
         frame_id = f"imu_{segment}_link"
         self._raw = Imu()
         self._raw.orientation_covariance[0] = -1.0  # REP 145: there is no orientation
         self._mag = MagneticField()
-        self._with_heading = Imu()
-        self._without_heading = Imu()
+        self._data = Imu()
         inclination = inclination_stddev**2
-        for message, heading in (
-            (self._with_heading, heading_stddev**2),
-            (self._without_heading, UNKNOWN_HEADING_VARIANCE),
-        ):
-            covariance = [inclination, 0.0, 0.0, 0.0, inclination, 0.0, 0.0, 0.0, heading]
-            message.orientation_covariance = covariance
-        for message in (self._raw, self._mag, self._with_heading, self._without_heading):
+        self._data.orientation_covariance[0] = self._data.orientation_covariance[4] = inclination
+        for message in (self._raw, self._mag, self._data):
             message.header.frame_id = frame_id
 
     def raw(self, stamp_ns: int, rate: Sequence[float], acceleration: Sequence[float]) -> Imu:
@@ -56,10 +46,14 @@ class SegmentMessages:
         rate: Sequence[float],
         acceleration: Sequence[float],
         orientation: Sequence[float],
-        has_heading: bool,
+        heading_stddev: float,
     ) -> Imu:
-        """``data``: the same with the orientation (x, y, z, w) in the world."""
-        message = self._with_heading if has_heading else self._without_heading
+        """``data``: the same with the orientation (x, y, z, w) in the world.
+
+        A heading that is not known has the standard deviation pi.
+        """
+        message = self._data
+        message.orientation_covariance[8] = heading_stddev * heading_stddev
         q = message.orientation
         q.x, q.y, q.z, q.w = orientation
         return _fill(message, stamp_ns, rate, acceleration)

@@ -1,20 +1,23 @@
-r"""From a node's clock to the host's: stamps without the jitter of radio and serial port.
+r"""Stamps without the jitter of radio, USB and scheduler: from a node's clock to the host's.
 
-A sample taken at node time :math:`n` arrives at host time :math:`a = n + o(n) + d` with a slowly
-drifting offset :math:`o` and a delay :math:`d \ge d_0`. The lower envelope of :math:`a - n` follows
-:math:`o + d_0`: it drops at once to every smaller difference and otherwise rises by the largest
-drift that two crystals can have. The stamp is node time plus envelope: as regular as the node's
-clock, never after the arrival.
+The stamp is the line below the arrivals (:mod:`imu_bridge.lower_line`) at the sample's node time:
+as regular as the node's clock, never after the arrival, and late by the least delay of the link.
 """
 
 from dataclasses import dataclass
 
-from imu_bridge.protocols.star import CLOCK_MODULUS_US
+from imu_bridge.lower_line import NS_PER_S, LowerLine
 from imu_bridge.sequence import signed
 from pose_common.counters import Counters
 
 NS_PER_US = 1000
 HOLD_NS = 1000  # [ns] step of a stamp that would run backwards
+COUNTED_SKEW = 0.2  # [-] error of a period that was taken from a few arrivals
+COUNTED_STEP = 0.8  # [-] periods that arrivals are late after lost samples, at least
+COUNTED_STEP_NS = 8_000_000  # [ns] and so much at least, or a busy link would look like it
+FIRST_SAMPLES = 20  # [-] that a period is first taken from
+FIRST_NS = 250_000_000  # [ns] and so long: drivers hand on several samples at once
+PAUSE_NS = 2 * NS_PER_S  # [ns] a longer silence: nobody knows how many samples it cost
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -23,8 +26,8 @@ class NodeTime:
 
     Attributes:
         stamp_ns: Host time of the sample, greater than that of the node's sample before.
-        elapsed_s: Time since the node's sample before, by the node's own clock; None for the
-            first sample, and for the first after a jump of that clock.
+        elapsed_s: Time since the node's sample before; None for the first sample, and for the
+            first after a jump of its clock.
     """
 
     stamp_ns: int
@@ -38,45 +41,49 @@ class NodeClock:
         max_drift: Largest relative drift between the two clocks [s/s].
         jump_s: Clocks that disagree by more than this have jumped (the node restarted): the
             mapping begins anew [s].
+        modulus_us: Where the node's clock wraps [us].
 
     Attributes:
-        counters: ``clock_jumps``, and ``stamps_held``: stamps that would have run backwards,
-            because the envelope dropped by more than the time between two samples.
+        counters: ``clock_jumps``: of the node's clock; ``clock_steps``: lasting changes of the
+            offset between the clocks, as when the host's is set; ``stamps_held``: stamps that
+            would have run backwards, because the line dropped by more than a sample's time.
     """
 
-    def __init__(self, max_drift: float = 100e-6, jump_s: float = 5.0) -> None:
-        self.counters = Counters("clock_jumps", "stamps_held")
-        self._max_drift = max_drift
-        self._jump_ns = round(jump_s * 1e9)
-        self._clock_us: int | None = None
+    def __init__(
+        self, max_drift: float = 1e-3, jump_s: float = 5.0, modulus_us: int = 1 << 32
+    ) -> None:
+        self.counters = Counters("clock_jumps", "clock_steps", "stamps_held")
+        self._line = LowerLine(max_drift)
+        self._jump_ns = round(jump_s * NS_PER_S)
+        self._modulus_us = modulus_us
+        self._clock_us = 0
         self._arrival_ns = 0
         self._node_ns = 0  # unwrapped
-        self._offset_ns = 0
         self._stamp_ns = 0
+
+    @property
+    def drift(self) -> float:
+        """By how much the host's clock is faster than the node's [s/s]."""
+        return self._line.skew
 
     def stamp(self, clock_us: int, arrival_ns: int) -> NodeTime:
         """The host time of a sample.
 
         Args:
-            clock_us: Node clock in the frame [us], modulo 2³².
+            clock_us: Node clock in the frame [us], modulo ``modulus_us``.
             arrival_ns: Host time at which the frame arrived [ns].
         """
-        if self._clock_us is None:
-            elapsed_ns = None
-        else:
-            elapsed_ns = self._elapsed_ns(self._clock_us, clock_us, arrival_ns)
+        elapsed_ns = None
+        if not self._line.is_empty:
+            elapsed_ns = self._elapsed_ns(clock_us, arrival_ns)
             if elapsed_ns is None:
                 self.counters.add("clock_jumps")
+                self._line.restart()
         self._clock_us, self._arrival_ns = clock_us, arrival_ns
-        if elapsed_ns is None:
-            self._node_ns = clock_us * NS_PER_US
-            self._offset_ns = arrival_ns - self._node_ns
-        else:
-            self._node_ns += elapsed_ns
-            self._offset_ns = min(
-                self._offset_ns + round(elapsed_ns * self._max_drift), arrival_ns - self._node_ns
-            )
-        stamp_ns = self._node_ns + self._offset_ns
+        self._node_ns = clock_us * NS_PER_US if elapsed_ns is None else self._node_ns + elapsed_ns
+        if self._line.add(self._node_ns, arrival_ns):
+            self.counters.add("clock_steps")
+        stamp_ns = self._node_ns + self._line.at(self._node_ns)
         if stamp_ns <= self._stamp_ns:
             self.counters.add("stamps_held")
             stamp_ns = self._stamp_ns + HOLD_NS
@@ -84,14 +91,84 @@ class NodeClock:
         elapsed_s = None if elapsed_ns is None else elapsed_ns * 1e-9
         return NodeTime(stamp_ns=stamp_ns, elapsed_s=elapsed_s)
 
-    def _elapsed_ns(self, before_us: int, clock_us: int, arrival_ns: int) -> int | None:
+    def _elapsed_ns(self, clock_us: int, arrival_ns: int) -> int | None:
         """Node time since the sample before, or None if the node's clock has jumped."""
-        elapsed_us = signed(clock_us - before_us, CLOCK_MODULUS_US)
+        elapsed_us = signed(clock_us - self._clock_us, self._modulus_us)
         # A silence of half a wrap and more: the host's clock says how often it has wrapped.
         host_us = (arrival_ns - self._arrival_ns) // NS_PER_US
-        wraps = round((host_us - elapsed_us) / CLOCK_MODULUS_US)
-        elapsed_ns = (elapsed_us + wraps * CLOCK_MODULUS_US) * NS_PER_US
-        lateness_ns = arrival_ns - (self._node_ns + elapsed_ns) - self._offset_ns
+        wraps = round((host_us - elapsed_us) / self._modulus_us)
+        elapsed_ns = (elapsed_us + wraps * self._modulus_us) * NS_PER_US
+        node_ns = self._node_ns + elapsed_ns
+        lateness_ns = arrival_ns - node_ns - self._line.at(node_ns)
         if elapsed_ns <= 0 or abs(lateness_ns) > self._jump_ns:
             return None
         return elapsed_ns
+
+
+class CountingClock:
+    """Stamps the samples of a device without a clock, which only samples at a constant rate.
+
+    Its samples are counted, and the count is its clock. What it loses is noticed by all later
+    arrivals being late, within two seconds.
+
+    Attributes:
+        counters: As of :class:`NodeClock`; ``clock_jumps`` are pauses.
+    """
+
+    def __init__(self) -> None:
+        self.counters = Counters("clock_jumps", "clock_steps", "stamps_held")
+        self._line: LowerLine | None = None
+        self._first_ns: int | None = None
+        self._count = 0
+        self._period_ns = 0
+        self._arrival_ns = 0
+        self._stamp_ns = 0
+
+    @property
+    def drift(self) -> float:
+        """There is no clock that could drift."""
+        return 0.0
+
+    def stamp(self, arrival_ns: int) -> NodeTime:
+        """The host time of the next sample, which arrived at this host time [ns]."""
+        begins = self._first_ns is None or arrival_ns - self._arrival_ns > PAUSE_NS
+        self._arrival_ns = arrival_ns
+        if begins:
+            self.counters.add("clock_jumps", self._first_ns is not None)
+            self._begin(arrival_ns)
+        else:
+            self._count += 1
+        before_ns, self._stamp_ns = self._stamp_ns, self._next_stamp_ns(arrival_ns)
+        elapsed_s = None if begins else (self._stamp_ns - before_ns) * 1e-9
+        return NodeTime(stamp_ns=self._stamp_ns, elapsed_s=elapsed_s)
+
+    def _begin(self, arrival_ns: int) -> None:
+        self._line, self._first_ns, self._count = None, arrival_ns, 0
+
+    def _next_stamp_ns(self, arrival_ns: int) -> int:
+        if self._line is None:
+            stamp_ns = arrival_ns
+            self._learn(arrival_ns)
+        else:
+            node_ns = self._count * self._period_ns
+            if self._line.add(node_ns, arrival_ns):
+                self.counters.add("clock_steps")
+            stamp_ns = node_ns + self._line.at(node_ns)
+            if abs(self._line.skew) >= COUNTED_SKEW:
+                self._begin(arrival_ns)  # the period was taken from a backlog
+        if stamp_ns > self._stamp_ns:
+            return stamp_ns
+        self.counters.add("stamps_held")
+        return self._stamp_ns + HOLD_NS
+
+    def _learn(self, arrival_ns: int) -> None:
+        """Take a first period from the first samples."""
+        elapsed_ns = arrival_ns - (self._first_ns or arrival_ns)
+        if self._count < FIRST_SAMPLES or elapsed_ns < FIRST_NS:
+            return
+        self._period_ns = elapsed_ns // self._count
+        self._line = LowerLine(
+            COUNTED_SKEW,
+            skew_blocks=2,
+            step_ns=max(COUNTED_STEP_NS, round(COUNTED_STEP * self._period_ns)),
+        )

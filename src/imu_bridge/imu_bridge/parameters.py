@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from imu_bridge.filters import FILTERS
+from imu_bridge.filters.orientation_filter import MAGNETOMETER_MODES, FilterSettings
 from pose_common.parameters import parameter
 
 
@@ -11,10 +13,11 @@ class ImuBridgeParameters:
 
     port: str = parameter(
         "/dev/ttyUSB0",
-        doc="serial device of the sink, or a pyserial URL such as `socket://HOST:PORT`",
+        doc="of the star network: serial device of its sink, or a pyserial URL such as "
+        "`socket://HOST:PORT`",
     )
     baudrate: int = parameter(
-        921600, unit="bit/s", low=1200, high=4_000_000, doc="speed of a real serial device"
+        921600, unit="bit/s", low=1200, high=4_000_000, doc="speed of that port"
     )
     wait_for_port: float = parameter(
         0.0,
@@ -30,20 +33,45 @@ class ImuBridgeParameters:
         high=0.1,
         doc="bytes are collected for so long and handled together: latency against load",
     )
-    nodes_file: str = parameter("", doc="YAML file: node id to body segment, and calibrations")
+    nodes_file: str = parameter("", doc="YAML file: ports, node id to body segment, calibrations")
+    filter: str = parameter(
+        "vqf", choices=tuple(FILTERS), doc="orientation filter; `device`: what the sensor sends"
+    )
+    magnetometer: str = parameter(
+        "auto",
+        choices=MAGNETOMETER_MODES,
+        doc="`auto`: used where its field looks like the earth's; `on`: always; `off`: never",
+    )
+    acceleration_tau: float = parameter(
+        FilterSettings.acceleration_tau_s,
+        unit="s",
+        low=0.05,
+        high=60.0,
+        doc="`vqf`: time constant of the inclination's correction",
+    )
+    magnetometer_tau: float = parameter(
+        FilterSettings.magnetometer_tau_s,
+        unit="s",
+        low=0.05,
+        high=600.0,
+        doc="`vqf`: time constant of the heading's correction",
+    )
     beta: float = parameter(
-        0.1,
+        FilterSettings.beta,
         unit="rad/s",
         low=0.0,
         high=10.0,
-        doc="gain of Madgwick's filter: trust in accelerometer and magnetometer",
+        doc="`madgwick`: gain, trust in accelerometer and magnetometer",
+    )
+    gain: float = parameter(
+        FilterSettings.gain, low=0.0, high=10.0, doc="`imufusion`: gain, the same"
     )
     gyro_bias_window: float = parameter(
-        2.0,
+        FilterSettings.bias_window_s,
         unit="s",
         low=0.0,
         high=60.0,
-        doc="a sensor at rest for so long gives its gyroscope's bias; 0: never",
+        doc="a sensor at rest for so long gives its gyroscope's bias; 0: no bias is estimated",
     )
     max_gap: float = parameter(
         1.0,
@@ -53,7 +81,7 @@ class ImuBridgeParameters:
         doc="after a longer gap in a node's samples its orientation begins anew",
     )
     max_clock_drift: float = parameter(
-        1e-4, unit="s/s", low=0.0, high=0.01, doc="largest relative drift of a node's clock"
+        1e-3, unit="s/s", low=0.0, high=0.05, doc="largest relative drift of a node's clock"
     )
     transport_delay: float = parameter(
         0.0,
@@ -66,9 +94,29 @@ class ImuBridgeParameters:
         0.04, unit="rad", low=1e-4, high=3.2, doc="published uncertainty of the inclination"
     )
     heading_stddev: float = parameter(
-        0.08,
+        FilterSettings.heading_stddev,
         unit="rad",
         low=1e-4,
         high=3.2,
-        doc="published uncertainty of the heading, once the magnetometer has given one",
+        doc="published uncertainty of a heading that a good magnetic field corrects",
     )
+    heading_drift: float = parameter(
+        FilterSettings.heading_drift,
+        unit="rad/s",
+        low=0.0,
+        high=1.0,
+        doc="by which that uncertainty grows while no field corrects it",
+    )
+
+    def filter_settings(self) -> FilterSettings:
+        """What concerns the filters."""
+        return FilterSettings(
+            magnetometer=self.magnetometer,
+            beta=self.beta,
+            gain=self.gain,
+            acceleration_tau_s=self.acceleration_tau,
+            magnetometer_tau_s=self.magnetometer_tau,
+            bias_window_s=self.gyro_bias_window,
+            heading_stddev=self.heading_stddev,
+            heading_drift=self.heading_drift,
+        )

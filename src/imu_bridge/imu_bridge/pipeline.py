@@ -6,15 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from imu_bridge.filters.madgwick import MadgwickFilter
-from imu_bridge.gyro_bias import RestBiasEstimator
-from imu_bridge.node_clock import NodeClock
-from imu_bridge.protocols.star import FULL_SCALE_COUNTS, Decoder, RawSample, to_si
+from imu_bridge.filters import FILTERS
+from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings, SampleRound
+from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
+from imu_bridge.parameters import ImuBridgeParameters
+from imu_bridge.protocols.reading import Parser, Reading
+from imu_bridge.protocols.star import StarParser
 from imu_bridge.segments import ImuNode
 from imu_bridge.sequence import Arrival, SequenceTracker
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
+
+NO_VECTOR = (np.nan,) * 3
+NO_QUATERNION = (np.nan,) * 4
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -24,10 +29,12 @@ class Chunk:
     Attributes:
         arrival_ns: Host time at which the last of them had arrived [ns].
         data: The bytes; empty where the stream was cut, because the port went away.
+        port: Which port they came from.
     """
 
     arrival_ns: int
     data: bytes
+    port: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +51,7 @@ class ImuBatch:
         acceleration: Calibrated [m/s^2], shape (n, 3).
         orientation: ``R_world_sensor`` as (x, y, z, w), world ENU or, where ``has_heading`` is
             false, z up with an arbitrary heading; shape (n, 4); NaN before the first.
-        has_heading: Whether the heading is known, shape (n,).
+        heading_stddev: Of the heading [rad], shape (n,); pi where it is arbitrary.
     """
 
     node: IndexArray
@@ -55,15 +62,25 @@ class ImuBatch:
     angular_velocity: FloatArray
     acceleration: FloatArray
     orientation: FloatArray
-    has_heading: NDArray[np.bool_]
+    heading_stddev: FloatArray
 
     def __len__(self) -> int:
         """The number of samples."""
         return len(self.stamp_ns)
 
+    @property
+    def has_heading(self) -> NDArray[np.bool_]:
+        """Whether the heading is known at all, shape (n,)."""
+        known: NDArray[np.bool_] = self.heading_stddev < UNKNOWN_HEADING
+        return known
+
 
 class NodeState:
     """What is known of one node's stream.
+
+    Args:
+        max_drift: Largest relative drift of its clock [s/s].
+        clock_modulus_us: Where its clock wraps [us].
 
     Attributes:
         sequence: Counts of its frames.
@@ -73,48 +90,62 @@ class NodeState:
         gaps: Times its orientation began anew because samples were missing for too long.
     """
 
-    def __init__(self, max_drift: float) -> None:
-        self.sequence = SequenceTracker()
-        self.clock = NodeClock(max_drift)
+    def __init__(self, max_drift: float, clock_modulus_us: int) -> None:
+        self.sequence = SequenceTracker(clock_modulus_us)
+        self.clock: NodeClock | CountingClock = NodeClock(max_drift, modulus_us=clock_modulus_us)
         self.samples = 0
         self.saturated = 0
         self.gaps = 0
 
+    def stamp(self, clock_us: int | None, arrival_ns: int) -> NodeTime:
+        """The host time of a sample that was judged to be the next one."""
+        if clock_us is None:
+            if isinstance(self.clock, NodeClock):
+                self.clock = CountingClock()  # the device has turned out to tell no time
+            return self.clock.stamp(arrival_ns)
+        if isinstance(self.clock, CountingClock):
+            return self.clock.stamp(arrival_ns)
+        return self.clock.stamp(clock_us, arrival_ns)
+
 
 class ImuPipeline:
-    """Decodes, stamps, calibrates and filters the samples of all nodes on a port.
+    """Decodes, stamps, calibrates and filters the samples of all nodes on all ports.
 
     Args:
         nodes: The nodes to expect; frames of others are counted by id and dropped.
-        beta: Gain of Madgwick's filter [rad/s].
-        bias_window_s: Window of the rest detection for the gyroscopes' bias [s]; 0: none.
+        parsers: Of each port that the nodes name; by default one star network.
+        filter_name: Of :data:`imu_bridge.filters.FILTERS`.
+        settings: What the user tunes of the filter.
         max_gap_s: After a longer gap a node's orientation begins anew [s].
         max_drift: Largest relative drift of a node's clock [s/s].
         transport_delay_s: Least delay from sampling to arrival, taken off the stamps [s].
 
     Attributes:
-        decoder: With the counts of the byte stream.
+        parsers: With the counts of the byte streams.
         states: Of each node, in the order of ``nodes``.
-        unknown_nodes: Frames by node id that the nodes file does not name.
+        filter: With what is known of biases and headings.
+        unknown_nodes: Frames by port and node id that the nodes file does not name.
     """
 
     def __init__(
         self,
         nodes: Sequence[ImuNode],
         *,
-        beta: float = 0.1,
-        bias_window_s: float = 2.0,
+        parsers: Sequence[Parser] | None = None,
+        filter_name: str = "vqf",
+        settings: FilterSettings | None = None,
         max_gap_s: float = 1.0,
-        max_drift: float = 100e-6,
+        max_drift: float = 1e-3,
         transport_delay_s: float = 0.0,
     ) -> None:
         self.nodes = tuple(nodes)
-        self.decoder = Decoder()
-        self.states = [NodeState(max_drift) for _ in self.nodes]
-        self.unknown_nodes: dict[int, int] = {}
-        self.bias = RestBiasEstimator(len(self.nodes), bias_window_s)
-        self.filter = MadgwickFilter(len(self.nodes), beta)
-        self._index = {node.node_id: i for i, node in enumerate(self.nodes)}
+        self.parsers = (StarParser(),) if parsers is None else tuple(parsers)
+        self.states = [
+            NodeState(max_drift, self.parsers[node.port].clock_modulus_us) for node in self.nodes
+        ]
+        self.unknown_nodes: dict[tuple[int, int], int] = {}
+        self.filter = FILTERS[filter_name](len(self.nodes), settings or FilterSettings())
+        self._index = {(node.port, node.node_id): i for i, node in enumerate(self.nodes)}
         self._max_gap_s = max_gap_s
         self._transport_delay_ns = round(transport_delay_s * 1e9)
         self._gyroscope_bias = np.array([n.gyroscope_bias for n in self.nodes])
@@ -123,66 +154,91 @@ class ImuPipeline:
         self._magnetometer_offset = np.array([n.magnetometer.offset for n in self.nodes])
         self._magnetometer_matrix = np.array([n.magnetometer.matrix for n in self.nodes])
 
+    @classmethod
+    def from_parameters(
+        cls,
+        nodes: Sequence[ImuNode],
+        parameters: ImuBridgeParameters,
+        parsers: Sequence[Parser] | None = None,
+    ) -> "ImuPipeline":
+        """The pipeline that the node has with these parameters."""
+        return cls(
+            nodes,
+            parsers=parsers,
+            filter_name=parameters.filter,
+            settings=parameters.filter_settings(),
+            max_gap_s=parameters.max_gap,
+            max_drift=parameters.max_clock_drift,
+            transport_delay_s=parameters.transport_delay,
+        )
+
     def process(self, chunks: Sequence[Chunk]) -> ImuBatch:
-        """Everything that these chunks, in order of arrival, complete."""
-        samples: list[RawSample] = []
+        """Everything that these chunks, in order of arrival at each port, complete."""
+        readings: list[Reading] = []
         node: list[int] = []
         stamp_ns: list[int] = []
         dt: list[float] = []  # [s], NaN where the node begins anew
         # In sequence by nature: each frame is judged by those of its node before it.
         for chunk in chunks:
-            received = self.decoder.feed(chunk.data) if chunk.data else self.decoder.flush()
-            for sample in received:
-                i = self._index.get(sample.node_id)
+            parser = self.parsers[chunk.port]
+            for reading in parser.parse(chunk.data) if chunk.data else parser.finish():
+                i = self._index.get((chunk.port, reading.node_id))
                 if i is None:
-                    count = self.unknown_nodes.get(sample.node_id, 0)
-                    self.unknown_nodes[sample.node_id] = count + 1
+                    who = (chunk.port, reading.node_id)
+                    self.unknown_nodes[who] = self.unknown_nodes.get(who, 0) + 1
                     continue
                 state = self.states[i]
-                arrival = state.sequence.classify(sample.sequence, sample.clock_us)
+                arrival = state.sequence.classify(reading.sequence, reading.clock_us)
                 if arrival in (Arrival.DUPLICATE, Arrival.LATE):
                     continue
-                time = state.clock.stamp(sample.clock_us, chunk.arrival_ns)
+                time = state.stamp(reading.clock_us, chunk.arrival_ns)
                 elapsed_s = None if arrival is Arrival.RESTART else time.elapsed_s
-                samples.append(sample)
+                readings.append(reading)
                 node.append(i)
                 stamp_ns.append(time.stamp_ns - self._transport_delay_ns)
                 dt.append(np.nan if elapsed_s is None else elapsed_s)
-        return self._filtered(samples, np.array(node, dtype=np.intp), stamp_ns, np.array(dt))
+        return self._filtered(readings, np.array(node, dtype=np.intp), stamp_ns, np.array(dt))
 
     def _filtered(
-        self, samples: list[RawSample], node: IndexArray, stamp_ns: list[int], dt: FloatArray
+        self, readings: list[Reading], node: IndexArray, stamp_ns: list[int], dt: FloatArray
     ) -> ImuBatch:
-        raw = to_si(samples)
-        rate = raw.angular_velocity - self._gyroscope_bias[node]
+        raw_rate = _rows([r.angular_velocity for r in readings], 3)
+        raw_acceleration = _rows([r.acceleration for r in readings], 3)
+        raw_field = _rows([r.magnetic_field or NO_VECTOR for r in readings], 3)
+        own = _rows([r.orientation or NO_QUATERNION for r in readings], 4)
+        rate = raw_rate - self._gyroscope_bias[node]
         acceleration = _calibrated(
-            raw.acceleration, self._accelerometer_offset[node], self._accelerometer_matrix[node]
+            raw_acceleration, self._accelerometer_offset[node], self._accelerometer_matrix[node]
         )
         field = _calibrated(
-            raw.magnetic_field, self._magnetometer_offset[node], self._magnetometer_matrix[node]
+            raw_field, self._magnetometer_offset[node], self._magnetometer_matrix[node]
         )
-        self._count(samples, node)
-        orientation = np.empty((len(samples), 4))
-        has_heading = np.empty(len(samples), dtype=bool)
+        self._count(readings, node)
+        orientation = np.empty((len(readings), 4))
+        heading_stddev = np.empty(len(readings))
         for rows in _rounds(node):
             index = node[rows]
-            step_s = self._steps(index, dt[rows])
-            self.bias.update(index, step_s, rate[rows], acceleration[rows])
-            rate[rows] -= self.bias.bias[index]
-            orientation[rows] = self.filter.update(
-                index, step_s, rate[rows], acceleration[rows], field[rows]
+            samples = SampleRound(
+                index=index,
+                dt=self._steps(index, dt[rows]),
+                angular_velocity=rate[rows],
+                acceleration=acceleration[rows],
+                magnetic_field=field[rows],
+                device_orientation=own[rows],
             )
-            has_heading[rows] = self.filter.has_heading[index]
+            orientation[rows] = self.filter.update(samples)
+            rate[rows] -= self.filter.bias[index]
+            heading_stddev[rows] = self.filter.heading_stddev[index]
         return ImuBatch(
             node=node,
             stamp_ns=stamp_ns,
-            raw_angular_velocity=raw.angular_velocity,
-            raw_acceleration=raw.acceleration,
-            raw_magnetic_field=raw.magnetic_field,
+            raw_angular_velocity=raw_rate,
+            raw_acceleration=raw_acceleration,
+            raw_magnetic_field=raw_field,
             angular_velocity=rate,
             acceleration=acceleration,
             orientation=orientation,
-            has_heading=has_heading,
+            heading_stddev=heading_stddev,
         )
 
     def _steps(self, index: IndexArray, dt: FloatArray) -> FloatArray:
@@ -193,16 +249,17 @@ class ImuPipeline:
         for i, step_s in zip(index[anew].tolist(), dt[anew].tolist(), strict=True):
             self.states[i].gaps += not np.isnan(step_s)
             self.filter.reset(i)
-            self.bias.restart(i)
         return np.where(anew, 0.0, dt)
 
-    def _count(self, samples: list[RawSample], node: IndexArray) -> None:
-        full = (-FULL_SCALE_COUNTS, FULL_SCALE_COUNTS - 1)
-        for i, sample in zip(node.tolist(), samples, strict=True):
-            state = self.states[i]
-            state.samples += 1
-            inertial = (*sample.accelerometer, *sample.gyroscope)
-            state.saturated += min(inertial) == full[0] or max(inertial) == full[1]
+    def _count(self, readings: list[Reading], node: IndexArray) -> None:
+        for i, reading in zip(node.tolist(), readings, strict=True):
+            self.states[i].samples += 1
+            self.states[i].saturated += reading.saturated
+
+
+def _rows(vectors: Sequence[Sequence[float]], width: int) -> FloatArray:
+    """An array of shape (n, width), also for n = 0."""
+    return np.array(vectors, dtype=float).reshape(-1, width)
 
 
 def _calibrated(measured: FloatArray, offset: FloatArray, matrix: FloatArray) -> FloatArray:

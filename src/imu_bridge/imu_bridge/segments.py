@@ -1,11 +1,10 @@
-"""Which node is strapped to which segment, and how its sensors are calibrated: the nodes file.
+"""Which node is strapped to which segment, and how its sensors are calibrated.
 
 Calibrated = ``matrix @ (measured - offset)``, in the axes of the sensor.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from pose_common.errors import InputError
 from pose_common.joints import SEGMENTS
 
 MAX_NODE_ID = 255
+NODE_KEYS = frozenset({"segment", "gyroscope_bias", "accelerometer", "magnetometer"})
 
 FloatArray = NDArray[np.float64]
 
@@ -35,11 +35,12 @@ class Linear:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuNode:
-    """One node of the star network.
+    """One sensor.
 
     Attributes:
-        node_id: Its id on the wire, 0 to 255.
+        node_id: Its id on the wire, 0 to 255; 0 where a port has but one sensor.
         segment: The body segment it is strapped to.
+        port: Index of the port that it sends on.
         gyroscope_bias: [rad/s], shape (3,).
         accelerometer: Calibration, offset in [m/s^2].
         magnetometer: Calibration (hard and soft iron), offset in [T].
@@ -47,62 +48,48 @@ class ImuNode:
 
     node_id: int
     segment: str
+    port: int = 0
     gyroscope_bias: FloatArray = field(default_factory=lambda: np.zeros(3))
     accelerometer: Linear = field(default_factory=Linear)
     magnetometer: Linear = field(default_factory=Linear)
 
 
-def read_nodes(path: Path) -> tuple[ImuNode, ...]:
-    """Read a nodes file; the nodes in its order.
-
-    Raises:
-        InputError: If the file cannot be read or says something that makes no sense.
-    """
-    try:
-        document = yaml.load(path.read_text(encoding="utf-8"), Loader=_UniqueKeyLoader)
-    except OSError as error:
-        raise InputError(f"cannot read the nodes file {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path} is not YAML: {reason}") from error
-    try:
-        return parse_nodes(document)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
-
-
-def parse_nodes(document: Any) -> tuple[ImuNode, ...]:
-    """The nodes from a nodes file's content, see :func:`read_nodes`."""
-    top = _mapping(document, "the file", {"nodes"})
-    entries = top.get("nodes")
+def nodes_of(entries: Any, port: int) -> list[ImuNode]:
+    """The nodes of one port from a mapping of node id to segment, or to segment and calibration."""
     if not isinstance(entries, Mapping) or not entries:
         raise InputError("expected a mapping 'nodes' of node id to segment, such as '1: torso'")
-    nodes = tuple(_node(node_id, entry) for node_id, entry in entries.items())
-    wearer: dict[str, int] = {}
+    return [node_of(node_id, entry, port) for node_id, entry in entries.items()]
+
+
+def refuse_double_segments(nodes: Sequence[ImuNode], port_names: Sequence[str]) -> None:
+    """Raise an :class:`InputError` if two nodes are strapped to the same segment."""
+    wearer: dict[str, ImuNode] = {}
     for node in nodes:
-        if node.segment in wearer:
-            raise InputError(
-                f"segment '{node.segment}' is given to nodes {wearer[node.segment]} and "
-                f"{node.node_id}: one node a segment"
+        before = wearer.setdefault(node.segment, node)
+        if before is not node:
+            where = (
+                f"nodes {before.node_id} and {node.node_id}"
+                if before.port == node.port
+                else f"{port_names[before.port]} and {port_names[node.port]}"
             )
-        wearer[node.segment] = node.node_id
-    return nodes
+            raise InputError(f"segment '{node.segment}' is given to {where}: one node a segment")
 
 
-def _node(node_id: Any, entry: Any) -> ImuNode:
+def node_of(node_id: Any, entry: Any, port: int) -> ImuNode:
+    """One node from its entry in the file."""
     if type(node_id) is not int or not 0 <= node_id <= MAX_NODE_ID:
         raise InputError(f"node id {node_id!r} is not a whole number from 0 to {MAX_NODE_ID}")
     where = f"node {node_id}"
     if isinstance(entry, str):
         entry = {"segment": entry}
-    keys = {"segment", "gyroscope_bias", "accelerometer", "magnetometer"}
-    entry = _mapping(entry, where, keys)
+    entry = mapping(entry, where, NODE_KEYS)
     segment = entry.get("segment")
     if segment not in SEGMENTS:
         raise InputError(f"{where}: segment {segment!r} is not one of {', '.join(SEGMENTS)}")
     return ImuNode(
         node_id=node_id,
         segment=segment,
+        port=port,
         gyroscope_bias=_numbers(entry, "gyroscope_bias", where, np.zeros(3)),
         accelerometer=_linear(entry, "accelerometer", where),
         magnetometer=_linear(entry, "magnetometer", where),
@@ -111,7 +98,7 @@ def _node(node_id: Any, entry: Any) -> ImuNode:
 
 def _linear(entry: Mapping[str, Any], key: str, where: str) -> Linear:
     where = f"{where}: {key}"
-    values = _mapping(entry.get(key, {}), where, {"offset", "matrix"})
+    values = mapping(entry.get(key, {}), where, {"offset", "matrix"})
     calibration = Linear(
         offset=_numbers(values, "offset", where, np.zeros(3)),
         matrix=_numbers(values, "matrix", where, np.eye(3)),
@@ -139,7 +126,8 @@ def _numbers(values: Mapping[str, Any], key: str, where: str, default: FloatArra
     return array
 
 
-def _mapping(value: Any, where: str, keys: set[str]) -> Mapping[str, Any]:
+def mapping(value: Any, where: str, keys: Set[str]) -> Mapping[str, Any]:
+    """A mapping in the file, whose keys are all known."""
     if not isinstance(value, Mapping):
         raise InputError(f"{where}: expected a mapping with {', '.join(sorted(keys))}")
     unknown = [key for key in value if key not in keys]
@@ -148,10 +136,11 @@ def _mapping(value: Any, where: str, keys: set[str]) -> Mapping[str, Any]:
     return value
 
 
-class _UniqueKeyLoader(yaml.SafeLoader):
+class UniqueKeyLoader(yaml.SafeLoader):
     """YAML without PyYAML's silence on repeated keys: two nodes with one id are a mistake."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        """As PyYAML does it, but for keys that occur twice."""
         seen = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)

@@ -2,9 +2,9 @@
 
 from enum import Enum
 
-from imu_bridge.protocols.star import CLOCK_MODULUS_US, SEQUENCE_MODULUS
 from pose_common.counters import Counters
 
+SEQUENCE_MODULUS = 1 << 16
 LATE_FRAMES = 16  # [-] a radio's retransmission comes at most so many frames late
 LATE_US = 1_000_000  # [us] and at most so much
 
@@ -21,37 +21,58 @@ class Arrival(Enum):
 class SequenceTracker:
     """Follows one node's frames.
 
+    Args:
+        clock_modulus_us: Where the node's clock wraps [us].
+
     Attributes:
         counters: ``frames``: all that arrived; ``lost``: numbers that never came in time;
             ``duplicates`` and ``late``: frames to be thrown away, since the samples of a node
             must not run backwards; ``restarts`` of the node.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, clock_modulus_us: int = 1 << 32) -> None:
         self.counters = Counters("frames", "lost", "duplicates", "late", "restarts")
+        self._clock_modulus_us = clock_modulus_us
         self._sequence: int | None = None
-        self._clock_us = 0
+        self._clock_us: int | None = None
 
-    def classify(self, sequence: int, clock_us: int) -> Arrival:
-        """Judge a frame by its sequence number and node clock, and count it."""
+    def classify(self, sequence: int | None, clock_us: int | None) -> Arrival:
+        """Judge a frame by its sequence number and node clock, and count it.
+
+        Args:
+            sequence: Modulo 2^16; None if the device does not count, and then no loss is seen.
+            clock_us: Modulo the clock's modulus [us]; None if the device tells no time.
+        """
         self.counters.add("frames")
-        if self._sequence is None:
-            self._sequence, self._clock_us = sequence, clock_us
-            return Arrival.NEXT
-        step = signed(sequence - self._sequence, SEQUENCE_MODULUS)
-        elapsed_us = signed(clock_us - self._clock_us, CLOCK_MODULUS_US)
-        if step == 0 and elapsed_us == 0:
-            self.counters.add("duplicates")
-            return Arrival.DUPLICATE
-        if -LATE_FRAMES <= step < 0 and -LATE_US < elapsed_us < 0:
-            self.counters.add("late")
-            return Arrival.LATE
+        step = elapsed_us = None
+        if sequence is not None and self._sequence is not None:
+            step = signed(sequence - self._sequence, SEQUENCE_MODULUS)
+        if clock_us is not None and self._clock_us is not None:
+            elapsed_us = signed(clock_us - self._clock_us, self._clock_modulus_us)
+        arrival = _judged(step, elapsed_us)
+        if arrival in (Arrival.DUPLICATE, Arrival.LATE):
+            self.counters.add("duplicates" if arrival is Arrival.DUPLICATE else "late")
+            return arrival
         self._sequence, self._clock_us = sequence, clock_us
-        if step <= 0 or elapsed_us <= 0:
+        if arrival is Arrival.RESTART:
             self.counters.add("restarts")
-            return Arrival.RESTART
-        self.counters.add("lost", step - 1)
+        elif step is not None:
+            self.counters.add("lost", step - 1)
+        return arrival
+
+
+def _judged(step: int | None, elapsed_us: int | None) -> Arrival:
+    """What a step of number and clock means; None for one that is not known."""
+    known = [value for value in (step, elapsed_us) if value is not None]
+    if not known:
         return Arrival.NEXT
+    if not any(known):
+        return Arrival.DUPLICATE
+    if (step is None or -LATE_FRAMES <= step < 0) and (
+        elapsed_us is None or -LATE_US < elapsed_us < 0
+    ):
+        return Arrival.LATE
+    return Arrival.RESTART if min(known) <= 0 else Arrival.NEXT
 
 
 def signed(difference: int, modulus: int) -> int:

@@ -41,8 +41,10 @@ class SerialSource:
         notify: Called in the reading thread when chunks are waiting or the state has changed.
         wait_s: How long to wait for a port that does not exist yet [s].
         read_period_s: Bytes are collected for so long, then handed on together [s].
+        index: Which port this is; the chunks say so.
 
     Attributes:
+        name: The port.
         counters: ``bytes``; ``port_losses``; ``chunks_dropped``: thrown away because nobody
             took them.
 
@@ -59,11 +61,13 @@ class SerialSource:
         notify: Callable[[], None],
         wait_s: float = 0.0,
         read_period_s: float = 0.01,
+        index: int = 0,
     ) -> None:
         self.counters = Counters("bytes", "port_losses", "chunks_dropped")
         self.state = PortState.WAITING
         self.error: InputError | None = None
-        self._port = port
+        self.name = port
+        self._index = index
         self._baudrate = baudrate
         self._clock = clock
         self._notify = notify
@@ -122,7 +126,7 @@ class SerialSource:
 
     def _put(self, data: bytes) -> None:
         try:
-            self._chunks.put_nowait(Chunk(arrival_ns=self._clock(), data=data))
+            self._chunks.put_nowait(Chunk(arrival_ns=self._clock(), data=data, port=self._index))
         except queue.Full:
             self.counters.add("chunks_dropped")
         self._notify()
@@ -155,13 +159,13 @@ class SerialSource:
         try:
             # Two readers would each get half the bytes: ask for the port alone.
             return serial.serial_for_url(
-                self._port, self._baudrate, timeout=self._read_period_s, exclusive=True
+                self.name, self._baudrate, timeout=self._read_period_s, exclusive=True
             )
         except (serial.SerialException, OSError, ValueError) as error:
             number = getattr(error, "errno", None)
             reason = os.strerror(number) if number else " ".join(str(error).split())
             found = ", ".join(sorted(p.device for p in list_ports.comports())) or "none"
             raise InputError(
-                f"cannot open port '{self._port}': {reason}; ports found: {found}; "
-                "plug the sink in, or set 'port'"
+                f"cannot open port '{self.name}': {reason}; ports found: {found}; "
+                "plug it in, or name another port"
             ) from error

@@ -16,13 +16,11 @@ import imu_bridge
 import pose_sim
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuPipeline
-from imu_bridge.segments import parse_nodes
+from imu_bridge.segments import ImuNode
 from pose_fusion.streams.samples import FloatArray, ImuSample
 from pose_sim.imu_file import encode_all
 from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES
-
-UNKNOWN_HEADING_STDDEV = np.pi  # [rad] as imu_bridge publishes an orientation without a heading
 
 TimedImuSample = tuple[int, ImuSample]
 """Arrival at the host [ns], and the sample."""
@@ -51,21 +49,14 @@ def imu_samples(session: Session, start_ns: int, folder: Path | None) -> list[Ti
 def _columns(session: Session) -> dict[str, np.ndarray]:
     """What the bridge makes of the session's bytes; times [ns] are the session's own."""
     parameters = ImuBridgeParameters()
-    pipeline = ImuPipeline(
-        parse_nodes({"nodes": dict(NODES)}),
-        beta=parameters.beta,
-        bias_window_s=parameters.gyro_bias_window,
-        max_gap_s=parameters.max_gap,
-        max_drift=parameters.max_clock_drift,
-        transport_delay_s=parameters.transport_delay,
-    )
+    nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
+    pipeline = ImuPipeline.from_parameters(nodes, parameters)
     due_ns = session.imus.due_ns
     chunks = [
         Chunk(arrival_ns=arrival_ns, data=data)
         for arrival_ns, data in zip(due_ns.tolist(), encode_all(session.imus), strict=True)
     ]
     batch = pipeline.process(chunks)  # one frame a chunk, each of them a sample
-    heading = np.where(batch.has_heading, parameters.heading_stddev, UNKNOWN_HEADING_STDDEV)
     inclination = np.full(len(batch), parameters.inclination_stddev)
     known = ~np.isnan(batch.orientation[:, 3])
     return {
@@ -73,7 +64,9 @@ def _columns(session: Session) -> dict[str, np.ndarray]:
         "stamp_ns": np.array(batch.stamp_ns, np.int64)[known],
         "node": batch.node[known].astype(np.uint8),
         "orientation": batch.orientation[known],
-        "orientation_stddev": np.stack([inclination, inclination, heading], axis=1)[known],
+        "orientation_stddev": np.stack([inclination, inclination, batch.heading_stddev], axis=1)[
+            known
+        ],
         "angular_velocity": batch.angular_velocity[known],
     }
 

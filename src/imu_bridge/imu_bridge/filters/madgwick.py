@@ -28,6 +28,16 @@ References:
 import numpy as np
 from numpy.typing import NDArray
 
+from imu_bridge.filters.conditioned import ConditionedFilter
+from imu_bridge.filters.orientation_filter import FilterSettings
+from imu_bridge.filters.quaternions import (
+    cross,
+    from_matrix,
+    from_rotation_vector,
+    multiply,
+    rotate,
+)
+
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
@@ -83,7 +93,7 @@ class MadgwickFilter:
         """
         up, has_up = _directions(acceleration)
         north, has_north = _directions(magnetic_field)
-        has_north &= has_up & (np.linalg.norm(_cross(up, north), axis=1) > PARALLEL_SINE)
+        has_north &= has_up & (np.linalg.norm(cross(up, north), axis=1) > PARALLEL_SINE)
         q = self.orientation[index]
         fresh = np.isnan(q[:, 3])
         start = fresh & has_up
@@ -115,20 +125,20 @@ def initial_orientation(up: FloatArray, north: FloatArray, has_north: NDArray) -
     """
     x_upright = np.abs(up[:, 0]) > 0.9
     eastward = np.where(x_upright[:, None], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
-    fallback = _cross(up, eastward)
+    fallback = cross(up, eastward)
     north = np.where(has_north[:, None], north, fallback)
-    east = _cross(north, up)
+    east = cross(north, up)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
     # The rows of R_world_sensor are the world's axes in sensor axes.
-    return _quaternion(np.stack([east, _cross(up, east), up], axis=1))
+    return from_matrix(np.stack([east, cross(up, east), up], axis=1))
 
 
 def _turned_north(q: FloatArray, north: FloatArray) -> FloatArray:
     """Turn about the vertical until the measured field points north."""
-    field = _rotate(q, north)
+    field = rotate(q, north)
     turn = np.zeros_like(field)
     turn[:, 2] = np.arctan2(field[:, 0], field[:, 1])
-    return _multiply(_from_rotation_vector(turn), q)
+    return multiply(from_rotation_vector(turn), q)
 
 
 def _step(
@@ -144,12 +154,12 @@ def _step(
     """One step of (2) for k sensors."""
     # zhang2015 (1), over the whole step: the gyroscope's turn.
     turn = angular_velocity * dt[:, None]
-    gradient = np.where(has_up[:, None], _cross(_to_sensor_z(q), up), 0.0)
+    gradient = np.where(has_up[:, None], cross(_to_sensor_z(q), up), 0.0)
     if has_north.any():
-        field = _rotate(q, north)
+        field = rotate(q, north)
         field[:, 1] = np.hypot(field[:, 0], field[:, 1])  # b_y: no correction of inclination
         field[:, 0] = 0.0
-        towards = _cross(_rotate(q, field, inverse=True), north)
+        towards = cross(rotate(q, field, inverse=True), north)
         gradient += np.where(has_north[:, None], towards, 0.0)
     norm = np.linalg.norm(gradient, axis=1, keepdims=True)
     mu = beta * dt[:, None]
@@ -157,7 +167,7 @@ def _step(
     # step of (2) would tremble about it by 2 mu.
     step = np.minimum(2.0 * mu, 0.5 * norm)
     turn = turn - step * gradient / np.maximum(norm, TINY)  # zhang2015 (2)
-    q = _multiply(q, _from_rotation_vector(turn))
+    q = multiply(q, from_rotation_vector(turn))
     return q / np.linalg.norm(q, axis=1, keepdims=True)
 
 
@@ -179,53 +189,22 @@ def _to_sensor_z(q: FloatArray) -> FloatArray:
     return vector
 
 
-def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Cross products, shape (k, 3): ten times as fast as numpy's for few rows."""
-    ax, ay, az = a.T
-    bx, by, bz = b.T
-    product = np.empty((len(b), 3))
-    product[:, 0] = ay * bz - az * by
-    product[:, 1] = az * bx - ax * bz
-    product[:, 2] = ax * by - ay * bx
-    return product
+class MadgwickOrientation(ConditionedFilter):
+    """The filter with bias from rests and a look at the field, see :class:`ConditionedFilter`."""
 
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        super().__init__(count, settings)
+        self._filter = MadgwickFilter(count, settings.beta)
 
-def _rotate(q: FloatArray, vectors: FloatArray, *, inverse: bool = False) -> FloatArray:
-    """Turn vectors from sensor to world axes, or the other way."""
-    axis = -q[:, :3] if inverse else q[:, :3]
-    t = 2.0 * _cross(axis, vectors)
-    return vectors + q[:, 3:] * t + _cross(axis, t)
+    def _forget(self, index: int) -> None:
+        self._filter.reset(index)
 
-
-def _multiply(p: FloatArray, q: FloatArray) -> FloatArray:
-    px, py, pz, pw = p.T
-    qx, qy, qz, qw = q.T
-    product = np.empty((len(q), 4))
-    product[:, 0] = pw * qx + px * qw + py * qz - pz * qy
-    product[:, 1] = pw * qy - px * qz + py * qw + pz * qx
-    product[:, 2] = pw * qz + px * qy - py * qx + pz * qw
-    product[:, 3] = pw * qw - px * qx - py * qy - pz * qz
-    return product
-
-
-def _from_rotation_vector(turn: FloatArray) -> FloatArray:
-    half = 0.5 * np.linalg.norm(turn, axis=1, keepdims=True)
-    # np.sinc(x) is sin(pi x) / (pi x), smooth at zero.
-    return np.concatenate([0.5 * turn * np.sinc(half / np.pi), np.cos(half)], axis=1)
-
-
-def _quaternion(R: FloatArray) -> FloatArray:
-    """Quaternions of rotation matrices, shape (k, 3, 3), by the largest of their four parts."""
-    diagonal = np.diagonal(R, axis1=1, axis2=2)
-    trace = diagonal.sum(axis=1)
-    # Each row is 4 q_i (x, y, z, w) for i = x, y, z, w.
-    rows = np.empty((len(R), 4, 4))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        rows[:, i, i] = 1.0 + 2.0 * R[:, i, i] - trace
-        rows[:, i, j] = rows[:, j, i] = R[:, i, j] + R[:, j, i]
-        rows[:, i, 3] = rows[:, 3, i] = R[:, k, j] - R[:, j, k]
-    rows[:, 3, 3] = 1.0 + trace
-    largest = np.argmax(np.diagonal(rows, axis1=1, axis2=2), axis=1)
-    q = rows[np.arange(len(R)), largest]
-    return q / np.linalg.norm(q, axis=1, keepdims=True)
+    def _advance(
+        self,
+        index: IndexArray,
+        dt: FloatArray,
+        rate: FloatArray,
+        acceleration: FloatArray,
+        field: FloatArray,
+    ) -> FloatArray:
+        return self._filter.update(index, dt, rate, acceleration, field)

@@ -1,5 +1,6 @@
-"""The node: a serial port in, ``imu_<segment>/data_raw``, ``mag`` and ``data`` out."""
+"""The node: serial ports in, ``imu_<segment>/data_raw``, ``mag`` and ``data`` out."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,19 +11,19 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
 
 from imu_bridge.conversions import SegmentMessages
+from imu_bridge.devices import PortConfig, read_devices
 from imu_bridge.nodes.health import Health
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import ImuBatch, ImuPipeline
-from imu_bridge.segments import read_nodes
 from imu_bridge.serial_source import SerialSource
-from pose_common.errors import ParameterError
+from pose_common.errors import InputError, ParameterError
 from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher
 from pose_common.nodes.running import run_node
 
 
 class ImuBridge(Node):
-    """Publishes what the nodes of a star network of IMUs send to their sink."""
+    """Publishes what IMUs send to the serial ports of this machine."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__("imu_bridge", **options)
@@ -32,43 +33,54 @@ class ImuBridge(Node):
                 "nodes_file is not set: name a YAML file of node ids and segments, such as the "
                 "package's config/imu_nodes.yaml"
             )
-        nodes = read_nodes(Path(parameters.nodes_file))
-        self._pipeline = ImuPipeline(
-            nodes,
-            beta=parameters.beta,
-            bias_window_s=parameters.gyro_bias_window,
-            max_gap_s=parameters.max_gap,
-            max_drift=parameters.max_clock_drift,
-            transport_delay_s=parameters.transport_delay,
-        )
+        sink = PortConfig(name=parameters.port, baudrate=parameters.baudrate)
+        devices = read_devices(Path(parameters.nodes_file), sink)
+        nodes = devices.nodes
+        parsers = [port.make_parser() for port in devices.ports]
+        self._pipeline = ImuPipeline.from_parameters(nodes, parameters, parsers)
         self._messages = [
-            SegmentMessages(node.segment, parameters.inclination_stddev, parameters.heading_stddev)
-            for node in nodes
+            SegmentMessages(node.segment, parameters.inclination_stddev) for node in nodes
         ]
         self._raw = [self._publisher(Imu, node.segment, "data_raw") for node in nodes]
         self._mag = [self._publisher(MagneticField, node.segment, "mag") for node in nodes]
         self._data = [self._publisher(Imu, node.segment, "data") for node in nodes]
-        # The port is read in a thread; everything else happens in the executor's.
-        arrived = self.create_guard_condition(self._on_arrival)
-        self._source = SerialSource(
-            parameters.port,
-            parameters.baudrate,
-            clock=lambda: self.get_clock().now().nanoseconds,
-            notify=arrived.trigger,
-            wait_s=parameters.wait_for_port,
-            read_period_s=parameters.read_period,
-        )
-        health = Health(self._pipeline, self._source)
+        # Each port is read in a thread; everything else happens in the executor's.
+        self._arrived = self.create_guard_condition(self._on_arrival)
+        self._sources: list[SerialSource] = []
+        self._open_ports(devices.ports, parameters)
+        health = Health(self._pipeline, self._sources, devices.ports)
         self._diagnostics = DiagnosticsPublisher(
             self,
             lambda: health.report(self.get_clock().now().nanoseconds),
-            hardware_id=parameters.port,
+            hardware_id=", ".join(port.name for port in devices.ports),
         )
 
+    def _open_ports(self, ports: Sequence[PortConfig], parameters: ImuBridgeParameters) -> None:
+        try:
+            for index, port in enumerate(ports):
+                self._sources.append(
+                    SerialSource(
+                        port.name,
+                        port.baudrate,
+                        clock=lambda: self.get_clock().now().nanoseconds,
+                        notify=self._arrived.trigger,
+                        wait_s=parameters.wait_for_port,
+                        read_period_s=parameters.read_period,
+                        index=index,
+                    )
+                )
+        except InputError:
+            self._close_ports()
+            raise
+
+    def _close_ports(self) -> None:
+        for source in self._sources:
+            source.close()
+
     def destroy_node(self) -> None:
-        """Close the port, then the node."""
-        if hasattr(self, "_source"):
-            self._source.close()
+        """Close the ports, then the node."""
+        if hasattr(self, "_sources"):
+            self._close_ports()
         super().destroy_node()
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
@@ -83,7 +95,8 @@ class ImuBridge(Node):
         )
 
     def _on_arrival(self) -> None:
-        self._publish(self._pipeline.process(self._source.take()))
+        chunks = [chunk for source in self._sources for chunk in source.take()]
+        self._publish(self._pipeline.process(chunks))
 
     def _publish(self, batch: ImuBatch) -> None:
         has_field = ~np.isnan(batch.raw_magnetic_field[:, 0])
@@ -94,6 +107,7 @@ class ImuBridge(Node):
         rates = batch.angular_velocity.tolist()
         accelerations = batch.acceleration.tolist()
         orientations = batch.orientation.tolist()
+        heading_stddevs = batch.heading_stddev.tolist()
         for row, node in enumerate(batch.node.tolist()):
             messages, stamp_ns = self._messages[node], batch.stamp_ns[row]
             self._raw[node].publish(messages.raw(stamp_ns, raw_rates[row], raw_accelerations[row]))
@@ -106,7 +120,7 @@ class ImuBridge(Node):
                         rates[row],
                         accelerations[row],
                         orientations[row],
-                        bool(batch.has_heading[row]),
+                        heading_stddevs[row],
                     )
                 )
 

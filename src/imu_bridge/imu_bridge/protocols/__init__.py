@@ -1,1 +1,43 @@
-"""How IMUs talk: one small file a protocol, all of them pure."""
+"""How IMUs talk: one small file a protocol, all of them pure.
+
+A new device is a file with a :class:`~imu_bridge.protocols.reading.Parser` and a line in
+:data:`PROTOCOLS`.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from imu_bridge.protocols.reading import Parser
+from imu_bridge.protocols.star import StarParser
+from imu_bridge.protocols.text import TextParser, line_format
+from imu_bridge.protocols.witmotion import WitMotionParser
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProtocolEntry:
+    """What the bridge must know of a protocol beside its parser.
+
+    Attributes:
+        make_parser: The parser from a port's options in the nodes file.
+        baudrates: Speeds that such devices are found at [bit/s], likeliest first.
+        options: Names of the options that it takes.
+    """
+
+    make_parser: Callable[[Mapping[str, Any]], Parser]
+    baudrates: tuple[int, ...]
+    options: tuple[str, ...] = ()
+
+
+PROTOCOLS: dict[str, ProtocolEntry] = {
+    "star": ProtocolEntry(make_parser=lambda _: StarParser(), baudrates=(921600, 460800, 115200)),
+    "witmotion": ProtocolEntry(
+        make_parser=lambda _: WitMotionParser(), baudrates=(115200, 9600, 921600, 230400)
+    ),
+    "text": ProtocolEntry(
+        make_parser=lambda options: TextParser(line_format(options)),
+        baudrates=(115200, 57600, 9600, 38400),
+        options=("fields", "units", "prefix"),
+    ),
+}
+"""By the name that the nodes file uses."""

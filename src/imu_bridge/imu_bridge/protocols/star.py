@@ -31,14 +31,15 @@ A later version may append to a payload: a longer payload of a known kind is rea
 Frames of an unknown kind are skipped whole, and counted.
 """
 
+import math
 import struct
 from binascii import crc_hqx
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from imu_bridge.protocols.reading import STANDARD_GRAVITY, Reading
 from pose_common.counters import Counters
 
 SYNC = b"\xa5\x5a"
@@ -47,18 +48,17 @@ MAX_PAYLOAD_BYTES = 64
 SEQUENCE_MODULUS = 1 << 16
 CLOCK_MODULUS_US = 1 << 32
 
-STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
 FULL_SCALE_COUNTS = 32768  # [-] an i16 spans one range to each side
 ACCELEROMETER_RANGES_G = (2.0, 4.0, 8.0, 16.0)  # [g] by range code, MPU-9150
 GYROSCOPE_RANGES_DPS = (250.0, 500.0, 1000.0, 2000.0)  # [deg/s] by range code, MPU-9150
 MAGNETOMETER_LSB_UT = (0.3, 0.15, 0.6, 0.0625)  # [uT] / count by range code; 0 is the MPU-9150
 
-ACCELEROMETER_LSB = np.array(ACCELEROMETER_RANGES_G) * STANDARD_GRAVITY / FULL_SCALE_COUNTS
-"""[m/s^2] / count by range code, shape (4,)."""
-GYROSCOPE_LSB = np.radians(GYROSCOPE_RANGES_DPS) / FULL_SCALE_COUNTS
-"""[rad/s] / count by range code, shape (4,)."""
-MAGNETOMETER_LSB = np.array(MAGNETOMETER_LSB_UT) * 1e-6
-"""[T] / count by range code, shape (4,)."""
+ACCELEROMETER_LSB = tuple(g * STANDARD_GRAVITY / FULL_SCALE_COUNTS for g in ACCELEROMETER_RANGES_G)
+"""[m/s^2] / count by range code."""
+GYROSCOPE_LSB = tuple(math.radians(dps) / FULL_SCALE_COUNTS for dps in GYROSCOPE_RANGES_DPS)
+"""[rad/s] / count by range code."""
+MAGNETOMETER_LSB = tuple(ut * 1e-6 for ut in MAGNETOMETER_LSB_UT)
+"""[T] / count by range code."""
 
 _PREFIX_BYTES = 3  # sync and length
 _CRC_BYTES = 2
@@ -86,21 +86,6 @@ class RawSample:
     accelerometer_range: int = 0
     gyroscope_range: int = 0
     magnetometer_range: int = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class SiSamples:
-    """Samples in SI units, each in the axes of its own sensor.
-
-    Attributes:
-        acceleration: Specific force [m/s^2], shape (n, 3); +g upwards when at rest.
-        angular_velocity: [rad/s], shape (n, 3).
-        magnetic_field: [T], shape (n, 3); NaN where the sample carries no valid one.
-    """
-
-    acceleration: NDArray[np.float64]
-    angular_velocity: NDArray[np.float64]
-    magnetic_field: NDArray[np.float64]
 
 
 def encode(sample: RawSample) -> bytes:
@@ -153,29 +138,44 @@ def quantise(values: ArrayLike, lsb: float) -> NDArray[np.int16]:
     return np.clip(counts, -FULL_SCALE_COUNTS, FULL_SCALE_COUNTS - 1).astype(np.int16)
 
 
-def to_si(samples: Sequence[RawSample]) -> SiSamples:
-    """Convert the counts of n samples (of any nodes) at once."""
-
-    def scaled(counts: list[Counts3], lsb: NDArray[np.float64], codes: list[int]) -> NDArray:
-        return np.array(counts, dtype=float).reshape(-1, 3) * lsb[codes][:, None]
-
-    magnetic_field = scaled(
-        [s.magnetometer for s in samples],
-        MAGNETOMETER_LSB,
-        [s.magnetometer_range for s in samples],
+def reading(sample: RawSample) -> Reading:
+    """The sample in SI units."""
+    acceleration = ACCELEROMETER_LSB[sample.accelerometer_range]
+    rate = GYROSCOPE_LSB[sample.gyroscope_range]
+    ax, ay, az = sample.accelerometer
+    gx, gy, gz = sample.gyroscope
+    field = None
+    if sample.magnetometer_valid:
+        tesla = MAGNETOMETER_LSB[sample.magnetometer_range]
+        mx, my, mz = sample.magnetometer
+        field = (mx * tesla, my * tesla, mz * tesla)
+    inertial = (ax, ay, az, gx, gy, gz)
+    return Reading(
+        angular_velocity=(gx * rate, gy * rate, gz * rate),
+        acceleration=(ax * acceleration, ay * acceleration, az * acceleration),
+        magnetic_field=field,
+        node_id=sample.node_id,
+        sequence=sample.sequence,
+        clock_us=sample.clock_us,
+        saturated=min(inertial) == -FULL_SCALE_COUNTS or max(inertial) == FULL_SCALE_COUNTS - 1,
     )
-    magnetic_field[[not s.magnetometer_valid for s in samples]] = np.nan
-    return SiSamples(
-        acceleration=scaled(
-            [s.accelerometer for s in samples],
-            ACCELEROMETER_LSB,
-            [s.accelerometer_range for s in samples],
-        ),
-        angular_velocity=scaled(
-            [s.gyroscope for s in samples], GYROSCOPE_LSB, [s.gyroscope_range for s in samples]
-        ),
-        magnetic_field=magnetic_field,
-    )
+
+
+class StarParser:
+    """A :class:`Parser` of the star network's frames."""
+
+    def __init__(self) -> None:
+        self._decoder = Decoder()
+        self.counters = self._decoder.counters
+        self.clock_modulus_us = CLOCK_MODULUS_US
+
+    def parse(self, data: bytes) -> list[Reading]:
+        """See :class:`Parser`."""
+        return [reading(sample) for sample in self._decoder.feed(data)]
+
+    def finish(self) -> list[Reading]:
+        """See :class:`Parser`."""
+        return [reading(sample) for sample in self._decoder.flush()]
 
 
 class Decoder:

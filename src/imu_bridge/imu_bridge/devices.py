@@ -1,0 +1,125 @@
+"""The nodes file: which sensors there are, on which ports, in which language, on which segments."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from imu_bridge.protocols import PROTOCOLS
+from imu_bridge.protocols.reading import Parser
+from imu_bridge.segments import (
+    NODE_KEYS,
+    ImuNode,
+    UniqueKeyLoader,
+    mapping,
+    node_of,
+    nodes_of,
+    refuse_double_segments,
+)
+from pose_common.errors import InputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class PortConfig:
+    """One port.
+
+    Attributes:
+        name: Device path or pyserial URL.
+        protocol: Of :data:`imu_bridge.protocols.PROTOCOLS`.
+        baudrate: [bit/s].
+        options: What the protocol wants to know.
+    """
+
+    name: str
+    protocol: str = "star"
+    baudrate: int = 921600
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    def make_parser(self) -> Parser:
+        """A fresh parser of what comes from this port."""
+        return PROTOCOLS[self.protocol].make_parser(self.options)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Devices:
+    """All ports, and all nodes on them."""
+
+    ports: tuple[PortConfig, ...]
+    nodes: tuple[ImuNode, ...]
+
+
+def read_devices(path: Path, sink: PortConfig) -> Devices:
+    """Read a nodes file.
+
+    Args:
+        path: The file.
+        sink: The port of the star network, whose nodes the file's top level names.
+
+    Raises:
+        InputError: If the file cannot be read or says something that makes no sense.
+    """
+    try:
+        document = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeyLoader)
+    except OSError as error:
+        raise InputError(f"cannot read the nodes file {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(f"{path} is not YAML: {reason}") from error
+    try:
+        return parse_devices(document, sink)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+
+
+def parse_devices(document: Any, sink: PortConfig) -> Devices:
+    """The devices from a nodes file's content, see :func:`read_devices`."""
+    top = mapping(document, "the file", {"nodes", "ports"})
+    ports: list[PortConfig] = []
+    nodes: list[ImuNode] = []
+    if "nodes" in top or "ports" not in top:
+        ports.append(sink)
+        nodes += nodes_of(top.get("nodes"), 0)
+    if "ports" in top:
+        entries = top["ports"]
+        if not isinstance(entries, Mapping) or not entries:
+            raise InputError("expected a mapping 'ports' of device to protocol and segment")
+        for name, entry in entries.items():
+            nodes += _port_nodes(str(name), entry, len(ports))
+            ports.append(_port(str(name), entry))
+    names = [port.name for port in ports]
+    if len(set(names)) < len(names):
+        raise InputError(f"port '{sink.name}' is that of the star network too: name it once")
+    refuse_double_segments(nodes, names)
+    return Devices(ports=tuple(ports), nodes=tuple(nodes))
+
+
+def _port(name: str, entry: Mapping[str, Any]) -> PortConfig:
+    protocol = entry["protocol"]
+    known = PROTOCOLS[protocol]
+    baudrate = entry.get("baudrate", known.baudrates[0])
+    if type(baudrate) is not int or baudrate <= 0:
+        raise InputError(f"{name}: baudrate = {baudrate!r} is not a whole number of bit/s")
+    options = {key: entry[key] for key in known.options if key in entry}
+    config = PortConfig(name=name, protocol=protocol, baudrate=baudrate, options=options)
+    try:
+        config.make_parser()
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error
+    return config
+
+
+def _port_nodes(name: str, entry: Any, port: int) -> list[ImuNode]:
+    """The nodes of a port: by id, or the one whose segment the port's entry names."""
+    protocol = entry.get("protocol") if isinstance(entry, Mapping) else None
+    if protocol not in PROTOCOLS:
+        raise InputError(f"{name}: protocol {protocol!r} is not one of {', '.join(PROTOCOLS)}")
+    keys = {"protocol", "baudrate", "nodes", *NODE_KEYS, *PROTOCOLS[protocol].options}
+    mapping(entry, name, keys)
+    try:
+        if "nodes" in entry:
+            return nodes_of(entry["nodes"], port)
+        return [node_of(0, {key: entry[key] for key in NODE_KEYS if key in entry}, port)]
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from error

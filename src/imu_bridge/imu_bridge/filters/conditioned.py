@@ -1,0 +1,89 @@
+"""What plain filters leave to others: the bias from rests, and a look at the magnetic field."""
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imu_bridge.filters.gyro_bias import RestBiasEstimator
+from imu_bridge.filters.heading import HeadingUncertainty
+from imu_bridge.filters.magnetic_field import FieldCheck
+from imu_bridge.filters.orientation_filter import (
+    FilterSettings,
+    FloatArray,
+    IndexArray,
+    SampleRound,
+)
+from imu_bridge.filters.quaternions import rotate
+
+
+class ConditionedFilter(ABC):
+    """An :class:`OrientationFilter` that hands a plain filter only what it can use.
+
+    Args:
+        count: The number n of sensors.
+        settings: What the user tunes.
+    """
+
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self._mode = settings.magnetometer
+        self._bias = RestBiasEstimator(count, settings.bias_window_s)
+        self._field = FieldCheck(count)
+        self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
+        self.bias = self._bias.bias
+        self.rests = self._bias.rests
+        self.heading_stddev = self._heading.stddev
+        self._orientation: FloatArray = np.full((count, 4), np.nan)
+
+    def reset(self, index: int) -> None:
+        """See :class:`OrientationFilter`."""
+        self._bias.restart(index)
+        self._field.reset(index)
+        self._heading.reset(index)
+        self._orientation[index] = np.nan
+        self._forget(index)
+
+    def update(self, samples: SampleRound) -> FloatArray:
+        """See :class:`OrientationFilter`."""
+        index, dt = samples.index, samples.dt
+        self._bias.update(index, dt, samples.angular_velocity, samples.acceleration)
+        rate = samples.angular_velocity - self.bias[index]
+        field = self._believed(samples, rate)
+        q = self._advance(index, dt, rate, samples.acceleration, field)
+        self._orientation[index] = q
+        corrected = ~np.isnan(field[:, 0]) & ~np.isnan(q[:, 3])
+        self._heading.update(index, dt, corrected)
+        return q
+
+    def _believed(self, samples: SampleRound, rate: FloatArray) -> FloatArray:
+        """The magnetic fields that shall be used, NaN elsewhere."""
+        field = samples.magnetic_field
+        if self._mode == "off":
+            return np.full_like(field, np.nan)
+        if self._mode == "on":
+            return field
+        index = samples.index
+        q = self._orientation[index]
+        fresh = np.isnan(q[:, 3])
+        believed = self._field.update(
+            index, samples.dt, rotate(q, field), np.linalg.norm(rate, axis=1)
+        )
+        believed |= fresh
+        self.rejected[index] += ~believed & ~np.isnan(field[:, 0])
+        return np.where(believed[:, None], field, np.nan)
+
+    @abstractmethod
+    def _forget(self, index: int) -> None:
+        """Begin one sensor anew."""
+
+    @abstractmethod
+    def _advance(
+        self,
+        index: IndexArray,
+        dt: FloatArray,
+        rate: FloatArray,
+        acceleration: FloatArray,
+        field: FloatArray,
+    ) -> FloatArray:
+        """One step of the plain filter, arrays as in :class:`SampleRound`; the orientations."""

@@ -1,0 +1,35 @@
+"""No filter: the orientation that the sensor itself sends."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from imu_bridge.filters.orientation_filter import (
+    UNKNOWN_HEADING,
+    FilterSettings,
+    FloatArray,
+    SampleRound,
+)
+
+
+class DeviceOrientation:
+    """An :class:`OrientationFilter` that believes the device.
+
+    What its heading means, and how well it knows it, devices do not say: it counts as unknown.
+
+    Args:
+        count: The number n of sensors.
+        settings: Nothing of it matters here.
+    """
+
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        self.bias: FloatArray = np.zeros((count, 3))
+        self.rests: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self.heading_stddev: FloatArray = np.full(count, UNKNOWN_HEADING)
+
+    def reset(self, index: int) -> None:
+        """There is nothing to forget."""
+
+    def update(self, samples: SampleRound) -> FloatArray:
+        """See :class:`OrientationFilter`."""
+        return samples.device_orientation

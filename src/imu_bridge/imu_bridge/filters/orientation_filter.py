@@ -1,0 +1,77 @@
+"""What every orientation filter takes and gives."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+MAGNETOMETER_MODES = ("auto", "on", "off")
+"""``auto``: only where the field looks like the earth's; ``on``: always; ``off``: never."""
+UNKNOWN_HEADING = np.pi  # [rad] standard deviation that says: any heading
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterSettings:
+    """What the user tunes; each filter takes what concerns it."""
+
+    magnetometer: str = "auto"  # one of MAGNETOMETER_MODES
+    beta: float = 0.1  # [rad/s] Madgwick's gain
+    gain: float = 0.1  # [-] of imufusion
+    acceleration_tau_s: float = 1.5  # [s] VQF's low-pass on the acceleration
+    magnetometer_tau_s: float = 10.0  # [s] VQF's time constant of the heading
+    bias_window_s: float = 2.0  # [s] of rest that give the gyroscope's bias; 0: none is estimated
+    heading_stddev: float = 0.08  # [rad] of a heading that a good field corrects
+    heading_drift: float = 0.002  # [rad/s] by which it worsens without
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleRound:
+    """One sample each of k different sensors.
+
+    Attributes:
+        index: Which sensors, shape (k,), without repetition.
+        dt: Time since each one's previous sample [s], shape (k,); 0 for its first.
+        angular_velocity: [rad/s] in sensor axes, finite, shape (k, 3).
+        acceleration: Specific force [m/s^2], shape (k, 3); zero says nothing.
+        magnetic_field: [T], shape (k, 3); NaN where there is no new one.
+        device_orientation: The sensors' own (x, y, z, w), shape (k, 4); NaN where they give none.
+    """
+
+    index: IndexArray
+    dt: FloatArray
+    angular_velocity: FloatArray
+    acceleration: FloatArray
+    magnetic_field: FloatArray
+    device_orientation: FloatArray
+
+
+class OrientationFilter(Protocol):
+    """Orientations of n sensors, each advanced by its own samples.
+
+    Attributes:
+        bias: The gyroscopes' estimated bias [rad/s], shape (n, 3).
+        rests: Rests that went into it so far, shape (n,).
+        heading_stddev: [rad], shape (n,); :data:`UNKNOWN_HEADING` where only z up is known.
+        rejected: Magnetometer samples that were not believed, shape (n,).
+    """
+
+    bias: FloatArray
+    rests: NDArray[np.int64]
+    heading_stddev: FloatArray
+    rejected: NDArray[np.int64]
+
+    def reset(self, index: int) -> None:
+        """Forget one sensor's orientation; its next sample initialises it anew."""
+
+    def update(self, samples: SampleRound) -> FloatArray:
+        """Advance k sensors by one sample each.
+
+        Returns:
+            ``R_world_sensor`` of each as (x, y, z, w), shape (k, 4); NaN before the first usable
+            acceleration. World: z up; y magnetic north where the heading is known.
+        """

@@ -1,0 +1,153 @@
+"""VQF: orientation with bias estimation at rest and in motion, and disturbance rejection.
+
+The library's C++ code runs a filter a sensor; this adapts it to sensors whose rate nobody has
+declared and whose samples may get lost.
+
+References:
+    Laidig, Seel (2023), Information Fusion 91, doi:10.1016/j.inffus.2022.10.014.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from vqf import VQF
+
+from imu_bridge.filters.heading import HeadingUncertainty
+from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
+
+FIRST_PERIOD_S = 0.01  # [s] of a sensor that has sent one sample
+PERIOD_TOLERANCE = 0.05  # [-] difference of a sensor's period from the filter's that is let be
+REPLAYS = (2, 4, 8, 16)  # [-] counts of samples after which the period is looked at again
+GRAVITY_MIN = 1e-3  # [m/s^2] less is no acceleration but a missing one
+
+Sample = tuple[float, FloatArray, FloatArray, FloatArray | None]
+
+
+@dataclass(kw_only=True)
+class _Sensor:
+    """One sensor's filter, and its first samples until its period is known."""
+
+    vqf: Any
+    period_s: float
+    first: list[Sample] = field(default_factory=list)
+    rate_before: FloatArray = field(default_factory=lambda: np.zeros(3))
+    was_resting: bool = False
+
+
+class VqfOrientation:
+    """An :class:`OrientationFilter`, one VQF a sensor.
+
+    Args:
+        count: The number n of sensors.
+        settings: What the user tunes.
+    """
+
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        self.bias: FloatArray = np.zeros((count, 3))
+        self.rests: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
+        self._settings = settings
+        self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
+        self.heading_stddev = self._heading.stddev
+        self._sensors: list[_Sensor | None] = [None] * count
+        self._verified: NDArray[np.bool_] = np.zeros(count, dtype=bool)
+
+    def reset(self, index: int) -> None:
+        """See :class:`OrientationFilter`."""
+        self._sensors[index] = None
+        self._verified[index] = False
+        self._heading.reset(index)
+
+    def update(self, samples: SampleRound) -> FloatArray:
+        """See :class:`OrientationFilter`."""
+        orientation = np.full((len(samples.index), 4), np.nan)
+        corrected = np.zeros(len(samples.index), dtype=bool)
+        has_field = ~np.isnan(samples.magnetic_field[:, 0])
+        if self._settings.magnetometer == "off":
+            has_field[:] = False
+        # The library filters one sensor at a time.
+        for row, (i, dt) in enumerate(
+            zip(samples.index.tolist(), samples.dt.tolist(), strict=True)
+        ):
+            magnetic = samples.magnetic_field[row] if has_field[row] else None
+            sample = (dt, samples.angular_velocity[row], samples.acceleration[row], magnetic)
+            sensor = self._sensors[i]
+            if sensor is None:
+                if np.abs(sample[2]).max() < GRAVITY_MIN:
+                    continue
+                sensor = self._sensors[i] = self._begin(i, FIRST_PERIOD_S, [])
+            sensor = self._advance(i, sensor, sample)
+            orientation[row] = sensor.vqf.getQuat9D()
+            corrected[row] = has_field[row] and self._believes(i, sensor)
+        self._heading.update(samples.index, samples.dt, corrected)
+        return orientation[:, [1, 2, 3, 0]]
+
+    def _advance(self, i: int, sensor: _Sensor, sample: Sample) -> _Sensor:
+        """Give a sensor's filter a sample; the sensor, anew if its period was another."""
+        if len(sensor.first) < REPLAYS[-1]:
+            sensor.first.append(sample)
+            if len(sensor.first) in REPLAYS:
+                period_s = float(np.median([dt for dt, *_ in sensor.first[1:]]))
+                if abs(period_s / sensor.period_s - 1.0) > PERIOD_TOLERANCE and period_s > 0.0:
+                    sensor = self._sensors[i] = self._begin(i, period_s, sensor.first)
+                    return sensor
+        _feed(sensor, sample)
+        self._look(i, sensor)
+        return sensor
+
+    def _begin(self, i: int, period_s: float, first: list[Sample]) -> _Sensor:
+        s = self._settings
+        vqf = VQF(
+            period_s,
+            tauAcc=s.acceleration_tau_s,
+            tauMag=s.magnetometer_tau_s,
+            magDistRejectionEnabled=s.magnetometer == "auto",
+            motionBiasEstEnabled=s.bias_window_s > 0.0,
+            restBiasEstEnabled=s.bias_window_s > 0.0,
+            restMinT=s.bias_window_s if s.bias_window_s > 0.0 else 1.5,
+        )
+        vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), -1.0)  # outlives a reset
+        sensor = _Sensor(vqf=vqf, period_s=period_s, first=first)
+        for sample in first:
+            _feed(sensor, sample)
+        return sensor
+
+    def _look(self, i: int, sensor: _Sensor) -> None:
+        """Take over what the filter has found out."""
+        if self._settings.bias_window_s <= 0.0:
+            return
+        self.bias[i] = sensor.vqf.getBiasEstimate()[0]
+        resting = bool(sensor.vqf.getRestDetected())
+        self.rests[i] += resting and not sensor.was_resting
+        sensor.was_resting = resting
+
+    def _believes(self, i: int, sensor: _Sensor) -> bool:
+        """Whether the filter corrects the heading by the magnetic field now."""
+        if self._settings.magnetometer == "on":
+            return True
+        disturbed = bool(sensor.vqf.getMagDistDetected())
+        self._verified[i] |= not disturbed
+        # Before VQF has verified a field it follows whatever there is.
+        rejects = disturbed and bool(self._verified[i])
+        self.rejected[i] += rejects
+        return not rejects
+
+
+def _feed(sensor: _Sensor, sample: Sample) -> None:
+    """One sample, whose turn the filter shall integrate over its true time step."""
+    dt, rate, acceleration, magnetic = sample
+    steps = max(1, round(dt / sensor.period_s))
+    if dt > 0.0:
+        scale = dt / (steps * sensor.period_s)
+        for k in range(1, steps):  # samples that were lost: between the last rate and this one
+            between = sensor.rate_before + (rate - sensor.rate_before) * (k / steps)
+            sensor.vqf.updateGyr(np.ascontiguousarray(between * scale))
+        sensor.rate_before = rate
+        rate = rate * scale
+    sensor.vqf.update(
+        np.ascontiguousarray(rate),
+        np.ascontiguousarray(acceleration),
+        None if magnetic is None else np.ascontiguousarray(magnetic),
+    )

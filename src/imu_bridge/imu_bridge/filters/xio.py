@@ -1,0 +1,64 @@
+"""imufusion: the revised complementary filter of Madgwick's thesis, by x-io Technologies.
+
+References:
+    Madgwick (2014), PhD thesis, University of Bristol, chapter 7.
+    x-io Technologies, Fusion, https://github.com/xioTechnologies/Fusion.
+"""
+
+import imufusion
+import numpy as np
+
+from imu_bridge.filters.conditioned import ConditionedFilter
+from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, IndexArray
+from imu_bridge.filters.quaternions import multiply
+from imu_bridge.protocols.reading import STANDARD_GRAVITY
+
+# imufusion's "north, west, up" has x north: a quarter turn from our x east, y north.
+R_ENU_NWU = np.array([[0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]])
+
+
+class XioOrientation(ConditionedFilter):
+    """An :class:`OrientationFilter`, one imufusion filter a sensor.
+
+    Its own rejections are off: they would reject what :class:`ConditionedFilter` has judged.
+    """
+
+    def __init__(self, count: int, settings: FilterSettings) -> None:
+        super().__init__(count, settings)
+        self._gain = settings.gain
+        self._filters = [self._begin() for _ in range(count)]
+
+    def _begin(self) -> imufusion.Ahrs:
+        ahrs = imufusion.Ahrs()
+        ahrs.set_settings(
+            imufusion.AhrsSettings(convention=imufusion.CONVENTION_NWU, gain=self._gain)
+        )
+        return ahrs
+
+    def _forget(self, index: int) -> None:
+        self._filters[index] = self._begin()
+
+    def _advance(
+        self,
+        index: IndexArray,
+        dt: FloatArray,
+        rate: FloatArray,
+        acceleration: FloatArray,
+        field: FloatArray,
+    ) -> FloatArray:
+        degrees, g = np.degrees(rate), acceleration / STANDARD_GRAVITY
+        has_field = ~np.isnan(field[:, 0])
+        usable = np.abs(g).max(axis=1, initial=0.0) > 0.0
+        orientation = np.full((len(index), 4), np.nan)
+        # The library filters one sensor at a time.
+        for row, i in enumerate(index.tolist()):
+            if not usable[row] and np.isnan(self._orientation[i, 3]):
+                continue
+            ahrs = self._filters[i]
+            ahrs.set_sample_period(dt[row])
+            if has_field[row]:
+                ahrs.update(degrees[row], g[row], field[row] * 1e6)
+            else:
+                ahrs.update_no_magnetometer(degrees[row], g[row])
+            orientation[row] = ahrs.get_quaternion()
+        return multiply(np.broadcast_to(R_ENU_NWU, orientation.shape), orientation[:, [1, 2, 3, 0]])
