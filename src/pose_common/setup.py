@@ -16,5 +16,5 @@ setup(
     zip_safe=True,
     description="What every package of pose fusion shares",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["up = pose_common.launcher.up:main"]},
+    entry_points={"console_scripts": ["up = pose_common.entry:start.pose_common.launcher.up"]},
 )

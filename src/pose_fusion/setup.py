@@ -16,6 +16,8 @@ setup(
         (f"share/{package_name}", ["package.xml", "README.md"]),
         (f"share/{package_name}/config", glob("config/*.yaml")),
         (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
+        (f"share/{package_name}/rviz", glob("rviz/*.rviz")),
+        (f"share/{package_name}/foxglove", glob("foxglove/*.json")),
     ],
     install_requires=["setuptools"],
     zip_safe=True,
@@ -23,13 +25,14 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "calibration = pose_fusion.nodes.calibration:main",
-            "fusion = pose_fusion.nodes.fusion:main",
-            "player = pose_fusion.nodes.player:main",
-            "recorder = pose_fusion.nodes.recorder:main",
-            "calibrate = pose_fusion.tools.calibrate:main",
-            "demo = pose_fusion.tools.demo:main",
-            "fuse = pose_fusion.tools.fuse:main",
+            "calibration = pose_common.entry:start.pose_fusion.nodes.calibration",
+            "fusion = pose_common.entry:start.pose_fusion.nodes.fusion",
+            "player = pose_common.entry:start.pose_fusion.nodes.player",
+            "recorder = pose_common.entry:start.pose_fusion.nodes.recorder",
+            "calibrate = pose_common.entry:start.pose_fusion.tools.calibrate",
+            "demo = pose_common.entry:start.pose_fusion.tools.demo",
+            "export = pose_common.entry:start.pose_fusion.tools.export",
+            "fuse = pose_common.entry:start.pose_fusion.tools.fuse",
         ]
     },
 )

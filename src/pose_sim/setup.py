@@ -21,9 +21,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "compare_noise = pose_sim.tools.compare_noise:main",
-            "generate = pose_sim.tools.generate:main",
-            "imu_device = pose_sim.tools.imu_device:main",
+            "compare_noise = pose_common.entry:start.pose_sim.tools.compare_noise",
+            "generate = pose_common.entry:start.pose_sim.tools.generate",
+            "imu_device = pose_common.entry:start.pose_sim.tools.imu_device",
         ]
     },
 )

@@ -22,8 +22,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "report = pose_view.tools.report:main",
-            "view = pose_view.tools.view:main",
+            "report = pose_common.entry:start.pose_view.tools.report",
+            "view = pose_common.entry:start.pose_view.tools.view",
         ]
     },
 )

@@ -93,13 +93,60 @@ def test_children_heed_ctrl_c_though_the_launcher_was_started_in_the_background(
     assert process.output.count("interrupted once") == 2
 
 
-def test_one_that_dies_is_said_and_the_others_go_on(up):
+def test_one_that_fails_at_its_start_is_said_at_once_and_stops_the_others(up, start_process):
     process = up(
         """\
         launch:
         - executable: {{cmd: "{waiting}", name: one}}
         - executable: {{cmd: "{dying}", name: two}}
         """,
+        scripts={"waiting": WAITING, "dying": "import sys; print('error: no'); sys.exit(3)"},
+    )
+
+    assert process.wait() == 1
+    assert "[up] two has died (exit code 3) at its start: error: no\n" in process.output
+    assert "or let them run with --keep-going" in process.output
+    assert "failed: two (exit code 3)" in process.output
+    assert start_process.living() == []
+
+
+def test_one_that_is_not_there_stops_the_others(up):
+    process = up(
+        """\
+        launch:
+        - executable: {{cmd: "{waiting}", name: one}}
+        - executable: {{cmd: "no_such_program_anywhere", name: two}}
+        """,
+        scripts={"waiting": WAITING},
+    )
+
+    assert process.wait() == 1
+    assert "two cannot start: " in process.output
+
+
+def test_one_that_ends_well_at_once_leaves_the_others_alone(up):
+    process = up(
+        """\
+        launch:
+        - executable: {{cmd: "{waiting}", name: one}}
+        - executable: {{cmd: "{done}", name: two}}
+        """,
+        scripts={"waiting": WAITING, "done": ""},
+    )
+
+    process.wait_for_output(r"\[up\] two has finished")
+    process.wait_for_output(r"\[one\] ready")
+    assert process.stop() == 0
+
+
+def test_one_that_dies_is_said_and_the_others_go_on_if_they_are_told_to(up):
+    process = up(
+        """\
+        launch:
+        - executable: {{cmd: "{waiting}", name: one}}
+        - executable: {{cmd: "{dying}", name: two}}
+        """,
+        "--keep-going",
         scripts={"waiting": WAITING, "dying": "import sys; print('last words'); sys.exit(3)"},
     )
 

@@ -187,6 +187,17 @@ def test_what_is_no_bag_is_refused_in_one_line(tmp_path, typestore, make, messag
     assert "\n" not in str(caught.value)
 
 
+def test_a_bag_that_was_cut_off_says_how_to_mend_it(tmp_path, typestore):
+    with BagWriter(tmp_path / "bag") as bag:
+        for stamp_ns in range(100):
+            bag.write("/skeleton", skeleton(typestore), stamp_ns)
+    file = tmp_path / "bag" / "bag.mcap"
+    file.write_bytes(file.read_bytes()[:-200])
+
+    with pytest.raises(InputError, match=r"copy it again, or mend it with 'mcap recover'"):
+        open_bag(tmp_path / "bag")
+
+
 def test_damage_inside_a_bag_is_one_line_when_it_is_reached(tmp_path, typestore):
     path = damaged(
         tmp_path / "bag", typestore, lambda data: data[:2000] + b"\xff" * 4000 + data[6000:]

@@ -205,7 +205,10 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
         reader = AnyReader([path], default_typestore=typestore or make_typestore())
         reader.open()
     except Exception as error:  # whatever a parser meets in damaged bytes
-        raise InputError(f"{path} is not a readable bag: {_one_line(error)}") from error
+        raise InputError(
+            f"{path} is not a readable bag: {_one_line(error)}: if recording or copying it was cut "
+            "off, copy it again, or mend it with 'mcap recover' or 'ros2 bag reindex'"
+        ) from error
     if reader.message_count == 0:
         reader.close()
         raise InputError(f"{path} is an empty bag: it holds no messages")

@@ -12,13 +12,13 @@ import contextlib
 import os
 import signal
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
 from pose_common.child_process import end_with_parent
+from pose_common.launcher.parameter_folder import parameter_folder
 from pose_common.launcher.processes import Process
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -27,6 +27,7 @@ ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None
 STOPPED = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
 """Exit codes of a process that was told to stop and did."""
 LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
+STARTING_S = 5.0  # [s] what fails sooner has not started
 CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
 COLOURS = (36, 33, 32, 35, 34, 31)
 
@@ -39,6 +40,7 @@ class _Child:
     colour: int
     running: asyncio.subprocess.Process | None = None
     interrupted: bool = False  # Python's own end of a program that Ctrl-C met unprepared
+    last_line: str = ""  # of its output
     failures: list[str] = field(default_factory=list)
 
 
@@ -48,9 +50,17 @@ class Supervisor:
     Args:
         processes: What to run.
         output: Where their output goes, line by line, prefixed with their names.
+        keep_going: Let the others run, whatever fails at its start.
     """
 
-    def __init__(self, processes: Sequence[Process], output: TextIO | None = None) -> None:
+    def __init__(
+        self,
+        processes: Sequence[Process],
+        output: TextIO | None = None,
+        *,
+        keep_going: bool = False,
+    ) -> None:
+        self._keep_going = keep_going
         self._output = sys.stdout if output is None else output
         self._coloured = self._output.isatty()
         self._children = [
@@ -70,8 +80,8 @@ class Supervisor:
         for number in STOP_SIGNALS:
             loop.add_signal_handler(number, self._stop, f"{signal.Signals(number).name}: stopping")
         try:
-            with tempfile.TemporaryDirectory(prefix="pose_up_") as folder:
-                await asyncio.gather(*(self._supervise(c, Path(folder)) for c in self._children))
+            with parameter_folder() as folder:
+                await asyncio.gather(*(self._supervise(c, folder) for c in self._children))
         finally:
             for number in STOP_SIGNALS:
                 loop.remove_signal_handler(number)
@@ -86,7 +96,9 @@ class Supervisor:
 
     async def _supervise(self, child: _Child, folder: Path) -> None:
         process = child.description
+        loop = asyncio.get_running_loop()
         while not self._stopping.is_set():
+            begin_s = loop.time()
             code, was_told = await self._run_once(child, folder)
             failure = f"{process.name} ({_describe(code)})"
             if was_told:
@@ -99,11 +111,15 @@ class Supervisor:
                 with contextlib.suppress(asyncio.TimeoutError):
                     await asyncio.wait_for(self._stopping.wait(), process.respawn_delay_s)
                 continue
-            self._say(f"{process.name} {how}")
+            has_failed_to_start = code != 0 and loop.time() - begin_s < STARTING_S
+            why = f" at its start: {child.last_line}" if has_failed_to_start else ""
+            self._say(f"{process.name} {how}{why}")
             if code != 0:
                 child.failures.append(failure)
             if process.ends_graph:
                 self._stop(f"{process.name} was required: stopping")
+            elif has_failed_to_start and not self._keep_going and not self._stopping.is_set():
+                self._stop("stopping the others: mend that, or let them run with --keep-going")
             return
 
     async def _run_once(self, child: _Child, folder: Path) -> tuple[int, bool]:
@@ -124,7 +140,8 @@ class Supervisor:
                 preexec_fn=end_with_parent(),
             )
         except OSError as error:
-            self._say(f"{process.name} cannot start: {error}")
+            child.last_line = f"cannot start: {error}"
+            self._say(f"{process.name} {child.last_line}")
             return 127, False
         finally:
             os.close(writing)
@@ -187,6 +204,8 @@ class Supervisor:
         self._say(f"already stopping, waiting for {', '.join(waiting) or 'nothing'}")
 
     def _write(self, child: _Child, lines: Sequence[bytes]) -> None:
+        said = [line.decode(errors="replace").strip() for line in lines if line.strip()]
+        child.last_line = said[-1] if said else child.last_line
         prefix = f"[{child.description.name}]".ljust(self._width + 2)
         if self._coloured:
             prefix = f"\033[{child.colour}m{prefix}\033[0m"

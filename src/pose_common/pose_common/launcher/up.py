@@ -9,7 +9,7 @@ from pose_common.command_line import run_tool
 from pose_common.errors import PoseError
 from pose_common.launcher.evaluation import Evaluation, Graph
 from pose_common.launcher.locating import find_launch_file
-from pose_common.launcher.supervising import Supervisor
+from pose_common.launcher.supervising import STARTING_S, Supervisor
 
 DEFAULT_FILE = "capture.launch.yaml"
 
@@ -41,11 +41,11 @@ def up(words: Sequence[str]) -> int:
     for message in graph.messages:
         print(f"[up] {message}", flush=True)
     print(f"[up] starting {', '.join(process.name for process in graph.processes)}", flush=True)
-    return asyncio.run(_run(graph))
+    return asyncio.run(_run(graph, options.keep_going))
 
 
-async def _run(graph: Graph) -> int:
-    return await Supervisor(graph.processes).run()
+async def _run(graph: Graph, keep_going: bool) -> int:
+    return await Supervisor(graph.processes, keep_going=keep_going).run()
 
 
 def _show_arguments(graph: Graph) -> None:
@@ -73,4 +73,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("-s", "--show-args", action="store_true", help="list the file's arguments")
     parser.add_argument("-p", "--print", action="store_true", help="print the commands, run none")
+    parser.add_argument(
+        "-k",
+        "--keep-going",
+        action="store_true",
+        help=f"let the others run if a process fails within its first {STARTING_S:g} s",
+    )
     return parser

@@ -1,0 +1,35 @@
+"""How every executable starts: Ctrl-C ends it quietly even while it still imports.
+
+An entry point of a ``setup.py`` names the module behind ``start``; the module's ``main`` is run::
+
+    "fuse = pose_common.entry:start.pose_fusion.tools.fuse"
+
+Nothing is imported here but what Python has loaded anyway; numpy and ROS take a second.
+"""
+
+import sys
+from importlib import import_module
+
+INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+
+
+class Start:
+    """Calling it imports the module whose dotted name it was reached by, and runs its ``main``."""
+
+    def __init__(self, module: str = "") -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> "Start":
+        if name.startswith("_"):  # what others ask of any object
+            raise AttributeError(name)
+        return Start(f"{self._module}.{name}".lstrip("."))
+
+    def __call__(self) -> None:
+        """Run the module's ``main``."""
+        try:
+            import_module(self._module).main()
+        except KeyboardInterrupt:
+            sys.exit(INTERRUPTED)
+
+
+start = Start()
