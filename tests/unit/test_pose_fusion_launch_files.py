@@ -73,6 +73,17 @@ def test_names_that_look_like_numbers_stay_names():
     assert isinstance(kinect.parameters[-1]["start_at"], str)
 
 
+@pytest.mark.parametrize(
+    ("given", "expected"), [({}, None), ({"estimator": "li2020"}, "li2020")], ids=["not", "given"]
+)
+def test_the_estimator_of_the_params_file_is_overridden_only_if_one_is_given(given, expected):
+    graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
+
+    (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]
+    values = [source for source in fusion.parameters if not isinstance(source, Path)]
+    assert [value.get("estimator") for value in values] == ([expected] if expected else [])
+
+
 def test_both_kinects_start_at_one_time():
     graph = evaluate(installed(SRC / "pose_fusion/launch/sensors.launch.yaml"))
 
