@@ -75,7 +75,7 @@ def test_the_first_half_calibrates_the_second_about_as_well_as_the_second_itself
     best = distances(left, transformed(T_best, right))
 
     assert calibrated.mean() < mean_m
-    assert calibrated.mean() < 1.05 * best.mean()
+    assert calibrated.mean() < 1.15 * best.mean()
     assert calibrated.mean() < 0.55 * distances(left, right).mean()
 
 

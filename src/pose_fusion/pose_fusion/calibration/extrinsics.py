@@ -16,8 +16,9 @@ from pose_fusion.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class PairResiduals:
-    """How well one sensor agrees with the reference, over joints tracked in both."""
+    """How well one sensor agrees with another, over joints tracked in both."""
 
+    partner: str  # the other sensor: the reference, or one nearer to it that sees more in common
     frames: int  # [-] in which both saw the person
     raw_median: float  # [m] distance of a joint in the two views before calibration
     raw_rms: float  # [m]
@@ -26,6 +27,7 @@ class PairResiduals:
     inlier_rms: float  # [m] without the outliers
     inlier_share: Mapping[str, float]  # [-] by joint; joints never tracked in both are left out
     rotation_stddev: float  # [rad] about the least certain axis
+    position_stddev: float  # [m] along the least certain axis
     spread: tuple[float, float, float]  # [m] of the points along their principal axes, RMS
 
     @property
@@ -44,6 +46,9 @@ class Extrinsics:
     residuals: Mapping[str, PairResiduals] = field(default_factory=dict)  # without the reference
     floor: FloorEstimate | None = None  # how T_map_reference was found
     clock_offset_ns: Mapping[str, int] = field(default_factory=dict)  # to subtract from stamps
+    view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
+    axes that turn with the body (x forward, y left, z up)."""
 
     @property
     def sensors(self) -> tuple[str, ...]:

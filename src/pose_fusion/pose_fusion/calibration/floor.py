@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX
+from pose_fusion.calibration.gravity import Gravity
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.streams.samples import FloatArray
 
@@ -75,13 +76,18 @@ class FloorEstimate:
         return float(-np.arcsin(np.clip(self.T_map_reference[2, 2], -1.0, 1.0)))
 
 
-def estimate_floor(positions: FloatArray, mounting: KnownMounting | None = None) -> FloorEstimate:
+def estimate_floor(
+    positions: FloatArray,
+    mounting: KnownMounting | None = None,
+    gravity: Gravity | None = None,
+) -> FloorEstimate:
     """Find ``map`` from skeletons.
 
     Args:
         positions: Joints [m] in the reference sensor's optical frame, shape (..., 15, 3), NaN where
             unknown, in any order. The sensor is taken to stand upright, tilted up to 60 degrees.
         mounting: What is known; it overrides what would be estimated.
+        gravity: The vertical that something else tells; it replaces the body's word.
 
     Raises:
         CalibrationError: If the reference sensor looks straight down or up.
@@ -89,14 +95,14 @@ def estimate_floor(positions: FloatArray, mounting: KnownMounting | None = None)
     mounting = mounting or KnownMounting()
     positions = positions.reshape(-1, *positions.shape[-2:])
     directions = _upright_directions(positions)
-    up, up_stddev, source = _first_guess(directions, mounting)
+    up, up_stddev, source = _first_guess(directions, mounting, gravity)
     feet = positions[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
     sole, slope_stddev, height_stddev, cells = np.nan, up_stddev, np.inf, 0
     standing = _lower_feet(feet, up)
     if len(standing) >= MIN_UPRIGHT_FRAMES:
         up, sole, slope_stddev, height_stddev, cells = _plane(standing, up, up_stddev)
         if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
-            source = FEET
+            source = FEET if gravity is None else f"{gravity.source} and walking feet"
     height, height_stddev = _height(sole, height_stddev, mounting)
     return FloorEstimate(
         T_map_reference=_map_frame(up, height),
@@ -108,10 +114,14 @@ def estimate_floor(positions: FloatArray, mounting: KnownMounting | None = None)
     )
 
 
-def _first_guess(directions: FloatArray, mounting: KnownMounting) -> tuple[FloatArray, float, str]:
+def _first_guess(
+    directions: FloatArray, mounting: KnownMounting, gravity: Gravity | None
+) -> tuple[FloatArray, float, str]:
     if mounting.tilt is not None:
         up = np.array([0.0, -np.cos(mounting.tilt), -np.sin(mounting.tilt)])
         return up, 0.0, KNOWN_MOUNTING
+    if gravity is not None:
+        return gravity.up, gravity.stddev, gravity.source
     if len(directions) < MIN_UPRIGHT_FRAMES:
         return np.array([0.0, -1.0, 0.0]), float(LEVEL_STDDEV), LEVEL_SENSOR
     up = np.median(directions, axis=0)

@@ -18,7 +18,7 @@ class CalibrationParameters:
         60, low=10, high=100_000, doc="frames in which a sensor and the first see the person"
     )
     rotation_stddev: float = parameter(
-        0.0175,
+        0.0262,
         unit="rad",
         low=0.001,
         high=0.2,
