@@ -7,12 +7,14 @@ from itertools import combinations
 import numpy as np
 
 from pose_fusion.body.joint_angles import ANGLES, joint_angles, wrapped
+from pose_fusion.evaluation.angle_series import AngleSeries
 from pose_fusion.evaluation.methods import aligned_frames
 from pose_fusion.evaluation.scores import known_joints, mean_known, rigidly_aligned
 from pose_fusion.evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
 
+COMPARING_RATE = 30.0  # [Hz]
 GAP_S = 0.2  # [s] six frames at 30 Hz: a longer silence counts as a gap
 
 
@@ -119,6 +121,28 @@ def view_agreement(
             name: _rms_deg(wrapped(angles_two[name] - angles_one[name])) for name in ANGLES
         },
     )
+
+
+def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, str], float]:
+    """How far methods differ from one another: RMS difference [deg], mean over the angles.
+
+    Args:
+        angles: Each method's angles by its name, on one clock.
+
+    Returns:
+        By pair of names, both ways, over the time that both cover; NaN where they have none.
+    """
+    begin_ns = min(int(series.stamps_ns[0]) for series in angles.values())
+    end_ns = max(int(series.stamps_ns[-1]) for series in angles.values())
+    grid = np.arange(begin_ns, end_ns + 1, round(1e9 / COMPARING_RATE), dtype=np.int64)
+    on_grid = {name: series.at(grid) for name, series in angles.items()}
+    differences = {}
+    for first, second in combinations(angles, 2):
+        of_angles = [
+            _rms_deg(wrapped(on_grid[first][angle] - on_grid[second][angle])) for angle in ANGLES
+        ]
+        differences[first, second] = differences[second, first] = mean_known(of_angles)
+    return differences
 
 
 def measure_steadiness(series: SkeletonSeries) -> Steadiness:

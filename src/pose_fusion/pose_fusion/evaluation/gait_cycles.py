@@ -23,7 +23,7 @@ LEAST_SWING = 10.0  # [deg] of an angle, below which nothing repeats
 LEAST_PROMINENCE = 0.4  # [-] of the swing, by which a peak stands out
 SHORTEST_S, LONGEST_S = 0.4, 6.0  # [s] of a cycle
 LIKE_LENGTH = 0.3  # [-] by which a cycle may differ from the median length
-LIKE_COURSE = 0.7  # [-] least correlation of a cycle with the mean of all
+LIKE_COURSE = 0.8  # [-] least correlation of a cycle with the mean of all
 LEAST_CYCLES = 3
 PERCENT = np.linspace(0.0, 100.0, 101)  # [%] of the cycle
 LEGS_FIRST = 1.5  # [-] an arm must repeat that much more often to be preferred to a leg
@@ -156,7 +156,14 @@ def _of_like_course(degrees: FloatArray, pairs: list[tuple[int, int]]) -> list[t
         for pair, course in zip(pairs, courses, strict=True)
         if course.std() > 0.0 and np.corrcoef(course, typical)[0, 1] >= LIKE_COURSE
     ]
-    return alike if len(alike) >= LEAST_CYCLES else []
+    return _in_a_row(alike)
+
+
+def _in_a_row(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Those that another one precedes or follows at once: what repeats, repeats in a row."""
+    begins, ends = {begin for begin, _ in pairs}, {end for _, end in pairs}
+    kept = [(begin, end) for begin, end in pairs if begin in ends or end in begins]
+    return kept if len(kept) >= LEAST_CYCLES else []
 
 
 def _course(values: FloatArray, begin: float, end: float) -> FloatArray:

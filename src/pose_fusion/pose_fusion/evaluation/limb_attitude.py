@@ -7,7 +7,6 @@ hangs down; yaw = atan2(d_y, d_x), which says nothing where the limb is nearly u
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import unwrapped
 from pose_fusion.evaluation.stability import BONES
 from pose_fusion.streams.samples import FloatArray
 
@@ -27,7 +26,7 @@ def limb_attitude(positions: FloatArray, limb: str) -> tuple[FloatArray, FloatAr
         limb: One of :data:`LIMBS`.
 
     Returns:
-        Pitch in [−π/2, π/2]; yaw without jumps of 2π, NaN where the limb is steeper than 75°.
+        Pitch in [−π/2, π/2]; yaw in (−π, π], NaN where the limb is steeper than 75°.
     """
     top, end = BONES[limb]
     bone = positions[:, JOINT_INDEX[end]] - positions[:, JOINT_INDEX[top]]
@@ -36,4 +35,4 @@ def limb_attitude(positions: FloatArray, limb: str) -> tuple[FloatArray, FloatAr
         pitch = np.arcsin(np.clip(direction[:, 2], -1.0, 1.0))
         yaw = np.arctan2(direction[:, 1], direction[:, 0])
         yaw = np.where(np.abs(pitch) > STEEP, np.nan, yaw)
-    return pitch, unwrapped(yaw)
+    return pitch, np.asarray(yaw)

@@ -26,7 +26,7 @@ MAX_GAP_S = 0.2  # [s] across a longer silence no line is drawn
 STYLE: Any = {
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "pose",  # the same plot gives the same bytes
-    "font.family": "sans-serif",
+    "font.family": ["DejaVu Sans", "sans-serif"],
     "font.size": 9.5,
     "axes.titlesize": 9.5,
     "axes.spines.top": False,
@@ -39,7 +39,7 @@ STYLE: Any = {
     "grid.linewidth": 0.6,
     "xtick.color": "#444444",
     "ytick.color": "#444444",
-    "path.simplify_threshold": 0.25,
+    "path.simplify_threshold": 0.4,
 }
 # Okabe and Ito (2008), and Tol's muted colours: people with any colour vision tell them apart.
 COLOURS = {
@@ -102,8 +102,9 @@ def svg(figure: Figure, label: str) -> str:
     text = re.sub(r'<svg width="[^"]*" height="[^"]*"|<svg height="[^"]*"', "<svg", text, count=1)
     text = re.sub(rf' id="({GROUP}[^"]*?)(--\d+)?"', r' class="\1"', text)
     # Ids of matplotlib's groups come again in every figure; those of markers and clips are hashes.
-    text = re.sub(r' id="[a-zA-Z.]+_[0-9]+"', "", text)
-    text = re.sub(r' d="[^"]*"', lambda m: _rounded(m[0]), text)
+    text = re.sub(r' id="[\w.]+_[0-9]+"', "", text)
+    text = re.sub(r' transform="rotate\(-0 [^"]*"', "", text)
+    text = re.sub(r' (?:d|x|y)="[^"]*"', lambda m: _shortened(m[0]), text)
     text = re.sub(r"\s*\n\s*", "\n", text)
     return text.replace("<svg", f'<svg role="img" aria-label="{_escaped(label)}"', 1)
 
@@ -112,11 +113,15 @@ def line(
     axes: Axes, name: str, times_s: FloatArray, values: FloatArray, style: dict[str, Any]
 ) -> None:
     """A method's line, broken where nothing is known."""
-    broken = np.flatnonzero(np.diff(times_s) > MAX_GAP_S) + 1
-    times_s = np.insert(times_s, broken, np.nan)
-    values = np.insert(values, broken, np.nan)
+    times_s, values = broken(times_s, values)
     if np.isfinite(values).any():
         axes.plot(times_s, values, gid=group_of(name), **style)
+
+
+def broken(times_s: FloatArray, *columns: FloatArray) -> tuple[FloatArray, ...]:
+    """Times [s] and values over them, with NaN in every longer silence."""
+    silent = np.flatnonzero(np.diff(times_s) > MAX_GAP_S) + 1
+    return tuple(np.insert(values, silent, np.nan) for values in (times_s, *columns))
 
 
 def without_wraps(values: FloatArray, turn: float = 360.0) -> FloatArray:
@@ -127,8 +132,10 @@ def without_wraps(values: FloatArray, turn: float = 360.0) -> FloatArray:
     return result
 
 
-def _rounded(path: str) -> str:
-    return re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.1f}".removesuffix(".0"), path)
+def _shortened(attribute: str) -> str:
+    """Coordinates by tenths of a pixel, without needless blanks."""
+    rounded = re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.1f}".removesuffix(".0"), attribute)
+    return " " + re.sub(r"\s*([MLCQz])\s*", r"\1", rounded.strip())
 
 
 def _escaped(text: str) -> str:

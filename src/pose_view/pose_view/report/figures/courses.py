@@ -4,16 +4,17 @@ Angles are li2020's figures 4 and 5, a joint's x, y, z its figures 3 and 6, pitc
 limbs zhang2015's figures 8 and 9; bone lengths come on top.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.body.joint_angles import ANGLES, wrapped
 from pose_fusion.evaluation.limb_attitude import LIMBS, limb_attitude
 from pose_fusion.evaluation.methods import FUSED, MEAN
 from pose_fusion.evaluation.plots import BONES_SHOWN
 from pose_fusion.evaluation.stability import bone_lengths
+from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
@@ -47,7 +48,7 @@ def angle_figures(analysis: Analysis) -> FigureSet:
             pictures.append(
                 Picture(title=spoken(angle), svg=svg(figure, f"{spoken(angle)} over time"))
             )
-    return FigureSet(caption="Joint angles over time", pictures=pictures)
+    return FigureSet(caption="", pictures=pictures)
 
 
 def joint_figures(analysis: Analysis, joint: str) -> FigureSet:
@@ -65,7 +66,7 @@ def joint_figures(analysis: Analysis, joint: str) -> FigureSet:
             axes.set(xlabel=TIME, ylabel="position [m]", xlim=(0.0, recording.duration_s))
             title = f"{spoken(joint)}: {meaning}"
             pictures.append(Picture(title=title, svg=svg(figure, f"{title}, over time")))
-    return FigureSet(caption=f"Position of the {spoken(joint)} in map", pictures=pictures)
+    return FigureSet(caption="", pictures=pictures)
 
 
 def attitude_sources(analysis: Analysis) -> dict[str, str]:
@@ -90,18 +91,21 @@ def attitude_figures(analysis: Analysis) -> FigureSet:
     pictures = []
     for limb in LIMBS:
         with plot(rows=2, height=1.5 * HEIGHT) as (figure, (above, below)):
+            attitudes = {role: limb_attitude(each.positions, limb) for role, each in shown.items()}
+            middle = _middle([yaw for _, yaw in attitudes.values()])
             for role, series in shown.items():
                 times = seconds(series.stamps_ns, recording.begin_ns)
-                pitch, yaw = limb_attitude(series.positions, limb)
+                pitch, yaw = attitudes[role]
+                yaw = without_wraps(np.degrees(middle + wrapped(yaw - middle)))
                 style = {"color": ROLE_COLOURS[role], "linewidth": 1.2 if role == "fused" else 0.9}
                 line(above, f"role {role}", times, np.degrees(pitch), style)
-                line(below, f"role {role}", times, np.degrees(_near_zero(yaw)), style)
+                line(below, f"role {role}", times, yaw, style)
             above.set(ylabel="pitch [deg]", xlim=(0.0, recording.duration_s))
             below.set(xlabel=TIME, ylabel="yaw [deg]")
             figure.align_ylabels()
             title = spoken(limb)
             pictures.append(Picture(title=title, svg=svg(figure, f"pitch and yaw of {title}")))
-    return FigureSet(caption="Pitch and yaw of the limbs", pictures=pictures)
+    return FigureSet(caption="", pictures=pictures)
 
 
 def bone_figures(analysis: Analysis) -> FigureSet:
@@ -122,8 +126,9 @@ def bone_figures(analysis: Analysis) -> FigureSet:
 
 
 def legend(analysis: Analysis) -> dict[str, str]:
-    """What the methods are called, by name, in the order of the figures."""
-    return {name: spoken_method(name) for name in analysis.angles}
+    """What the methods are called, by name: the reference, then in the order of the tables."""
+    names = sorted(analysis.angles, key=lambda name: name != REFERENCE)
+    return {name: spoken_method(name) for name in names}
 
 
 def _in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:
@@ -135,8 +140,7 @@ def _in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:
     return shown
 
 
-def _near_zero(yaw: np.ndarray) -> np.ndarray:
-    """A yaw [rad] by whole turns nearer to zero, so that all sources lie in one window."""
-    known = yaw[np.isfinite(yaw)]
-    turns = np.round(np.median(known) / (2.0 * np.pi)) if len(known) else 0.0
-    return np.asarray(yaw - 2.0 * np.pi * turns)
+def _middle(yaws: Sequence[FloatArray]) -> float:
+    """The direction [rad] about which all sources' yaws are shown, half a turn to both sides."""
+    known = np.concatenate([yaw[np.isfinite(yaw)] for yaw in yaws]) if yaws else np.zeros(0)
+    return float(np.angle(np.exp(1j * known).mean())) if len(known) else 0.0

@@ -2,7 +2,7 @@
 
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.evaluation.gait_cycles import PERCENT
-from pose_view.report.analysis import Analysis
+from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style, plot, svg
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.tables.table import spoken
@@ -24,7 +24,7 @@ def cycle_figures(analysis: Analysis, side: str) -> FigureSet:
                     curve.mean_deg - curve.sd_deg,
                     curve.mean_deg + curve.sd_deg,
                     color=style["color"],
-                    alpha=0.16,
+                    alpha=0.22 if name in (REFERENCE, analysis.recording.focus) else 0.09,
                     linewidth=0,
                     gid=group_of(name) + "--1",
                 )

@@ -62,7 +62,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     segments = ", ".join(name.replace("_", " ") for name in recording.segments)
     lines.append(("IMUs", f"{len(recording.segments)}: {segments}" if segments else "none"))
     lines.append(("methods", ", ".join(spoken_method(name) for name in recording.methods)))
-    lines.append(("single figures show", spoken_method(recording.focus)))
+    lines.append(("figures of one method show", spoken_method(recording.focus)))
     lines += _reference_facts(analysis)
     return lines
 
@@ -103,7 +103,7 @@ def _methods(analysis: Analysis, parts: Sequence[Section]) -> list[dict[str, obj
     if not any(part.has_methods for part in parts):
         return []
     sensors = analysis.recording.sensors
-    shown = {REFERENCE, MEAN, "joint_kf", "li2020", "default", FUSED, analysis.recording.focus}
+    shown = {REFERENCE, MEAN, "default", "default+imu", FUSED, analysis.recording.focus}
     return [
         {
             "name": text,

@@ -38,6 +38,7 @@ from pose_view.report.tables.steadiness import (
     SOURCE_NAMES,
     bone_table,
     jerk_table,
+    method_table,
     source_table,
     steadiness_table,
     timing_table,
@@ -52,6 +53,7 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
     parts = []
     if compared is not None:
         parts.append(_accuracy(compared))
+    parts.append(_agreement(analysis))
     parts.append(_courses(analysis))
     if compared is not None:
         differences = bland_altman_figures(analysis, compared)
@@ -72,6 +74,11 @@ def _accuracy(compared: Compared) -> Section:
         title="Accuracy",
         blocks=[overview_table(compared.evaluation), *accuracy_tables(compared.evaluation)],
     )
+
+
+def _agreement(analysis: Analysis) -> Section:
+    tables = [*view_tables(analysis.agreement), method_table(analysis.angles)]
+    return Section(anchor="agreement", title="Agreement", blocks=tables)
 
 
 def _courses(analysis: Analysis) -> Section:
@@ -123,7 +130,8 @@ def _uncertainty(analysis: Analysis) -> Section:
         table = coverage_table(analysis.compared.coverage)
         if table is not None:
             blocks.append(table)
-    blocks.append("Dark band: 1 σ, light band: 2 σ; black line: the reference, where there is one.")
+    line = "; black line: the reference" if analysis.compared is not None else ""
+    blocks.append(f"Dark band: 1 σ, light band: 2 σ{line}.")
     blocks.append(uncertainty_figures(analysis, method))
     return Section(anchor="uncertainty", title="Uncertainty", blocks=blocks)
 
@@ -182,11 +190,9 @@ def _joint(analysis: Analysis, joint: str) -> Section:
 
 
 def _steadiness(analysis: Analysis) -> Section:
-    blocks: list[Block] = [*view_tables(analysis.agreement), steadiness_table(analysis.steadiness)]
+    blocks: list[Block] = [steadiness_table(analysis.steadiness)]
     if analysis.recording.estimates:
         blocks.append(timing_table(analysis.recording.estimates))
     blocks += [bone_figures(analysis), bone_table(analysis.steadiness)]
     blocks.append(jerk_table(analysis.steadiness))
-    return Section(
-        anchor="steadiness", title="Agreement and steadiness", blocks=blocks, has_methods=True
-    )
+    return Section(anchor="steadiness", title="Steadiness", blocks=blocks, has_methods=True)

@@ -6,7 +6,13 @@ import numpy as np
 
 from pose_common.joints import JOINTS, SIDES
 from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.agreement import Agreement, Steadiness, ViewAgreement
+from pose_fusion.evaluation.agreement import (
+    Agreement,
+    Steadiness,
+    ViewAgreement,
+    angle_differences_deg,
+)
+from pose_fusion.evaluation.angle_series import AngleSeries
 from pose_fusion.evaluation.scores import mean_known
 from pose_fusion.evaluation.stability import BONES
 from pose_fusion.fusion.estimates import Source
@@ -53,6 +59,25 @@ def view_tables(agreement: Agreement) -> list[Table]:
         note="The best rigid fit to this very data is as near as any calibration can bring them.",
     )
     return [distance, *(_difference_table(view) for view in agreement.views)]
+
+
+def method_table(angles: Mapping[str, AngleSeries]) -> Table:
+    """How far the methods, and the reference, differ from one another."""
+    differences = angle_differences_deg(angles)
+    return Table(
+        caption="Difference of the methods: RMS, mean of 12 angles [deg]",
+        head="method",
+        columns=tuple(spoken_method(name) for name in angles),
+        rows=tuple(
+            number_row(
+                spoken_method(first),
+                [differences.get((first, second), np.nan) for second in angles],
+                1,
+            )
+            for first in angles
+        ),
+        note="Each pair over the time that both cover, as they are: no lag is removed.",
+    )
 
 
 def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:

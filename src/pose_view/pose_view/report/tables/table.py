@@ -83,7 +83,7 @@ def number(value: float, digits: int, *, sign: bool = False) -> str:
     if not math.isfinite(value):
         return UNKNOWN
     rounded = round(value, digits) + 0.0  # no −0.0
-    return f"{rounded:{'+' if sign else ''}.{digits}f}".replace("-", "−")
+    return f"{rounded:{'+' if sign and rounded else ''}.{digits}f}".replace("-", "−")
 
 
 def spoken(name: str) -> str:
