@@ -93,8 +93,9 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
         values = without_wraps(np.degrees(series.angles[angle]))
         with plot() as (figure, (axes,)):
             for factor, alpha in ((2.0, 0.18), (1.0, 0.28)):
-                edges = broken(times, values - factor * sigma, values + factor * sigma)
-                axes.fill_between(*edges, color=style["color"], alpha=alpha, linewidth=0)
+                reach = factor * sigma
+                at, low, high = broken(times, values - reach, values + reach)
+                axes.fill_between(at, low, high, color=style["color"], alpha=alpha, linewidth=0)
             line(axes, "band", times, values, {"color": style["color"], "linewidth": 1.0})
             if REFERENCE in analysis.angles:
                 known = analysis.angles[REFERENCE]
