@@ -20,7 +20,17 @@ from numpy.typing import NDArray
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
+from pose_sim import uart
 
+INPUT_SPEED = 4  # index into what tcgetattr gives
+SPEEDS = {
+    getattr(termios, f"B{speed}"): speed
+    for speed in (
+        *(1200, 2400, 4800, 9600, 19200, 38400, 57600, 115200, 230400),
+        *(460800, 500000, 576000, 921600, 1000000, 1500000, 2000000),
+    )
+}
+"""[bit/s] by the terminal's code for it."""
 NS_PER_S = 1_000_000_000
 BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them
 NAP_S = 0.1  # [s] a request to stop is noticed within this
@@ -79,6 +89,8 @@ class PseudoTerminal:
 
     Args:
         link: Symbolic link to make. One that an earlier device left behind is replaced.
+        baudrate: Speed of the device [bit/s]: a reader that has set another one gets what its
+            UART would make of the bytes. None: any speed is right.
 
     Attributes:
         counters: ``bytes_written``, and ``bytes_unread``: lost because nobody read in time.
@@ -87,7 +99,8 @@ class PseudoTerminal:
         InputError: If something else is at the link's place, or it cannot be made.
     """
 
-    def __init__(self, link: Path) -> None:
+    def __init__(self, link: Path, baudrate: int | None = None) -> None:
+        self._baudrate = baudrate
         self.counters = Counters("bytes_written", "bytes_unread")
         self.link = link
         stale = link.is_symlink() and str(os.readlink(link)).startswith("/dev/pts/")
@@ -109,6 +122,9 @@ class PseudoTerminal:
     def write(self, data: bytes) -> None:
         """Send bytes; what the terminal cannot hold is lost."""
         written = 0
+        if self._baudrate is not None:
+            reader = SPEEDS.get(termios.tcgetattr(self._slave)[INPUT_SPEED], self._baudrate)
+            data = uart.received(data, self._baudrate, reader)
         try:
             written = os.write(self._master, data)
         except BlockingIOError:

@@ -1,32 +1,48 @@
-"""Replay a session's IMU nodes on a pseudo-terminal, in real time."""
+"""Replay a session's IMU nodes on pseudo-terminals, in real time."""
 
 import argparse
 import signal
 import sys
 import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
+import yaml
 
 from pose_common.command_line import run_tool
 from pose_common.errors import InputError
 from pose_sim import imu_file
+from pose_sim.imu_devices import DEVICES, nodes_file
 from pose_sim.serial_device import PseudoTerminal, over_the_air, transmit
 from pose_sim.session_folder import IMU_FILE
-
-NS_PER_S = 1_000_000_000
+from pose_sim.virtual_imu import NODES
 
 
 def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(
         prog="imu_device",
-        description="A virtual serial device: sends the IMU frames of a synthetic session, in real "
-        "time, on a pseudo-terminal. It ends with the session.",
+        description="Virtual serial devices: they send the IMU samples of a synthetic session, in "
+        "real time, on pseudo-terminals. They end with the session.",
     )
     parser.add_argument("session", type=Path, help="folder that 'generate' made")
     parser.add_argument(
-        "--link", type=Path, required=True, metavar="PATH", help="name under which to find it"
+        "--link",
+        type=Path,
+        required=True,
+        metavar="PATH",
+        help="name under which to find it; with one sensor a port, PATH_SEGMENT",
+    )
+    parser.add_argument(
+        "--device",
+        choices=tuple(DEVICES),
+        default="star",
+        help="kind of device: the star network's sink, or one sensor a port (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--nodes-file", type=Path, metavar="PATH", help="write a nodes file for imu_bridge here"
     )
     parser.add_argument(
         "--start-at",
@@ -62,6 +78,53 @@ def make_parser() -> argparse.ArgumentParser:
 def run() -> int:
     """Read the command line, send the session."""
     arguments = make_parser().parse_args()
+    _check(arguments)
+    stop_signals: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: stop_signals.append(number))
+    frames, note = imu_file.read(arguments.session / IMU_FILE)
+    device = DEVICES[arguments.device]
+    rng = np.random.default_rng(arguments.seed)
+    transmissions = {
+        _link(arguments.link, stream.segment): over_the_air(
+            stream.due_ns,
+            stream.pieces,
+            lost=arguments.lost,
+            corrupted=arguments.corrupted,
+            jitter_s=arguments.jitter,
+            rng=rng,
+        )
+        for stream in device.streams(frames)
+    }
+    with ExitStack() as stack:
+        terminals = [
+            stack.enter_context(PseudoTerminal(link, device.baudrate)) for link in transmissions
+        ]
+        if arguments.nodes_file is not None:
+            _write_nodes_file(arguments)
+        start_ns = time.time_ns() if arguments.start_at is None else arguments.start_at
+        for terminal in terminals:
+            print(f"{terminal.link} -> {terminal.device}: {note}", file=sys.stderr, flush=True)
+        with ThreadPoolExecutor(len(terminals)) as pool:
+            futures = [
+                pool.submit(
+                    transmit, terminal, transmission, start_ns, stopped=lambda: bool(stop_signals)
+                )
+                for terminal, transmission in zip(terminals, transmissions.values(), strict=True)
+            ]
+            sent = [future.result() for future in futures]
+    print(
+        f"imu_device: {'finished' if all(s.finished for s in sent) else 'stopped'}: "
+        f"{sum(s.sent for s in sent)} of {len(frames.due_ns)} synthetic frames sent; of all, "
+        f"{sum(t.lost for t in transmissions.values())} lost and "
+        f"{sum(t.corrupted for t in transmissions.values())} garbled on the air, "
+        f"{sum(s.skipped for s in sent)} past already; "
+        f"{sum(t.counters['bytes_unread'] for t in terminals)} bytes unread"
+    )
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
     for name in ("lost", "corrupted"):
         if not 0.0 <= getattr(arguments, name) <= 1.0:
             raise InputError(f"{name} = {getattr(arguments, name):g} is outside [0, 1]")
@@ -69,29 +132,18 @@ def run() -> int:
         raise InputError(f"jitter = {arguments.jitter:g} s is outside [0, 1]")
     if arguments.seed < 0:
         raise InputError(f"seed = {arguments.seed} is negative")
-    stop_signals: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _: stop_signals.append(number))
-    frames, note = imu_file.read(arguments.session / IMU_FILE)
-    transmission = over_the_air(
-        frames.due_ns,
-        imu_file.encode_all(frames),
-        lost=arguments.lost,
-        corrupted=arguments.corrupted,
-        jitter_s=arguments.jitter,
-        rng=np.random.default_rng(arguments.seed),
-    )
-    with PseudoTerminal(arguments.link) as terminal:
-        start_ns = time.time_ns() if arguments.start_at is None else arguments.start_at
-        print(f"{arguments.link} -> {terminal.device}: {note}", file=sys.stderr, flush=True)
-        sent = transmit(terminal, transmission, start_ns, stopped=lambda: bool(stop_signals))
-    print(
-        f"imu_device: {'finished' if sent.finished else 'stopped'}: {sent.sent} of "
-        f"{len(frames.due_ns)} synthetic frames sent; of all, {transmission.lost} lost and "
-        f"{transmission.corrupted} garbled on the air, {sent.skipped} past already; "
-        f"{terminal.counters['bytes_unread']} bytes unread"
-    )
-    return 0
+
+
+def _link(link: Path, segment: str | None) -> Path:
+    return link if segment is None else link.with_name(f"{link.name}_{segment}")
+
+
+def _write_nodes_file(arguments: argparse.Namespace) -> None:
+    ports = {segment: str(_link(arguments.link, segment)) for segment in NODES.values()}
+    try:
+        arguments.nodes_file.write_text(yaml.safe_dump(nodes_file(arguments.device, ports)))
+    except OSError as error:
+        raise InputError(f"cannot write {arguments.nodes_file}: {error.strerror}") from error
 
 
 def main() -> None:
