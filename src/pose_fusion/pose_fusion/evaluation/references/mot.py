@@ -9,16 +9,9 @@ from pose_common.joints import SIDES
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.evaluation.angle_series import AngleSeries
 from pose_fusion.evaluation.references.reference import Reference, numbers_of, text_of
+from pose_fusion.export.opensim_coordinates import LIMBS
 from pose_fusion.streams.samples import FloatArray
 
-COORDINATES: dict[str, tuple[str, float]] = {  # of OpenSim, with its sign against ours
-    "hip_flexion": ("hip_flexion", 1.0),
-    "hip_abduction": ("hip_adduction", -1.0),
-    "knee_flexion": ("knee_angle", 1.0),
-    "shoulder_flexion": ("arm_flex", 1.0),
-    "shoulder_abduction": ("arm_add", -1.0),
-    "elbow_flexion": ("elbow_flex", 1.0),
-}
 KNEE_NOTE = "its knees bend to negative angles, as in the older OpenSim models: turned round"
 PELVIS_NOTE = (
     "OpenSim measures the hip against the pelvis; here it is measured against the trunk, so a bent "
@@ -38,15 +31,14 @@ def read_mot(path: Path) -> Reference:
         raise InputError(f"{path}: its times do not increase")
     unit = np.pi / 180.0 if in_degrees else 1.0
     angles: dict[str, FloatArray] = {}
-    for side in SIDES:
-        for angle, (coordinate, sign) in COORDINATES.items():
-            found = columns.get(f"{coordinate}_{side[0]}")
-            angles[f"{side}_{angle}"] = (
-                np.full(len(stamps_ns), np.nan) if found is None else sign * unit * found
-            )
+    for name in ANGLES:
+        side, _, angle = name.partition("_")
+        coordinate, sign = LIMBS[angle]
+        found = columns.get(f"{coordinate}_{side[0]}")
+        angles[name] = np.full(len(stamps_ns), np.nan) if found is None else sign * unit * found
     known = [name for name in ANGLES if np.isfinite(angles[name]).any()]
     if not known:
-        wanted = ", ".join(f"{coordinate}_l" for coordinate, _ in COORDINATES.values())
+        wanted = ", ".join(f"{coordinate}_l" for coordinate, _ in LIMBS.values())
         raise InputError(
             f"{path} holds none of the angles: expected some of {wanted}, … of OpenSim, found "
             f"{', '.join(sorted(columns))}"
@@ -81,7 +73,9 @@ def _table(path: Path) -> tuple[dict[str, FloatArray], bool]:
         if line.strip()
     ]
     wrong = next((n for n, row in enumerate(rows, end + 3) if len(row) != len(names)), None)
-    if wrong is not None or not rows:
+    if not rows:
+        raise InputError(f"{path} holds no instants")
+    if wrong is not None:
         raise InputError(f"{path}, line {wrong}: expected {len(names)} numbers, as there are names")
     if "time" not in names:
         raise InputError(f"{path} has no column 'time': found {', '.join(names)}")

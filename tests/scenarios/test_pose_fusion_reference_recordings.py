@@ -1,0 +1,39 @@
+"""Our joint centres of real Vicon markers, beside the angles that Plug-in Gait made of them."""
+
+import gzip
+
+import numpy as np
+import pytest
+
+from pose_fusion.body.joint_angles import joint_angles
+from pose_fusion.evaluation.references.markers import MarkerSeries, plain, skeleton_of_markers
+
+pytestmark = pytest.mark.data
+
+LABELS = (
+    "LFHD RFHD LBHD RBHD C7 T10 CLAV STRN RBAK LSHO LUPA LELB LFRM LWRA LWRB LFIN RSHO RUPA RELB "
+    "RFRM RWRA RWRB RFIN LASI RASI LPSI RPSI LTHI LKNE LTIB LANK LHEE LTOE RTHI RKNE RTIB RANK "
+    "RHEE RTOE"
+).split()
+LEFT_KNEE, RIGHT_KNEE = 57, 60  # columns of the angles
+
+
+def table(path):
+    with gzip.open(path, "rt") as lines:
+        return np.loadtxt(lines, delimiter=",")
+
+
+@pytest.mark.parametrize("trial", ["m01_s01_e02", "m03_s01_e02", "m05_s02_e02"])
+def test_knees_bend_as_plug_in_gait_says(trial, shared_data):
+    folder = shared_data / "uiprmd" / "Vicon"
+    points = table(folder / "Positions" / f"{trial}_positions.txt.gz") / 1000.0
+    points = points.reshape(len(points), len(LABELS), 3)
+    markers = MarkerSeries(
+        stamps_ns=np.arange(len(points)) * 10_000_000,
+        positions={plain(label): points[:, index] for index, label in enumerate(LABELS)},
+    )
+    found = joint_angles(skeleton_of_markers(markers, trial).positions)
+    expected = table(folder / "Angles" / f"{trial}_angles.txt.gz")
+    for name, column in (("left", LEFT_KNEE), ("right", RIGHT_KNEE)):
+        error = np.degrees(found[f"{name}_knee_flexion"]) - expected[:, column]
+        assert np.sqrt(np.mean(error**2)) < 3.5
