@@ -1,12 +1,10 @@
 """The accuracy suite: every method on every cell, in several processes."""
 
-import os
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from multiprocessing import get_context
+from collections.abc import Sequence
 from pathlib import Path
 
 from pose_bench.methods import Method, run_method
+from pose_bench.pool import Progress, ignored, run_all
 from pose_bench.scoring import Score, score
 from pose_bench.sessions import BenchSession, bench_session
 from pose_bench.suite import KNOWN, Cell
@@ -16,8 +14,6 @@ from pose_fusion.calibration.session_calibration import calibrate
 from pose_fusion.evaluation.time_shift import estimate_time_shift
 from pose_fusion.streams.series import series_from_samples
 from pose_sim.scene import SENSORS
-
-Done = Callable[[Cell], None]
 
 
 def run_cell(cell: Cell, methods: Sequence[Method], cache: Path | None = None) -> list[Score]:
@@ -40,43 +36,21 @@ def run_suite(
     methods: Sequence[Method],
     *,
     cache: Path | None = None,
-    jobs: int | None = None,
-    done: Done = lambda _: None,
+    jobs: int = 1,
+    progress: Progress = ignored,
 ) -> list[Score]:
-    """Run all cells; the scores are in the order of the cells, whatever the number of jobs.
+    """Run all cells; the scores are in the order of the cells and methods.
 
     Args:
         cells: The cells.
         methods: The methods.
         cache: Folder for the IMUs' samples, see :func:`pose_bench.sessions.bench_session`.
-        jobs: Processes; one a core if None.
-        done: Called with each cell that is done, in any order.
+        jobs: Processes at once.
+        progress: Told before the first cell and after each.
     """
-    scores: dict[int, list[Score]] = {}
-    for index, found in _in_processes(cells, methods, cache, jobs or os.cpu_count() or 1):
-        scores[index] = found
-        done(cells[index])
-    return [score for index in sorted(scores) for score in scores[index]]
-
-
-def _in_processes(
-    cells: Sequence[Cell], methods: Sequence[Method], cache: Path | None, jobs: int
-) -> Iterator[tuple[int, list[Score]]]:
-    if jobs == 1 or len(cells) == 1:
-        for index, cell in enumerate(cells):
-            yield index, run_cell(cell, methods, cache)
-        return
-    # Forked processes would inherit the progress bar's thread and its locks.
-    with ProcessPoolExecutor(min(jobs, len(cells)), mp_context=get_context("spawn")) as pool:
-        futures = {
-            pool.submit(run_cell, cell, methods, cache): index for index, cell in enumerate(cells)
-        }
-        try:
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    arguments = [(cell, tuple(methods), cache) for cell in cells]
+    found = run_all(run_cell, arguments, jobs=jobs, progress=progress)
+    return [score for scores in found for score in scores]
 
 
 def _raw_lag_s(session: BenchSession) -> float:

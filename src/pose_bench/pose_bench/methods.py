@@ -1,21 +1,19 @@
 """The methods that are compared, and how each is run over a session's samples."""
 
 import time
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_bench.sessions import BenchSession
 from pose_common.parameters import specs
 from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.evaluation.methods import mean_series
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
-from pose_fusion.streams.series import SkeletonSeries, series_from_samples
+from pose_fusion.streams.series import SkeletonSeries
 
 BASELINE = "joint_kf"
 """What every method is compared with; it is given the true extrinsics and clock offset."""
@@ -51,7 +49,7 @@ class MethodRun:
     """What a method made of a session; n estimates."""
 
     series: SkeletonSeries  # the joints
-    dof_names: tuple[str, ...]  # (d,) empty for a method without a body model
+    dof_names: tuple[str, ...]  # (d,)
     position: FloatArray  # (n, d) [m] or [rad]
     position_stddev: FloatArray  # (n, d) [m] or [rad]
     latency_s: FloatArray  # (n,) [s] from the estimated instant to the sample that completed it
@@ -61,7 +59,7 @@ class MethodRun:
 def available_methods() -> tuple[Method, ...]:
     """The methods whose estimator there is."""
     choices = specs(FusionParameters)["estimator"][1].choices or ()
-    return tuple(m for m in METHODS if m.estimator in (*choices, *UNFILTERED))
+    return tuple(m for m in METHODS if m.estimator in choices)
 
 
 def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
@@ -73,8 +71,6 @@ def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) ->
         extrinsics: What is known of the sensors' places and clocks.
     """
     sensors = extrinsics.sensors
-    if method.estimator in UNFILTERED:
-        return UNFILTERED[method.estimator](session, extrinsics)
     parameters = FusionParameters(
         estimator=method.estimator, use_imus=method.use_imus, sensors=sensors
     )
@@ -125,52 +121,3 @@ def _run_of(made: list[tuple[int, BodyEstimate]], cpu_s: float) -> MethodRun:
         latency_s=np.asarray((arrivals_ns - stamps_ns) * 1e-9, np.float64),
         cpu_s=cpu_s,
     )
-
-
-def _raw(sensor: str) -> Callable[[BenchSession, Extrinsics], MethodRun]:
-    def run(session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
-        series = series_from_samples(s for s in session.skeletons if s.sensor == sensor)
-        placed = series.transformed(extrinsics.T_map_sensor(sensor))
-        return _without_dof(_on_reference_clock(placed, extrinsics, sensor))
-
-    return run
-
-
-def _mean(session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
-    sensors = {
-        sensor: _on_reference_clock(
-            series_from_samples(s for s in session.skeletons if s.sensor == sensor),
-            extrinsics,
-            sensor,
-        )
-        for sensor in extrinsics.sensors
-    }
-    placed: Mapping[str, FloatArray] = {s: extrinsics.T_map_sensor(s) for s in sensors}
-    return _without_dof(mean_series(sensors, placed))
-
-
-def _on_reference_clock(
-    series: SkeletonSeries, extrinsics: Extrinsics, sensor: str
-) -> SkeletonSeries:
-    offset_ns = extrinsics.clock_offset_ns.get(sensor, 0)
-    return replace(series, stamps_ns=series.stamps_ns - offset_ns)
-
-
-def _without_dof(series: SkeletonSeries) -> MethodRun:
-    nothing: NDArray[np.float64] = np.zeros((len(series), 0))
-    return MethodRun(
-        series=series,
-        dof_names=(),
-        position=nothing,
-        position_stddev=nothing,
-        latency_s=np.full(len(series), np.nan),
-        cpu_s=np.nan,
-    )
-
-
-UNFILTERED: Mapping[str, Callable[[BenchSession, Extrinsics], MethodRun]] = {
-    "left": _raw("left"),
-    "right": _raw("right"),
-    "mean": _mean,
-}
-"""Methods that need no estimator."""

@@ -1,10 +1,11 @@
-"""The accuracy suite's scores as CSV: one row a cell and method."""
+"""Scores as CSV: one row a cell and method, or whatever else was compared."""
 
 import csv
 import io
 import math
 from collections.abc import Sequence
 from dataclasses import fields
+from typing import Any
 
 from pose_bench.means import ratios
 from pose_bench.methods import BASELINE
@@ -19,7 +20,7 @@ FIGURES = tuple(
 )
 
 
-def to_csv(scores: Sequence[Score]) -> str:
+def scores_csv(scores: Sequence[Score]) -> str:
     """One row a cell and method, all figures."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -27,7 +28,7 @@ def to_csv(scores: Sequence[Score]) -> str:
     cell_names = tuple(field.name for field in fields(Cell))
     angle_names = tuple(f"rmse_deg_{angle}" for angle in ANGLES)
     writer.writerow(
-        ("subject", *cell_names, "method", *ratio_names, *FIGURES, *angle_names, "error")
+        ("subject_kind", *cell_names, "method", *ratio_names, *FIGURES, *angle_names, "error")
     )
     for ratio in ratios(scores):
         score = ratio.score
@@ -42,8 +43,25 @@ def to_csv(scores: Sequence[Score]) -> str:
                 "synthetic",
                 *(getattr(score.cell, name) for name in cell_names),
                 score.method,
-                *(f"{value:.6g}" if math.isfinite(value) else "" for value in values),
+                *(_cell(float(value)) for value in values),
                 score.error,
             )
         )
     return out.getvalue()
+
+
+def rows_csv(rows: Sequence[Any]) -> str:
+    """One row a dataclass value, all of one kind; of real people."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = [each.name for each in fields(rows[0])] if rows else []
+    writer.writerow(("subject_kind", *names))
+    for row in rows:
+        writer.writerow(("real", *(_cell(getattr(row, name)) for name in names)))
+    return out.getvalue()
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}" if math.isfinite(value) else ""
+    return str(value)

@@ -43,7 +43,7 @@ class Cell:
     @property
     def name(self) -> str:
         """What the cell is, for people."""
-        return f"{self.choreography}, {self.level}, seed {self.seed}, {self.condition}"
+        return f"{self.choreography}, {self.level}, {self.seed}, {self.condition}"
 
     @property
     def is_unseen(self) -> bool:

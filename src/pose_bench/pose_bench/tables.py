@@ -44,7 +44,7 @@ class TextTable:
             show_edge=False,
         )
         for index, name in enumerate(self.header):
-            table.add_column(Text(name), justify="right" if index else "left")
+            table.add_column(Text(name), justify="right" if index else "left", no_wrap=not index)
         for row in self.rows:
             table.add_row(*map(Text, row))
         return table

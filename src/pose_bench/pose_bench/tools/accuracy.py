@@ -1,58 +1,50 @@
-"""``./pose bench accuracy``: every estimator on every motion of the synthetic subject."""
+"""``./pose bench accuracy``: every estimator on every motion, and on public recordings."""
 
 import argparse
 import os
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.accuracy import run_suite
 from pose_bench.methods import METHODS, Method, available_methods
-from pose_bench.scores_csv import to_csv
-from pose_bench.scoring import Score
-from pose_bench.suite import JUDGING_SEEDS, LEVELS, Cell, cells, quick_cells
+from pose_bench.pool import Progress as ToldProgress
+from pose_bench.real_data import ESTIMATORS, run_kinectmultitrack, run_uiprmd
+from pose_bench.scores_csv import rows_csv, scores_csv
+from pose_bench.suite import JUDGING_SEEDS, LEVELS, cells, quick_cells
 from pose_bench.summary import failures, tables
+from pose_bench.tables import TextTable
 from pose_common.errors import InputError
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS
 
-SUMMARY = "how accurate the estimators are, on the synthetic subject"
+SUMMARY = "how accurate the estimators are, on the synthetic subject and on public recordings"
+WIDTH = 120  # of the tables where there is no terminal
+REAL_DATA = {"uiprmd": "UI-PRMD", "kinectmultitrack": "KinectMultiTrack"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    suite = parser.add_argument_group("which sessions")
-    suite.add_argument(
-        "--choreographies",
-        nargs="+",
-        metavar="NAME",
-        default=[],
-        help=f"of {', '.join(CHOREOGRAPHIES)} (default: all)",
+    _add_session_arguments(parser.add_argument_group("which sessions"))
+    real = parser.add_argument_group("public recordings, left out unless their folder is given")
+    real.add_argument(
+        "--uiprmd", type=Path, metavar="DIR", help="with Kinect/ and Vicon/: one Kinect and Vicon"
     )
-    suite.add_argument(
-        "--levels",
-        nargs="+",
-        choices=NOISE_PRESETS,
-        default=list(LEVELS),
-        help=f"levels of difficulty (default: {' '.join(LEVELS)})",
+    real.add_argument(
+        "--kinectmultitrack", type=Path, metavar="DIR", help="with *.csv[.gz]: two Kinects"
     )
-    suite.add_argument(
-        "--seeds",
-        nargs="+",
-        type=int,
-        metavar="N",
-        default=list(JUDGING_SEEDS),
-        help=f"seeds (default: {' '.join(map(str, JUDGING_SEEDS))}, which nothing is tuned on)",
-    )
-    suite.add_argument("--quick", action="store_true", help="three short sessions instead")
+    real.add_argument("--only-real", action="store_true", help="leave the synthetic subject out")
+    names = ", ".join(method.name for method in METHODS)
     parser.add_argument(
         "--methods",
         nargs="+",
         choices=[method.name for method in METHODS],
         metavar="NAME",
-        help=f"of {', '.join(method.name for method in METHODS)} (default: all)",
+        help=f"of {names} (default: all)",
     )
     parser.add_argument(
         "--jobs",
@@ -62,11 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="processes at once (default: %(default)s)",
     )
     parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="DIR",
-        help="folder for accuracy.csv and accuracy.md",
+        "-o", "--output", type=Path, metavar="DIR", help="folder for accuracy.md and the CSV files"
     )
     parser.add_argument(
         "--cache",
@@ -77,6 +65,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
+    group.add_argument(
+        "--choreographies",
+        nargs="+",
+        metavar="NAME",
+        default=[],
+        help=f"of {', '.join(CHOREOGRAPHIES)} (default: all)",
+    )
+    group.add_argument(
+        "--levels",
+        nargs="+",
+        choices=NOISE_PRESETS,
+        default=list(LEVELS),
+        metavar="NAME",
+        help=f"of {', '.join(NOISE_PRESETS)} (default: {' '.join(LEVELS)})",
+    )
+    group.add_argument(
+        "--seeds",
+        nargs="+",
+        type=int,
+        metavar="N",
+        default=list(JUDGING_SEEDS),
+        help=f"seeds (default: {' '.join(map(str, JUDGING_SEEDS))}, which nothing is tuned on)",
+    )
+    group.add_argument("--quick", action="store_true", help="three short sessions instead")
+
+
 def default_cache() -> Path:
     """The user's folder for what can be made again."""
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
@@ -85,67 +100,122 @@ def default_cache() -> Path:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the suite; the status is 1 if a method failed anywhere."""
-    console = Console(stderr=True)
     if arguments.jobs < 1:
         raise InputError(f"jobs = {arguments.jobs}: expected 1 or more")
-    methods = _methods(arguments.methods, console)
-    chosen = (
-        quick_cells()
-        if arguments.quick
-        else cells(arguments.choreographies, arguments.levels, arguments.seeds)
-    )
-    scores = _run(chosen, methods, arguments, console)
-    _show(scores, arguments.output)
-    failed = failures(scores)
-    for line in failed:
-        console.print(f"failed: {line}", style="red", markup=False, soft_wrap=True)
-    return 1 if failed else 0
+    if any(seed < 0 for seed in arguments.seeds):
+        raise InputError(f"seeds = {arguments.seeds}: none may be negative")
+    return _Bench(arguments, Console(stderr=True)).run()
 
 
-def _methods(names: Sequence[str] | None, console: Console) -> tuple[Method, ...]:
-    wanted = [method for method in METHODS if names is None or method.name in names]
-    there = available_methods()
-    for method in wanted:
-        if method not in there:
-            console.print(f"left out: {method.name}, there is no estimator {method.estimator}")
-    return tuple(method for method in wanted if method in there)
+class _Bench:
+    """One run: what it found so far."""
 
+    def __init__(self, arguments: argparse.Namespace, console: Console) -> None:
+        self._arguments = arguments
+        self._console = console
+        self._tables: list[TextTable] = []
+        self._files: dict[str, str] = {}
+        self._failures: list[str] = []
+        self._methods = self._available()
 
-def _run(
-    chosen: Sequence[Cell],
-    methods: Sequence[Method],
-    arguments: argparse.Namespace,
-    console: Console,
-) -> list[Score]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console) as progress:
-        task = progress.add_task("sessions", total=len(chosen))
-        return run_suite(
+    def run(self) -> int:
+        with Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+            console=self._console,
+        ) as self._progress:
+            if not self._arguments.only_real:
+                self._run_synthetic()
+            self._run_real()
+        console = Console(width=None if sys.stdout.isatty() else WIDTH)
+        for table in self._tables:
+            console.print(table.rich())
+            console.print()
+        if self._arguments.output is not None:
+            self._write(self._arguments.output)
+            console.print(f"{self._arguments.output}: {', '.join(self._files)}", markup=False)
+        for line in self._failures:
+            self._console.print(f"failed: {line}", style="red", markup=False, soft_wrap=True)
+        return 1 if self._failures else 0
+
+    def _available(self) -> tuple[Method, ...]:
+        names = self._arguments.methods
+        wanted = [method for method in METHODS if names is None or method.name in names]
+        there = available_methods()
+        for method in wanted:
+            if method not in there:
+                self._say(f"left out: {method.name}, there is no estimator {method.estimator}")
+        return tuple(method for method in wanted if method in there)
+
+    def _run_synthetic(self) -> None:
+        arguments = self._arguments
+        chosen = (
+            quick_cells()
+            if arguments.quick
+            else cells(arguments.choreographies, arguments.levels, arguments.seeds)
+        )
+        scores = run_suite(
             chosen,
-            methods,
+            self._methods,
             cache=arguments.cache,
             jobs=arguments.jobs,
-            done=lambda _: progress.advance(task),
+            progress=self._bar("sessions"),
         )
+        self._tables += tables(scores)
+        self._files["accuracy.csv"] = scores_csv(scores)
+        self._failures += failures(scores)
+
+    def _run_real(self) -> None:
+        arguments = self._arguments
+        for option, name in REAL_DATA.items():
+            if getattr(arguments, option) is None:
+                self._say(f"left out: {name}, no --{option} DIR was given")
+        there = {method.name for method in self._methods}
+        estimators = [name for name in ESTIMATORS if name in there]
+        if arguments.uiprmd is not None:
+            found, left_out = run_uiprmd(
+                arguments.uiprmd,
+                estimators,
+                jobs=arguments.jobs,
+                progress=self._bar("UI-PRMD"),
+            )
+            for reason, count in left_out.items():
+                if count:
+                    self._say(f"UI-PRMD: {count} repetitions left out, {reason}")
+            self._tables.append(uiprmd.table(found))
+            self._files["accuracy_uiprmd.csv"] = rows_csv(found)
+        if arguments.kinectmultitrack is not None:
+            views = run_kinectmultitrack(
+                arguments.kinectmultitrack,
+                estimators,
+                jobs=arguments.jobs,
+                progress=self._bar("KinectMultiTrack"),
+            )
+            self._tables.append(kinectmultitrack.table(views))
+            self._files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
+
+    def _bar(self, what: str) -> ToldProgress:
+        task = self._progress.add_task(what, total=None)
+
+        def update(done: int, total: int) -> None:
+            self._progress.update(task, completed=done, total=total)
+
+        return update
+
+    def _say(self, text: str) -> None:
+        self._console.print(text, markup=False, soft_wrap=True)
+
+    def _write(self, folder: Path) -> None:
+        self._files["accuracy.md"] = _markdown(self._tables)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            for name, text in self._files.items():
+                (folder / name).write_text(text)
+        except OSError as error:
+            raise InputError(f"cannot write {folder}: {error.strerror}") from error
 
 
-def _show(scores: Sequence[Score], folder: Path | None) -> None:
-    console = Console()
-    made = tables(scores)
-    for table in made:
-        console.print(table.rich())
-        console.print()
-    if folder is None:
-        return
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "accuracy.csv").write_text(to_csv(scores))
-        (folder / "accuracy.md").write_text("\n".join(table.markdown() for table in made))
-    except OSError as error:
-        raise InputError(f"cannot write {folder}: {error.strerror}") from error
-    console.print(f"{folder}: accuracy.csv, accuracy.md", markup=False)
+def _markdown(made: Sequence[TextTable]) -> str:
+    return "\n".join(["# Accuracy", "", *(table.markdown() for table in made)])

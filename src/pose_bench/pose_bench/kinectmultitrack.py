@@ -1,0 +1,157 @@
+"""Two real Kinects: is what an estimator makes of one closer to what the other one saw?
+
+KinectMultiTrack (C.-J. Wu): two Kinect v2 watch one person from 0 to 90 degrees apart. There is no
+truth, but the other camera's errors are its own: an estimator can come closer to the other camera
+only by coming closer to the person, not by being smooth or by fitting what it was given. Both the
+raw view and the estimate are laid on the other view by the one time shift and the one rigid motion
+that fit the raw view best; the estimate gets none of its own, so that lag counts against it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from kinect_bridge.formats import read_recording
+from kinect_bridge.recording import Recording
+from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
+from pose_bench.tables import TextTable, number
+from pose_common.errors import InputError
+from pose_fusion.body.joint_angles import ANGLES, joint_angles, wrapped
+from pose_fusion.evaluation.scores import known_joints, mean_known
+from pose_fusion.evaluation.time_shift import estimate_time_shift
+from pose_fusion.streams.samples import FloatArray
+
+LAYOUTS = {"Kinect_0": "parallel", "Kinect_1": "45°", "Kinect_2": "90°"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class OtherView:
+    """How far one camera's person is from the other camera's."""
+
+    recording: str
+    layout: str
+    camera: str  # whose view was fed
+    method: str  # RAW, or an estimator
+    seconds: float  # [s] compared
+    distance_cm: float  # [cm] mean over joints and instants
+    angle_deg: float  # [deg] RMS difference, mean over the angles
+
+
+def single_person_recordings(folder: Path) -> list[Recording]:
+    """The recordings of two cameras and one person, by name.
+
+    Raises:
+        InputError: If there is none, or one is damaged.
+    """
+    found = []
+    for path in sorted(folder.glob("*.csv*")):
+        recording = read_recording(path, "kinectmultitrack")
+        alone = all(len(stream.persons) == 1 for stream in recording.streams)
+        if len(recording.streams) == 2 and alone:
+            found.append(recording)
+    if not found:
+        raise InputError(
+            f"found no KinectMultiTrack recording of two cameras and one person in {folder}"
+        )
+    return found
+
+
+def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> list[OtherView]:
+    """One camera's raw view and what estimators make of it, judged by the other camera.
+
+    Args:
+        recording: Of two cameras and one person.
+        fed: The camera that is fed, 0 or 1.
+        estimators: The estimators.
+    """
+    one, other = view_of_stream(recording.streams[fed]), view_of_stream(recording.streams[1 - fed])
+    shift_s = estimate_time_shift(one.series, other.series)
+    stamps_ns, seen = other.series.stamps_ns, other.series.positions
+    T_camera_map = np.linalg.inv(LEVEL_MOUNTING)
+    made = {RAW: one.series} | {
+        name: run_one_camera(name, one.samples).series.transformed(T_camera_map)
+        for name in estimators
+    }
+    views = {name: series.shifted(-shift_s).at(stamps_ns) for name, series in made.items()}
+    # What is compared is what all of them know.
+    known = known_joints(seen) & np.all([known_joints(view) for view in views.values()], axis=0)
+    R_other_one, t = _rigid_motion(views[RAW][known], seen[known])
+    name = Path(recording.source).name
+    period_s = float(np.median(np.diff(stamps_ns))) * 1e-9
+    found = []
+    for method, positions in views.items():
+        moved = np.where(known[..., None], positions @ R_other_one.T + t, np.nan)
+        found.append(
+            OtherView(
+                recording=name.partition(".")[0],
+                layout=next((text for key, text in LAYOUTS.items() if key in name), ""),
+                camera=recording.streams[fed].name,
+                method=method,
+                seconds=period_s * float(np.sum(known.any(axis=1))),
+                distance_cm=100.0 * _mean(np.linalg.norm(moved - seen, axis=2)),
+                angle_deg=_angle_difference_deg(moved, seen),
+            )
+        )
+    return found
+
+
+def _rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotation (3, 3) and translation [m] that bring points (n, 3) closest to others."""
+    if len(source) < 3:
+        raise InputError(f"the two cameras share {len(source)} joints: expected a common view")
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
+    # Umeyama (1991), without scale.
+    rotation, _ = Rotation.align_vectors(target - target_mean, source - source_mean)
+    matrix = rotation.as_matrix()
+    return matrix, target_mean - matrix @ source_mean
+
+
+def _angle_difference_deg(one: FloatArray, other: FloatArray) -> float:
+    """RMS difference of each angle [deg], mean over the angles."""
+    first, second = joint_angles(one), joint_angles(other)
+    return mean_known(
+        [
+            float(np.degrees(np.sqrt(_mean(wrapped(first[name] - second[name]) ** 2))))
+            for name in ANGLES
+        ]
+    )
+
+
+def _mean(values: FloatArray) -> float:
+    return mean_known(list(values.ravel()))
+
+
+def table(found: Sequence[OtherView]) -> TextTable:
+    """One row a recording, both directions together, and their mean; a column a method."""
+    methods = list(dict.fromkeys(view.method for view in found))
+    made = TextTable(
+        title="KinectMultiTrack: one Kinect v2 against what another saw",
+        header=(
+            "recording",
+            "layout",
+            *(f"{method} [cm]" for method in methods),
+            *(f"{method} [°]" for method in methods),
+        ),
+        note="Real people, no truth. Mean distance of a joint, and RMS difference of the angles "
+        "(mean over 12), from what the other camera saw; both directions. An estimate is laid on "
+        "the other view as the raw view is.",
+    )
+    layouts = {view.recording: view.layout for view in found}
+    for recording, layout in layouts.items():
+        own = [view for view in found if view.recording == recording]
+        made.rows.append((recording.removeprefix("Study_"), layout, *_cells(own, methods)))
+    made.rows.append(("mean", "", *_cells(found, methods)))
+    return made
+
+
+def _cells(views: Sequence[OtherView], methods: Sequence[str]) -> list[str]:
+    def mean(method: str, figure: str) -> float:
+        return mean_known([getattr(view, figure) for view in views if view.method == method])
+
+    return [
+        *(number(mean(method, "distance_cm"), 2) for method in methods),
+        *(number(mean(method, "angle_deg"), 1) for method in methods),
+    ]

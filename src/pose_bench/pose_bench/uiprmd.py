@@ -1,0 +1,248 @@
+"""One real Kinect against a real Vicon: the raw skeleton and what an estimator makes of it.
+
+UI-PRMD (Vakanski et al. 2018, Data 3(1):2): rehabilitation exercises, a file a repetition of two to
+four seconds. An estimator sees all repetitions of a subject one after the other, a second apart, as
+one session; the first of them once more before, so that the body's measures are known. What is
+judged is each repetition by itself: after one time shift of its own and without the mean error,
+since the two systems place joints differently in the body.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from kinect_bridge.formats import read_recording
+from pose_bench.one_camera import RAW, View, run_one_camera, view_of_stream
+from pose_bench.tables import TextTable, number
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_fusion.body.joint_angles import ANGLES, unwrapped, wrapped
+from pose_fusion.evaluation.angle_series import AngleSeries, angle_series, without_sideways_flexion
+from pose_fusion.evaluation.references.uiprmd import read_uiprmd
+from pose_fusion.evaluation.scores import AngleScore, mean_known, score_angle
+from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.series import SkeletonSeries
+
+FILE = re.compile(r"m(?P<movement>\d\d)_s(?P<subject>\d\d)_e\d\d_positions\.txt(\.gz)?$")
+MOVEMENTS = {
+    "01": "deep squat",
+    "02": "hurdle step",
+    "03": "inline lunge",
+    "04": "side lunge",
+    "05": "sit to stand",
+    "06": "leg raise",
+    "07": "shoulder abduction",
+    "08": "shoulder extension",
+    "09": "shoulder rotation",
+    "10": "shoulder scaption",
+}
+PAUSE_NS = 1_000_000_000  # [ns] between repetitions
+MOVING = np.radians(20.0)  # [rad] least range of an angle that takes part in a movement
+MAX_SHIFT_NS = 300_000_000  # [ns] by which the two systems' files may begin apart
+STEP_NS = 10_000_000  # [ns]
+LEFT_OUT = ("without_vicon", "not_cut_alike")
+CUT_ALIKE_S = 0.5  # [s] most by which the two files of a repetition may differ in length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repetition:
+    """One repetition, seen by both."""
+
+    name: str  # of its file
+    movement: str
+    subject: str
+    view: View
+    vicon: AngleSeries
+
+    @property
+    def vicon_s(self) -> float:
+        """Length of the Vicon's file [s]."""
+        return float(self.vicon.stamps_ns[-1] - self.vicon.stamps_ns[0]) * 1e-9
+
+
+@dataclass(frozen=True, kw_only=True)
+class AngleAgreement:
+    """How one angle of one repetition agrees with the Vicon's."""
+
+    movement: str
+    subject: str
+    repetition: str  # the file
+    angle: str
+    method: str  # RAW, or an estimator
+    sd_deg: float  # [deg] RMSE without the mean error
+    r: float  # [-] Pearson's
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repetitions:
+    """What a folder of UI-PRMD holds."""
+
+    used: tuple[Repetition, ...]
+    left_out: Counters  # by reason
+
+
+def read_repetitions(folder: Path) -> Repetitions:
+    """Every repetition of which there is a Kinect and a Vicon file.
+
+    Raises:
+        InputError: If there are none, or one is damaged.
+    """
+    used = []
+    left_out = Counters(*LEFT_OUT)
+    for path in sorted((folder / "Kinect" / "Positions").glob("m*_positions.txt*")):
+        match = FILE.match(path.name)
+        vicon = folder / "Vicon" / "Positions" / path.name
+        if match is None or not vicon.is_file():
+            left_out.add("without_vicon")
+            continue
+        repetition = Repetition(
+            name=path.name.partition("_positions")[0],
+            movement=match["movement"],
+            subject=match["subject"],
+            view=view_of_stream(read_recording(path, "uiprmd").streams[0]),
+            vicon=read_uiprmd(vicon).angles,
+        )
+        if abs(repetition.view.series.duration_s - repetition.vicon_s) > CUT_ALIKE_S:
+            left_out.add("not_cut_alike")
+            continue
+        used.append(repetition)
+    if not used:
+        raise InputError(
+            f"found no repetition of UI-PRMD in {folder}: expected Kinect/Positions/mMM_sSS_eEE_"
+            "positions.txt and the same in Vicon/Positions, with Angles beside them"
+        )
+    return Repetitions(used=tuple(used), left_out=left_out)
+
+
+def compare_subject(repetitions: Sequence[Repetition], estimator: str) -> list[AngleAgreement]:
+    """All repetitions of one subject, as one session.
+
+    Args:
+        repetitions: The subject's.
+        estimator: An estimator, or :data:`RAW` for the raw view.
+    """
+    starts = _starts(repetitions)
+    if estimator == RAW:
+        made = [repetition.view.series for repetition in repetitions]
+    else:
+        samples = [
+            sample
+            for repetition, start_ns in zip((repetitions[0], *repetitions), starts, strict=True)
+            for sample in repetition.view.shifted(start_ns).samples
+        ]
+        estimate = run_one_camera(estimator, samples).series
+        made = [
+            _cut(estimate, repetition, start_ns)
+            for repetition, start_ns in zip(repetitions, starts[1:], strict=True)
+        ]
+    return [
+        each
+        for repetition, series in zip(repetitions, made, strict=True)
+        for each in _agreements(repetition, series, estimator)
+    ]
+
+
+def _cut(estimate: SkeletonSeries, repetition: Repetition, start_ns: int) -> SkeletonSeries:
+    """The part of a session's estimate that belongs to a repetition, on its time."""
+    stamps_ns = repetition.view.series.stamps_ns + start_ns
+    own = estimate.between(int(stamps_ns[0]), int(stamps_ns[-1]))
+    return own.shifted(-start_ns * 1e-9)
+
+
+def _starts(repetitions: Sequence[Repetition]) -> list[int]:
+    """When each repetition begins [ns], the first one twice."""
+    starts = [0]
+    for repetition in (repetitions[0], *repetitions[:-1]):
+        duration_ns = int(repetition.view.series.stamps_ns[-1])
+        starts.append(starts[-1] + duration_ns + PAUSE_NS)
+    return starts
+
+
+def _agreements(
+    repetition: Repetition, series: SkeletonSeries, method: str
+) -> list[AngleAgreement]:
+    """The angles that take part in the movement."""
+    true = without_sideways_flexion(repetition.vicon.angles)
+    moving = [angle for angle in ANGLES if _range(true[angle]) >= MOVING]
+    found = agreement(series, repetition.vicon, moving)
+    return [
+        AngleAgreement(
+            movement=MOVEMENTS.get(repetition.movement, repetition.movement),
+            subject=repetition.subject,
+            repetition=repetition.name,
+            angle=angle,
+            method=method,
+            sd_deg=found[angle].sd_deg,
+            r=found[angle].r,
+        )
+        for angle in moving
+    ]
+
+
+def agreement(
+    series: SkeletonSeries, vicon: AngleSeries, angles: Sequence[str]
+) -> dict[str, AngleScore]:
+    """How well some angles follow the Vicon's, after the time shift that fits them all best.
+
+    The shift is the one with the smallest errors about their mean: correlation misleads where an
+    arm passes overhead and its flexion turns by a full circle.
+    """
+    own = angle_series(series)
+    true = without_sideways_flexion(vicon.angles)
+    scored = []
+    for shift_ns in np.arange(-MAX_SHIFT_NS, MAX_SHIFT_NS + 1, STEP_NS):
+        found = own.at(vicon.stamps_ns + shift_ns)
+        scored.append({angle: _score(found[angle], true[angle]) for angle in angles})
+    sd = [mean_known([score.sd_deg for score in scores.values()]) for scores in scored]
+    return scored[int(np.nanargmin(sd))] if np.isfinite(sd).any() else scored[0]
+
+
+def _score(found: FloatArray, true: FloatArray) -> AngleScore:
+    """The score of an angle about its mean error, which may be near half a circle."""
+    error = wrapped(found - true)
+    error = error[np.isfinite(error)]
+    if len(error) == 0:
+        return score_angle(found, true)
+    mean = float(np.angle(np.mean(np.exp(1j * error))))
+    return score_angle(found - mean, true)
+
+
+def _range(angle: FloatArray) -> float:
+    """How far an angle moves [rad]; 0 where it is unknown for most of the time."""
+    known = unwrapped(angle)[np.isfinite(angle)]
+    return float(np.ptp(known)) if len(known) > len(angle) // 2 else 0.0
+
+
+def table(found: Sequence[AngleAgreement]) -> TextTable:
+    """One row a movement, and their mean; a column a method."""
+    methods = list(dict.fromkeys(each.method for each in found))
+    made = TextTable(
+        title="UI-PRMD: one Kinect v2 against Vicon",
+        header=(
+            "movement",
+            "angles",
+            *(f"{method} [°]" for method in methods),
+            *(f"{method} r" for method in methods),
+        ),
+        note="Real people. RMSE after the mean error is taken off, and Pearson's r, of the angles "
+        f"that move by {np.degrees(MOVING):.0f}° or more, after one time shift a repetition; "
+        "mean over angles and repetitions. Shoulder rotation moves none of the angles.",
+    )
+    means: list[list[float]] = []
+    for movement in dict.fromkeys(each.movement for each in found):
+        own = [each for each in found if each.movement == movement]
+        sd = [mean_known([e.sd_deg for e in own if e.method == method]) for method in methods]
+        r = [mean_known([e.r for e in own if e.method == method]) for method in methods]
+        means.append([*sd, *r])
+        made.rows.append((movement, str(len(own) // len(methods)), *_cells(sd, r)))
+    mean = [mean_known(list(column)) for column in zip(*means, strict=True)]
+    cells = _cells(mean[: len(methods)], mean[len(methods) :])
+    made.rows.append(("mean of the movements", str(len(found) // len(methods)), *cells))
+    return made
+
+
+def _cells(sd: Sequence[float], r: Sequence[float]) -> list[str]:
+    return [*(number(value, 1) for value in sd), *(number(value, 3) for value in r)]
