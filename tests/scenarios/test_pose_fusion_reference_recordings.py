@@ -7,15 +7,9 @@ import pytest
 
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.evaluation.references.markers import MarkerSeries, plain, skeleton_of_markers
+from pose_fusion.evaluation.references.uiprmd import MARKERS, OWN_FLEXION
 
 pytestmark = pytest.mark.data
-
-LABELS = (
-    "LFHD RFHD LBHD RBHD C7 T10 CLAV STRN RBAK LSHO LUPA LELB LFRM LWRA LWRB LFIN RSHO RUPA RELB "
-    "RFRM RWRA RWRB RFIN LASI RASI LPSI RPSI LTHI LKNE LTIB LANK LHEE LTOE RTHI RKNE RTIB RANK "
-    "RHEE RTOE"
-).split()
-LEFT_KNEE, RIGHT_KNEE = 57, 60  # columns of the angles
 
 
 def table(path):
@@ -27,13 +21,13 @@ def table(path):
 def test_knees_bend_as_plug_in_gait_says(trial, shared_data):
     folder = shared_data / "uiprmd" / "Vicon"
     points = table(folder / "Positions" / f"{trial}_positions.txt.gz") / 1000.0
-    points = points.reshape(len(points), len(LABELS), 3)
+    points = points.reshape(len(points), len(MARKERS), 3)
     markers = MarkerSeries(
         stamps_ns=np.arange(len(points)) * 10_000_000,
-        positions={plain(label): points[:, index] for index, label in enumerate(LABELS)},
+        positions={plain(label): points[:, index] for index, label in enumerate(MARKERS)},
     )
     found = joint_angles(skeleton_of_markers(markers, trial).positions)
     expected = table(folder / "Angles" / f"{trial}_angles.txt.gz")
-    for name, column in (("left", LEFT_KNEE), ("right", RIGHT_KNEE)):
-        error = np.degrees(found[f"{name}_knee_flexion"]) - expected[:, column]
+    for name in ("left_knee_flexion", "right_knee_flexion"):
+        error = np.degrees(found[name]) - expected[:, OWN_FLEXION[name]]
         assert np.sqrt(np.mean(error**2)) < 3.5

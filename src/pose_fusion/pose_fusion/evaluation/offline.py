@@ -18,7 +18,7 @@ from pose_fusion.streams.series import SkeletonSeries, series_from_samples
 IMU_ALONE = "imu"
 RAW = (MEAN, "left", "right")  # estimators that filter nothing: the tables have them as they are
 WITH_IMUS = ("default", "li2020")  # estimators that are run with the IMUs, too
-IMU_ENDING = "+imu"
+IMU_ENDING = "+imus"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -73,7 +73,7 @@ def _low_pass(values: FloatArray) -> FloatArray:
     for stretch in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
         if len(stretch) > round(RATE / CUTOFF):
             padding = min(len(stretch) - 1, round(RATE / 2))
-            result[stretch] = sosfiltfilt(sections, values[stretch], padlen=padding)
+            result[stretch] = sosfiltfilt(sections, values[stretch], padtype="even", padlen=padding)
     return result
 
 

@@ -20,11 +20,13 @@ from pose_fusion.evaluation.angle_series import (
     angle_series,
     without_sideways_flexion,
 )
+from pose_fusion.evaluation.references.reference import Reference
 from pose_fusion.evaluation.stability import bone_length_sd_mm, rms_jerk
 from pose_fusion.evaluation.time_shift import STILL, estimate_angle_shift
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
 
+ReferenceSeries = SkeletonSeries | AngleSeries | Reference
 MIN_OVERLAP_S = 1.0  # [s] of common time, below which there is nothing to evaluate
 
 
@@ -110,7 +112,7 @@ class Evaluation:
 
 def evaluate(
     methods: Mapping[str, SkeletonSeries],
-    reference: SkeletonSeries | AngleSeries,
+    reference: ReferenceSeries,
     *,
     reference_name: str,
     synthetic: bool = False,
@@ -119,7 +121,7 @@ def evaluate(
 
     Args:
         methods: Each method's joints, in any frame, by name.
-        reference: The reference's joints; or its angles, where it knows no more.
+        reference: The reference's joints; or its angles; or angles and joints.
         reference_name: What it is.
         synthetic: Whether the subject is a simulated one.
 
@@ -135,8 +137,8 @@ def evaluate(
 
 
 def common_window(
-    reference: SkeletonSeries | AngleSeries, methods: Mapping[str, SkeletonSeries]
-) -> SkeletonSeries | AngleSeries:
+    reference: ReferenceSeries, methods: Mapping[str, SkeletonSeries]
+) -> ReferenceSeries:
     """The part of the reference that every method covers from its first to its last sample.
 
     Raises:
@@ -160,12 +162,9 @@ def common_window(
     return reference.between(begin_ns, end_ns)
 
 
-def score_method(
-    name: str, series: SkeletonSeries, reference: SkeletonSeries | AngleSeries
-) -> MethodScores:
+def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) -> MethodScores:
     """Compare one method with a reference, at the reference's instants inside their overlap."""
-    joints = reference if isinstance(reference, SkeletonSeries) else None
-    known = angle_series(reference) if isinstance(reference, SkeletonSeries) else reference
+    known, joints = _angles_and_joints(reference)
     shift_s = estimate_angle_shift(angle_series(series), known)
     positions = series.shifted(-shift_s).at(reference.stamps_ns)
     expected, found = without_sideways_flexion(known.angles), joint_angles(positions)
@@ -174,12 +173,22 @@ def score_method(
     return MethodScores(
         name=name,
         angles={angle: score_angle(found[angle], expected[angle]) for angle in ANGLES},
-        joint_error_mm=errors if joints is None else joint_errors_mm(positions, joints.positions),
+        joint_error_mm=errors
+        if joints is None
+        else joint_errors_mm(positions, joints.at(reference.stamps_ns)),
         bone_sd_mm=bone_length_sd_mm(own.positions),
         jerk=rms_jerk(own),
         shift_s=shift_s,
         coverage=float(np.mean(np.any(known_joints(positions), axis=1))),
     )
+
+
+def _angles_and_joints(reference: ReferenceSeries) -> tuple[AngleSeries, SkeletonSeries | None]:
+    if isinstance(reference, SkeletonSeries):
+        return angle_series(reference), reference
+    if isinstance(reference, AngleSeries):
+        return reference, None
+    return reference.angles, reference.skeleton
 
 
 def score_angle(found: FloatArray, expected: FloatArray) -> AngleScore:

@@ -99,7 +99,7 @@ def compare(recording: Recording, reference: Reference) -> Compared:
     reference, alignment = align_reference(reference, angle_series(focus))
     evaluation = evaluate(
         recording.methods,
-        reference.angles if reference.skeleton is None else reference.skeleton,
+        reference,
         reference_name=reference.name,
         synthetic=reference.synthetic or recording.is_synthetic,
     )

@@ -20,7 +20,7 @@ from pose_fusion.streams.bags import (
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
 
-PREFERRED = (FUSED, "default+imu", "default", "li2020+imu", "li2020", "joint_kf", MEAN)
+PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
 COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself
 SYNTHETIC = "synthetic"  # how such a comment begins where no person was recorded
 

@@ -46,8 +46,8 @@ def make_parser() -> argparse.ArgumentParser:
         nargs="+",
         default=[],
         metavar="NAME",
-        help="what to compare: sensors, mean, fused (the bag's own result), estimators, +imu added "
-        "where IMUs are to be used, for example: left mean joint_kf default default+imu "
+        help="what to compare: sensors, mean, fused (the bag's own result), estimators, +imus added "
+        "where IMUs are to be used, for example: left mean joint_kf default default+imus "
         "(default: all)",
     )
     parser.add_argument(

@@ -9,6 +9,7 @@ from pose_fusion.evaluation.references.markers import MarkerSeries, skeleton_of_
 from pose_fusion.evaluation.references.mot import read_mot
 from pose_fusion.evaluation.references.reference import Reference, reference_of_skeleton
 from pose_fusion.evaluation.references.trc import read_trc
+from pose_fusion.evaluation.references.uiprmd import read_uiprmd
 from pose_fusion.evaluation.references.vicon_csv import read_vicon_csv
 from pose_fusion.streams.bags import body_topic, read_body_series
 
@@ -16,6 +17,7 @@ TRUTH_NAMESPACE = "/truth"
 ABOUT_TOPIC = "/truth/about"  # says that the subject is synthetic
 MARKER_READERS = {".csv": read_vicon_csv, ".c3d": read_c3d, ".trc": read_trc}
 ANGLE_READERS = {".mot": read_mot, ".sto": read_mot}
+UIPRMD_NAME = "_positions.txt"  # of a repetition of the public data set of that name
 BAG_SUFFIXES = (".mcap", ".db3")
 
 
@@ -39,6 +41,8 @@ def read_reference(path: Path) -> Reference:
         return ANGLE_READERS[suffix](path)
     if suffix in MARKER_READERS:
         return reference_of_markers(MARKER_READERS[suffix](path), path)
+    if UIPRMD_NAME in path.name:
+        return read_uiprmd(path)
     known = ", ".join([*MARKER_READERS, *ANGLE_READERS])
     raise InputError(f"{path} is no reference: expected a bag or one of {known}")
 

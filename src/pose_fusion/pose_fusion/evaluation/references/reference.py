@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pose_common.errors import InputError
 from pose_fusion.evaluation.angle_series import AngleSeries, angle_series
-from pose_fusion.streams.series import SkeletonSeries
+from pose_fusion.streams.series import IntArray, SkeletonSeries
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,6 +17,16 @@ class Reference:
     angles: AngleSeries
     skeleton: SkeletonSeries | None  # None where the reference knows angles alone
     notes: tuple[str, ...] = ()  # what was assumed in reading it
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """The instants [ns] at which its angles are known, shape (n,)."""
+        return self.angles.stamps_ns
+
+    def between(self, begin_ns: int, end_ns: int) -> "Reference":
+        """What it knows from one instant [ns] to another, both included."""
+        skeleton = None if self.skeleton is None else self.skeleton.between(begin_ns, end_ns)
+        return replace(self, angles=self.angles.between(begin_ns, end_ns), skeleton=skeleton)
 
     def shifted(self, shift_ns: int) -> "Reference":
         """The reference with ``shift_ns`` [ns] added to its stamps."""

@@ -60,7 +60,7 @@ def method_style(name: str, sensors: Sequence[str]) -> dict[str, Any]:
     if name in sensors:
         colour = SENSOR_COLOURS[list(sensors).index(name) % len(SENSOR_COLOURS)]
         return {"color": colour, "linewidth": 0.9}
-    plain = name.removesuffix("+imu")
+    plain = name.removesuffix("+imus")
     dashes: Any = (0, (4, 1.2)) if plain != name else "-"
     width = 1.7 if name in (REFERENCE, "fused") else 1.2
     return {"color": COLOURS.get(plain, "#555555"), "linewidth": width, "linestyle": dashes}

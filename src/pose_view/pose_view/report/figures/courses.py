@@ -73,7 +73,7 @@ def attitude_sources(analysis: Analysis) -> dict[str, str]:
     """The methods that stand for Kinect alone, IMUs alone and fused, by that role."""
     names = analysis.recording.methods
     kinect = next((n for n in (MEAN, *analysis.recording.sensors) if n in names), None)
-    both = next((n for n in (FUSED, "default+imu", "li2020+imu") if n in names), None)
+    both = next((n for n in (FUSED, "default+imus", "li2020+imus") if n in names), None)
     roles = {"Kinect": kinect, "IMU": "imu" if "imu" in names else None, "fused": both}
     return {role: name for role, name in roles.items() if name is not None}
 

@@ -103,7 +103,7 @@ def _methods(analysis: Analysis, parts: Sequence[Section]) -> list[dict[str, obj
     if not any(part.has_methods for part in parts):
         return []
     sensors = analysis.recording.sensors
-    shown = {REFERENCE, MEAN, "default", "default+imu", FUSED, analysis.recording.focus}
+    shown = {REFERENCE, MEAN, "default", "default+imus", FUSED, analysis.recording.focus}
     return [
         {
             "name": text,

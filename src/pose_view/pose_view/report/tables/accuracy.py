@@ -100,7 +100,7 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
 
 def spoken_method(name: str) -> str:
     """A method's name, for people."""
-    return name.replace("+imu", " + IMUs")
+    return name.replace("+imus", " + IMUs")
 
 
 def _leg_rmse(method: MethodScores) -> float:
