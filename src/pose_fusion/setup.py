@@ -32,7 +32,9 @@ setup(
             "calibrate = pose_common.entry:start.pose_fusion.tools.calibrate",
             "demo = pose_common.entry:start.pose_fusion.tools.demo",
             "export = pose_common.entry:start.pose_fusion.tools.export",
+            "doctor = pose_common.entry:start.pose_fusion.tools.doctor",
             "fuse = pose_common.entry:start.pose_fusion.tools.fuse",
+            "top = pose_common.entry:start.pose_fusion.nodes.top",
         ]
     },
 )

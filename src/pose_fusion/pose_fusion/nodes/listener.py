@@ -1,0 +1,215 @@
+"""A node that only listens: what flows through the graph, how fast, how late; what nodes say."""
+
+import struct
+import time
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_fusion.nodes import qos
+from pose_fusion.nodes.message_types import message_class
+from pose_fusion.streams.bags import (
+    IMU_TOPIC,
+    SENSOR_TOPIC,
+    skeleton_sample,
+    skeleton_samples,
+    transforms_to_map,
+)
+from pose_fusion.watching.observation import (
+    GraphSnapshot,
+    Level,
+    NodeStatus,
+    TopicWatch,
+    TrackingWatch,
+)
+
+DISCOVERY_S = 0.3  # [s] between looks for new topics
+DEPTH = 200  # [messages]
+BODIES = "/humans/bodies/"
+OTHERS = ("/tf", "/tf_static", "/diagnostics", "/extrinsics")
+WITH_HEADER = (SENSOR_TOPIC, IMU_TOPIC)
+LATENCIES = 1000  # the last so many
+PROBE = "~/probe"
+
+
+class GraphListener(Node):
+    """Subscribes to whatever of ours appears and keeps statistics of it.
+
+    Args:
+        name: The node's name.
+        **options: As for ``rclpy.node.Node``.
+    """
+
+    def __init__(self, name: str = "listener", **options: Any) -> None:
+        super().__init__(name, **options)
+        self.counters = Counters("malformed_messages", "unknown_types")
+        self._watches: dict[str, TopicWatch] = {}
+        self._tracking: dict[str, TrackingWatch] = {}
+        self._statuses: dict[str, NodeStatus] = {}
+        self._transforms: dict[str, Any] = {}
+        self._latencies: deque[float] = deque(maxlen=LATENCIES)
+        self._hears_itself = False
+        self._probe = self.create_publisher(String, PROBE, 10)
+        self.create_subscription(String, PROBE, self._on_probe, 10)
+        self.create_timer(DISCOVERY_S, self._discover)
+        self._discover()
+
+    def snapshot(self) -> GraphSnapshot:
+        """The graph now."""
+        now_ns = time.time_ns()
+        statuses = sorted(self._statuses.values(), key=lambda status: status.name)
+        latencies = np.array(self._latencies)
+        return GraphSnapshot(
+            topics=tuple(
+                watch.status(now_ns, self.count_publishers(name))
+                for name, watch in sorted(self._watches.items())
+            ),
+            nodes=tuple(sorted(set(self._other_nodes()))),
+            statuses=tuple(statuses),
+            tracked={name: watch.share(now_ns) for name, watch in sorted(self._tracking.items())},
+            placed_sensors=self._placed_sensors(),
+            fusion_latency_s=(
+                (float(np.median(latencies)), float(np.percentile(latencies, 99)))
+                if len(latencies)
+                else None
+            ),
+            hears_itself=self._hears_itself,
+        )
+
+    # -- subscriptions --------------------------------------------------------------------------
+
+    def _discover(self) -> None:
+        self._probe.publish(String(data="are you there?"))
+        for topic, types in self.get_topic_names_and_types():
+            if topic in self._watches or not _is_ours(topic):
+                continue
+            offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
+            if not offered:
+                continue
+            self._watches[topic] = TopicWatch(topic)
+            try:
+                kind = message_class(types[0])
+            except InputError:
+                self.counters.add("unknown_types")
+                continue
+            profile = qos.for_subscription(offered, DEPTH)
+            callback = partial(self._on_message, topic, kind, self._reader_of(topic, types[0]))
+            self.create_subscription(kind, topic, callback, profile, raw=True)
+
+    def _reader_of(self, topic: str, msgtype: str) -> Callable[[str, Any], None] | None:
+        """What looks into a topic's messages, if anything does."""
+        leaf = topic.split("/")[-1] if topic.startswith(BODIES) else ""
+        if msgtype == "pose_msgs/msg/SkeletonArray":
+            return self._on_skeletons
+        readers: dict[tuple[str, str], Callable[[str, Any], None]] = {
+            ("skeleton", "pose_msgs/msg/Skeleton"): self._on_skeleton,
+            ("estimate", "pose_msgs/msg/PoseEstimate"): self._on_estimate,
+            ("", "diagnostic_msgs/msg/DiagnosticArray"): self._on_diagnostics,
+        }
+        if topic == "/tf_static" and msgtype == "tf2_msgs/msg/TFMessage":
+            return self._on_tf_static
+        return readers.get((leaf, msgtype))
+
+    def _on_message(
+        self, topic: str, kind: Any, read: Callable[[str, Any], None] | None, data: bytes
+    ) -> None:
+        now_ns = time.time_ns()
+        has_header = hasattr(kind, "_header") or "header" in kind.get_fields_and_field_types()
+        self._watches[topic].add(now_ns, _stamp_ns(data) if has_header else None)
+        if read is None:
+            return
+        try:
+            read(topic, deserialize_message(data, kind))
+        except InputError:
+            self.counters.add("malformed_messages")
+
+    def _on_skeletons(self, topic: str, message: SkeletonArray) -> None:
+        for sample in skeleton_samples(message, "")[:1]:
+            self._track(topic, sample.tracking_state)
+
+    def _on_skeleton(self, topic: str, message: Skeleton) -> None:
+        self._track(topic, skeleton_sample(message, "").tracking_state)
+
+    def _track(self, topic: str, tracking_state: Any) -> None:
+        self._tracking.setdefault(topic, TrackingWatch()).add(time.time_ns(), tracking_state)
+
+    def _on_estimate(self, _topic: str, message: PoseEstimate) -> None:
+        self._latencies.append(message.latency)
+
+    def _on_diagnostics(self, _topic: str, message: DiagnosticArray) -> None:
+        for status in message.status:
+            self._statuses[status.name] = NodeStatus(
+                name=status.name,
+                level=Level(min(status.level[0], Level.STALE)),
+                message=status.message,
+                values={entry.key: entry.value for entry in status.values},
+            )
+
+    def _on_tf_static(self, _topic: str, message: TFMessage) -> None:
+        for transform in message.transforms:
+            self._transforms[transform.child_frame_id] = transform
+
+    def _on_probe(self, _message: String) -> None:
+        self._hears_itself = True
+
+    # -- what is there --------------------------------------------------------------------------
+
+    def _other_nodes(self) -> list[str]:
+        own = self.get_fully_qualified_name()
+        names = [
+            f"{namespace.rstrip('/')}/{name}"
+            for name, namespace in self.get_node_names_and_namespaces()
+        ]
+        return [name for name in names if name != own and not name.split("/")[-1].startswith("_")]
+
+    def _placed_sensors(self) -> tuple[str, ...]:
+        try:
+            return tuple(transforms_to_map(self._transforms.values()))
+        except InputError:
+            return ()
+
+
+def listen(duration_s: float) -> GraphSnapshot:
+    """Listen to the graph for a while, with a node of its own."""
+    rclpy.init(args=[])
+    executor = SingleThreadedExecutor()
+    node = None
+    try:
+        node = GraphListener("doctor")
+        executor.add_node(node)
+        end_s = time.monotonic() + duration_s
+        while rclpy.ok() and (left_s := end_s - time.monotonic()) > 0.0:
+            executor.spin_once(timeout_sec=min(left_s, 0.1))
+        return node.snapshot()
+    finally:
+        executor.shutdown()
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _is_ours(topic: str) -> bool:
+    return (
+        any(pattern.search(topic) for pattern in WITH_HEADER)
+        or topic.startswith(BODIES)
+        or topic in OTHERS
+    )
+
+
+def _stamp_ns(data: bytes) -> int:
+    """The stamp of a serialised message that begins with a header: CDR, little endian."""
+    sec, nanosec = struct.unpack_from("<iI", data, 4)
+    return int(sec) * 1_000_000_000 + int(nanosec)

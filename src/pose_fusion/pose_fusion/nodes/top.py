@@ -1,0 +1,92 @@
+"""``./pose top``: what flows through the graph, live in the terminal."""
+
+import argparse
+import sys
+import time
+from typing import Any
+
+from rclpy.executors import ExternalShutdownException
+from rclpy.utilities import remove_ros_args
+from rich.console import Console
+from rich.live import Live
+
+from pose_common.nodes.running import run_node
+from pose_fusion.nodes.listener import GraphListener
+from pose_fusion.watching.terminal import page
+
+PERIOD_S = 0.5  # [s] between pages
+LISTEN_S = 3.0  # [s] before the one page of --once
+PLAIN_WIDTH = 80  # [columns] where no terminal tells
+
+
+class TopNode(GraphListener):
+    """Shows a page twice a second, or one page after a while.
+
+    Args:
+        console: Where to.
+        once_after_s: Show one page after so long [s], then end; None: go on.
+        **options: As for ``rclpy.node.Node``.
+    """
+
+    def __init__(self, console: Console, once_after_s: float | None, **options: Any) -> None:
+        super().__init__("top", **options)
+        self._console = console
+        self._live: Live | None = None
+        if once_after_s is not None:
+            self.create_timer(once_after_s, self._show_once)
+            return
+        self._live = Live(console=console, auto_refresh=False, screen=True)
+        self._live.start()
+        self.create_timer(PERIOD_S, self._refresh)
+
+    def _refresh(self) -> None:
+        if self._live is not None:
+            height = self._console.size.height
+            self._live.update(page(self.snapshot(), time.strftime("%H:%M:%S"), height))
+            self._live.refresh()
+
+    def _show_once(self) -> None:
+        snapshot = self.snapshot()
+        lines = max(self._console.size.height, 24 + len(snapshot.statuses))
+        self._console.print(page(snapshot, time.strftime("%H:%M:%S"), lines))
+        raise ExternalShutdownException
+
+    def destroy_node(self) -> None:
+        """Give the terminal back."""
+        if self._live is not None:
+            self._live.stop()
+        super().destroy_node()
+
+
+def parse_arguments(words: list[str]) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(
+        prog="pose top",
+        description="Show what flows through the graph: rates, latencies, tracking, warnings. "
+        "Ctrl-C ends it.",
+    )
+    parser.add_argument(
+        "--once",
+        action="store_true",
+        help="print one page and end, for scripts; so it does where there is no terminal",
+    )
+    parser.add_argument(
+        "--listen",
+        type=float,
+        default=LISTEN_S,
+        metavar="S",
+        help=f"how long --once listens first [s] (default: {LISTEN_S:g})",
+    )
+    options = parser.parse_args(words)
+    if not 0.5 <= options.listen <= 600.0:
+        parser.error(f"--listen {options.listen:g} s is outside [0.5, 600]")
+    return options
+
+
+def main() -> None:
+    """Run the node."""
+    options = parse_arguments(remove_ros_args(sys.argv)[1:])
+    terminal = sys.stdout.isatty()
+    console = Console(width=None if terminal else PLAIN_WIDTH, highlight=False)
+    once_after_s = options.listen if options.once or not terminal else None
+    run_node(lambda: TopNode(console, once_after_s))

@@ -1,0 +1,92 @@
+"""Which sensors are plugged in, and whether this user may open them."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from serial.tools import list_ports
+
+from pose_fusion.watching.findings import Finding, Verdict
+
+USB_DEVICES = Path("/sys/bus/usb/devices")
+MICROSOFT = "045e"
+KINECTS = {  # USB product ids (usb-ids)
+    "02ae": "Kinect v1 camera",
+    "02bf": "Kinect v1 for Windows camera",
+    "02c4": "Kinect v2",
+    "02d8": "Kinect v2",
+    "097c": "Azure Kinect depth camera",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SerialPort:
+    """A serial device of this machine."""
+
+    path: str
+    description: str
+    may_open: bool
+    group: str  # of the file
+
+
+def serial_ports() -> list[SerialPort]:
+    """The serial devices that are hardware: USB adapters, built-in ports that answer."""
+    ports = []
+    for port in sorted(list_ports.comports(), key=lambda port: port.device):
+        path = Path(port.device)
+        ports.append(
+            SerialPort(
+                path=port.device,
+                description="serial port" if port.description == "n/a" else port.description,
+                may_open=os.access(path, os.R_OK | os.W_OK),
+                group=path.group() if path.exists() else "",
+            )
+        )
+    return ports
+
+
+def kinects(folder: Path = USB_DEVICES) -> list[str]:
+    """Names of the Kinects on USB."""
+    found = []
+    for vendor in sorted(folder.glob("*/idVendor")):
+        product = vendor.with_name("idProduct")
+        if vendor.read_text().strip() == MICROSOFT and product.is_file():
+            name = KINECTS.get(product.read_text().strip())
+            found += [name] if name else []
+    return found
+
+
+def device_findings(ports: Sequence[SerialPort], cameras: Sequence[str]) -> Iterator[Finding]:
+    """What the devices tell."""
+    if not ports:
+        yield _finding(
+            "serial ports",
+            Verdict.NOTE,
+            "none",
+            "plug the IMUs' receiver in; without IMUs nothing is amiss",
+        )
+    for port in ports:
+        if port.may_open:
+            yield _finding(port.path, Verdict.OK, port.description)
+            continue
+        group = port.group or "dialout"
+        yield _finding(
+            port.path,
+            Verdict.WRONG,
+            f"{port.description}, but this user may not open it",
+            f"sudo usermod -aG {group} $USER, then log in again",
+        )
+    if cameras:
+        yield _finding("Kinects on USB", Verdict.OK, ", ".join(cameras))
+    else:
+        yield _finding(
+            "Kinects on USB",
+            Verdict.NOTE,
+            "none",
+            "recordings and skeletons of other hosts need none",
+        )
+
+
+def _finding(subject: str, verdict: Verdict, found: str, remedy: str = "") -> Finding:
+    return Finding(area="devices", subject=subject, verdict=verdict, found=found, remedy=remedy)

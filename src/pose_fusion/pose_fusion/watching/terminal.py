@@ -1,0 +1,151 @@
+"""A graph's state as a page of text that fits into 80 columns and 24 lines."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_fusion.streams.bags import IMU_TOPIC, SENSOR_TOPIC
+from pose_fusion.streams.samples import FloatArray
+from pose_fusion.watching.observation import GraphSnapshot, Level, NodeStatus, TopicStatus
+
+SILENT_S = 1.0  # [s] a topic without messages for longer is shown as silent
+REPLAYED_S = 60.0  # [s] what is stamped longer ago comes from a recording
+BODIES = "/humans/bodies/"
+MIDDLE = ("head", "neck", "torso")
+PAIRED = tuple(joint.partition("_")[2] for joint in JOINTS if joint.startswith("left_"))
+LEVEL_STYLE = {Level.OK: "green", Level.WARN: "yellow", Level.ERROR: "red", Level.STALE: "red"}
+NAME_WIDTH = 14  # [columns] of a node's name
+GOOD_SHARE, FAIR_SHARE = 0.9, 0.5  # [-]
+
+
+def page(snapshot: GraphSnapshot, clock: str, height: int = 24) -> RenderableType:
+    """The whole page, at most ``height`` lines.
+
+    Args:
+        snapshot: The graph.
+        clock: The time of day, for the title.
+        height: Lines of the terminal.
+    """
+    topics = _topic_rows(snapshot)
+    parts: list[RenderableType] = [_title(snapshot, clock), _topics_table(topics)]
+    used = 2 + len(topics)
+    seen = sorted(snapshot.tracked, key=lambda name: (name.startswith(BODIES), name))
+    tracked = {name: snapshot.tracked[name] for name in seen if _is_known(snapshot.tracked[name])}
+    if tracked:
+        parts.append(_tracking_table(tracked))
+        used += 1 + len(MIDDLE) + len(PAIRED)
+    parts.append(_warnings(snapshot.statuses, max(2, height - used - 1)))
+    return Group(*parts)
+
+
+def _title(snapshot: GraphSnapshot, clock: str) -> Text:
+    title = Text.assemble(("pose top", "bold"), f"  {clock}  ")
+    title.append(f"{len(snapshot.nodes)} nodes, {len(snapshot.topics)} topics; ")
+    placed = ", ".join(snapshot.placed_sensors)
+    title.append(f"extrinsics: {placed}" if placed else "extrinsics: not known yet")
+    title.truncate(80, overflow="ellipsis")
+    return title
+
+
+Row = tuple[str, str, str, str, bool]  # name, rate, latency, age, whether it is silent
+
+
+def _topic_rows(snapshot: GraphSnapshot) -> list[Row]:
+    """Kinects, the IMUs together, the body, /tf."""
+    topics = snapshot.topics
+    rows = [_row(topic.name, [topic]) for topic in topics if SENSOR_TOPIC.search(topic.name)]
+    imus = [topic for topic in topics if IMU_TOPIC.search(topic.name)]
+    if imus:
+        rows.append(_row(f"imu_*/data ({len(imus)} IMUs)", imus))
+    rows += [
+        _row(topic.name[len(BODIES) :], [topic])
+        for topic in topics
+        if topic.name.startswith(BODIES) and topic.name.endswith("/joint_states")
+    ]
+    if snapshot.fusion_latency_s is not None:
+        median, p99 = (1000.0 * value for value in snapshot.fusion_latency_s)
+        latency = f"{median:.0f}, p99 {p99:.0f}"
+        rows.append(("newest sample to the fusion's output", "", latency, "", False))
+    return rows
+
+
+def _row(name: str, topics: Sequence[TopicStatus]) -> Row:
+    rates = [topic.rate for topic in topics]
+    low, high = min(rates), max(rates)
+    rate = f"{low:.1f}" if high - low < 1.0 else f"{low:.0f}–{high:.0f}"
+    latencies = [topic.latency_s for topic in topics if topic.latency_s is not None]
+    latency = _latency(max(latencies)) if latencies else "–"
+    ages = [topic.age_s for topic in topics]
+    known = [age for age in ages if age is not None]
+    is_silent = len(known) < len(ages) or max(known) > SILENT_S
+    age = f"{max(known):.1f}" if len(known) == len(ages) else "never"
+    return name, rate, latency, age, is_silent
+
+
+def _latency(latency_s: float) -> str:
+    return f"{1000.0 * latency_s:.0f}" if abs(latency_s) < REPLAYED_S else "replayed"
+
+
+def _topics_table(rows: Sequence[Row]) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    table.add_column("topic", no_wrap=True, width=36, overflow="ellipsis")
+    for header in ("rate [Hz]", "latency [ms]", "last [s ago]"):
+        table.add_column(Text(header), justify="right", no_wrap=True)
+    for name, rate, latency, age, is_silent in rows:
+        table.add_row(name, rate, latency, age, style="red" if is_silent else "")
+    if not rows:
+        table.add_row("nothing flows yet: try ./pose doctor", "", "", "", style="yellow")
+    return table
+
+
+def _is_known(share: FloatArray) -> bool:
+    return bool(np.isfinite(share).any())
+
+
+def _tracking_table(tracked: dict[str, FloatArray]) -> Table:
+    """Per joint, for each source the left and the right one."""
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
+    table.add_column(Text("tracked [%]"), no_wrap=True)
+    for name in tracked:
+        short = _short(name)
+        table.add_column(f"{short} L", justify="right", no_wrap=True)
+        table.add_column("R", justify="right", no_wrap=True, width=4)
+    for joint in (*MIDDLE, *PAIRED):
+        cells: list[Text | str] = []
+        for share in tracked.values():
+            if joint in MIDDLE:
+                cells += [_share(share[JOINT_INDEX[joint]]), ""]
+            else:
+                cells += [_share(share[JOINT_INDEX[f"{side}_{joint}"]]) for side in SIDES]
+        table.add_row(joint, *cells)
+    return table
+
+
+def _short(topic: str) -> str:
+    match = SENSOR_TOPIC.search(topic)
+    return f"kinect_{match['name']}" if match else topic[len(BODIES) :].split("/")[0]
+
+
+def _share(share: float) -> Text:
+    style = "green" if share >= GOOD_SHARE else "yellow" if share >= FAIR_SHARE else "red"
+    return Text(f"{100.0 * share:.0f}", style)
+
+
+def _warnings(statuses: Sequence[NodeStatus], lines: int) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), show_header=False, width=80)
+    table.add_column(no_wrap=True, style="bold", width=NAME_WIDTH, overflow="ellipsis")
+    table.add_column(no_wrap=True, overflow="ellipsis")
+    ordered = sorted(statuses, key=lambda status: -status.level)
+    room = lines if len(ordered) <= lines else lines - 1
+    for status in ordered[:room]:
+        style = LEVEL_STYLE[status.level]
+        table.add_row(status.name.lstrip("/"), Text(status.message, style))
+    if len(ordered) > room:
+        table.add_row("…", f"and {len(ordered) - room} more nodes, in /diagnostics")
+    if not ordered:
+        table.add_row("", Text("no node reports to /diagnostics", "yellow"))
+    return table

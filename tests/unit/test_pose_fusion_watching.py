@@ -1,0 +1,221 @@
+"""Statistics of a graph, what is wrong with it, and the page of text."""
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.watching.findings import Verdict, graph_findings
+from pose_fusion.watching.observation import (
+    GraphSnapshot,
+    Level,
+    NodeStatus,
+    TopicStatus,
+    TopicWatch,
+    TrackingWatch,
+)
+from pose_fusion.watching.terminal import page
+
+S = 1_000_000_000
+
+
+def topic(name, rate=30.0, latency_s=0.004, age_s=0.02):
+    age_s = None if rate == 0.0 else age_s
+    return TopicStatus(name=name, rate=rate, age_s=age_s, latency_s=latency_s, publishers=1)
+
+
+IMUS = ("pelvis", "torso", "left_thigh", "right_thigh", "left_shank", "right_shank")
+NODES = ("/calibration", "/fusion", "/imu_bridge", "/kinect_left", "/kinect_right", "/recorder")
+HEALTHY = GraphSnapshot(
+    topics=(
+        *(topic(f"/imu_{segment}/data", 100.0) for segment in IMUS),
+        topic("/kinect_left/skeletons"),
+        topic("/kinect_right/skeletons"),
+        topic("/humans/bodies/subject/joint_states"),
+        topic("/humans/bodies/subject/estimate"),
+        topic("/tf"),
+    ),
+    nodes=NODES,
+    statuses=tuple(
+        NodeStatus(name=name, level=Level.OK, message="all is well and said at some length")
+        for name in NODES
+    ),
+    tracked={
+        "/humans/bodies/subject/skeleton": np.full(15, 1.0),
+        "/kinect_left/skeletons": np.full(15, 0.97),
+        "/kinect_right/skeletons": np.linspace(0.0, 1.0, 15),
+    },
+    placed_sensors=("left", "right"),
+    fusion_latency_s=(0.012, 0.031),
+    hears_itself=True,
+)
+
+
+def changed(snapshot, name, **values):
+    """The snapshot with one topic changed."""
+    topics = tuple(replace(t, **values) if t.name == name else t for t in snapshot.topics)
+    return replace(snapshot, topics=topics)
+
+
+def verdicts(snapshot):
+    return {finding.subject: finding.verdict for finding in graph_findings(snapshot)}
+
+
+# -- statistics ---------------------------------------------------------------------------------
+
+
+def test_a_rate_is_messages_a_second():
+    watch = TopicWatch("/t")
+    for index in range(91):
+        watch.add(index * S // 30, index * S // 30 - 5_000_000)
+    status = watch.status(3 * S, 1)
+    assert status.rate == pytest.approx(30.0)
+    assert status.latency_s == pytest.approx(0.005)
+    assert status.age_s == 0.0
+
+
+def test_a_topic_that_falls_silent_loses_its_rate_but_not_its_age():
+    watch = TopicWatch("/t")
+    for index in range(30):
+        watch.add(index * S // 30, None)
+    status = watch.status(20 * S, 1)
+    assert status.rate == 0.0
+    assert status.age_s == pytest.approx(20.0 - 29 / 30)
+    assert status.latency_s is None
+
+
+def test_a_topic_without_messages_has_neither():
+    status = TopicWatch("/t").status(S, 1)
+    assert (status.rate, status.age_s, status.latency_s) == (0.0, None, None)
+
+
+def test_the_share_of_tracked_frames_is_per_joint_and_forgets():
+    watch = TrackingWatch()
+    state = np.full(15, 2, np.uint8)
+    watch.add(0, np.zeros(15, np.uint8))
+    for index in range(1, 5):
+        state[JOINT_INDEX["left_hand"]] = 2 if index % 2 else 1
+        watch.add(index * S, state.copy())
+    share = watch.share(5 * S)
+    assert share[JOINT_INDEX["head"]] == pytest.approx(4 / 5)
+    assert share[JOINT_INDEX["left_hand"]] == pytest.approx(2 / 5)
+    assert watch.share(6 * S)[JOINT_INDEX["head"]] == 1.0
+    assert np.isnan(watch.share(60 * S)).all()
+
+
+# -- findings -----------------------------------------------------------------------------------
+
+
+def test_nothing_is_wrong_with_a_healthy_graph():
+    assert set(verdicts(HEALTHY).values()) == {Verdict.OK}
+
+
+def test_a_graph_that_does_not_run_is_noted_not_blamed():
+    empty = replace(HEALTHY, topics=(), nodes=(), statuses=(), tracked={}, placed_sensors=())
+    (messages, nodes) = graph_findings(empty)
+    assert messages.verdict is Verdict.OK
+    assert nodes.verdict is Verdict.NOTE
+    assert "./pose up" in nodes.remedy
+
+
+def test_deaf_middleware_is_wrong_and_all_that_is_said():
+    (finding,) = graph_findings(replace(HEALTHY, hears_itself=False))
+    assert finding.verdict is Verdict.WRONG
+    assert "firewall" in finding.remedy
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "verdict", "words"),
+    [
+        ("/kinect_left/skeletons", {"rate": 0.0}, Verdict.WRONG, "is the sensor there"),
+        ("/kinect_left/skeletons", {"rate": 4.0}, Verdict.WRONG, "10 Hz or more"),
+        ("/kinect_left/skeletons", {"latency_s": -0.2}, Verdict.WRONG, "NTP"),
+        ("/kinect_left/skeletons", {"latency_s": 0.3}, Verdict.NOTE, "clocks that differ"),
+        ("/humans/bodies/subject/joint_states", {"rate": 0.0}, Verdict.WRONG, "the fusion says"),
+    ],
+)
+def test_a_stream_that_is_amiss_is_found_with_what_to_do(name, values, verdict, words):
+    findings = graph_findings(changed(HEALTHY, name, **values))
+    found = next(finding for finding in findings if finding.subject == name)
+    assert found.verdict is verdict
+    assert words in found.remedy
+
+
+def test_a_silent_imu_is_named():
+    findings = graph_findings(changed(HEALTHY, "/imu_pelvis/data", rate=0.0))
+    found = next(finding for finding in findings if finding.subject == "IMUs")
+    assert found.verdict is Verdict.WRONG
+    assert found.found == "silent: /imu_pelvis/data"
+
+
+def test_unknown_extrinsics_are_a_matter_of_time_only_while_somebody_calibrates():
+    unknown = replace(HEALTHY, placed_sensors=("left",))
+    assert verdicts(unknown)["extrinsics"] is Verdict.NOTE
+    alone = replace(unknown, nodes=("/fusion", "/kinect_left", "/kinect_right"))
+    assert verdicts(alone)["extrinsics"] is Verdict.WRONG
+
+
+def test_a_slow_fusion_is_wrong():
+    assert verdicts(replace(HEALTHY, fusion_latency_s=(0.2, 0.4)))["fusion latency"] is (
+        Verdict.WRONG
+    )
+
+
+@pytest.mark.parametrize(
+    ("level", "verdict"), [(Level.WARN, Verdict.NOTE), (Level.ERROR, Verdict.WRONG)]
+)
+def test_what_a_node_says_of_itself_counts(level, verdict):
+    status = NodeStatus(name="/imu_bridge", level=level, message="the port was lost")
+    findings = graph_findings(replace(HEALTHY, statuses=(status,)))
+    found = next(finding for finding in findings if finding.subject == "/imu_bridge")
+    assert (found.verdict, found.found) == (verdict, "the port was lost")
+
+
+# -- the page -----------------------------------------------------------------------------------
+
+
+def shown(snapshot, height=24):
+    console = Console(file=io.StringIO(), width=80, height=height)
+    console.print(page(snapshot, "12:00:00", height))
+    return console.file.getvalue().splitlines()
+
+
+def test_the_page_of_a_full_graph_fits_into_80_columns_and_24_lines():
+    lines = shown(HEALTHY)
+    assert len(lines) <= 24
+    assert max(map(len, lines)) <= 80
+    assert not any("…" in line for line in lines)
+
+
+def test_the_page_says_rates_latencies_shares_and_what_nodes_say():
+    text = "\n".join(shown(HEALTHY))
+    assert "rate [Hz]" in text
+    assert "latency [ms]" in text
+    assert "imu_*/data (6 IMUs)" in text
+    assert "12, p99 31" in text
+    assert "97" in text
+    assert "all is well" in text
+    assert "extrinsics: left, right" in text
+
+
+def test_what_is_wrong_is_said_first_however_little_room_there_is():
+    status = NodeStatus(name="/zzz", level=Level.ERROR, message="the port was lost")
+    lines = shown(replace(HEALTHY, statuses=(*HEALTHY.statuses, status)), height=20)
+    assert len(lines) <= 20
+    assert any("zzz" in line and "the port was lost" in line for line in lines)
+    assert "more nodes" in lines[-1]
+
+
+def test_an_empty_graph_says_how_to_start_one():
+    empty = replace(HEALTHY, topics=(), statuses=(), tracked={}, placed_sensors=())
+    text = "\n".join(shown(replace(empty, fusion_latency_s=None)))
+    assert "nothing flows yet: try ./pose doctor" in text
+    assert "not known yet" in text
+
+
+def test_stamps_of_a_recording_are_no_latency():
+    text = "\n".join(shown(changed(HEALTHY, "/kinect_left/skeletons", latency_s=1e6)))
+    assert "replayed" in text
