@@ -117,9 +117,9 @@ def run() -> None:
         open_bag(options.bag) as bag,
         Progress(*columns, TimeRemainingColumn(), console=console) as progress,
     ):
-        task = progress.add_task("estimating", total=1.0)
+        task = progress.add_task("estimating", total=1.0, visible=False)
         recording = read_recording(
-            bag, wanted, placed, lambda share: progress.update(task, completed=share)
+            bag, wanted, placed, lambda share: progress.update(task, completed=share, visible=True)
         )
     with console.status("measuring and drawing"):
         analysis = analyse(recording, reference)

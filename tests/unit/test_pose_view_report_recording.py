@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+from moving_body import motion
+from session_bag import write_session
+
+from pose_common.bags import open_bag
+from pose_common.errors import InputError
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
+from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.evaluation.offline import IMU_ENDING, known_setups
+from pose_fusion.streams.samples import SkeletonSample
+from pose_view.report.analysis import analyse
+from pose_view.report.figures.courses import joint_figures
+from pose_view.report.page.page import facts, notes, render_page
+from pose_view.report.recording import Wanted, preferred, read_recording
+from pose_view.report.tables.steadiness import view_tables
+
+
+def seen_by(sensor, **kind):
+    series = motion(rate=30.0, duration_s=6.0, **kind)
+    for stamp_ns, positions in zip(series.stamps_ns, series.positions, strict=True):
+        yield SkeletonSample(
+            stamp_ns=int(stamp_ns),
+            sensor=sensor,
+            person="1",
+            positions=positions + [0.0, 0.0, 2.0],
+            tracking_state=np.full(15, 2, np.uint8),
+        )
+
+
+def read(path, *methods, extrinsics=None, focus=""):
+    def placed(_, sensors):
+        if extrinsics is not None:
+            raise extrinsics
+        return extrinsics_from_map(dict.fromkeys(sensors, np.eye(4)))
+
+    with open_bag(path) as bag:
+        wanted = Wanted(name="walk", methods=methods, focus=focus)
+        return read_recording(bag, wanted, placed, lambda share: None)
+
+
+@pytest.fixture
+def two(tmp_path):
+    samples = [*seen_by("left"), *seen_by("right", begin_s=0.01)]
+    return write_session(tmp_path / "two", samples, text="a real person")
+
+
+@pytest.fixture
+def one(tmp_path):
+    return write_session(tmp_path / "one", seen_by("left"), text="")
+
+
+def test_methods_stand_in_the_order_of_the_papers(two):
+    found = list(read(two, "left", "right", "mean", "joint_kf").methods)
+    assert found == ["left", "right", "mean", "joint_kf"]
+
+
+def test_one_sensor_has_a_report_too(one):
+    recording = read(one, "left", "joint_kf")
+    assert list(recording.methods) == ["left", "joint_kf"]
+    analysis = analyse(recording, None)
+    assert view_tables(analysis.agreement) == []
+    assert set(analysis.steadiness) == {"left", "joint_kf"}
+
+
+def test_where_the_sensors_stand_may_be_unknown(two):
+    recording = read(two, extrinsics=CalibrationError("too little motion"))
+    assert list(recording.methods) == ["left", "right"]
+    assert any("too little motion" in note for note in notes(analyse(recording, None)))
+
+
+def test_a_recording_of_a_person_is_not_called_synthetic(two):
+    recording = read(two, "left")
+    analysis = analyse(recording, None)
+    assert not analysis.is_synthetic
+    assert dict(facts(analysis))["its source says"] == "a real person"
+
+
+def test_what_a_source_says_of_itself_cannot_break_the_page(tmp_path):
+    path = write_session(tmp_path / "bag", seen_by("left"), text="</dd><script>alert(1)</script>")
+    page = render_page(analyse(read(path, "left"), None), "left_hand")
+    assert "<script" not in page
+    assert "Path of the left hand" in page
+    assert "Synthetic subject" not in page
+
+
+def test_the_same_recording_gives_the_same_drawings(two):
+    analysis = analyse(read(two, "left", "mean"), None)
+    assert joint_figures(analysis, "left_hand") == joint_figures(analysis, "left_hand")
+
+
+def test_single_figures_show_what_is_asked_for(two):
+    assert read(two, "left", "mean").focus == "mean"
+    assert read(two, "left", "mean", focus="left").focus == "left"
+
+
+def test_an_unknown_method_is_refused_with_those_that_there_are(two):
+    with pytest.raises(
+        InputError, match="no method magic here: expected some of left, right, mean"
+    ):
+        read(two, "left", "magic")
+
+
+@pytest.mark.parametrize(
+    ("names", "best"),
+    [
+        (["left", "mean", "li2020", "fused"], "fused"),
+        (["left", "li2020", "default", "default+imus"], "default+imus"),
+        (["left", "right"], "left"),
+    ],
+)
+def test_the_method_to_show_is_the_best_there_is(names, best):
+    assert preferred(names) == best
+
+
+def test_imus_are_used_only_where_there_are_any():
+    without = [setup.name for setup in known_setups(has_imus=False)]
+    assert not any(name.endswith(IMU_ENDING) or name == "imu" for name in without)
+    with_imus = known_setups(has_imus=True)
+    assert any(setup.name.endswith(IMU_ENDING) and setup.use_imus for setup in with_imus)
+    assert [setup.name for setup in with_imus if not setup.use_imus] == without
+
+
+def test_every_estimator_that_filters_is_run():
+    names = {setup.estimator for setup in known_setups(has_imus=True)}
+    assert {"joint_kf", "dof_kf", "li2020"} <= names
+    assert not names & {"left", "right", "mean"}
