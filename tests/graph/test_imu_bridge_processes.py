@@ -1,4 +1,4 @@
-"""The bridge as a real process on a pseudo-terminal: unplugged, replugged, stopped."""
+"""The bridge as a real process on pseudo-terminals: many nodes, unplugged, wrong speed."""
 
 import os
 import sys
@@ -9,16 +9,21 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
+import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 
 from imu_bridge.protocols.star import RawSample, encode
+from pose_common.joints import SEGMENTS
+from pose_sim.serial_device import PseudoTerminal
+from pose_sim.witmotion_device import Sampling, packets
 
 pytestmark = pytest.mark.graph
 
 CONFIG = Path(__file__).parents[2] / "src" / "imu_bridge" / "config"
-NODES = 9
+NODES = 17  # of which two are on segments that nobody has named
+PORTS = 15
 PERIOD_S = 0.01
 FRAMES = 300  # of each node
 START_TIMEOUT_S = 40.0
@@ -100,32 +105,151 @@ class Watch:
         self.values = {item.key: item.value for item in status.values}
 
 
-def test_nine_nodes_at_100_hz_lose_nothing(start_process, ros_context, spin_until, sink):
-    watch = Watch(ros_context)
-    bridge = start_process(command(sink._link))
-    spin_until(lambda: watch.values.get("port") == "open", START_TIMEOUT_S, "the port")
+def every_period(send, rounds: int) -> threading.Thread:
+    """Call ``send`` at 100 Hz from a thread."""
 
-    def send() -> None:
+    def run() -> None:
         start = time.monotonic()
-        for k in range(FRAMES):
-            sink.send_round()
+        for k in range(rounds):
+            send()
             time.sleep(max(0.0, start + (k + 1) * PERIOD_S - time.monotonic()))
 
-    sender = threading.Thread(target=send)
-    sender.start()
+    thread = threading.Thread(target=run)
+    thread.start()
+    return thread
+
+
+def write_nodes(folder: Path, content: dict) -> Path:
+    path = folder / "nodes.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def test_seventeen_nodes_at_100_hz_lose_nothing(
+    start_process, ros_context, spin_until, sink, tmp_path
+):
+    watch = Watch(ros_context)
+    nodes = write_nodes(tmp_path, {"nodes": dict(enumerate(SEGMENTS, 1))})
+    bridge = start_process(command(sink._link, nodes_file=nodes))
+    spin_until(lambda: watch.values.get("port") == "open", START_TIMEOUT_S, "the port")
+
+    sender = every_period(sink.send_round, FRAMES)
     spin_until(
         lambda: watch.values["frames"] == str(NODES * FRAMES), 60.0, "all frames to be counted"
     )
     sender.join()
 
     lost = {name: v for name, v in watch.values.items() if name.endswith(".lost")}
-    assert len(lost) == NODES
+    assert len(lost) == len(SEGMENTS)
     assert set(lost.values()) == {"0"}
+    assert watch.values["unknown_nodes"] == f"16: {FRAMES}, 17: {FRAMES}"
     assert watch.values["crc_errors"] == watch.values["bytes_skipped"] == "0"
     assert watch.values["chunks_dropped"] == "0"
     assert watch.samples["torso"] > 0
     assert bridge.stop() == 0
     assert "Traceback" not in bridge.output
+
+
+class WitMotionSensors:
+    """One emulated sensor a port, each behind a link of its own."""
+
+    def __init__(self, folder: Path, count: int) -> None:
+        self.links = [folder / f"wit_{segment}" for segment in SEGMENTS[:count]]
+        self.terminals = [PseudoTerminal(link, 115200) for link in self.links]
+        self._data = packets(Sampling(acceleration=[0, 0, 9.8], angular_velocity=[0, 0, 0]))
+
+    def nodes(self, baudrate: int = 115200) -> dict:
+        entry = {"protocol": "witmotion", "baudrate": baudrate}
+        named = zip(self.links, SEGMENTS, strict=False)
+        return {"ports": {str(link): {**entry, "segment": segment} for link, segment in named}}
+
+    def send_round(self) -> None:
+        for terminal in self.terminals:
+            terminal.write(self._data)
+
+    def close(self) -> None:
+        for terminal in self.terminals:
+            terminal.close()
+
+
+@pytest.fixture
+def sensors(tmp_path: Path):
+    made = []
+
+    def make(count: int) -> WitMotionSensors:
+        made.append(WitMotionSensors(tmp_path, count))
+        return made[-1]
+
+    yield make
+    for each in made:
+        each.close()
+
+
+def test_sensors_on_fifteen_ports_at_100_hz_lose_nothing(
+    start_process, ros_context, spin_until, sensors, tmp_path
+):
+    watch, devices = Watch(ros_context), sensors(PORTS)
+    bridge = start_process(command("none", nodes_file=write_nodes(tmp_path, devices.nodes())))
+    ports = [f"{link}.port" for link in devices.links]
+    spin_until(
+        lambda: all(watch.values.get(port) == "open" for port in ports), START_TIMEOUT_S, "ports"
+    )
+
+    sender = every_period(devices.send_round, FRAMES)
+    packets_sent = str(3 * FRAMES)
+    spin_until(
+        lambda: all(watch.values[f"{link}.frames"] == packets_sent for link in devices.links),
+        60.0,
+        "all packets to be counted",
+    )
+    sender.join()
+
+    for segment in SEGMENTS[:PORTS]:
+        # How many packets make a sample is known from the second one on.
+        assert watch.values[f"{segment}.frames"] == str(FRAMES)
+    assert {watch.values[f"{link}.bytes_skipped"] for link in devices.links} == {"0"}
+    assert bridge.stop() == 0
+    assert "Traceback" not in bridge.output
+
+
+def test_another_speed_than_the_sensors_is_named_with_those_to_try(
+    start_process, ros_context, spin_until, sensors, tmp_path
+):
+    watch, devices = Watch(ros_context), sensors(1)
+    nodes = write_nodes(tmp_path, devices.nodes(baudrate=9600))
+    bridge = start_process(command("none", nodes_file=nodes))
+
+    def named() -> bool:
+        devices.send_round()
+        return "no valid witmotion packet" in watch.message
+
+    spin_until(named, START_TIMEOUT_S, "the wrong speed to be reported")
+    assert "is the baud rate 9600 right? try 115200, 921600, 230400" in watch.message
+    assert bridge.stop() == 0
+
+
+def test_one_of_two_sensors_unplugged_leaves_the_other_and_comes_back(
+    start_process, ros_context, spin_until, sensors, tmp_path
+):
+    watch, devices = Watch(ros_context), sensors(2)
+    torso = SEGMENTS.index("torso")
+    other = devices.links[1 - torso]
+    bridge = start_process(command("none", nodes_file=write_nodes(tmp_path, devices.nodes())))
+
+    def samples_arrive() -> bool:
+        devices.send_round()
+        return watch.samples["torso"] > 0
+
+    spin_until(samples_arrive, START_TIMEOUT_S, "samples")
+    unplugged = devices.terminals.pop(1 - torso)
+    unplugged.close()
+    spin_until(lambda: f"{other}: the port was lost" in watch.message, what="the loss")
+    watch.samples.clear()
+    spin_until(samples_arrive, what="the other sensor's samples")
+    devices.terminals.insert(1 - torso, PseudoTerminal(other, 115200))
+    spin_until(lambda: watch.values[f"{other}.port"] == "open", what="the port again")
+    assert watch.values[f"{other}.port_losses"] == "1"
+    assert bridge.stop() == 0
 
 
 def test_an_unplugged_port_is_reported_and_used_again_when_it_is_back(

@@ -19,7 +19,8 @@ from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, Sa
 
 FIRST_PERIOD_S = 0.01  # [s] of a sensor that has sent one sample
 PERIOD_TOLERANCE = 0.05  # [-] difference of a sensor's period from the filter's that is let be
-REPLAYS = (2, 4, 8, 16)  # [-] counts of samples after which the period is looked at again
+PERIOD_MIN_S = 0.0005  # [s] no body-worn sensor is faster; drivers hand on several at once
+REPLAYS = (4, 16, 64)  # [-] counts of samples after which the period is looked at again
 GRAVITY_MIN = 1e-3  # [m/s^2] less is no acceleration but a missing one
 
 Sample = tuple[float, FloatArray, FloatArray, FloatArray | None]
@@ -89,8 +90,10 @@ class VqfOrientation:
         if len(sensor.first) < REPLAYS[-1]:
             sensor.first.append(sample)
             if len(sensor.first) in REPLAYS:
-                period_s = float(np.median([dt for dt, *_ in sensor.first[1:]]))
-                if abs(period_s / sensor.period_s - 1.0) > PERIOD_TOLERANCE and period_s > 0.0:
+                # The mean, since the samples that came together have no time between them.
+                mean_s = sum(dt for dt, *_ in sensor.first[1:]) / (len(sensor.first) - 1)
+                period_s = max(mean_s, PERIOD_MIN_S)
+                if abs(period_s / sensor.period_s - 1.0) > PERIOD_TOLERANCE:
                     sensor = self._sensors[i] = self._begin(i, period_s, sensor.first)
                     return sensor
         _feed(sensor, sample)

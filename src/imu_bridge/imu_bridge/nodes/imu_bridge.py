@@ -46,6 +46,10 @@ class ImuBridge(Node):
         self._data = [self._publisher(Imu, node.segment, "data") for node in nodes]
         # Each port is read in a thread; everything else happens in the executor's.
         self._arrived = self.create_guard_condition(self._on_arrival)
+        self._several = len(devices.ports) > 1
+        if self._several:
+            # Handled one by one as they come, many small pieces would cost the most.
+            self._timer = self.create_timer(parameters.read_period, self._on_arrival)
         self._sources: list[SerialSource] = []
         self._open_ports(devices.ports, parameters)
         health = Health(self._pipeline, self._sources, devices.ports)
@@ -63,7 +67,7 @@ class ImuBridge(Node):
                         port.name,
                         port.baudrate,
                         clock=lambda: self.get_clock().now().nanoseconds,
-                        notify=self._arrived.trigger,
+                        notify=self._ignore if self._several else self._arrived.trigger,
                         wait_s=parameters.wait_for_port,
                         read_period_s=parameters.read_period,
                         index=index,
@@ -72,6 +76,10 @@ class ImuBridge(Node):
         except InputError:
             self._close_ports()
             raise
+
+    @staticmethod
+    def _ignore() -> None:
+        """The timer asks anyway."""
 
     def _close_ports(self) -> None:
         for source in self._sources:
@@ -96,7 +104,8 @@ class ImuBridge(Node):
 
     def _on_arrival(self) -> None:
         chunks = [chunk for source in self._sources for chunk in source.take()]
-        self._publish(self._pipeline.process(chunks))
+        if chunks:
+            self._publish(self._pipeline.process(chunks))
 
     def _publish(self, batch: ImuBatch) -> None:
         has_field = ~np.isnan(batch.raw_magnetic_field[:, 0])
