@@ -4,6 +4,8 @@ import hashlib
 import json
 import os
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterable
 from dataclasses import asdict
 from functools import cache as remembered
@@ -40,7 +42,7 @@ def imu_samples(session: Session, start_ns: int, folder: Path | None) -> list[Ti
     try:
         with np.load(path, allow_pickle=False) as archive:
             columns = dict(archive)
-    except (OSError, ValueError, EOFError):
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
         columns = _columns(session)
         _keep(path, columns)
     return _samples(columns, start_ns)

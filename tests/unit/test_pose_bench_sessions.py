@@ -1,0 +1,94 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pose_bench.sessions import START_NS, SessionSpec, bench_session
+from pose_common.joints import JOINTS
+from pose_fusion.body.joint_angles import joint_angles
+from pose_fusion.streams.samples import ImuSample
+
+SPEC = SessionSpec(choreography="kicks", level="typical", seed=4, duration_s=6.0)
+
+
+@pytest.fixture(scope="module")
+def session():
+    return bench_session(SPEC)
+
+
+def test_samples_are_in_the_order_in_which_they_arrive(session):
+    assert len(session.samples) == len(session.skeletons) + len(session.imus)
+    assert np.all(np.diff(session.arrivals_ns) >= 0)
+    late = np.array(session.arrivals_ns) - [sample.stamp_ns for sample in session.samples]
+    assert late.min() > -1_000_000
+    assert late.max() < 200_000_000
+
+
+def test_both_kinects_and_all_nine_imus_are_there(session):
+    assert {sample.sensor for sample in session.skeletons} == {"left", "right"}
+    assert len({sample.segment for sample in session.imus}) == 9
+    assert len(session.skeletons) == pytest.approx(2 * 30 * 6, abs=12)
+    assert len(session.imus) == pytest.approx(9 * 100 * 6, abs=20)
+
+
+def test_skeletons_are_stamped_with_their_capture_but_for_the_latency_that_nobody_knows(session):
+    clean = bench_session(replace(SPEC, level="clean"), imus=False)
+    truth = clean.truth
+    for sample in clean.skeletons[10:200:20]:
+        T = clean.extrinsics.T_map_sensor(sample.sensor)
+        seen = sample.positions @ T[:3, :3].T + T[:3, 3]
+        times = truth.stamps_ns - START_NS
+        at = sample.stamp_ns - START_NS - 15_000_000
+        true = np.array(
+            [[np.interp(at, times, truth.positions[:, j, k]) for k in range(3)] for j in range(15)]
+        )
+        assert np.nanmax(np.abs(seen - true)) < 0.002
+
+
+def test_imu_orientations_follow_the_segments(session):
+    clean = bench_session(replace(SPEC, level="clean"))
+    late = [s for s in clean.imus if s.segment == "torso" and s.stamp_ns > START_NS + 3 * 10**9]
+    for sample in late[::50]:
+        assert isinstance(sample, ImuSample)
+        assert np.linalg.norm(sample.orientation) == pytest.approx(1.0)
+        assert sample.orientation_stddev == pytest.approx((0.04, 0.04, 0.08))
+
+
+def test_the_same_session_gives_the_same_samples_with_and_without_the_cache(session, tmp_path):
+    made = bench_session(SPEC, cache=tmp_path)
+    kept = bench_session(SPEC, cache=tmp_path)
+
+    assert len(list(tmp_path.glob("imu_*.npz"))) == 1
+    for other in (made, kept):
+        assert other.arrivals_ns == session.arrivals_ns
+        for mine, theirs in zip(session.imus, other.imus, strict=True):
+            assert mine.stamp_ns == theirs.stamp_ns
+            assert mine.segment == theirs.segment
+            assert np.array_equal(mine.orientation, theirs.orientation)
+
+
+def test_a_damaged_cache_is_made_anew(session, tmp_path):
+    bench_session(SPEC, cache=tmp_path)
+    path = next(tmp_path.glob("imu_*.npz"))
+    path.write_bytes(path.read_bytes()[:1000])
+
+    assert len(bench_session(SPEC, cache=tmp_path).imus) == len(session.imus)
+
+
+def test_a_clock_offset_is_in_the_stamps_and_in_the_true_extrinsics(session):
+    late = bench_session(replace(SPEC, clock_offset_s=0.08), imus=False)
+
+    assert late.extrinsics.clock_offset_ns == {"left": 0, "right": 80_000_000}
+    stamps = {
+        name: [s.stamp_ns for s in each.skeletons if s.sensor == "right"][5:50]
+        for name, each in (("as it is", session), ("late", late))
+    }
+    frames = np.subtract.outer(stamps["late"], stamps["as it is"]) - 80_000_000
+    assert np.abs(frames).min(axis=1).max() < 1_000_000
+
+
+def test_the_true_angles_are_those_of_the_true_joints(session):
+    measured = joint_angles(session.truth.positions)
+    for name in ("left_knee_flexion", "right_hip_abduction", "left_elbow_flexion"):
+        assert session.true_angles[name] == pytest.approx(measured[name], abs=1e-6)
+    assert session.truth.positions.shape == (601, len(JOINTS), 3)
