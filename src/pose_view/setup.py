@@ -24,6 +24,7 @@ setup(
         "console_scripts": [
             "report = pose_common.entry:start.pose_view.tools.report",
             "view = pose_common.entry:start.pose_view.tools.view",
+            "viewer = pose_common.entry:start.pose_view.nodes.viewer",
         ]
     },
 )

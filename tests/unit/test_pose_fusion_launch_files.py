@@ -13,6 +13,7 @@ from pose_common.parameters import from_mapping, from_ros_yaml
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_view.parameters import ViewParameters
 
 SRC = Path(__file__).resolve().parents[2] / "src"
 FILES = sorted(SRC.glob("*/launch/*.launch.yaml"))
@@ -23,6 +24,7 @@ PARAMETERS = {
     "calibration": LiveCalibrationParameters,
     "fusion": FusionParameters,
     "recorder": RecorderParameters,
+    "viewer": ViewParameters,
 }
 
 

@@ -1,10 +1,17 @@
 """ROS parameters from the dataclass that declares them."""
 
+from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from pose_common.errors import ParameterError
 from pose_common.parameters import ParameterSpec, checked, from_mapping, refuse_unknown, specs
@@ -15,8 +22,14 @@ OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
 QOS_OVERRIDES = "qos_overrides."
 
 
-def declare_parameters(node: Node, parameters: type[T]) -> T:
-    """Declare each field as a read-only ROS parameter and return the checked values."""
+def declare_parameters(node: Node, parameters: type[T], changeable: Collection[str] = ()) -> T:
+    """Declare each field as a ROS parameter and return the checked values.
+
+    Args:
+        node: The node to declare them on.
+        parameters: The dataclass.
+        changeable: The ones that are not read-only; see :func:`accept_changes`.
+    """
     # rclpy passes over what is set but never declared, and has no public way to ask for it.
     given = node._parameter_overrides
     ours = [n for n in given if n not in OF_EVERY_NODE and not n.startswith(QOS_OVERRIDES)]
@@ -25,13 +38,40 @@ def declare_parameters(node: Node, parameters: type[T]) -> T:
     for name, (default, spec) in specs(parameters).items():
         plain = list(default) if isinstance(default, tuple) else default
         try:
-            values[name] = node.declare_parameter(name, plain, _descriptor(default, spec)).value
+            descriptor = _descriptor(default, spec)
+            descriptor.read_only = name not in changeable
+            values[name] = node.declare_parameter(name, plain, descriptor).value
         except InvalidParameterTypeException as error:
             raise ParameterError(f"{name}: {error}") from error
         except InvalidParameterValueException as error:
             checked(name, given[name].value, default, spec)  # says it in our words
             raise ParameterError(f"{name} is outside {spec.range_text}: {error}") from error
     return from_mapping(parameters, values)
+
+
+def accept_changes(
+    node: Node, parameters: type, handlers: Mapping[str, Callable[[Any], None]]
+) -> None:
+    """Heed parameters that are set while the node runs.
+
+    Args:
+        node: The node that has declared them.
+        parameters: The dataclass that says which values are allowed.
+        handlers: What to do with the new value of each changeable parameter.
+    """
+    known = specs(parameters)
+
+    def on_set(changes: list[Parameter]) -> SetParametersResult:
+        ours = [change for change in changes if change.name in handlers]
+        try:
+            values = {c.name: checked(c.name, c.value, *known[c.name]) for c in ours}
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        for name, value in values.items():
+            handlers[name](value)
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(on_set)
 
 
 def _descriptor(default: Any, spec: ParameterSpec) -> ParameterDescriptor:

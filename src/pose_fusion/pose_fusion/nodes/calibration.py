@@ -14,7 +14,7 @@ from tf2_msgs.msg import TFMessage
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
-from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
 from pose_fusion.calibration.extrinsics import Extrinsics
@@ -38,12 +38,14 @@ class CalibrationNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("calibration", **options)
-        parameters = declare_parameters(self, LiveCalibrationParameters)
+        parameters = declare_parameters(self, LiveCalibrationParameters, changeable=("person",))
         self._file = Path(parameters.file).expanduser() if parameters.file else None
         known = None
         if self._file is not None and self._file.exists():
             known = load_extrinsics_of(self._file, parameters.sensors)
         self._calibration = LiveCalibration(parameters, known)
+        follow = self._calibration.selector.follow
+        accept_changes(self, LiveCalibrationParameters, {"person": follow})
         self._counters = Counters("malformed_frames")
         self._trouble = ""
         self._extrinsics_publisher = self.create_publisher(

@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 from pose_common.counters import Counters
 from pose_common.errors import InputError
 from pose_common.joints import SEGMENTS, TrackingState
-from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
 from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape
@@ -46,10 +46,11 @@ class FusionNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("fusion", **options)
-        self._parameters = declare_parameters(self, FusionParameters)
+        self._parameters = declare_parameters(self, FusionParameters, changeable=("person",))
         self._body_id = self._parameters.subject
         self.pipeline = FusionPipeline(self._parameters)
         self._selector = PersonSelector(self._parameters.person)
+        accept_changes(self, FusionParameters, {"person": self._selector.follow})
         self._counters = Counters(
             "malformed_skeletons",
             "joints_not_tracked",

@@ -15,6 +15,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.utilities import remove_ros_args
+from std_srvs.srv import Trigger
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
@@ -25,7 +26,7 @@ from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_fusion.recording.recording import Recording
+from pose_fusion.recording.recording import Recording, free_path
 
 DISCOVERY_PERIOD_S = 0.2
 FLUSH_PERIOD_S = 1.0
@@ -45,18 +46,64 @@ class Recorder(Node):
         self._subscriptions_by_topic: dict[str, Subscription] = {}
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
+        self._recording: Recording | None = None
+        if not self._parameters.start_paused:
+            self._begin(Path(self._parameters.output))
+        self.create_service(Trigger, "~/start", self._on_start)
+        self.create_service(Trigger, "~/stop", self._on_stop)
+        self.create_timer(DISCOVERY_PERIOD_S, self._discover)
+        self.create_timer(FLUSH_PERIOD_S, self._flush)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    # -- bags -----------------------------------------------------------------------------------
+
+    def _begin(self, path: Path) -> None:
         self._recording = Recording(
-            Path(self._parameters.output),
+            path,
             self._parameters.storage,
             least_free=int(self._parameters.least_free_space * 1e6),
         )
         self._discover()
-        self.create_timer(DISCOVERY_PERIOD_S, self._discover)
-        self.create_timer(FLUSH_PERIOD_S, self._recording.flush)
-        self._diagnostics = DiagnosticsPublisher(self, self._report)
-        self.get_logger().info(
-            f"recording {', '.join(self._wanted) or 'every topic'} into {self._recording.path}"
-        )
+        self.get_logger().info(f"recording {', '.join(self._wanted) or 'every topic'} into {path}")
+
+    def _finish(self) -> str:
+        """Complete the bag, let go of all topics; what became of it."""
+        recording, self._recording = self._recording, None
+        if recording is None:
+            return ""
+        for subscription in self._subscriptions_by_topic.values():
+            self.destroy_subscription(subscription)
+        self._subscriptions_by_topic.clear()
+        self._refused.clear()
+        recording.close()
+        count, path = recording.message_count, recording.path
+        return f"{count} messages in {path}" if count else "no messages, nothing is left"
+
+    def _on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._recording is not None:
+            response.message = f"recording already, into {self._recording.path}"
+            return response
+        path = free_path(Path(self._parameters.output))
+        try:
+            self._begin(path)
+        except InputError as error:
+            response.message = str(error)
+            return response
+        self._diagnostics.publish()
+        response.success, response.message = True, f"recording into {path}"
+        return response
+
+    def _on_stop(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._recording is None:
+            response.message = "not recording"
+            return response
+        response.success, response.message = True, self._finish()
+        self._diagnostics.publish()
+        return response
+
+    def _flush(self) -> None:
+        if self._recording is not None:
+            self._recording.flush()
 
     # -- topics ---------------------------------------------------------------------------------
 
@@ -69,6 +116,8 @@ class Recorder(Node):
 
     def _discover(self) -> None:
         """Subscribe to topics that have appeared; follow publishers that offer less than before."""
+        if self._recording is None:
+            return
         for topic, types in self.get_topic_names_and_types():
             if topic in self._refused or not self._is_wanted(topic):
                 continue
@@ -95,6 +144,7 @@ class Recorder(Node):
             if len(types) > 1:
                 raise InputError(f"it carries {' and '.join(types)}")
             message_class(types[0])
+            assert self._recording is not None
             self._recording.add_topic(topic, types[0], [qos.to_bag(one) for one in offered])
             self._subscribe(topic, types[0], profile)
         except InputError as error:
@@ -120,6 +170,8 @@ class Recorder(Node):
 
     def _write(self, topic: str, data: bytes) -> None:
         """Write a message, and what else waits on its topic: one wake-up serves a whole burst."""
+        if self._recording is None or topic not in self._subscriptions_by_topic:
+            return  # it came while the recording ended
         self._recording.write(topic, data, time.time_ns())
         subscription = self._subscriptions_by_topic[topic]
         with subscription.handle:
@@ -127,9 +179,12 @@ class Recorder(Node):
                 self._recording.write(topic, taken[0], time.time_ns())
 
     def _report(self) -> Report:
-        counts = self._recording.counts
+        recording = self._recording
+        if recording is None:
+            return Report(level=Level.OK, message="not recording", values={"bag": ""})
+        counts = recording.counts
         missing = [topic for topic in self._wanted if not counts.get(topic)]
-        level, message = Level.OK, f"recording {len(counts)} topics"
+        level, message = Level.OK, f"recording {len(counts)} topics into {recording.path}"
         if missing:
             level, message = Level.WARN, f"nothing yet from {', '.join(missing)}"
         if self._refused:
@@ -137,7 +192,8 @@ class Recorder(Node):
         if self._counters["lost_messages"]:
             level, message = Level.WARN, "messages were lost: the machine is too busy"
         values = {
-            "messages": self._recording.message_count,
+            "bag": recording.path,
+            "messages": recording.message_count,
             **self._counters.as_dict(),
             "refused_topics": len(self._refused),
         }
@@ -145,16 +201,14 @@ class Recorder(Node):
 
     def destroy_node(self) -> None:
         """Complete the bag."""
-        recording: Recording | None = getattr(self, "_recording", None)
+        said = ""
         try:
-            if recording is not None:
-                recording.close()
+            if getattr(self, "_recording", None) is not None:
+                said = self._finish()
         finally:
             super().destroy_node()
-        if recording is not None:
-            count, path = recording.message_count, recording.path
-            what = f"{count} messages in {path}" if count else "no messages, nothing is left"
-            print(f"recorder: {what}", flush=True)
+        if said:
+            print(f"recorder: {said}", flush=True)
 
 
 def _asks_more(current: QoSProfile, possible: QoSProfile) -> bool:

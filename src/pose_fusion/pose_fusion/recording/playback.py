@@ -46,6 +46,11 @@ class PlaybackClock:
         if self._since_ns is None:
             self._since_ns = now_ns
 
+    def change_rate(self, rate: float, now_ns: int) -> None:
+        """Go on from where it stands, at another pace."""
+        self.jump(self.position_ns(now_ns), now_ns)
+        self._rate = rate
+
     def jump(self, position_ns: int, now_ns: int) -> None:
         """Go on from another position, at the same pace."""
         self._position_ns = position_ns

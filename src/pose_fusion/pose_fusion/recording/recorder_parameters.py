@@ -12,6 +12,9 @@ class RecorderParameters:
     output: str = parameter("", doc="the folder to make; it must not exist")
     topics: tuple[str, ...] = parameter((), doc="topics to record")
     all: bool = parameter(False, doc="record every topic that appears, instead of `topics`")
+    start_paused: bool = parameter(
+        False, doc="wait for the service `~/start` before recording into `output`"
+    )
     storage: str = parameter("mcap", doc="file format", choices=("mcap", "sqlite3"))
     depth: int = parameter(
         1000, doc="messages of a topic that may wait to be written", low=1, high=100_000

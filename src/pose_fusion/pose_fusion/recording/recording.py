@@ -28,6 +28,15 @@ MCAP_END = (
 MOST_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a chunk by itself
 
 
+def free_path(path: Path) -> Path:
+    """The path itself, or with the first of -2, -3, … that does not exist yet."""
+    candidate, number = path, 1
+    while candidate.exists():
+        number += 1
+        candidate = path.with_name(f"{path.name}-{number}")
+    return candidate
+
+
 class RecordingError(PoseError):
     """The recording had to end: the disk is full, or cannot be written."""
 

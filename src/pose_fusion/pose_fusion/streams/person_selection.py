@@ -37,6 +37,11 @@ class PersonSelector:
         self._followed: dict[str, _Followed] = {}
         self.counters = Counters("nobody_seen", "followed", "other_person", "person_changed")
 
+    def follow(self, person: str) -> None:
+        """From now on follow this id; empty for the rule above."""
+        self._person = person
+        self._followed.clear()
+
     def select(self, persons: Sequence[SkeletonSample]) -> SkeletonSample | None:
         """The person to follow, of all that one sensor saw in one frame, or None."""
         if not persons:

@@ -1,0 +1,146 @@
+"""The balls on a drawn body's joints: their colour says the source, size and paleness how certain.
+
+A joint's degrees of freedom are those that place it: of the limb it ends, and where nothing else
+does, of the joint itself.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_common.joints import JOINTS, SIDES, TrackingState
+from pose_fusion.fusion.estimates import Source
+from pose_view.body.measures import BodyMeasures
+from pose_view.body.mesh import Mesh, ellipsoid
+from pose_view.snapshot import BodySnapshot, DofSnapshot
+
+# Okabe and Ito (2008): told apart by colour-blind eyes too.
+COLORS: Mapping[str, tuple[int, int, int]] = {
+    "tracked": (0, 114, 178),
+    "inferred": (230, 159, 0),
+    "imu": (0, 158, 115),
+    "predicted": (204, 51, 120),
+}
+MEANINGS: Mapping[str, str] = {
+    "tracked": "tracked by a camera",
+    "inferred": "inferred by a camera (occluded)",
+    "imu": "from an IMU",
+    "predicted": "predicted, nothing measures it",
+}
+PALE = np.array([238.0, 238.0, 238.0])
+CERTAIN, UNCERTAIN = np.radians(2.0), np.radians(12.0)  # [rad] standard deviations
+LARGEST_PALENESS = 0.75  # [-]
+LARGEST_GROWTH = 0.25  # [-] of the radius
+IMU_SHARE = 0.5  # [-] weight above which a joint is the IMU's
+
+DOF_OF_JOINT: Mapping[str, tuple[str, ...]] = {
+    "head": ("neck_flexion", "neck_lateral_bending"),
+    "neck": ("waist_flexion", "waist_lateral_bending", "pelvis_rotation_x", "pelvis_rotation_y"),
+    "torso": ("pelvis_rotation_x", "pelvis_rotation_y", "pelvis_rotation_z"),
+    **{
+        f"{side}_{joint}": tuple(name.replace("*", side) for name in names)
+        for side in SIDES
+        for joint, names in {
+            "shoulder": ("waist_rotation", "pelvis_rotation_z"),
+            "elbow": ("*_shoulder_flexion", "*_shoulder_abduction"),
+            "hand": ("*_elbow_flexion",),
+            "hip": ("pelvis_rotation_z",),
+            "knee": ("*_hip_flexion", "*_hip_abduction"),
+            "foot": ("*_knee_flexion",),
+        }.items()
+    },
+}
+
+# The part that a ball is fixed in, and its half-axes [m] for an adult of 1.75 m.
+BALLS: Mapping[str, tuple[str, tuple[float, float, float]]] = {
+    "head": ("head", (0.104, 0.084, 0.018)),
+    "neck": ("head", (0.060, 0.060, 0.020)),
+    "torso": ("thorax", (0.103, 0.0, 0.028)),  # sideways: as wide as the waist
+    **{
+        f"{side}_{joint}": (f"{side}_{limb}", (radius,) * 3)
+        for side in SIDES
+        for joint, limb, radius in (
+            ("shoulder", "upper_arm", 0.061),
+            ("elbow", "forearm", 0.046),
+            ("hand", "forearm", 0.034),
+            ("hip", "thigh", 0.098),
+            ("knee", "shank", 0.062),
+            ("foot", "shank", 0.044),
+        )
+    },
+}
+BANDS = ("head", "neck", "torso")
+"""Drawn round the body, not as balls: they grow in height alone."""
+STEPS = 8  # [-] of doubt that look different
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointMark:
+    """How one joint's ball looks."""
+
+    color: tuple[int, int, int]
+    growth: float  # [-] 1: certain
+
+
+def make_balls(measures: BodyMeasures) -> dict[str, Mesh]:
+    """The surface of each joint's ball, about the joint, in the axes of its part."""
+    balls = {}
+    for joint, (_, half_axes) in BALLS.items():
+        x, y, z = (measures.size * axis for axis in half_axes)
+        if joint == "torso":
+            y = max(measures.shoulders / 2.0, 0.15 * measures.size) * 0.70 + 0.015 * measures.size
+        balls[joint] = ellipsoid((x, y, z))
+    return balls
+
+
+def ball_place(joint: str, measures: BodyMeasures) -> tuple[float, float, float]:
+    """Where a joint lies in the axes of its ball's part [m]."""
+    side, _, end = joint.partition("_")
+    lengths = {"hand": measures.forearm, "foot": measures.shank}.get(end)
+    if lengths is not None:
+        return 0.0, 0.0, -lengths[SIDES.index(side)]
+    return 0.0, 0.0, measures.neck if joint == "head" else 0.0
+
+
+def joint_marks(body: BodySnapshot) -> dict[str, JointMark]:
+    """How the balls of a body look now."""
+    marks = {}
+    rows = _rows(body.dof)
+    for joint, state in zip(JOINTS, body.tracking_state, strict=True):
+        doubt = 0.0
+        if body.dof is not None and rows[joint]:
+            stddev = float(np.max(body.dof.stddev[rows[joint]]))
+            doubt = float(np.clip((stddev - CERTAIN) / (UNCERTAIN - CERTAIN), 0.0, 1.0))
+            doubt = round(doubt * STEPS) / STEPS
+        color = np.array(COLORS[_source(TrackingState(state), body.dof, rows[joint])])
+        paleness = LARGEST_PALENESS * doubt
+        red, green, blue = np.rint((1.0 - paleness) * color + paleness * PALE).astype(int).tolist()
+        marks[joint] = JointMark(color=(red, green, blue), growth=1.0 + LARGEST_GROWTH * doubt)
+    return marks
+
+
+def _rows(dof: DofSnapshot | None) -> dict[str, list[int]]:
+    """Where in the estimate each joint's degrees of freedom stand."""
+    if dof is None:
+        return {joint: [] for joint in JOINTS}
+    index = {name: row for row, name in enumerate(dof.names)}
+    return {
+        joint: [index[name] for name in DOF_OF_JOINT[joint] if name in index] for joint in JOINTS
+    }
+
+
+def _source(tracking: TrackingState, dof: DofSnapshot | None, rows: list[int]) -> str:
+    seen = {
+        TrackingState.TRACKED: "tracked",
+        TrackingState.INFERRED: "inferred",
+        TrackingState.NOT_TRACKED: "predicted",
+    }[tracking]
+    if dof is None or not rows:
+        return seen
+    sources = dof.source[rows]
+    if np.all(sources == Source.PREDICTED):
+        return "predicted"
+    if float(np.mean(dof.weight_imu[rows])) >= IMU_SHARE or np.all(sources == Source.IMU):
+        return "imu"
+    return seen

@@ -1,0 +1,92 @@
+"""What a body measures, from where its joints are."""
+
+from collections import deque
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from pose_common.joints import JOINT_INDEX, SIDES
+from pose_fusion.streams.samples import FloatArray
+
+SAMPLES = 45  # [-] of which the median counts
+FIRST_AT = 10  # [-] samples until the first answer
+CHANGED = 0.01  # [m] a difference worth a new drawing
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyMeasures:
+    """Distances between joints [m]; of pairs, left then right."""
+
+    upper_arm: tuple[float, float]
+    forearm: tuple[float, float]
+    thigh: tuple[float, float]
+    shank: tuple[float, float]
+    hips: float  # from hip to hip
+    shoulders: float  # from shoulder to shoulder
+    lower_trunk: float  # from between the hips to the torso joint
+    upper_trunk: float  # from the torso joint to the neck
+    neck: float  # from the neck to the head joint
+
+    @property
+    def size(self) -> float:
+        """The legs' length in units of an adult's of 1.75 m: how thick everything is drawn."""
+        return (sum(self.thigh) + sum(self.shank)) / 2.0 / 0.82
+
+    def differs_from(self, other: "BodyMeasures | None") -> bool:
+        """Whether a drawing of the other one no longer fits."""
+        if other is None:
+            return True
+        pairs = [(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)]
+        return max(float(np.max(np.abs(np.subtract(a, b)))) for a, b in pairs) > CHANGED
+
+
+def measure(joints: FloatArray) -> BodyMeasures:
+    """The body of one or several skeletons: medians.
+
+    Args:
+        joints: Joint positions [m], shape (n, 15, 3), without NaN.
+    """
+
+    def distance(first: FloatArray, second: FloatArray) -> float:
+        return float(np.median(np.linalg.norm(first - second, axis=-1)))
+
+    at = {name: joints[:, index] for name, index in JOINT_INDEX.items()}
+
+    def of_sides(start: str, end: str) -> tuple[float, float]:
+        left, right = (distance(at[f"{s}_{start}"], at[f"{s}_{end}"]) for s in SIDES)
+        return left, right
+
+    return BodyMeasures(
+        upper_arm=of_sides("shoulder", "elbow"),
+        forearm=of_sides("elbow", "hand"),
+        thigh=of_sides("hip", "knee"),
+        shank=of_sides("knee", "foot"),
+        hips=distance(at["left_hip"], at["right_hip"]),
+        shoulders=distance(at["left_shoulder"], at["right_shoulder"]),
+        lower_trunk=distance(0.5 * (at["left_hip"] + at["right_hip"]), at["torso"]),
+        upper_trunk=distance(at["torso"], at["neck"]),
+        neck=distance(at["neck"], at["head"]),
+    )
+
+
+class MeasuredBody:
+    """Measures a body from the skeletons that come, and says when they have changed."""
+
+    def __init__(self) -> None:
+        self._samples: deque[FloatArray] = deque(maxlen=SAMPLES)
+        self._count = 0
+        self.measures: BodyMeasures | None = None
+
+    def add(self, joints: FloatArray) -> bool:
+        """Take in one skeleton, shape (15, 3) [m]; whether the measures are new."""
+        if not np.isfinite(joints).all():
+            return False
+        self._samples.append(joints)
+        self._count += 1
+        if self._count != FIRST_AT and self._count % SAMPLES:
+            return False
+        found = measure(np.stack(self._samples))
+        if not found.differs_from(self.measures):
+            return False
+        self.measures = found
+        return True

@@ -1,0 +1,120 @@
+"""Where the drawn parts are, from a skeleton's joints and, where known, its links' rotations.
+
+A limb's direction is that of its bone. Its turn about itself comes from the link's rotation; where
+there is none, it is the one with the least turn from its parent's axes. The trunk's parts follow
+hips, torso joint, neck and shoulders.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pose_common.joints import JOINT_INDEX, SIDES
+from pose_fusion.streams.samples import FloatArray
+from pose_view.body.parts import PARTS
+
+DOWN = np.array([0.0, 0.0, -1.0])
+UPPER = tuple(f"{side}_{limb}" for side in SIDES for limb in ("upper_arm", "thigh"))
+LOWER = tuple(f"{side}_{limb}" for side in SIDES for limb in ("forearm", "shank"))
+ENDS = {
+    "upper_arm": ("shoulder", "elbow"),
+    "forearm": ("elbow", "hand"),
+    "thigh": ("hip", "knee"),
+    "shank": ("knee", "foot"),
+}
+OPPOSITE = -1.0 + 1e-6  # [-] cosine below which the least turn has no axis
+
+
+def part_poses(
+    joints: FloatArray, rotations: Mapping[str, FloatArray] | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Origin and rotation of each part.
+
+    Args:
+        joints: Joint positions [m], shape (15, 3).
+        rotations: ``R_map_link``, (3, 3), of the links that are known, by part name.
+
+    Returns:
+        Positions (11, 3) [m] and rotations ``R_map_part`` (11, 3, 3), in the order of
+        :data:`PARTS`; NaN where a joint is.
+    """
+    rotations = rotations or {}
+    at = {name: joints[index] for name, index in JOINT_INDEX.items()}
+    hips = 0.5 * (at["left_hip"] + at["right_hip"])
+    turned = {
+        "pelvis": _axes(at["torso"] - hips, at["left_hip"] - at["right_hip"]),
+        "thorax": _axes(at["neck"] - at["torso"], at["left_shoulder"] - at["right_shoulder"]),
+    }
+    origins = {"pelvis": hips, "thorax": at["torso"], "head": at["neck"]}
+    turned["head"] = _swung(
+        rotations.get("head", turned["thorax"])[None], -(at["head"] - at["neck"])[None]
+    )[0]
+    carriers = {
+        **dict.fromkeys(("left_upper_arm", "right_upper_arm"), "thorax"),
+        **dict.fromkeys(("left_thigh", "right_thigh"), "pelvis"),
+        **{f"{side}_forearm": f"{side}_upper_arm" for side in SIDES},
+        **{f"{side}_shank": f"{side}_thigh" for side in SIDES},
+    }
+    for level in (UPPER, LOWER):
+        bones = []
+        for part in level:
+            side, limb = part.split("_", 1)
+            start, end = (at[f"{side}_{joint}"] for joint in ENDS[limb])
+            origins[part] = start
+            bones.append(end - start)
+        carried = np.stack([rotations.get(part, turned[carriers[part]]) for part in level])
+        turned.update(zip(level, _swung(carried, np.stack(bones)), strict=True))
+    return (
+        np.stack([origins[part] for part in PARTS]),
+        np.stack([turned[part] for part in PARTS]),
+    )
+
+
+def quaternions(rotations: FloatArray) -> FloatArray:
+    """(w, x, y, z) of rotation matrices, (n, 3, 3) to (n, 4); unit for NaN.
+
+    Markley's form of the quaternion's outer product: the row with the largest diagonal element is
+    the quaternion times a number that is far from zero.
+    """
+    known = np.asarray(np.isfinite(rotations).all(axis=(1, 2)))
+    m = np.where(known[:, None, None], rotations, np.eye(3))
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(m, 0, -1)
+    outer = np.array(
+        [
+            [1.0 + xx + yy + zz, zy - yz, xz - zx, yx - xy],
+            [zy - yz, 1.0 + xx - yy - zz, xy + yx, xz + zx],
+            [xz - zx, xy + yx, 1.0 - xx + yy - zz, yz + zy],
+            [yx - xy, xz + zx, yz + zy, 1.0 - xx - yy + zz],
+        ]
+    )
+    best = np.argmax(np.einsum("iin->in", outer), axis=0)
+    chosen = outer[best, :, np.arange(len(best))]
+    return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
+
+
+def _axes(up: FloatArray, left: FloatArray) -> FloatArray:
+    """The rotation with z along ``up`` and y as near ``left`` as can be."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        z = up / np.linalg.norm(up)
+        y = left - (left @ z) * z
+        y = y / np.linalg.norm(y)
+    return np.stack([np.cross(y, z), y, z], axis=1)
+
+
+def _swung(rotations: FloatArray, bones: FloatArray) -> FloatArray:
+    """The rotations (n, 3, 3) with the least turn added that puts −z along the bones (n, 3)."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        wanted = bones / np.linalg.norm(bones, axis=1, keepdims=True)
+    now = rotations @ DOWN
+    cross, cosine = np.cross(now, wanted), np.sum(now * wanted, axis=1)
+    K = np.zeros_like(rotations)
+    K[:, 0, 1], K[:, 0, 2] = -cross[:, 2], cross[:, 1]
+    K[:, 1, 0], K[:, 1, 2] = cross[:, 2], -cross[:, 0]
+    K[:, 2, 0], K[:, 2, 1] = -cross[:, 1], cross[:, 0]
+    # Rodrigues: sin θ and (1 − cos θ) of a unit axis, in terms of the cross product itself.
+    turn = np.eye(3) + K + K @ K / (1.0 + np.maximum(cosine, OPPOSITE))[:, None, None]
+    opposite = cosine <= OPPOSITE
+    turn[opposite] = (
+        rotations[opposite] @ np.diag([-1.0, 1.0, -1.0]) @ np.swapaxes(rotations[opposite], 1, 2)
+    )
+    return np.asarray(turn @ rotations)

@@ -1,0 +1,120 @@
+r"""The curves that can be plotted: an angle of one body over time, in degrees.
+
+Pitch and yaw are those of zhang2015's figures 8 and 9, of a segment's long axis d (from the joint
+it hangs on to its end) in map, alike for every source:
+
+.. math:: pitch = asin(d_z / |d|), \quad yaw = atan2(d_y, d_x)
+
+Pitch is −90° for a hanging limb and 0° for a level one; yaw is 0° along x and grows to the left,
+and says nothing within 15° of the vertical.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_common.joints import JOINT_INDEX, SIDES
+from pose_fusion.body.joint_angles import ANGLES, joint_angles, unwrapped
+from pose_fusion.body.model import ROOT_DOF
+from pose_fusion.streams.samples import FloatArray
+from pose_view.snapshot import BodySnapshot
+
+SEGMENTS: Mapping[str, tuple[str, str]] = {
+    f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
+    for side in reversed(SIDES)
+    for segment, start, end in (
+        ("upper_arm", "shoulder", "elbow"),
+        ("forearm", "elbow", "hand"),
+        ("thigh", "hip", "knee"),
+        ("shank", "knee", "foot"),
+    )
+}
+STEEPEST = np.radians(75.0)  # [rad] pitch beyond which yaw says nothing
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyTrack:
+    """A stretch of one body's past, oldest first."""
+
+    stamps_ns: np.ndarray  # (n,) int64
+    joints: FloatArray  # (n, 15, 3) [m] in map
+    dof_names: tuple[str, ...] = ()
+    dof: FloatArray | None = None  # (n, d) [m] or [rad]
+    zero_ns: int = 0  # [ns] the instant that times count from
+
+    @property
+    def times_s(self) -> FloatArray:
+        """Times after the zero instant [s], shape (n,)."""
+        return (self.stamps_ns - self.zero_ns) * 1e-9
+
+
+def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Every curve there is for a body with these degrees of freedom."""
+    return (
+        *(f"{angle}: {_shown(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
+        *(_shown(name).capitalize() for name in ANGLES),
+        *(f"Model: {_shown(name)}" for name in dof_names[ROOT_DOF:]),
+    )
+
+
+def curve(title: str, track: BodyTrack) -> FloatArray:
+    """The values of a curve [deg], shape (n,); NaN where it says nothing."""
+    kind, _, name = title.partition(": ")
+    name = name.replace(" ", "_")
+    if kind in ("Pitch", "Yaw"):
+        return np.degrees(_of_segment(kind, name, track.joints))
+    if kind == "Model":
+        if track.dof is None or name not in track.dof_names:
+            return np.full(len(track.joints), np.nan)
+        return np.degrees(track.dof[:, track.dof_names.index(name)])
+    values = joint_angles(track.joints)[title.lower().replace(" ", "_")]
+    return np.degrees(unwrapped(values))
+
+
+def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float) -> FloatArray:
+    """Values at other times, linearly; NaN outside and within gaps.
+
+    Args:
+        times: Of the values [s], ascending, shape (n,).
+        values: Shape (n,).
+        grid: Times wanted [s], shape (m,).
+        gap: Longest distance of two values between which to interpolate [s].
+    """
+    if len(times) < 2:
+        return np.full(len(grid), np.nan)
+    after = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
+    found = np.interp(grid, times, values)
+    lost = (times[after] - times[after - 1] > gap) | (grid < times[0]) | (grid > times[-1])
+    found[lost] = np.nan
+    return found
+
+
+def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
+    """Snapshots of one body as a track; degrees of freedom only if all have the same."""
+    first = snapshots[0].dof if snapshots else None
+    names = first.names if first is not None else ()
+    dof = [s.dof.position for s in snapshots if s.dof is not None and s.dof.names == names]
+    complete = bool(names) and len(dof) == len(snapshots)
+    return BodyTrack(
+        stamps_ns=np.array([s.stamp_ns for s in snapshots], np.int64),
+        joints=np.array([s.joints for s in snapshots]).reshape(-1, len(JOINT_INDEX), 3),
+        dof_names=names if complete else (),
+        dof=np.array(dof) if complete else None,
+        zero_ns=zero_ns,
+    )
+
+
+def _of_segment(kind: str, segment: str, joints: FloatArray) -> FloatArray:
+    """Pitch or yaw of a segment [rad]."""
+    start, end = SEGMENTS[segment]
+    x, y, z = (joints[:, JOINT_INDEX[end]] - joints[:, JOINT_INDEX[start]]).T
+    pitch = np.arctan2(z, np.hypot(x, y))
+    if kind == "Pitch":
+        return np.asarray(pitch)
+    yaw = np.where(np.abs(pitch) < STEEPEST, np.arctan2(y, x), np.nan)
+    return unwrapped(yaw)
+
+
+def _shown(name: str) -> str:
+    return name.replace("_", " ")

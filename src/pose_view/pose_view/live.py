@@ -1,0 +1,172 @@
+"""What has come of a live graph so far, ready to be shown."""
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_fusion.streams.bags import skeleton_samples, transforms_to_map
+from pose_fusion.streams.samples import FloatArray
+from pose_view.curves import BodyTrack, track_of
+from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
+from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line
+from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
+from pose_view.stream_monitor import StreamMonitor
+
+NS_PER_S = 1_000_000_000
+HOLD_S = 1.0  # [s] what has not come anew since is no longer shown
+OTHER_NODES = {
+    "fusion_kinect": "Fusion of the Kinects alone",
+    "fusion_imu": "Fusion of the IMUs alone",
+    "kinect_left": "Bridge of the left Kinect",
+    "kinect_right": "Bridge of the right Kinect",
+}
+IMUS_ALIGNED = "imus_aligned"  # of the fusion's report: segments, with commas
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Report:
+    level: int
+    message: str
+    values: Mapping[str, str]
+    received_ns: int
+
+
+class LiveGraph:
+    """Takes messages in as they come; tells what there is to show.
+
+    Args:
+        bodies: Ids, with the title of each.
+        sensors: Names of the cameras.
+        span_s: How far back tracks reach [s].
+    """
+
+    def __init__(self, bodies: Mapping[str, str], sensors: Sequence[str], span_s: float) -> None:
+        self._titles = dict(bodies)
+        self._span_ns = round((span_s + 1.0) * NS_PER_S)
+        self._tracks: dict[str, deque[BodySnapshot]] = {body: deque() for body in bodies}
+        self._dof: dict[str, DofSnapshot] = {}
+        self._rotations: dict[str, dict[str, FloatArray]] = {}
+        self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
+        self._transforms: dict[str, Any] = {}
+        self._sensors: dict[str, FloatArray] = {}
+        self._reports: dict[str, _Report] = {}
+        self._body_monitors = {body: StreamMonitor() for body in bodies}
+        self._sensor_monitors = {sensor: StreamMonitor() for sensor in sensors}
+        self.counters = Counters("malformed_skeletons", "malformed_transforms")
+
+    # -- messages in ----------------------------------------------------------------------------
+
+    def add_skeleton(self, body: str, message: Any, now_ns: int) -> None:
+        """A body's skeleton; its estimate and links come just before or after."""
+        try:
+            shown = body_snapshot(message, self._dof.get(body), self._rotations.get(body))
+        except InputError:
+            self.counters.add("malformed_skeletons")
+            return
+        track = self._tracks[body]
+        if track and shown.stamp_ns < track[-1].stamp_ns:
+            track.clear()  # a recording that begins anew
+        track.append(shown)
+        while shown.stamp_ns - track[0].stamp_ns > self._span_ns:
+            track.popleft()
+        self._body_monitors[body].add(shown.stamp_ns, now_ns)
+
+    def add_estimate(self, body: str, message: Any) -> None:
+        """A body's degrees of freedom."""
+        self._dof[body] = dof_snapshot(message)
+
+    def add_tf(self, message: Any) -> None:
+        """Where a body's links are."""
+        found = link_rotations(message)
+        if found is not None:
+            self._rotations[found[0]] = found[2]
+
+    def add_static_tf(self, message: Any) -> None:
+        """Where the sensors stand."""
+        self._transforms.update({t.child_frame_id: t for t in message.transforms})
+        try:
+            self._sensors = transforms_to_map(self._transforms.values())
+        except InputError:
+            self.counters.add("malformed_transforms")
+
+    def add_raw(self, sensor: str, message: Any, now_ns: int) -> None:
+        """Everybody that a camera sees."""
+        try:
+            seen = skeleton_samples(message, sensor)
+        except InputError:
+            self.counters.add("malformed_skeletons")
+            return
+        self._raw[sensor] = now_ns, tuple(raw_skeleton(sample) for sample in seen)
+        stamp = message.header.stamp
+        self._sensor_monitors[sensor].add(stamp.sec * NS_PER_S + stamp.nanosec, now_ns)
+
+    def add_report(self, name: str, level: int, message: str, values: Any, now_ns: int) -> None:
+        """What a node says in ``/diagnostics``, by the last part of its name."""
+        self._reports[name.rpartition("/")[2]] = _Report(
+            level=level, message=message, values=dict(values), received_ns=now_ns
+        )
+
+    # -- what to show ---------------------------------------------------------------------------
+
+    def snapshot(self, now_ns: int) -> Snapshot:
+        """The present."""
+        latest = {body: track[-1] for body, track in self._tracks.items() if track}
+        fusion = self._reports.get("fusion")
+        aligned = fusion.values.get(IMUS_ALIGNED, "none") if fusion is not None else "none"
+        return Snapshot(
+            bodies=latest,
+            sensors=self._sensors,
+            raw={
+                sensor: skeletons
+                for sensor, (received_ns, skeletons) in self._raw.items()
+                if now_ns - received_ns < HOLD_S * NS_PER_S
+            },
+            imus=() if aligned == "none" else tuple(aligned.split(", ")),
+        )
+
+    def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
+        """A stretch of a body's past; the times are those of the clock [s]."""
+        first, last = start_s * NS_PER_S, end_s * NS_PER_S
+        return track_of([s for s in self._tracks[body] if first <= s.stamp_ns <= last])
+
+    def persons(self) -> tuple[str, ...]:
+        """The ids that the cameras have given to those they see."""
+        return tuple(sorted({s.person for _, seen in self._raw.values() for s in seen}))
+
+    def bag(self) -> str | None:
+        """Where is recorded to: empty if nowhere, None without a recorder."""
+        recorder = self._reports.get("recorder")
+        return None if recorder is None else recorder.values.get("bag", "")
+
+    def lines(self, now_ns: int) -> Iterable[Line]:
+        """How everything does, in plain words."""
+        for sensor, monitor in self._sensor_monitors.items():
+            yield stream_line(f"Kinect {sensor}", monitor.reading(now_ns))
+        yield imu_line(self._report("imu_bridge", now_ns))
+        for name, title in (("calibration", "Calibration"), ("fusion", "Fusion")):
+            yield node_line(title, self._report(name, now_ns))
+        for body, monitor in self._body_monitors.items():
+            dof = self._dof.get(body)
+            delay_s = None if dof is None else dof.latency_s
+            yield stream_line(self._titles[body], monitor.reading(now_ns), delay_s)
+        yield node_line("Recorder", self._report("recorder", now_ns))
+        for name in sorted(self._reports):
+            report = self._report(name, now_ns)
+            if name not in ("imu_bridge", "calibration", "fusion", "recorder") and (
+                report is not None and report.level
+            ):
+                yield node_line(OTHER_NODES.get(name, name), report)
+
+    def _report(self, name: str, now_ns: int) -> NodeReport | None:
+        known = self._reports.get(name)
+        if known is None:
+            return None
+        return NodeReport(
+            level=known.level,
+            message=known.message,
+            values=known.values,
+            age_s=(now_ns - known.received_ns) / NS_PER_S,
+        )

@@ -1,0 +1,93 @@
+"""Snapshots from messages, of ROS or of a bag alike (their fields are the same)."""
+
+import re
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.streams.bags import skeleton_sample, stamp_ns
+from pose_fusion.streams.samples import FloatArray, SkeletonSample
+from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton
+
+BODY_TOPIC = re.compile(r"^/humans/bodies/(?P<body>[^/]+)/(?P<leaf>skeleton|estimate)$")
+ROOT_PREFIX = "body_"
+
+
+def dof_snapshot(message: Any) -> DofSnapshot:
+    """Of a ``pose_msgs/PoseEstimate``."""
+    return DofSnapshot(
+        names=tuple(message.name),
+        position=np.asarray(message.position, float),
+        stddev=np.asarray(message.position_stddev, float),
+        weight_imu=np.asarray(message.weight_imu, float),
+        source=np.asarray(message.state, np.uint8),
+        latency_s=float(message.latency),
+    )
+
+
+def body_snapshot(
+    message: Any, dof: DofSnapshot | None, rotations: dict[str, FloatArray] | None
+) -> BodySnapshot:
+    """Of a body's ``pose_msgs/Skeleton`` and what else is known of it.
+
+    Raises:
+        InputError: If the message contradicts itself.
+    """
+    sample = skeleton_sample(message, "")
+    # An estimate places joints that no camera sees: those are not NaN.
+    joints = np.full((len(JOINT_INDEX), 3), np.nan)
+    for name, point in zip(message.name, message.position, strict=True):
+        if name in JOINT_INDEX:
+            joints[JOINT_INDEX[name]] = point.x, point.y, point.z
+    return BodySnapshot(
+        stamp_ns=sample.stamp_ns,
+        joints=joints,
+        tracking_state=sample.tracking_state,
+        dof=dof,
+        rotations=rotations or {},
+    )
+
+
+def raw_skeleton(sample: SkeletonSample) -> RawSkeleton:
+    """Of what a sensor saw."""
+    return RawSkeleton(stamp_ns=sample.stamp_ns, person=sample.person, joints=sample.positions)
+
+
+def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | None:
+    """The body, the stamp [ns] and ``R_map_link`` by link of a ``tf2_msgs/TFMessage``.
+
+    None if it carries no body: ``map`` → ``body_<id>`` → ``<link>_<id>``.
+    """
+    root = next((t for t in message.transforms if t.child_frame_id.startswith(ROOT_PREFIX)), None)
+    if root is None:
+        return None
+    body = root.child_frame_id[len(ROOT_PREFIX) :]
+    links = [t for t in message.transforms if t.header.frame_id == root.child_frame_id]
+    quaternions = [(q.x, q.y, q.z, q.w) for q in (t.transform.rotation for t in (root, *links))]
+    try:
+        R = Rotation.from_quat(quaternions).as_matrix()
+    except ValueError:  # a quaternion of zeros
+        return None
+    names = [t.child_frame_id.removesuffix(f"_{body}") for t in links]
+    return body, stamp_ns(root.header), dict(zip(names, R[0] @ R[1:], strict=True))
+
+
+def estimate_snapshot(estimate: BodyEstimate) -> BodySnapshot:
+    """Of what the fusion says when it is run here."""
+    return BodySnapshot(
+        stamp_ns=estimate.stamp_ns,
+        joints=estimate.joints,
+        tracking_state=estimate.tracking_state,
+        dof=DofSnapshot(
+            names=estimate.dof_names,
+            position=estimate.position,
+            stddev=estimate.position_stddev,
+            weight_imu=estimate.weight_imu,
+            source=estimate.source,
+            latency_s=0.0,
+        ),
+        rotations={name: T[:3, :3] for name, T in estimate.T_map_link.items()},
+    )

@@ -1,0 +1,220 @@
+"""The viewer node: subscriptions and service calls, for as long as a browser looks."""
+
+import queue
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
+from rcl_interfaces.msg import Parameter as ParameterMessage
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParameters
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.subscription import Subscription
+from std_srvs.srv import Trigger
+from tf2_msgs.msg import TFMessage
+
+from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.running import run_node
+from pose_common.parameters import specs
+from pose_fusion.nodes.qos import latched
+from pose_view.live import LiveGraph
+from pose_view.parameters import ViewParameters
+from pose_view.plain_words import as_html
+from pose_view.web.viewer import Viewer
+
+NS_PER_S = 1_000_000_000
+IDLE_NS = 200_000_000  # [ns] between looks for visitors
+STATUS_NS = 500_000_000  # [ns] between updates of the status lines
+FOLLOWERS = ("fusion", "fusion_kinect", "fusion_imu", "calibration")
+"""The nodes that follow one person."""
+# The newest matters, not every one: a slow viewer never slows a publisher down.
+LATEST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
+class ViewerNode(Node):
+    """Shows the graph on a web page; publishes nothing but its own state.
+
+    Args:
+        **options: As for ``rclpy.node.Node``.
+
+    Raises:
+        PoseError: If the address or a parameter is not what it should be.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("viewer", **options)
+        self._parameters = parameters = declare_parameters(self, ViewParameters)
+        self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._looking: list[Subscription] = []
+        self._shown_status_ns = 0
+        self.viewer = Viewer(parameters, commands=self)
+        self._graph = self._new_graph()
+        self._triggers = {
+            name: self.create_client(Trigger, name)
+            for name in ("calibration/calibrate", "recorder/start", "recorder/stop")
+        }
+        self._setters = {
+            name: self.create_client(SetParameters, f"{name}/set_parameters") for name in FOLLOWERS
+        }
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+        self._timer = self.create_timer(IDLE_NS / NS_PER_S, self._step)
+        self.get_logger().info(f"open {self.viewer.server.address} in a browser")
+
+    # -- what the buttons ask for; called on the page's threads ---------------------------------
+
+    def calibrate(self) -> None:
+        """Begin the calibration of the cameras anew."""
+        self._tasks.put(partial(self._trigger, "calibration/calibrate"))
+
+    def record(self, on: bool) -> None:
+        """Start or stop recording."""
+        self._tasks.put(partial(self._trigger, "recorder/start" if on else "recorder/stop"))
+
+    def choose_person(self, person: str) -> None:
+        """Follow the person of this id."""
+        self._tasks.put(partial(self._set_person, person))
+
+    # -- the rest runs on the executor's thread -------------------------------------------------
+
+    def _step(self) -> None:
+        while not self._tasks.empty():
+            self._tasks.get()()
+        if not self.viewer.has_visitors:
+            self._look_away()
+            return
+        if not self._looking:
+            self._look()
+        now_ns = self._now_ns()
+        now_s = now_ns / NS_PER_S
+        self.viewer.show(self._graph.snapshot(now_ns), self._graph.track, now_s, now_s)
+        if now_ns - self._shown_status_ns > STATUS_NS:
+            self._shown_status_ns = now_ns
+            panel = self.viewer.graph
+            assert panel is not None
+            panel.show_status(as_html(self._graph.lines(now_ns)))
+            panel.show_recording(self._graph.bag())
+            panel.offer_persons(self._graph.persons())
+
+    def _new_graph(self) -> LiveGraph:
+        titles = {place.body: place.title for place in self.viewer.places}
+        return LiveGraph(titles, self._parameters.sensors, self._parameters.plot_span)
+
+    def _look(self) -> None:
+        """Subscribe to everything."""
+        self._graph = graph = self._new_graph()
+        for body in self._parameters.bodies:
+            prefix = f"/humans/bodies/{body}"
+            self._subscribe(Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body))
+            self._subscribe(PoseEstimate, f"{prefix}/estimate", partial(graph.add_estimate, body))
+        for sensor in self._parameters.sensors:
+            self._subscribe(
+                SkeletonArray,
+                f"kinect_{sensor}/skeletons",
+                partial(self._on_raw, sensor),
+                qos_profile_sensor_data,
+            )
+        self._subscribe(TFMessage, "/tf", graph.add_tf)
+        self._subscribe(TFMessage, "/tf_static", graph.add_static_tf, latched(50))
+        self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
+        self._pace(round(NS_PER_S / self._parameters.rate))
+
+    def _look_away(self) -> None:
+        """A closed browser costs nothing."""
+        if self._looking:
+            for subscription in self._looking:
+                self.destroy_subscription(subscription)
+            self._looking.clear()
+            self._pace(IDLE_NS)
+
+    def _pace(self, period_ns: int) -> None:
+        self._timer.timer_period_ns = period_ns
+        self._timer.reset()
+
+    def _subscribe(
+        self, kind: type, topic: str, callback: Callable[[Any], None], qos: Any = LATEST_QOS
+    ) -> None:
+        self._looking.append(self.create_subscription(kind, topic, callback, qos))
+
+    def _on_skeleton(self, body: str, message: Skeleton) -> None:
+        self._graph.add_skeleton(body, message, self._now_ns())
+
+    def _on_raw(self, sensor: str, message: SkeletonArray) -> None:
+        self._graph.add_raw(sensor, message, self._now_ns())
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            values = {entry.key: entry.value for entry in status.values}
+            level = status.level[0]
+            self._graph.add_report(status.name, level, status.message, values, self._now_ns())
+
+    def _trigger(self, name: str) -> None:
+        client = self._triggers[name]
+        if not client.service_is_ready():
+            self._answer(f"nobody offers {name}: is the {name.split('/')[0]} running?", False)
+            return
+        client.call_async(Trigger.Request()).add_done_callback(self._on_triggered)
+
+    def _on_triggered(self, future: Any) -> None:
+        response = future.result()
+        if response is not None:
+            self._answer(response.message, response.success)
+
+    def _set_person(self, person: str) -> None:
+        ready = [client for client in self._setters.values() if client.service_is_ready()]
+        if not ready:
+            self._answer("no fusion is running: nobody to follow anybody", False)
+            return
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=person)
+        request = SetParameters.Request(parameters=[ParameterMessage(name="person", value=value)])
+        for client in ready:
+            client.call_async(request).add_done_callback(partial(self._on_set, person))
+
+    def _on_set(self, person: str, future: Any) -> None:
+        response = future.result()
+        refusals = [result.reason for result in response.results if not result.successful]
+        whom = f"person {person}" if person else "whoever comes first"
+        self._answer(refusals[0] if refusals else f"following {whom}", not refusals)
+
+    def _answer(self, text: str, is_good: bool) -> None:
+        assert self.viewer.graph is not None
+        self.viewer.graph.answer(text, is_good)
+        log = self.get_logger().info if is_good else self.get_logger().warning
+        log(text)
+
+    def _report(self) -> Report:
+        visitors = len(self.viewer.server.get_clients())
+        return Report(
+            level=Level.OK,
+            message=f"{self.viewer.server.address}, {visitors} browsers",
+            values={"visitors": visitors, **self._graph.counters.as_dict()},
+        )
+
+    def _now_ns(self) -> int:
+        return int(self.get_clock().now().nanoseconds)
+
+    def destroy_node(self) -> None:
+        """Close the page too."""
+        viewer: Viewer | None = getattr(self, "viewer", None)
+        if viewer is not None:
+            viewer.stop()
+        super().destroy_node()
+
+
+def run_viewer(parameters: ViewParameters) -> None:
+    """Run the node with these parameters, and exit."""
+    values = {name: getattr(parameters, name) for name in specs(ViewParameters)}
+    overrides = [
+        Parameter(name, value=list(value) if isinstance(value, tuple) else value)
+        for name, value in values.items()
+    ]
+    run_node(lambda: ViewerNode(parameter_overrides=overrides), [])
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node(ViewerNode)

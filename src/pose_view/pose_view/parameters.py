@@ -1,0 +1,29 @@
+"""What a user may set of the viewer."""
+
+from dataclasses import dataclass
+
+from pose_common.parameters import NAME, NAME_ENDING, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewParameters:
+    """Parameters of the viewer, for a live graph and for a recording."""
+
+    host: str = parameter(
+        "127.0.0.1", doc="address to serve the page on; 0.0.0.0: for everybody who can reach it"
+    )
+    port: int = parameter(
+        8080, low=0, high=65535, doc="port of the page; the next free one if it is taken, any for 0"
+    )
+    bodies: tuple[str, ...] = parameter(
+        ("subject_kinect", "subject", "subject_imu"),
+        doc="ids of the bodies to show, from left to right; the middle one stands in its place",
+        pattern=NAME,
+    )
+    sensors: tuple[str, ...] = parameter(
+        ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
+    )
+    rate: float = parameter(30.0, unit="Hz", low=1.0, high=120.0, doc="pictures a second, at most")
+    plot_span: float = parameter(
+        10.0, unit="s", low=2.0, high=120.0, doc="how far the plots look back"
+    )

@@ -1,0 +1,116 @@
+"""The graph's state in plain words, a line a thing."""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from html import escape
+
+from pose_view.stream_monitor import SILENT_AFTER_S, StreamReading
+
+NODE_SILENT_AFTER_S = 3.5  # [s] nodes report once a second
+IMU_VALUE = re.compile(r"^(?P<segment>\w+)\.(?P<name>\w+)$")
+
+
+class Mark(IntEnum):
+    """How good a line's news are; the first three are the levels of ``/diagnostics``."""
+
+    GOOD = 0
+    WARNING = 1
+    BAD = 2
+    NOTHING = 3
+
+
+COLORS: Mapping[Mark, str] = {
+    Mark.GOOD: "#2f9e5f",
+    Mark.WARNING: "#e08a00",
+    Mark.BAD: "#d0312d",
+    Mark.NOTHING: "#a9adb5",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeReport:
+    """What a node last said of itself."""
+
+    level: int
+    message: str
+    values: Mapping[str, str]
+    age_s: float  # [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line:
+    """One thing and how it does."""
+
+    mark: Mark
+    title: str
+    text: str
+
+
+def stream_line(title: str, reading: StreamReading | None, delay_s: float | None = None) -> Line:
+    """A stream of skeletons or bodies.
+
+    Args:
+        title: What it is.
+        reading: How it does.
+        delay_s: Its delay, where it says so itself [s].
+    """
+    if reading is None:
+        return Line(mark=Mark.NOTHING, title=title, text="nothing yet")
+    if reading.silent_s > SILENT_AFTER_S:
+        return Line(mark=Mark.BAD, title=title, text=f"silent for {reading.silent_s:.0f} s")
+    delay_s = reading.delay_s if delay_s is None else delay_s
+    text = f"{reading.rate_hz:.0f} Hz"
+    if delay_s is not None:
+        text += f", {1e3 * delay_s:.0f} ms after capture"
+    if not reading.gaps:
+        return Line(mark=Mark.GOOD, title=title, text=text)
+    gaps = "1 dropout" if reading.gaps == 1 else f"{reading.gaps} dropouts"
+    text += f", {gaps} in a minute (longest {reading.longest_gap_s:.1f} s)"
+    return Line(mark=Mark.WARNING, title=title, text=text)
+
+
+def imu_line(report: NodeReport | None) -> Line:
+    """All IMUs together, from what their bridge says."""
+    if report is None:
+        return Line(mark=Mark.NOTHING, title="IMUs", text="no imu_bridge")
+    rates, lost = [], 0
+    for key, value in report.values.items():
+        match = IMU_VALUE.match(key)
+        if match and match["name"] == "rate_hz":
+            rates.append(float(value))
+        elif match and match["name"] == "lost":
+            lost += int(value)
+    text = report.message
+    if rates:
+        sending = [rate for rate in rates if rate > 0.0]
+        mean = sum(sending) / len(sending) if sending else 0.0
+        text = f"{len(sending)} of {len(rates)} send, {mean:.0f} Hz each"
+        if lost:
+            text += f", {lost} frames lost on the air"
+        if report.level:
+            text += f"; {report.message}"
+    return node_line("IMUs", report, text)
+
+
+def node_line(title: str, report: NodeReport | None, text: str | None = None) -> Line:
+    """A node, in its own words or better ones."""
+    if report is None:
+        return Line(mark=Mark.NOTHING, title=title, text="not running")
+    if report.age_s > NODE_SILENT_AFTER_S:
+        return Line(mark=Mark.BAD, title=title, text=f"silent for {report.age_s:.0f} s")
+    mark = Mark(report.level) if report.level in tuple(Mark) else Mark.BAD
+    return Line(mark=mark, title=title, text=text or report.message)
+
+
+def as_html(lines: Iterable[Line]) -> str:
+    """The lines with coloured dots."""
+    rows = "".join(
+        f'<div style="display:flex;align-items:baseline;margin:0.25em 0">'
+        f'<span style="flex:none;width:0.65em;height:0.65em;border-radius:50%;margin-right:0.5em;'
+        f'background:{COLORS[line.mark]}"></span>'
+        f"<span><b>{escape(line.title)}</b> {escape(line.text)}</span></div>"
+        for line in lines
+    )
+    return f'<div style="padding:0.25em 0.75em;font-size:0.85em;line-height:1.35">{rows}</div>'

@@ -1,0 +1,170 @@
+"""A recording as snapshots: what there is to show at any time of it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from pose_common.bags import BagReader
+from pose_common.errors import InputError
+from pose_fusion.streams.bags import (
+    read_extrinsics,
+    sensor_topics,
+    skeleton_samples,
+    stamp_ns,
+)
+from pose_fusion.streams.samples import FloatArray
+from pose_view.curves import BodyTrack, track_of
+from pose_view.messages import (
+    BODY_TOPIC,
+    body_snapshot,
+    dof_snapshot,
+    link_rotations,
+    raw_skeleton,
+)
+from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
+
+T = TypeVar("T")
+NS_PER_S = 1_000_000_000
+LONGEST_HOLD_S = 0.5  # [s] after that, what was last seen is no longer shown
+Progress = Callable[[float], None]
+"""Called with the share of the recording that has been read, 0 to 1."""
+
+
+@dataclass
+class Stamped(Generic[T]):
+    """Things in the order of their stamps."""
+
+    stamps_ns: list[int] = field(default_factory=list)
+    items: list[T] = field(default_factory=list)
+
+    def add(self, stamp_ns: int, item: T) -> None:
+        """Append; out of order is sorted in by :meth:`sort`."""
+        self.stamps_ns.append(stamp_ns)
+        self.items.append(item)
+
+    def sort(self) -> None:
+        """Bring into the order of stamps."""
+        order = np.argsort(self.stamps_ns, kind="stable")
+        self.items = [self.items[k] for k in order]
+        self.stamps_ns = [self.stamps_ns[k] for k in order]
+
+    def at(self, stamp_ns: int, hold_s: float = LONGEST_HOLD_S) -> T | None:
+        """The last one until then, unless it is too old."""
+        index = int(np.searchsorted(self.stamps_ns, stamp_ns, side="right")) - 1
+        if index < 0 or stamp_ns - self.stamps_ns[index] > hold_s * NS_PER_S:
+            return None
+        return self.items[index]
+
+    def between(self, start_ns: int, end_ns: int) -> list[T]:
+        """Those of an interval, both ends included."""
+        first = int(np.searchsorted(self.stamps_ns, start_ns, side="left"))
+        last = int(np.searchsorted(self.stamps_ns, end_ns, side="right"))
+        return self.items[first:last]
+
+
+class Recorded:
+    """A bag's content, ready to be shown at any time of it.
+
+    Args:
+        bag: An open bag; it is read once, whole.
+        progress: Called now and then.
+
+    Raises:
+        InputError: If there is nothing in it to show.
+    """
+
+    def __init__(self, bag: BagReader, progress: Progress | None = None) -> None:
+        self.path = bag.path
+        self.sensors: dict[str, FloatArray] = read_extrinsics(bag)
+        self.bodies: dict[str, Stamped[BodySnapshot]] = {}
+        self._raw: dict[str, Stamped[tuple[RawSkeleton, ...]]] = {}
+        self._dof: dict[tuple[str, int], DofSnapshot] = {}
+        self._rotations: dict[tuple[str, int], dict[str, FloatArray]] = {}
+        self._skeletons: list[tuple[str, Any]] = []
+        self.imus: tuple[str, ...] = ()
+        self._read(bag, progress or (lambda _: None))
+        if not self.bodies and not self._raw:
+            raise InputError(
+                f"{bag.path} holds nothing to show: expected /humans/bodies/<id>/skeleton or"
+                f" kinect_<name>/skeletons, found {', '.join(sorted(bag.topics))}"
+            )
+        stamps = [each.stamps_ns for each in self.bodies.values()]
+        stamps += [each.stamps_ns for each in self._raw.values()]
+        self.start_ns = min(each[0] for each in stamps if each)
+        self.end_ns = max(each[-1] for each in stamps if each)
+
+    @property
+    def duration_s(self) -> float:
+        """From the first thing that can be shown to the last [s]."""
+        return (self.end_ns - self.start_ns) / NS_PER_S
+
+    def add_body(self, body: str, snapshots: list[BodySnapshot]) -> None:
+        """Show one more body, which was not recorded."""
+        self.bodies[body] = Stamped([s.stamp_ns for s in snapshots], snapshots)
+
+    def snapshot(self, time_s: float) -> Snapshot:
+        """What there is at a time after the start [s]."""
+        now_ns = self.start_ns + round(time_s * NS_PER_S)
+        bodies = {name: each.at(now_ns) for name, each in self.bodies.items()}
+        raw = {name: each.at(now_ns) for name, each in self._raw.items()}
+        return Snapshot(
+            bodies={name: body for name, body in bodies.items() if body is not None},
+            sensors=self.sensors,
+            raw={name: skeletons for name, skeletons in raw.items() if skeletons is not None},
+            imus=self.imus,
+        )
+
+    def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
+        """A stretch of one body [s]."""
+        first, last = (self.start_ns + round(t * NS_PER_S) for t in (start_s, end_s))
+        known = self.bodies.get(body)
+        items = known.between(first, last) if known is not None else []
+        return track_of(items, self.start_ns)
+
+    def _read(self, bag: BagReader, progress: Progress) -> None:
+        sensors = {topic: name for name, topic in sensor_topics(bag).items()}
+        bodies = {topic: m for topic in bag.topics if (m := BODY_TOPIC.match(topic))}
+        wanted = [*sensors, *bodies, "/tf"]
+        span_ns = max(1, bag.end_ns - bag.start_ns)
+        for index, message in enumerate(bag.messages(wanted)):
+            if index % 64 == 0:
+                progress((message.stamp_ns - bag.start_ns) / span_ns)
+            content = bag.deserialize(message)
+            if message.topic in sensors:
+                self._add_raw(sensors[message.topic], content)
+            elif message.topic in bodies:
+                self._add_of_body(bodies[message.topic], content)
+            elif (found := link_rotations(content)) is not None:
+                self._rotations[found[:2]] = found[2]
+        for body, skeleton in self._skeletons:
+            self._add_body_at(body, skeleton)
+        self._skeletons.clear()
+        for shown in self.bodies.values():
+            shown.sort()
+        for seen in self._raw.values():
+            seen.sort()
+        progress(1.0)
+
+    def _add_raw(self, sensor: str, content: Any) -> None:
+        try:
+            seen = skeleton_samples(content, sensor)
+        except InputError:
+            return  # the fusion has counted it
+        if seen:
+            raw = tuple(raw_skeleton(sample) for sample in seen)
+            self._raw.setdefault(sensor, Stamped()).add(seen[0].stamp_ns, raw)
+
+    def _add_of_body(self, match: Any, content: Any) -> None:
+        body = match["body"]
+        if match["leaf"] == "skeleton":
+            self._skeletons.append((body, content))
+            return
+        self._dof[body, stamp_ns(content.header)] = dof_snapshot(content)
+
+    def _add_body_at(self, body: str, skeleton: Any) -> None:
+        """One skeleton, with the estimate and the links of the same instant."""
+        key = (body, stamp_ns(skeleton.header))
+        shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
+        self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)

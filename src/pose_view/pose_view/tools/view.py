@@ -1,0 +1,99 @@
+"""``view``: the page of a recording, or of the graph that runs."""
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress, TaskID
+
+from pose_common.bags import open_bag
+from pose_common.command_line import run_tool
+from pose_common.errors import PoseError
+from pose_common.parameters import add_arguments, from_arguments
+from pose_view.comparison import compute_body, missing_bodies
+from pose_view.parameters import ViewParameters
+from pose_view.recorded import Recorded
+from pose_view.web.viewer import Viewer
+
+IDLE_S = 0.1  # [s] between looks for visitors
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_tool(lambda: view(sys.argv[1:]))
+
+
+def view(words: Sequence[str]) -> int:
+    """Run ``view`` with these arguments; its exit code."""
+    options = _parser().parse_args(words)
+    if options.bag is None:
+        from pose_view.nodes.viewer import run_viewer  # a recording needs no ROS
+
+        run_viewer(from_arguments(ViewParameters, options))
+    parameters = from_arguments(ViewParameters, options)
+    recorded = _read(options.bag, parameters, alone=options.alone)
+    viewer = Viewer(parameters, recording=(options.bag, recorded.duration_s))
+    print(f"showing {options.bag} on {viewer.server.address} (Ctrl-C ends it)", flush=True)
+    try:
+        _play(viewer, recorded, parameters.rate)
+    finally:
+        viewer.stop()
+    return 0
+
+
+def _read(path: Path, parameters: ViewParameters, *, alone: bool) -> Recorded:
+    """The recording, with the bodies that it lacks."""
+    progress = Progress(console=Console(stderr=True), transient=True)
+    with open_bag(path) as bag, progress:
+        reading = progress.add_task("reading", total=1.0)
+        recorded = Recorded(bag, lambda share: progress.update(reading, completed=share))
+        missing = missing_bodies(recorded, parameters.bodies, bag) if alone else {}
+        for body, kind in missing.items():
+            task = progress.add_task(f"computing {body}", total=1.0)
+            report = partial(_completed, progress, task)
+            try:
+                snapshots = compute_body(bag, recorded, kind, report)
+            except PoseError as error:
+                print(f"without {body}: {error}", file=sys.stderr)
+                continue
+            recorded.add_body(body, snapshots)
+    return recorded
+
+
+def _completed(progress: Progress, task: TaskID, share: float) -> None:
+    progress.update(task, completed=share)
+
+
+def _play(viewer: Viewer, recorded: Recorded, rate: float) -> None:
+    """Show the recording's present, as long as somebody looks."""
+    assert viewer.playback is not None
+    while True:
+        if not viewer.has_visitors:
+            time.sleep(IDLE_S)
+            continue
+        started = time.monotonic()
+        now_s = viewer.playback.time_s()
+        viewer.show(recorded.snapshot(now_s), recorded.track, now_s, 0.0)
+        time.sleep(max(0.0, 1.0 / rate - (time.monotonic() - started)))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="view",
+        description="Show a recording in the browser: the person as the cameras alone, the fusion"
+        " and the IMUs alone see it, side by side, with curves of their angles. Without BAG, show"
+        " the graph that runs.",
+    )
+    parser.add_argument("bag", nargs="?", metavar="BAG", type=Path, help="a recording to show")
+    parser.add_argument(
+        "--alone",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="compute the bodies of cameras alone and IMUs alone, where they were not recorded",
+    )
+    add_arguments(parser, ViewParameters)
+    return parser

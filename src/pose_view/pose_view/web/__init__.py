@@ -1,0 +1,1 @@
+"""What the browser shows, in terms of viser; knows no ROS."""

@@ -1,0 +1,130 @@
+"""One drawn body in the scene."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from viser import MeshHandle, SceneApi
+
+from pose_view.body.joint_marks import BALLS, BANDS, COLORS, ball_place, joint_marks, make_balls
+from pose_view.body.measures import MeasuredBody
+from pose_view.body.mesh import Mesh, box
+from pose_view.body.parts import PARTS, make_parts
+from pose_view.body.poses import part_poses, quaternions
+from pose_view.snapshot import BodySnapshot
+from pose_view.web.places import Place
+
+TITLE_BEFORE = 0.45  # [m] in front of the body, on the floor
+IMU_COLOR = (60, 60, 66)
+IMU_SIZE = (0.016, 0.036, 0.046)  # [m] across the limb, along its sides
+IMU_PLACES = {  # segment: part, share of the way from the part's origin, and where on it [m]
+    "pelvis": ("pelvis", (-0.118, 0.0, 0.03)),
+    "torso": ("thorax", (-0.118, 0.0, 0.14)),
+    "head": ("head", (-0.105, 0.0, 0.24)),
+    **{
+        f"{side}_{limb}": (f"{side}_{limb}", (x, sign * y, -z))
+        for side, sign in (("left", 1.0), ("right", -1.0))
+        for limb, x, y, z in (
+            ("upper_arm", 0.0, 0.054, 0.16),
+            ("forearm", 0.0, 0.042, 0.18),
+            ("thigh", 0.0, 0.084, 0.2),
+            ("shank", 0.0, 0.056, 0.18),
+        )
+    },
+}
+
+
+class Avatar:
+    """A shaded body that follows a stream of snapshots.
+
+    Args:
+        scene: Where to draw.
+        place: The body's name and colour.
+        offset: Where it stands beside the place it would have in map [m].
+        waits_at: Where its title stands until there is a body [m].
+    """
+
+    def __init__(
+        self,
+        scene: SceneApi,
+        place: Place,
+        offset: Sequence[float],
+        waits_at: Sequence[float],
+    ) -> None:
+        self._scene = scene
+        self._name = f"/bodies/{place.body}"
+        self._place = place
+        self._body = MeasuredBody()
+        self._imus: tuple[str, ...] = ()
+        self._frame = scene.add_frame(self._name, show_axes=False, position=np.asarray(offset))
+        self._parts: list[MeshHandle] = []
+        self._balls: dict[str, MeshHandle] = {}
+        self._label = scene.add_label(
+            f"{self._name}/title",
+            f"{place.title}: nothing yet",
+            position=np.asarray(waits_at),
+            anchor="top-center",
+            font_screen_scale=1.25,
+        )
+
+    def show(self, body: BodySnapshot, imus: tuple[str, ...] = ()) -> None:
+        """Move it to where a snapshot says."""
+        if not np.isfinite(body.joints).all():
+            return
+        if self._body.add(body.joints) or (self._parts and imus != self._imus):
+            self._imus = imus
+            self._draw()
+        if not self._parts:
+            return
+        positions, rotations = part_poses(body.joints, body.rotations)
+        wxyz = quaternions(rotations)
+        for part, position, turn in zip(self._parts, positions, wxyz, strict=True):
+            part.position, part.wxyz = position, turn
+        for joint, mark in joint_marks(body).items():
+            ball = self._balls[joint]
+            if ball.color != mark.color:
+                ball.color = mark.color
+            scale = (1.0, 1.0, mark.growth) if joint in BANDS else (mark.growth,) * 3
+            if ball.scale != scale:
+                ball.scale = scale
+        x, y, _ = positions[PARTS.index("pelvis")]
+        self._label.position = (x - TITLE_BEFORE, y, 0.02)
+
+    def set_visible(self, visible: bool) -> None:
+        """Show or hide all of it."""
+        self._frame.visible = visible
+
+    def _draw(self) -> None:
+        """Make the surfaces anew: the body's measures have changed, or where it carries IMUs."""
+        measures = self._body.measures
+        assert measures is not None
+        for part in self._parts:
+            part.remove()  # with all that is fixed in it
+        self._parts = [
+            self._add(part, mesh, self._place.skin) for part, mesh in make_parts(measures).items()
+        ]
+        self._balls = {
+            joint: self._add(
+                f"{BALLS[joint][0]}/{joint}",
+                mesh,
+                COLORS["predicted"],
+                position=ball_place(joint, measures),
+            )
+            for joint, mesh in make_balls(measures).items()
+        }
+        for segment in self._imus:
+            if segment in IMU_PLACES:
+                carrier, place = IMU_PLACES[segment]
+                x, y, z = IMU_SIZE
+                # Its thin side to the body: back and front are along x, a limb's sides along y.
+                mesh = box((x, y, z) if abs(place[0]) > abs(place[1]) else (y, x, z))
+                position = tuple(np.array(place) * measures.size)
+                self._add(f"{carrier}/imu", mesh, IMU_COLOR, position=position, flat_shading=True)
+        self._label.text = self._place.title
+
+    def _add(
+        self, name: str, mesh: Mesh, color: tuple[int, int, int], **options: Any
+    ) -> MeshHandle:
+        return self._scene.add_mesh_simple(
+            f"{self._name}/{name}", mesh.vertices, mesh.faces, color=color, **options
+        )

@@ -1,0 +1,91 @@
+"""A recording's controls: play, pause, scrub, slow motion."""
+
+import time
+from pathlib import Path
+
+import viser
+
+from pose_fusion.recording.playback import NS_PER_S, PlaybackClock
+from pose_view.web.server import LocalServer
+
+RATES = {"⅛ speed": 0.125, "¼ speed": 0.25, "½ speed": 0.5, "as it was": 1.0, "2 × faster": 2.0}
+STEPS_S = {"|◀": None, "◀": -1.0 / 30.0, "▶": 1.0 / 30.0}  # [s] of the buttons
+SLIDER_STEP_S = 0.01  # [s]
+HANDS_OFF_S = 0.6  # [s] after the visitor's last move, the slider follows the time again
+
+
+class PlaybackPanel:
+    """Buttons and a slider, in the place that is current; the clock of the recording.
+
+    Args:
+        server: Where it is shown.
+        path: Of the recording.
+        duration_s: How long it lasts [s].
+        rate: At first, how many times faster than it was recorded.
+    """
+
+    def __init__(
+        self, server: LocalServer, path: Path, duration_s: float, rate: float = 1.0
+    ) -> None:
+        self._duration_s = duration_s
+        self._clock = PlaybackClock(0, rate, paused=False, now_ns=time.monotonic_ns())
+        self._touched_s = 0.0
+        gui = server.gui
+        gui.add_markdown(f"**{path.name}**, {duration_s:.1f} s")
+        self._slider = gui.add_slider(
+            "Time [s]", 0.0, max(round(duration_s, 2), SLIDER_STEP_S), SLIDER_STEP_S, 0.0
+        )
+        self._play = gui.add_button("Pause", icon=viser.Icon.PLAYER_PAUSE)
+        step = gui.add_button_group(
+            "Step", tuple(STEPS_S), hint="To the start; a thirtieth of a second back or on"
+        )
+        shown = min(RATES, key=lambda name: abs(RATES[name] - rate))
+        self._rate = gui.add_dropdown("Speed", tuple(RATES), initial_value=shown)
+        self._play.on_click(lambda _: self._toggle())
+        self._rate.on_update(lambda _: self._clock.change_rate(RATES[self._rate.value], _now_ns()))
+        step.on_click(lambda _: self._step(step.value))
+
+        @self._slider.on_update
+        def _(event: viser.GuiEvent) -> None:
+            if event.client is not None:  # a visitor's move, not ours below
+                self._touched_s = time.monotonic()
+                self._jump(self._slider.value)
+
+    def time_s(self) -> float:
+        """The time to show, after the recording's start [s]; past the end it begins anew."""
+        position_s = self._clock.position_ns(_now_ns()) / NS_PER_S
+        if position_s > self._duration_s:
+            self._clock.jump(0, _now_ns())
+            position_s = 0.0
+        if time.monotonic() - self._touched_s > HANDS_OFF_S:
+            shown = min(round(position_s, 2), self._slider.max)
+            if self._slider.value != shown:
+                self._slider.value = shown  # type: ignore[misc]  # the slider's own is settable
+        return position_s
+
+    def _toggle(self) -> None:
+        if self._clock.paused:
+            self._clock.resume(_now_ns())
+        else:
+            self._clock.pause(_now_ns())
+        self._show_state()
+
+    def _step(self, what: str) -> None:
+        self._clock.pause(_now_ns())
+        self._show_state()
+        position_s = self._clock.position_ns(_now_ns()) / NS_PER_S
+        step_s = STEPS_S[what]
+        self._jump(0.0 if step_s is None else position_s + step_s)
+
+    def _jump(self, time_s: float) -> None:
+        time_s = min(max(time_s, 0.0), self._duration_s)
+        self._clock.jump(round(time_s * NS_PER_S), _now_ns())
+
+    def _show_state(self) -> None:
+        paused = self._clock.paused
+        self._play.label = "Play" if paused else "Pause"
+        self._play.icon = viser.Icon.PLAYER_PLAY if paused else viser.Icon.PLAYER_PAUSE
+
+
+def _now_ns() -> int:
+    return time.monotonic_ns()

@@ -1,0 +1,114 @@
+"""Curves of chosen angles, one panel of them, a line a body."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from pose_fusion.streams.samples import FloatArray
+from pose_view.curves import BodyTrack, curve, on_grid, titles
+from pose_view.svg_plot import svg_plot
+from pose_view.web.places import Place
+from pose_view.web.server import LocalServer
+
+DEFAULTS = (
+    "Pitch: right forearm",
+    "Yaw: right forearm",
+    "Right knee flexion",
+    "Right shoulder flexion",
+)
+GRID_RATE = 20.0  # [Hz] points of a curve
+GAP_S = 0.25  # [s] a longer silence is left blank
+WIDTH = 340  # [px] of the panel
+MARGIN = 5.0  # [°] above and below the curves
+
+TrackOf = Callable[[str, float, float], BodyTrack]
+"""The track of a body (its id) from one time to another [s]."""
+
+
+class PlotPanel:
+    """Some plots at the right edge.
+
+    Args:
+        server: Where it is shown.
+        places: The bodies.
+        span_s: How far the plots look back [s].
+        time_label: Of the horizontal axis.
+    """
+
+    def __init__(
+        self, server: LocalServer, places: Sequence[Place], span_s: float, time_label: str
+    ) -> None:
+        self._places = places
+        self._span_s = span_s
+        self._time_label = time_label
+        self._titles = titles()
+        panel = server.gui.add_panel()
+        with panel.add_tab("Angles"):
+            server.gui.add_html(_legend(places))
+            self._plots = [self._add(server, title) for title in DEFAULTS]
+        panel.dock_right()
+        panel.set_width(WIDTH)
+
+    def offer_dof(self, names: tuple[str, ...]) -> None:
+        """Offer the model's own angles too, once their names are known."""
+        offered = titles(names)
+        if offered != self._titles:
+            self._titles = offered
+            for chosen, _ in self._plots:
+                chosen.options = offered
+
+    def update(self, track_of: TrackOf, now_s: float, zero_s: float = 0.0) -> None:
+        """Draw the time until now.
+
+        Args:
+            track_of: The past of each body.
+            now_s: Right end of the plots [s].
+            zero_s: What the horizontal axis calls zero [s].
+        """
+        count = round(self._span_s * GRID_RATE) + 1
+        grid = np.linspace(now_s - self._span_s, now_s, count)
+        tracks = [track_of(place.body, grid[0] - GAP_S, now_s) for place in self._places]
+        for chosen, plot in self._plots:
+            rows = [_row(chosen.value, track, grid) for track in tracks]
+            picture = svg_plot(
+                grid - zero_s,
+                rows,
+                [place.line for place in self._places],
+                x_label=self._time_label,
+                y_label="angle [°]",
+                y_range=_range(rows),
+            )
+            if plot.content != picture:
+                plot.content = picture
+
+    def _add(self, server: LocalServer, title: str) -> tuple[Any, Any]:
+        chosen = server.gui.add_dropdown("Angle", self._titles, initial_value=title)
+        return chosen, server.gui.add_html("")
+
+
+def _row(title: str, track: BodyTrack, grid: FloatArray) -> FloatArray:
+    if len(track.stamps_ns) < 2:
+        return np.full(len(grid), np.nan)
+    values = curve(title, track)
+    return on_grid(track.times_s, values, grid, GAP_S)
+
+
+def _range(rows: Sequence[FloatArray]) -> tuple[float, float]:
+    """Limits of the vertical axis [°]: whole tens, and never so narrow that noise looks large."""
+    known = np.concatenate([row[np.isfinite(row)] for row in rows])
+    if not len(known):
+        return -10.0, 10.0
+    low = 10.0 * np.floor((known.min() - MARGIN) / 10.0)
+    high = 10.0 * np.ceil((known.max() + MARGIN) / 10.0)
+    return float(low), float(max(high, low + 20.0))
+
+
+def _legend(places: Sequence[Place]) -> str:
+    dots = "".join(
+        f'<span style="white-space:nowrap;margin-right:1em"><span style="display:inline-block;'
+        f"width:1.4em;height:0.28em;vertical-align:middle;margin-right:0.4em;"
+        f'background:{place.line}"></span>{place.title}</span>'
+        for place in places
+    )
+    return f'<div style="padding:0.5em 0.75em 0;font-size:0.85em">{dots}</div>'

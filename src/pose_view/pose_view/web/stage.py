@@ -1,0 +1,226 @@
+"""The scene: avatars side by side, the sensors where they stand, what they saw as ghosts."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from viser import CameraHandle, ClientHandle, LineSegmentsHandle
+
+from pose_common.joints import JOINT_INDEX, SIDES
+from pose_fusion.streams.samples import FloatArray
+from pose_view.body.mesh import box
+from pose_view.body.poses import quaternions
+from pose_view.snapshot import Snapshot
+from pose_view.web.avatar import Avatar
+from pose_view.web.places import Place
+from pose_view.web.server import LocalServer
+
+SPACING = 1.5  # [m] between avatars, to the left and right of the middle one
+KINECT_SIZE = (0.25, 0.066, 0.067)  # [m] width, height, depth of a Kinect v2
+KINECT_COLOR = (52, 54, 60)
+FIELD_OF_VIEW = np.radians(60.0)  # [rad] of a Kinect v2's depth camera, vertically
+GHOST_COLORS = ((86, 180, 233), (213, 94, 0), (240, 228, 66), (120, 94, 160))
+BONES = np.array(
+    [
+        (JOINT_INDEX[a], JOINT_INDEX[b])
+        for a, b in (
+            ("head", "neck"),
+            ("neck", "torso"),
+            ("left_hip", "right_hip"),
+            *(
+                (f"{side}_{start}" if start not in ("neck", "torso") else start, f"{side}_{end}")
+                for side in SIDES
+                for start, end in (
+                    *(("neck", "shoulder"), ("shoulder", "elbow"), ("elbow", "hand")),
+                    *(("torso", "hip"), ("hip", "knee"), ("knee", "foot")),
+                )
+            ),
+        )
+    ]
+)
+EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] where a person stands, until one does
+CAMERA_FOV = np.radians(42.0)  # [rad] vertically
+CAMERA_PITCH = np.radians(27.0)  # [rad] downward: the sensors do not hide the bodies
+SETTLING_S = 5.0  # [s] that a new page takes to find its layout
+LOOK_AT_HEIGHT = 0.80  # [m]
+HALF_HEIGHT = 1.15  # [m] to have in the picture, above and below
+ARM = 0.65  # [m] to have in the picture beside the outer avatars
+
+
+class Stage:
+    """Everything in three dimensions.
+
+    Args:
+        server: Where it is shown.
+        places: From left to right; the middle one stands where it is in map.
+    """
+
+    def __init__(self, server: LocalServer, places: Sequence[Place]) -> None:
+        self._server = server
+        scene = server.scene
+        scene.set_up_direction("+z")
+        scene.configure_environment_map("studio", environment_intensity=0.45)
+        scene.add_grid(
+            "/floor",
+            infinite_grid=True,
+            cell_color=(222, 224, 228),
+            section_color=(196, 199, 205),
+            cell_size=0.5,
+            section_size=1.0,
+            fade_distance=14.0,
+            plane_color=(246, 247, 249),
+            plane_opacity=1.0,
+            shadow_opacity=0.25,
+        )
+        middle = (len(places) - 1) / 2.0
+        self.avatars = {
+            place.body: Avatar(
+                scene, place, (0.0, SPACING * (middle - index), 0.0), tuple(EXPECTED_AT)
+            )
+            for index, place in enumerate(places)
+        }
+        self._centre_body = places[len(places) // 2].body if places else ""
+        self._sensors: dict[str, FloatArray] = {}
+        self._ghosts: dict[str, LineSegmentsHandle] = {}
+        self._has_view = False
+        self._half_width = SPACING * middle + ARM
+        self._centre = np.array(EXPECTED_AT)
+        self._set_view(self._centre)
+        server.on_client_connect(self._welcome)
+        self._shows_sensors = True
+        self._shows_ghosts = False
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Draw a snapshot; all of it at once."""
+        with self._server.atomic():
+            for name, avatar in self.avatars.items():
+                if name in snapshot.bodies:
+                    avatar.show(snapshot.bodies[name], snapshot.imus)
+            self._show_sensors(snapshot)
+            self._show_ghosts(snapshot)
+        if not self._has_view and snapshot.bodies:
+            body = snapshot.bodies.get(self._centre_body) or next(iter(snapshot.bodies.values()))
+            self._has_view = bool(np.isfinite(body.joints).all())
+            if self._has_view:
+                self._set_view(body.joints.mean(axis=0))
+
+    def reset_view(self) -> None:
+        """Bring every browser's camera back before the avatars."""
+        self._has_view = False
+
+    def show_sensors(self, shown: bool) -> None:
+        """Draw the sensors or not."""
+        self._shows_sensors = shown
+
+    def show_ghosts(self, shown: bool) -> None:
+        """Draw what each camera saw, where the calibration puts it, or not."""
+        self._shows_ghosts = shown
+
+    def _set_view(self, centre: FloatArray) -> None:
+        """Look from the sensors' side, for those who look now and those who will."""
+        self._centre = centre
+        position, target = self._camera(aspect=1.2)
+        initial = self._server.initial_camera
+        initial.position, initial.look_at, initial.fov = position, target, CAMERA_FOV
+        for client in self._server.get_clients().values():
+            self._place_camera(client)
+
+    def _welcome(self, client: ClientHandle) -> None:
+        """Place a new visitor's camera, and again when the panels have taken their room."""
+        self._place_camera(client)
+        until_s = time.monotonic() + SETTLING_S
+        placed_for = client.camera.aspect
+
+        @client.camera.on_update
+        def _(camera: CameraHandle) -> None:
+            nonlocal placed_for
+            if time.monotonic() < until_s and abs(camera.aspect - placed_for) > 0.02:
+                placed_for = camera.aspect
+                self._place_camera(client)
+
+    def _place_camera(self, client: ClientHandle) -> None:
+        """So that all avatars are in this visitor's picture, however narrow it is."""
+        position, target = self._camera(client.camera.aspect)
+        with client.atomic():
+            client.camera.fov = CAMERA_FOV
+            client.camera.position = position
+            client.camera.look_at = target
+
+    def _camera(self, aspect: float) -> tuple[FloatArray, FloatArray]:
+        """Position and target of the camera [m] for a picture of that width to height."""
+        half = np.tan(CAMERA_FOV / 2.0)
+        distance = max(HALF_HEIGHT / half, self._half_width / (half * aspect))
+        target = np.array([self._centre[0], self._centre[1], LOOK_AT_HEIGHT])
+        back = np.array([-np.cos(CAMERA_PITCH), 0.0, np.sin(CAMERA_PITCH)])
+        return target + distance * back, target
+
+    def _show_sensors(self, snapshot: Snapshot) -> None:
+        for name, T in snapshot.sensors.items():
+            known = self._sensors.get(name)
+            if known is None or not np.allclose(known, T, atol=1e-4):
+                self._draw_sensor(name, T)
+        self._sensors = dict(snapshot.sensors)
+        for name in self._sensors:
+            node = self._server.scene.get_handle_by_name(f"/sensors/{name}")
+            if node is not None and node.visible != self._shows_sensors:
+                node.visible = self._shows_sensors
+
+    def _draw_sensor(self, name: str, T: FloatArray) -> None:
+        scene = self._server.scene
+        scene.add_frame(
+            f"/sensors/{name}",
+            show_axes=False,
+            wxyz=quaternions(T[None, :3, :3])[0],
+            position=T[:3, 3],
+        )
+        width, height, depth = KINECT_SIZE
+        body = box((width, height, depth))
+        scene.add_mesh_simple(
+            f"/sensors/{name}/case",
+            body.vertices,
+            body.faces,
+            color=KINECT_COLOR,
+            flat_shading=True,
+        )
+        scene.add_camera_frustum(
+            f"/sensors/{name}/view",
+            fov=FIELD_OF_VIEW,
+            aspect=1.2,
+            scale=0.11,
+            thickness=1.5,
+            thickness_units="screen",
+            color=(90, 120, 170),
+        )
+        scene.add_label(
+            f"/sensors/{name}/name",
+            f"Kinect {name}",
+            anchor="bottom-center",
+            position=(0.0, -0.08, 0.0),
+        )
+
+    def _show_ghosts(self, snapshot: Snapshot) -> None:
+        for index, (sensor, skeletons) in enumerate(sorted(snapshot.raw.items())):
+            name = f"/ghosts/{sensor}"
+            T = snapshot.sensors.get(sensor)
+            if not self._shows_ghosts or T is None or not skeletons:
+                node = self._ghosts.pop(sensor, None)
+                if node is not None:
+                    node.remove()
+                continue
+            joints = np.concatenate([each.joints for each in skeletons])
+            starts = len(JOINT_INDEX) * np.arange(len(skeletons))
+            lines = (joints @ T[:3, :3].T + T[:3, 3])[
+                (starts[:, None, None] + BONES).reshape(-1, 2)
+            ]
+            lines[~np.isfinite(lines).all(axis=(1, 2))] = 0.0  # of no length
+            node = self._ghosts.get(sensor)
+            if node is not None and node.points.shape == lines.shape:
+                node.points = lines.astype(np.float32)
+                continue
+            self._ghosts[sensor] = self._server.scene.add_line_segments(
+                name,
+                points=lines.astype(np.float32),
+                colors=GHOST_COLORS[index % len(GHOST_COLORS)],
+                thickness=4.0,
+                thickness_units="screen",
+            )

@@ -1,0 +1,98 @@
+"""The page: the scene, the panels beside it, and how often they are brought up to date."""
+
+import time
+from pathlib import Path
+
+import viser
+
+from pose_view.parameters import ViewParameters
+from pose_view.snapshot import Snapshot
+from pose_view.web.graph_panel import GraphCommands, GraphPanel
+from pose_view.web.legend import legend_html
+from pose_view.web.places import places_of
+from pose_view.web.playback_panel import PlaybackPanel
+from pose_view.web.plots import PlotPanel, TrackOf
+from pose_view.web.server import LocalServer
+from pose_view.web.stage import Stage
+
+PLOT_PERIOD_S = 0.15  # [s]
+CONTROL_WIDTH = 270  # [px]
+
+
+class Viewer:
+    """Everything that a browser shows; what it shows is given to :meth:`show`.
+
+    Args:
+        parameters: Address, bodies, rates.
+        commands: What the buttons of a live graph do; None without one.
+        recording: Path and duration [s] of a recording; None without one.
+    """
+
+    def __init__(
+        self,
+        parameters: ViewParameters,
+        *,
+        commands: GraphCommands | None = None,
+        recording: tuple[Path, float] | None = None,
+    ) -> None:
+        self.server = LocalServer(parameters.host, parameters.port, "Pose fusion")
+        self.places = places_of(parameters.bodies)
+        self.stage = Stage(self.server, self.places)
+        gui = self.server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False)
+        gui.main_panel.dock_left()
+        gui.main_panel.set_width(CONTROL_WIDTH)
+        self.playback = self.graph = None
+        if recording is not None:
+            self.playback = PlaybackPanel(self.server, *recording)
+        if commands is not None:
+            self.graph = GraphPanel(self.server, commands)
+        gui.add_html(legend_html())
+        self._add_choices()
+        label = "time before now [s]" if recording is None else "time [s]"
+        self.plots = PlotPanel(self.server, self.places, parameters.plot_span, label)
+        self._plotted_s = 0.0
+
+    @property
+    def has_visitors(self) -> bool:
+        """Whether a browser is looking: nothing needs to be shown otherwise."""
+        return self.server.has_visitors
+
+    def show(self, snapshot: Snapshot, track_of: TrackOf, now_s: float, zero_s: float) -> None:
+        """Bring the page up to date.
+
+        Args:
+            snapshot: What to draw.
+            track_of: The past of each body, for the plots.
+            now_s: The present, in the same seconds.
+            zero_s: What the plots call zero [s].
+        """
+        self.stage.show(snapshot)
+        if time.monotonic() - self._plotted_s < PLOT_PERIOD_S:
+            return
+        self._plotted_s = time.monotonic()
+        for body in snapshot.bodies.values():
+            if body.dof is not None:
+                self.plots.offer_dof(body.dof.names)
+                break
+        with self.server.atomic():
+            self.plots.update(track_of, now_s, zero_s)
+
+    def stop(self) -> None:
+        """Close the page."""
+        self.server.stop()
+
+    def _add_choices(self) -> None:
+        """What to draw."""
+        gui = self.server.gui
+        with gui.add_folder("Show"):
+            for place in self.places:
+                self._switch(place.title, True, self.stage.avatars[place.body].set_visible)
+            self._switch("Sensors", True, self.stage.show_sensors)
+            self._switch("Raw skeletons of the cameras", False, self.stage.show_ghosts)
+            reset = gui.add_button("Reset view", icon=viser.Icon.HOME)
+            reset.on_click(lambda _: self.stage.reset_view())
+
+    def _switch(self, title: str, on: bool, act) -> None:  # type: ignore[no-untyped-def]
+        box = self.server.gui.add_checkbox(title, on)
+        box.on_update(lambda _: act(box.value))
