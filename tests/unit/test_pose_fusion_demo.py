@@ -1,3 +1,4 @@
+import io
 import os
 import signal
 import sys
@@ -5,9 +6,10 @@ from argparse import Namespace
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from pose_common.errors import InputError
-from pose_fusion.tools import demo
+from pose_fusion.tools import demo, demo_start
 from pose_fusion.tools.demo_processes import (
     GraphError,
     LiveGraph,
@@ -71,7 +73,7 @@ def test_a_session_that_took_longer_to_make_begins_later(tmp_path, monkeypatch):
 
     monkeypatch.setattr(demo, "run_to_end", make_slowly)
     given = options(choreography="squats", seed=1)
-    start_at_ns = demo._generate(given, 30.0, tmp_path / "session")
+    start_at_ns = demo._generate(given, 30.0, tmp_path / "session", 5.0)
     assert len(started) == 2
     assert start_at_ns == started[-1]
     assert start_at_ns - now_ns[0] >= 4 * 10**9
@@ -164,3 +166,86 @@ def test_devices_that_fall_silent_at_the_end_are_no_warning():
         "stopping",
         "frames in 0, joint states out 0, warnings 0",
     )
+
+
+class GraphOfTwo:
+    """A graph whose nodes come up one after another, on a clock of its own."""
+
+    def __init__(self, clock, up_after_s):
+        self._clock = clock
+        self._up_after_s = up_after_s
+        self._begin_ns = clock.now_ns
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def planned_nodes(self):
+        return list(self._up_after_s)
+
+    def check(self):
+        pass
+
+    @property
+    def nodes(self):
+        passed_s = (self._clock.now_ns - self._begin_ns) * 1e-9
+        return {f"/{n}": NodeStatus() for n, s in self._up_after_s.items() if s <= passed_s}
+
+
+class Clock:
+    now_ns = 10**18
+
+    def time_ns(self):
+        return self.now_ns
+
+    def sleep(self, seconds):
+        self.now_ns += round(seconds * 1e9)
+
+
+@pytest.fixture
+def start_two(tmp_path, monkeypatch):
+    """Start a graph of two nodes that take so long; the leads that were tried, and the output."""
+
+    def start_two(lead_s, **up_after_s):
+        clock, leads, output = Clock(), [], io.StringIO()
+        monkeypatch.setattr(demo_start, "time", clock)
+        monkeypatch.setattr(demo_start, "LiveGraph", lambda *_: GraphOfTwo(clock, up_after_s))
+
+        def prepare(lead_s):
+            leads.append(lead_s)
+            return clock.now_ns + round(lead_s * 1e9), {}
+
+        console = Console(file=output)
+        started = demo_start.started_graph("x", prepare, tmp_path, lead_s, console)
+        with started as (_, start_at_ns):
+            return leads, (start_at_ns - clock.now_ns) * 1e-9, output.getvalue()
+
+    return start_two
+
+
+def test_the_input_begins_when_every_node_is_up(start_two):
+    leads, left_s, output = start_two(8.0, fusion=2.0, recorder=3.0)
+    assert leads == [8.0]
+    assert left_s == pytest.approx(5.0, abs=0.2)
+    assert output == ""
+
+
+def test_a_machine_that_is_too_slow_gets_twice_the_time(start_two):
+    leads, left_s, output = start_two(8.0, fusion=2.0, recorder=9.0)
+    assert leads == [8.0, 16.0]
+    assert left_s >= 1.0
+    assert "recorder: not up yet; starting again, with 16 s" in output
+
+
+def test_after_a_minute_the_input_begins_and_who_is_late_is_said(start_two):
+    leads, _, output = start_two(20.0, fusion=2.0, recorder=1e9)
+    assert leads == [20.0, 40.0, 60.0]
+    assert "not up when the input begins: recorder" in output
+
+
+def test_the_graph_s_own_nodes_are_waited_for(tmp_path):
+    graph = LiveGraph("capture.launch.yaml", {"recording": "r.csv"}, tmp_path / "graph.log")
+    expected = {"calibration", "fusion", "kinect_left", "kinect_right", "recorder"}
+    assert expected <= set(graph.planned_nodes())

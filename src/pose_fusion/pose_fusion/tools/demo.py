@@ -15,17 +15,16 @@ from pose_common.errors import InputError
 from pose_fusion.tools.demo_processes import (
     DemoRun,
     GraphError,
-    LiveGraph,
     executable,
     run_to_end,
 )
 from pose_fusion.tools.demo_progress import watch
+from pose_fusion.tools.demo_start import first_lead_s, started_graph
 
 NS_PER_S = 1_000_000_000
 OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
 RECORDING_S = 60.0  # [s] default length that a recording is replayed for
-STARTING_S = 8.0  # [s] for the graph's processes to be there before the first frame
 GENERATING = 0.06  # [-] first guess: time to make a session over its length
 
 
@@ -96,15 +95,22 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
         f"Synthetic subject: {options.choreography}, {duration_s:g} s, seed {options.seed}; "
         f"two virtual Kinects{'' if options.no_imu else ', nine virtual IMUs'}"
     )
-    with console.status("making the session"):
-        start_at_ns = _generate(options, duration_s, folder / "session")
-    arguments = {
-        "session": str(folder / "session"),
-        "bag": str(folder / "bag"),
-        "start_at": str(start_at_ns),
-        "imus": "false" if options.no_imu else "true",
-    }
-    with LiveGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
+
+    def prepare(lead_s: float) -> tuple[int, dict[str, str]]:
+        shutil.rmtree(folder / "session", ignore_errors=True)
+        with console.status("making the session"):
+            start_at_ns = _generate(options, duration_s, folder / "session", lead_s)
+        arguments = {
+            "session": str(folder / "session"),
+            "bag": str(folder / "bag"),
+            "start_at": str(start_at_ns),
+            "imus": "false" if options.no_imu else "true",
+            "view": str(options.view).lower(),
+        }
+        return start_at_ns, arguments
+
+    started = started_graph("demo.launch.yaml", prepare, folder, first_lead_s(), console)
+    with started as (graph, start_at_ns):
         watch(graph, start_at_ns, duration_s, console)
         graph.stop()
     return DemoRun(
@@ -114,16 +120,16 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
     )
 
 
-def _generate(options: argparse.Namespace, duration_s: float, session: Path) -> int:
+def _generate(options: argparse.Namespace, duration_s: float, session: Path, lead_s: float) -> int:
     """Make the synthetic session; the moment [ns] it begins at, far enough ahead."""
     making_s = GENERATING * duration_s
     while True:
         begin = time.monotonic()
-        start_at_ns = time.time_ns() + round((making_s + STARTING_S) * NS_PER_S)
+        start_at_ns = time.time_ns() + round((making_s + lead_s) * NS_PER_S)
         words = ["--choreography", options.choreography, "--duration", f"{duration_s:g}"]
         words += ["--seed", str(options.seed), "--start-at", str(start_at_ns)]
         run_to_end([executable("pose_sim", "generate"), *words, "-o", session])
-        if start_at_ns - time.time_ns() >= 0.8 * STARTING_S * NS_PER_S:
+        if start_at_ns - time.time_ns() >= 0.8 * lead_s * NS_PER_S:
             return start_at_ns
         # The truth carries these stamps: a slower machine has to begin later, so once more.
         making_s = 1.5 * (time.monotonic() - begin)
@@ -148,17 +154,23 @@ def _run_recording(
     )
     if others:
         console.print(f"not used: {', '.join(others)}")
-    start_at_ns = time.time_ns() + round(STARTING_S * NS_PER_S)
-    arguments = {
-        "recording": str(options.recording.absolute()),
-        "sensor_left": left,
-        "sensor_right": right,
-        "rate": str(float(options.rate)),
-        "bag": str(folder / "bag"),
-        "start_at": str(start_at_ns),
-        "imus": "false",
-    }
-    with LiveGraph("capture.launch.yaml", arguments, folder / "graph.log") as graph:
+
+    def prepare(lead_s: float) -> tuple[int, dict[str, str]]:
+        start_at_ns = time.time_ns() + round(lead_s * NS_PER_S)
+        arguments = {
+            "recording": str(options.recording.absolute()),
+            "sensor_left": left,
+            "sensor_right": right,
+            "rate": str(float(options.rate)),
+            "bag": str(folder / "bag"),
+            "start_at": str(start_at_ns),
+            "imus": "false",
+            "view": str(options.view).lower(),
+        }
+        return start_at_ns, arguments
+
+    started = started_graph("capture.launch.yaml", prepare, folder, first_lead_s(), console)
+    with started as (graph, start_at_ns):
         watch(graph, start_at_ns, duration_s / options.rate, console)
         graph.stop()
     return DemoRun(folder=folder, subject=options.recording.name, nodes=graph.nodes)
@@ -211,6 +223,9 @@ def _parser() -> argparse.ArgumentParser:
         f"to replay (default: its first {RECORDING_S:g} s)",
     )
     parser.add_argument("--seed", type=int, default=1, help="of the synthetic subject (default: 1)")
+    parser.add_argument(
+        "--view", action="store_true", help="show it in the browser too, on http://127.0.0.1:8080"
+    )
     parser.add_argument("--no-imu", action="store_true", help="leave the virtual IMUs out")
     parser.add_argument(
         "--rate",

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -16,6 +17,7 @@ from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 from pose_common.child_process import end_with_parent
 from pose_common.errors import InputError, PoseError
 
+OUR_NODE = re.compile(r"/lib/(?:kinect_bridge|imu_bridge|pose_fusion)/\S+ .*--ros-args")
 STOP_S = 20.0  # [s] the launcher itself ends what does not listen, well before this
 
 
@@ -174,6 +176,11 @@ class LiveGraph:
     def nodes(self) -> dict[str, NodeStatus]:
         """What each node last said."""
         return self.monitor.nodes if self.monitor else {}
+
+    def planned_nodes(self) -> list[str]:
+        """Names of the graph's nodes that report to ``/diagnostics``: those of our packages."""
+        lines = run_to_end([*self._command, "--print"]).splitlines()
+        return [line.split(":")[0] for line in lines if OUR_NODE.search(line)]
 
     def check(self) -> None:
         """See that the graph runs.

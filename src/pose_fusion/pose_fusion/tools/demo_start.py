@@ -1,0 +1,88 @@
+"""When the demo's input begins: once every node is up, on a slow machine too."""
+
+import os
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+
+from pose_fusion.tools.demo_processes import LiveGraph, Monitor
+
+NS_PER_S = 1_000_000_000
+PROCESSES = 8  # that start at once: launcher, bridges, devices, calibration, fusion, recorder
+WEIGHT = 2.5  # [-] a node of the graph imports more than the one that is timed
+REPORT_S = 1.0  # [s] until a node that is up says so in /diagnostics
+SPARE_S = 1.0  # [s] between the last node's first sign of life, at most, and the first frame
+LONGEST_LEAD_S = 60.0  # [s]
+POLL_S = 0.1  # [s]
+
+Prepare = Callable[[float], tuple[int, dict[str, str]]]
+"""From a lead [s]: when the input begins [ns], and the launch file's arguments for that."""
+
+
+def first_lead_s() -> float:
+    """How long all processes should take to start [s], judged by how long one takes."""
+    begin = time.monotonic()
+    monitor = Monitor()
+    try:
+        monitor.is_ready.wait(LONGEST_LEAD_S)
+        one_s = time.monotonic() - begin
+    finally:
+        monitor.stop()
+    rounds = max(1.0, PROCESSES / len(os.sched_getaffinity(0)))
+    return min(LONGEST_LEAD_S, SPARE_S + REPORT_S + WEIGHT * rounds * one_s)
+
+
+@contextmanager
+def started_graph(
+    launch_file: str, prepare: Prepare, folder: Path, lead_s: float, console: Console
+) -> Iterator[tuple[LiveGraph, int]]:
+    """Start a graph whose nodes are all up before its input begins.
+
+    Where they are not, it is stopped and started again with twice the time, up to a minute; after
+    that the input begins all the same, and who was late is said.
+
+    Args:
+        launch_file: The graph.
+        prepare: Makes the input ready.
+        folder: Where bag and log go.
+        lead_s: Time [s] to give the nodes at first.
+        console: Where to say what happens.
+
+    Yields:
+        The running graph, and when its input begins [ns].
+    """
+    while True:
+        start_at_ns, arguments = prepare(lead_s)
+        with LiveGraph(launch_file, arguments, folder / "graph.log") as graph:
+            missing = wait_until_up(graph, start_at_ns - round(SPARE_S * NS_PER_S), console)
+            if not missing or lead_s >= LONGEST_LEAD_S:
+                if missing:
+                    console.print(f"not up when the input begins: {', '.join(missing)}")
+                yield graph, start_at_ns
+                return
+        lead_s = min(2.0 * lead_s, LONGEST_LEAD_S)
+        console.print(f"{', '.join(missing)}: not up yet; starting again, with {lead_s:.0f} s")
+        shutil.rmtree(folder / "bag", ignore_errors=True)
+
+
+def wait_until_up(graph: LiveGraph, deadline_ns: int, console: Console) -> list[str]:
+    """Wait until every node has reported to ``/diagnostics``; those that have not by then.
+
+    Raises:
+        GraphError: If the graph fails meanwhile.
+    """
+    planned = graph.planned_nodes()
+    with console.status("starting") as status:
+        while True:
+            up = {name.split("/")[-1] for name in graph.nodes}
+            missing = [name for name in planned if name not in up]
+            graph.check()
+            if not missing or time.time_ns() >= deadline_ns:
+                return missing
+            count = len(planned) - len(missing)
+            status.update(f"starting: {count} of {len(planned)} nodes are up")
+            time.sleep(POLL_S)
