@@ -130,11 +130,12 @@ class _Bench:
                 self._run_synthetic()
             self._run_real()
         console = Console(width=None if sys.stdout.isatty() else WIDTH)
+        if self._arguments.output is not None:
+            self._write(self._arguments.output)
         for table in self._tables:
             console.print(table.rich())
             console.print()
         if self._arguments.output is not None:
-            self._write(self._arguments.output)
             console.print(f"{self._arguments.output}: {', '.join(self._files)}", markup=False)
         for line in self._failures:
             self._console.print(f"failed: {line}", style="red", markup=False, soft_wrap=True)
