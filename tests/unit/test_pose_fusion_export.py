@@ -3,6 +3,7 @@
 import csv
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,8 +18,9 @@ from scipy.spatial.transform import Rotation
 
 from pose_common.bags import BagWriter, open_bag
 from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.export.motion import read_motion
+from pose_fusion.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
 from pose_fusion.tools.export import FORMATS, main
 
 MODEL = MODELS_BY_NAME["li2020"]
@@ -195,3 +197,26 @@ def test_every_joint_has_a_place_in_csv(recorded, tmp_path, monkeypatch):
     header = file.read_text().splitlines()[0].split(",")
     assert {f"{joint}_x_m" for joint in JOINTS} <= set(header)
     assert len(header) == len(set(header))
+
+
+def test_the_map_to_opensim_in_the_documentation_is_the_one_in_the_code():
+    text = (Path(__file__).resolve().parents[2] / "docs" / "export.md").read_text()
+    rows = [line for line in text.splitlines() if line.startswith("| `")]
+    rajagopal, gait2392 = (coordinate_map(OPENSIM_MODELS[m]) for m in ("rajagopal2016", "gait2392"))
+    for ours, (theirs, sign) in rajagopal.items():
+        side = ours.split("_")[0] if ours.startswith(SIDES) else ""
+        left = ours.replace(side, "<side>", 1) if side else ours
+        right = f"{theirs[:-2]}_<s>" if side else theirs
+        other = gait2392[ours][1]
+        mark = "+" if sign > 0.0 else "−"
+        if other != sign:
+            mark += f" (gait2392: {'+' if other > 0.0 else '−'})"
+        assert any(row.startswith(f"| `{left}` | `{right}` | {mark} |") for row in rows), ours
+
+
+@pytest.mark.parametrize("name", OPENSIM_MODELS)
+def test_the_pelvis_offset_in_the_documentation_is_the_one_in_the_code(name):
+    text = (Path(__file__).resolve().parents[2] / "docs" / "export.md").read_text()
+    x, y, _ = OPENSIM_MODELS[name].hips_in_pelvis
+    digits = 6 if name == "rajagopal2016" else 4
+    assert f"(−{-x:.{digits}f}, −{-y:.{digits}f}, 0) m" in text
