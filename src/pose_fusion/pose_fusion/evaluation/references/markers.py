@@ -153,7 +153,7 @@ class _JointCentres:
         s = side[0]
         top = self._shoulder_top(side)
         span = _median_length(self._shoulder_top("left") - self._shoulder_top("right"))
-        # Rab et al. (2002), Gait & Posture 15:158: 17 % of the acromia's distance below them.
+        # Rab et al. (2002), Gait & Posture 15:113: 17 % of the acromia's distance below them.
         centres[f"{side}_shoulder"] = self._centre(side, "shoulder", top - 0.17 * span * up)
         lateral = self._mean((f"{s}elb",))
         medial = self._mean((f"{s}elbm", f"{s}melb", f"{s}mel"), first=True)

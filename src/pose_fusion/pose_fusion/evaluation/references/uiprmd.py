@@ -54,8 +54,8 @@ def read_uiprmd(path: Path) -> Reference:
             f"{path} has {len(markers)} frames, {_angles_path(path)} {len(own)}: "
             "expected two files of one repetition"
         )
-    missing = ~markers.any(axis=2)  # at (0, 0, 0)
-    positions = np.where(missing[..., None], np.nan, 0.001 * markers)
+    positions = 0.001 * markers
+    positions[np.all(markers == 0.0, axis=2)] = np.nan  # not seen
     skeleton = skeleton_of_markers(
         MarkerSeries(
             stamps_ns=np.rint(np.arange(len(markers)) * (1e9 / RATE)).astype(np.int64),
