@@ -4,9 +4,11 @@ An entry point of a ``setup.py`` names the module behind ``start``; the module's
 
     "fuse = pose_common.entry:start.pose_fusion.tools.fuse"
 
-Nothing is imported here but what Python has loaded anyway; numpy and ROS take a second.
+Nothing is imported here but what Python has loaded anyway; numpy and ROS take a second. Before
+that, while Python itself starts, ``./pose`` keeps SIGINT blocked: it waits for us to let it in.
 """
 
+import signal
 import sys
 from importlib import import_module
 
@@ -27,6 +29,7 @@ class Start:
     def __call__(self) -> None:
         """Run the module's ``main``."""
         try:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             import_module(self._module).main()
         except KeyboardInterrupt:
             sys.exit(INTERRUPTED)
