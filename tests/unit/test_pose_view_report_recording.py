@@ -1,3 +1,6 @@
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from moving_body import motion
@@ -8,6 +11,7 @@ from pose_common.errors import InputError
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.evaluation.offline import IMU_ENDING, known_setups
+from pose_fusion.evaluation.references.reference import reference_of_skeleton
 from pose_fusion.streams.samples import SkeletonSample
 from pose_view.report.analysis import analyse
 from pose_view.report.figures.courses import joint_figures
@@ -92,6 +96,33 @@ def test_the_same_recording_gives_the_same_drawings(two):
 def test_single_figures_show_what_is_asked_for(two):
     assert read(two, "left", "mean").focus == "mean"
     assert read(two, "left", "mean", focus="left").focus == "left"
+
+
+def late_start(recording, name, begin_s):
+    """The same recording, in which a method began late."""
+    series = recording.methods[name]
+    late = series.between(int(begin_s * 1e9), int(series.stamps_ns[-1]))
+    return replace(recording, methods={**recording.methods, name: late})
+
+
+def on_own_clock():
+    return reference_of_skeleton("trial.c3d", motion(duration_s=6.0).shifted(1000.0))
+
+
+def test_a_method_that_began_late_is_left_out_of_the_comparison_and_named(two):
+    recording = late_start(read(two, "left", "mean"), "mean", 4.5)
+    analysis = analyse(recording, on_own_clock())
+    assert [method.name for method in analysis.compared.evaluation.methods] == ["left"]
+    assert analysis.compared.aligned_with == "left"
+    assert any(note.startswith("mean: too little in common") for note in notes(analysis))
+
+
+def test_it_is_said_by_how_much_the_reference_was_moved(two):
+    analysis = analyse(read(two, "left", "mean"), on_own_clock())
+    said = dict(facts(analysis))["aligned in time"]
+    found = re.match(r"its first frame was put ([+−0-9.]+) s after the recording's, by ", said)
+    assert float(found[1].replace("−", "-")) == pytest.approx(0.0, abs=0.005)
+    assert "relative to mean" in said
 
 
 def test_an_unknown_method_is_refused_with_those_that_there_are(two):

@@ -15,12 +15,20 @@ from pose_fusion.evaluation.methods import FUSED, MEAN
 from pose_fusion.evaluation.range_of_motion import AngleRange, ranges_of_motion
 from pose_fusion.evaluation.reference_alignment import Alignment, align_reference
 from pose_fusion.evaluation.references.reference import Reference
-from pose_fusion.evaluation.scores import Evaluation, evaluate, rigidly_aligned
+from pose_fusion.evaluation.scores import (
+    MIN_OVERLAP_S,
+    Evaluation,
+    evaluate,
+    known_joints,
+    rigidly_aligned,
+)
 from pose_fusion.evaluation.uncertainty import Coverage, uncertainty_coverage
 from pose_fusion.streams.series import SkeletonSeries
 from pose_view.report.recording import Recording
 
 REFERENCE = "reference"
+LARGE_SHARE = 0.8  # [-] of the recording that a method must see to align the reference with it
+LEAST_SHARE = 0.5  # [-] of the longest overlap, below which a method is not compared
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,6 +37,8 @@ class Compared:
 
     reference: Reference  # on the recording's clock
     alignment: Alignment
+    aligned_with: str  # the method it was aligned with
+    left_out: tuple[str, ...]  # methods that see too little of the reference
     evaluation: Evaluation
     coverage: Mapping[str, Mapping[str, Coverage]]  # by method, by angle
     joints: SkeletonSeries | None  # the reference's, moved rigidly onto the focus' frame
@@ -90,15 +100,16 @@ def analyse(recording: Recording, reference: Reference | None) -> Analysis:
 
 
 def compare(recording: Recording, reference: Reference) -> Compared:
-    """Compare every method with a reference.
+    """Compare every method with a reference; those that see too little of it are left out.
 
     Raises:
         InputError: If the reference does not fit the recording.
     """
-    focus = recording.methods[recording.focus]
-    reference, alignment = align_reference(reference, angle_series(focus))
+    aligned_with = _aligning_method(recording)
+    reference, alignment = align_reference(reference, angle_series(recording.methods[aligned_with]))
+    methods, left_out = _long_enough(recording, reference)
     evaluation = evaluate(
-        recording.methods,
+        methods,
         reference,
         reference_name=reference.name,
         synthetic=reference.synthetic or recording.is_synthetic,
@@ -106,18 +117,40 @@ def compare(recording: Recording, reference: Reference) -> Compared:
     return Compared(
         reference=reference,
         alignment=alignment,
+        aligned_with=aligned_with,
+        left_out=left_out,
         evaluation=evaluation,
         coverage={
             name: uncertainty_coverage(
-                recording.methods[name],
-                estimates,
-                reference.angles,
-                evaluation.method(name).shift_s,
+                methods[name], estimates, reference.angles, evaluation.method(name).shift_s
             )
             for name, estimates in recording.estimates.items()
+            if name in methods
         },
         joints=_joints_in_map(recording, reference),
     )
+
+
+def _aligning_method(recording: Recording) -> str:
+    """The focus; where it began late, the first method that saw most of the recording."""
+    whole_s = max(series.duration_s for series in recording.methods.values())
+    names = [recording.focus, *recording.methods]
+    return next(n for n in names if recording.methods[n].duration_s >= LARGE_SHARE * whole_s)
+
+
+def _long_enough(
+    recording: Recording, reference: Reference
+) -> tuple[dict[str, SkeletonSeries], tuple[str, ...]]:
+    """The methods that cover at least half of what the best one covers of the reference."""
+    begin_ns, end_ns = int(reference.stamps_ns[0]), int(reference.stamps_ns[-1])
+    overlap_s = {
+        name: series.between(begin_ns, end_ns).duration_s
+        for name, series in recording.methods.items()
+    }
+    enough_s = max(MIN_OVERLAP_S, LEAST_SHARE * max(overlap_s.values()))
+    kept = {n: series for n, series in recording.methods.items() if overlap_s[n] >= enough_s}
+    # With none of them, comparing all says why none can be compared.
+    return kept or dict(recording.methods), tuple(n for n in overlap_s if kept and n not in kept)
 
 
 def _joints_in_map(recording: Recording, reference: Reference) -> SkeletonSeries | None:
@@ -125,6 +158,8 @@ def _joints_in_map(recording: Recording, reference: Reference) -> SkeletonSeries
     if reference.skeleton is None or focus is None:
         return None
     target = focus.at(reference.skeleton.stamps_ns)
+    if (known_joints(target) & known_joints(reference.skeleton.positions)).sum() < 3:
+        return None
     return SkeletonSeries(
         stamps_ns=reference.skeleton.stamps_ns,
         positions=rigidly_aligned(reference.skeleton.positions, target),

@@ -80,7 +80,7 @@ def _reference_facts(analysis: Analysis) -> list[tuple[str, str]]:
                 f"its first frame was put {alignment.begins_at_s:+.3f} s after the recording's, by "
                 f"cross-correlation of the angles (r = {alignment.correlation:.3f}; the next best "
                 f"place has {alignment.next_best:.3f}); lags are therefore relative to "
-                f"{spoken_method(analysis.recording.focus)}"
+                f"{spoken_method(compared.aligned_with)}"
             )
             .replace("-", "−")
             .replace("cross−", "cross-")
@@ -93,6 +93,9 @@ def notes(analysis: Analysis) -> list[str]:
     """What a reader must know beside the numbers."""
     found = list(analysis.recording.notes)
     if analysis.compared is not None:
+        if analysis.compared.left_out:
+            names = ", ".join(spoken_method(name) for name in analysis.compared.left_out)
+            found.append(f"{names}: too little in common with the reference, not compared with it.")
         name = analysis.compared.reference.name
         found += [f"{name}: {note}." for note in analysis.compared.reference.notes]
     return found

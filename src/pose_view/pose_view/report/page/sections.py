@@ -55,7 +55,7 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
         parts.append(_accuracy(compared))
     parts.append(_agreement(analysis))
     parts.append(_courses(analysis))
-    if compared is not None:
+    if compared is not None and analysis.recording.focus not in compared.left_out:
         differences = bland_altman_figures(analysis, compared)
         parts.append(
             Section(anchor="bland-altman", title="Bland–Altman plots", blocks=[differences])
