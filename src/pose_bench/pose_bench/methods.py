@@ -26,7 +26,6 @@ class Method:
     name: str
     estimator: str
     use_imus: bool = False
-    use_kinects: bool = True
     true_extrinsics: bool = False  # whether it need not make do with the calibrated ones
 
 

@@ -46,10 +46,9 @@ class Cell:
         return f"{self.choreography}, {self.level}, {self.seed}, {self.condition}"
 
     @property
-    def is_unseen(self) -> bool:
-        """Whether neither its motion nor its seed was looked at in tuning."""
-        seen = self.choreography in TUNING_CHOREOGRAPHIES or self.seed in TUNING_SEEDS
-        return not seen
+    def is_seen(self) -> bool:
+        """Whether tuning may look at its motion or its seed."""
+        return self.choreography in TUNING_CHOREOGRAPHIES or self.seed in TUNING_SEEDS
 
     @property
     def session(self) -> SessionSpec:

@@ -12,6 +12,11 @@ from pose_bench.targets import target_table
 from pose_fusion.evaluation.scores import mean_known
 
 COVERAGES = ("within_1", "within_2", "all_within_1", "all_within_2")
+TUNING = ("may look at it", "has not seen it")
+NOTES = {
+    "motion": "Tuning may look at motions marked *, with other seeds.",
+    "tuning": "A session that tuning has not seen has another motion and another seed.",
+}
 SYNTHETIC = "Synthetic subject: no person moved for these figures."
 
 
@@ -27,6 +32,7 @@ def tables(scores: Sequence[Score]) -> list[TextTable]:
         timing(found),
         uncertainty(found),
         _by(found, "motion", _motion, motions),
+        _by(found, "tuning", _tuning, _present(TUNING, map(_tuning, (s.cell for s in scores)))),
         _by(found, "level", lambda cell: cell.level, levels),
         _by(found, "what is known", lambda cell: cell.condition, conditions),
         target_table(found),
@@ -144,7 +150,7 @@ def _by(
     table = TextTable(
         title=f"RMSE / {BASELINE} by {what}",
         header=(what, *methods, f"{BASELINE} RMSE"),
-        note="Motions marked * may be looked at in tuning." if what == "motion" else "",
+        note=NOTES.get(what, ""),
     )
     for group in groups:
         own = [ratio for ratio in found if key(ratio.score.cell) == group]
@@ -159,6 +165,10 @@ def _by(
 
 def _motion(cell: Cell) -> str:
     return f"{cell.choreography}{' *' if cell.choreography in TUNING_CHOREOGRAPHIES else ''}"
+
+
+def _tuning(cell: Cell) -> str:
+    return TUNING[0 if cell.is_seen else 1]
 
 
 def _present(names: Sequence[str], found: Iterable[str]) -> list[str]:
