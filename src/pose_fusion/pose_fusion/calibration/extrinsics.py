@@ -37,6 +37,16 @@ class PairResiduals:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BoardResiduals:
+    """How well a board determined one sensor's place."""
+
+    views: int  # [-] instants at which it and another sensor saw the board
+    reprojection_px: float  # [px] RMS over all corners
+    rotation_stddev: float  # [rad] about the least certain axis
+    position_stddev: float  # [m] along the least certain axis
+
+
+@dataclass(frozen=True, kw_only=True)
 class Extrinsics:
     """Where each sensor stands."""
 
@@ -44,8 +54,10 @@ class Extrinsics:
     T_reference_sensor: Mapping[str, FloatArray]  # (4, 4) by sensor, the reference's an identity
     T_map_reference: FloatArray  # (4, 4)
     residuals: Mapping[str, PairResiduals] = field(default_factory=dict)  # without the reference
+    board: Mapping[str, BoardResiduals] = field(default_factory=dict)  # the same, of a board
     floor: FloorEstimate | None = None  # how T_map_reference was found
     clock_offset_ns: Mapping[str, int] = field(default_factory=dict)  # to subtract from stamps
+    clock_drift_ppm: Mapping[str, float] = field(default_factory=dict)  # for people
     view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
     """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
     axes that turn with the body (x forward, y left, z up)."""

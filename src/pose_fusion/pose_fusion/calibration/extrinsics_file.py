@@ -2,7 +2,7 @@
 
 .. code-block:: yaml
 
-    version: 1
+    version: 2
     reference: left
     map:  # T_map_reference: the reference sensor in the world, z up, floor at z = 0
       translation: [0.0, 0.0, 1.21]  # [m]
@@ -13,9 +13,13 @@
         translation: [1.52, -0.04, 0.61]
         rotation: [0.01, -0.38, 0.02, 0.92]
         clock_offset_ns: 21500000  # subtract from its stamps
+        clock_drift_ppm: 12.0
         residuals: {frames: 1843, median: 0.032, ...}
+    view_offsets:  # [m] where trackers see joints, in the body's axes
+      left: {head: [0.004, -0.002, 0.011], ...}
+    body: {...}  # further sections, see session_file
 
-``residuals`` and what the map came from are for people; a file written by hand does without.
+``residuals``, drifts and what the map came from are for people: a file by hand does without.
 """
 
 import os
@@ -29,10 +33,13 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
-from pose_fusion.calibration.extrinsics import Extrinsics, PairResiduals
+from pose_common.joints import JOINTS
+from pose_fusion.calibration.extrinsics import BoardResiduals, Extrinsics, PairResiduals
 from pose_fusion.streams.samples import FloatArray
 
-VERSION = 1
+VERSION = 2
+READABLE = (1, 2)  # 1 had no drifts, view offsets and sections
+OWN_KEYS = ("version", "reference", "date", "map", "sensors", "view_offsets")
 UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
 METRE_DIGITS = 6
 QUATERNION_DIGITS = 9
@@ -40,6 +47,8 @@ QUATERNION_DIGITS = 9
 
 def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
     """Write a calibration, whole or not at all; the same one always gives the same bytes.
+
+    The sections of a file that is replaced (:mod:`session_file`) are kept.
 
     Args:
         path: The file; one that exists is replaced.
@@ -49,8 +58,17 @@ def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
     Raises:
         InputError: If it cannot be written.
     """
+    write_document(path, {**_document(extrinsics, date), **_sections_of(path)})
+
+
+def write_document(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a session's document, whole or not at all.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
     text = "# Where the sensors stand. Lengths in m, quaternions as x, y, z, w.\n"
-    text += yaml.safe_dump(_document(extrinsics, date), sort_keys=False, default_flow_style=None)
+    text += yaml.safe_dump(dict(document), sort_keys=False, default_flow_style=None, width=100)
     temporary = ""
     try:
         handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
@@ -64,8 +82,8 @@ def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
         raise InputError(f"cannot write the calibration {path}: {error.strerror}") from error
 
 
-def load_extrinsics(path: Path) -> Extrinsics:
-    """Read a calibration; residuals and the floor's report are not read back.
+def read_document(path: Path) -> Mapping[Any, Any]:
+    """Read a session's document: a mapping of a version that is understood.
 
     Raises:
         InputError: If the file is missing or not such a file.
@@ -78,10 +96,32 @@ def load_extrinsics(path: Path) -> Extrinsics:
         raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
     if not isinstance(document, Mapping):
         raise InputError(f"{path} holds no calibration: expected 'version', 'reference', 'sensors'")
-    if document.get("version") != VERSION:
+    if document.get("version") not in READABLE:
         raise InputError(
-            f"{path} has version {document.get('version')!r}, expected {VERSION}: calibrate again"
+            f"{path} has version {document.get('version')!r}, expected "
+            f"{' or '.join(map(str, READABLE))}: calibrate again"
         )
+    return document
+
+
+def _sections_of(path: Path) -> dict[str, Any]:
+    """What a file that is about to be replaced holds beside the extrinsics."""
+    if not path.exists():
+        return {}
+    try:
+        document = read_document(path)
+    except InputError:
+        return {}  # whatever it was, it is no session
+    return {str(key): value for key, value in document.items() if key not in OWN_KEYS}
+
+
+def load_extrinsics(path: Path) -> Extrinsics:
+    """Read a calibration; residuals and the floor's report are not read back.
+
+    Raises:
+        InputError: If the file is missing or not such a file.
+    """
+    document = read_document(path)
     reference = document.get("reference")
     sensors = _mapping(path, document, "sensors")
     if not isinstance(reference, str) or not reference:
@@ -93,15 +133,20 @@ def load_extrinsics(path: Path) -> Extrinsics:
         )
     T_reference_sensor = {reference: np.eye(4)}
     clock_offset_ns = {reference: 0}
+    view_offsets = {}
     for name in sensors:
         entry = _mapping(path, sensors, name)
         T_reference_sensor[str(name)] = _transform(path, name, entry)
         clock_offset_ns[str(name)] = _integer(path, f"sensors/{name}/clock_offset_ns", entry)
+    offsets = document.get("view_offsets")
+    if offsets is not None:
+        view_offsets = _view_offsets(path, _mapping(path, document, "view_offsets"))
     return Extrinsics(
         reference=reference,
         T_reference_sensor=T_reference_sensor,
         T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
         clock_offset_ns=clock_offset_ns,
+        view_offsets=view_offsets,
     )
 
 
@@ -134,13 +179,26 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
             continue
         entry: dict[str, Any] = _pose(extrinsics.T_reference_sensor[name])
         entry["clock_offset_ns"] = int(extrinsics.clock_offset_ns.get(name, 0))
+        if name in extrinsics.clock_drift_ppm:
+            entry["clock_drift_ppm"] = _rounded(extrinsics.clock_drift_ppm[name], 1)
         if name in extrinsics.residuals:
             entry["residuals"] = _residuals(extrinsics.residuals[name])
+        if name in extrinsics.board:
+            entry["board"] = _board(extrinsics.board[name])
         sensors[name] = entry
-    document = {"version": VERSION, "reference": extrinsics.reference}
+    document: dict[str, Any] = {"version": VERSION, "reference": extrinsics.reference}
     if date:
         document["date"] = date
-    return {**document, "map": world, "sensors": sensors}
+    document = {**document, "map": world, "sensors": sensors}
+    if extrinsics.view_offsets:
+        document["view_offsets"] = {
+            name: {
+                joint: [_rounded(value, 4) for value in offset]
+                for joint, offset in zip(JOINTS, offsets, strict=True)
+            }
+            for name, offsets in extrinsics.view_offsets.items()
+        }
+    return document
 
 
 def _pose(T: FloatArray) -> dict[str, Any]:
@@ -154,13 +212,45 @@ def _pose(T: FloatArray) -> dict[str, Any]:
 
 def _residuals(pair: PairResiduals) -> dict[str, Any]:
     return {
+        "partner": pair.partner,
         "frames": pair.frames,
         "raw_median": _rounded(pair.raw_median, 4),
         "median": _rounded(pair.median, 4),
         "inlier_rms": _rounded(pair.inlier_rms, 4),
         "rotation_stddev_deg": _rounded(np.degrees(pair.rotation_stddev), 3),
+        "position_stddev": _rounded(pair.position_stddev, 4),
         "inlier_share": {name: _rounded(share, 3) for name, share in pair.inlier_share.items()},
     }
+
+
+def _board(board: BoardResiduals) -> dict[str, Any]:
+    return {
+        "views": board.views,
+        "reprojection_px": _rounded(board.reprojection_px, 3),
+        "rotation_stddev_deg": _rounded(np.degrees(board.rotation_stddev), 4),
+        "position_stddev": _rounded(board.position_stddev, 5),
+    }
+
+
+def _view_offsets(path: Path, section: Mapping[Any, Any]) -> dict[str, FloatArray]:
+    offsets = {}
+    for name in section:
+        joints = _mapping(path, section, name)
+        strange = sorted(str(joint) for joint in set(joints) - set(JOINTS))
+        if strange:
+            raise InputError(
+                f"{path}: view_offsets of '{name}' name {', '.join(strange)}, expected joints: "
+                f"{', '.join(JOINTS)}"
+            )
+        offsets[str(name)] = np.array(
+            [
+                _numbers(path, f"{name}/{joint}", joints, joint, 3)
+                if joint in joints
+                else [0.0] * 3
+                for joint in JOINTS
+            ]
+        )
+    return offsets
 
 
 def _rounded(value: float, digits: int) -> float:

@@ -136,5 +136,4 @@ def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
 
 def _with_others(shared: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Which sensors share a joint with another one, (sensors,)."""
-    others: NDArray[np.bool_] = (shared & ~np.eye(len(shared), dtype=bool)).any(axis=1)
-    return others
+    return np.asarray((shared & ~np.eye(len(shared), dtype=bool)).any(axis=1))

@@ -1,6 +1,10 @@
-"""``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand."""
+"""``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand.
+
+``./pose calibrate board`` does it with images of a board.
+"""
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -22,6 +26,9 @@ from pose_fusion.calibration.session_calibration import SessionCalibration, cali
 from pose_fusion.streams.bags import BagSamples, sensor_topics
 from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
+from pose_fusion.tools import calibrate_board
+
+SUBCOMMANDS = {"board": calibrate_board.main}
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -198,6 +205,15 @@ def run() -> None:
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")
 
 
+def dispatch() -> None:
+    """Run the tool or the sub-command that the first argument names."""
+    name, *rest = sys.argv[1:] or [""]
+    if name in SUBCOMMANDS:
+        SUBCOMMANDS[name](rest)
+    else:
+        run()
+
+
 def main() -> None:
     """Run the tool and exit."""
-    run_tool(run)
+    run_tool(dispatch)

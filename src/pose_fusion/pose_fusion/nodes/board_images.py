@@ -1,0 +1,99 @@
+"""Live images for the calibration with a board."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+from pose_common.errors import InputError
+from pose_fusion.calibration.board.camera import Camera, camera_from_info
+from pose_fusion.calibration.board.collecting import BoardCollector
+from pose_fusion.calibration.board.images import grey_from_message
+from pose_fusion.streams.bags import stamp_ns
+
+SPIN_S = 0.1
+
+
+class BoardImagesNode(Node):
+    """Feeds a :class:`BoardCollector` from image topics, compressed or not.
+
+    Args:
+        collector: Who looks at the images.
+        topics: Image topic by camera; ``<topic>/compressed`` is listened to as well.
+        info_topics: CameraInfo topic by camera.
+    """
+
+    def __init__(
+        self,
+        collector: BoardCollector,
+        topics: Mapping[str, str],
+        info_topics: Mapping[str, str],
+        **options: Any,
+    ) -> None:
+        super().__init__("board_calibration", **options)
+        self._collector = collector
+        self.cameras: dict[str, Camera] = {}
+        self.malformed = ""  # what was wrong with the last message that could not be used
+        for camera, topic in topics.items():
+            for message_type, name in ((Image, topic), (CompressedImage, f"{topic}/compressed")):
+                self.create_subscription(
+                    message_type, name, partial(self._on_image, camera), qos_profile_sensor_data
+                )
+            self.create_subscription(
+                CameraInfo,
+                info_topics[camera],
+                partial(self._on_info, camera),
+                qos_profile_sensor_data,
+            )
+
+    def _on_image(self, camera: str, message: Any) -> None:
+        try:
+            image = grey_from_message(message)
+        except InputError as error:
+            self.malformed = f"'{camera}': {error}"
+            return
+        self._collector.add(camera, stamp_ns(message.header), image)
+
+    def _on_info(self, camera: str, message: CameraInfo) -> None:
+        try:
+            self.cameras[camera] = camera_from_info(message)
+        except InputError as error:
+            self.malformed = f"'{camera}': {error}"
+
+
+def collect_live(
+    collector: BoardCollector,
+    topics: Mapping[str, str],
+    info_topics: Mapping[str, str],
+    on_progress: Callable[[str], None],
+    arguments: Sequence[str] = (),
+) -> dict[str, Camera]:
+    """Watch image topics until the collector has enough, or the user stops it.
+
+    Args:
+        collector: Who looks at the images.
+        topics: Image topic by camera.
+        info_topics: CameraInfo topic by camera.
+        on_progress: Told now and then what is wrong or missing.
+        arguments: ROS arguments.
+
+    Returns:
+        The intrinsics that the cameras announced.
+    """
+    rclpy.init(args=list(arguments))
+    node = BoardImagesNode(collector, topics, info_topics)
+    try:
+        while collector.missing:
+            rclpy.spin_once(node, timeout_sec=SPIN_S)
+            on_progress(node.malformed)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # what there is may suffice
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+    return node.cameras

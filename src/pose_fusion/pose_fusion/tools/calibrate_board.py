@@ -1,0 +1,297 @@
+"""``./pose calibrate board``: where cameras stand, from images of a board; prints the board too.
+
+./pose calibrate board --print board.pdf                       the board, to be printed at 100 %
+./pose calibrate board left=DIR right=DIR -o extrinsics.yaml   from folders of images
+./pose calibrate board BAG -o extrinsics.yaml                  from a bag with image topics
+./pose calibrate board --live left right -o extrinsics.yaml    from the running cameras
+"""
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from pose_common.bags import open_bag
+from pose_common.errors import InputError, ParameterError
+from pose_common.parameters import add_arguments, from_arguments
+from pose_fusion.calibration.board.camera import Camera, camera_from_info, load_camera
+from pose_fusion.calibration.board.collecting import BoardCollector
+from pose_fusion.calibration.board.detection import BoardDetector, BoardView
+from pose_fusion.calibration.board.extrinsics import board_extrinsics
+from pose_fusion.calibration.board.images import grey_from_message, paired_files, read_grey
+from pose_fusion.calibration.board.printing import PAPERS, print_board
+from pose_fusion.calibration.board.solution import BoardCalibration, calibrate_board
+from pose_fusion.calibration.board.target import Board, BoardParameters
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.calibration.extrinsics_file import save_extrinsics
+from pose_fusion.calibration.floor import KnownMounting
+from pose_fusion.streams.bags import stamp_ns
+
+ENDS = {"first": 0, "last": -1}
+
+
+class Found:
+    """What a source of images gave."""
+
+    def __init__(self) -> None:
+        self.instants: list[dict[str, BoardView]] = []
+        self.names: list[str] = []  # of the instants
+        self.cameras: dict[str, Camera] = {}  # announced with the images
+        self.images: dict[str, int] = {}
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(
+        prog="pose calibrate board",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument(
+        "source", nargs="*", help="NAME=FOLDER of each camera, the reference first; or one bag"
+    )
+    parser.add_argument("-o", "--output", type=Path, help="the YAML to write")
+    parser.add_argument("--print", type=Path, metavar="PDF", help="write the board and end")
+    parser.add_argument("--paper", choices=tuple(PAPERS), default="A4", help="(default: A4)")
+    parser.add_argument(
+        "--live", nargs="+", metavar="NAME", help="watch these cameras, the reference first"
+    )
+    parser.add_argument("--cameras", nargs="+", metavar="NAME", help="of the bag, reference first")
+    parser.add_argument(
+        "--info", nargs="+", default=[], metavar="NAME=YAML", help="camera info files (intrinsics)"
+    )
+    parser.add_argument(
+        "--image-topic", default="kinect_{name}/image_raw", help="(default: %(default)s)"
+    )
+    parser.add_argument(
+        "--info-topic", default="kinect_{name}/camera_info", help="(default: %(default)s)"
+    )
+    parser.add_argument(
+        "--max-skew",
+        type=float,
+        default=0.1,
+        help="largest difference of stamps [s] in a view "
+        "of the standing board (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--floor-view",
+        metavar="NAME",
+        help="the image, without suffix, in which the board lies on the floor; or first, last",
+    )
+    parser.add_argument("--height", type=float, help="of the reference above the floor [m]")
+    parser.add_argument("--tilt", type=float, help="of the reference, downwards [deg]")
+    parser.add_argument("--date", default="", help="noted in the file, for people")
+    add_arguments(parser.add_argument_group("board"), BoardParameters)
+    return parser
+
+
+def named(entries: Sequence[str], what: str) -> dict[str, Path]:
+    """``NAME=PATH`` arguments.
+
+    Raises:
+        InputError: If one is not of this form, or a name occurs twice.
+    """
+    result: dict[str, Path] = {}
+    for entry in entries:
+        name, equals, path = entry.partition("=")
+        if not equals or not name or not path or name in result:
+            raise InputError(f"'{entry}' is no {what}: expected NAME=PATH, each name once")
+        result[name] = Path(path)
+    return result
+
+
+def look_into_folders(folders: Mapping[str, Path], board: Board, progress: Progress) -> Found:
+    """Find the board in image files."""
+    found, detector = Found(), BoardDetector(board)
+    pairs = paired_files(folders)
+    for paths in progress.track(pairs, description="looking for the board"):
+        views = {camera: detector.detect(read_grey(path)) for camera, path in paths.items()}
+        found.instants.append({camera: view for camera, view in views.items() if view})
+        found.names.append(next(iter(paths.values())).stem)
+        for camera in paths:
+            found.images[camera] = found.images.get(camera, 0) + 1
+    return found
+
+
+def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
+    """Find the board in a bag's images."""
+    found = Found()
+    with open_bag(path) as bag:
+        prefix, _, suffix = arguments.image_topic.partition("{name}")
+        names = arguments.cameras or sorted(
+            {
+                topic.removesuffix("/compressed").removesuffix(suffix).rpartition(prefix)[2]
+                for topic in bag.topics
+                if prefix in topic and topic.removesuffix("/compressed").endswith(suffix)
+            }
+        )
+        ends = {arguments.image_topic.format(name=name): name for name in names}
+        ends |= {f"{end}/compressed": name for end, name in ends.items()}
+        infos = {arguments.info_topic.format(name=name): name for name in names}
+        chosen = {
+            topic: (known[end], known is infos)
+            for topic in bag.topics
+            for known in (ends, infos)
+            for end in known
+            if topic.lstrip("/") == end or topic.endswith(f"/{end}")
+        }
+        if len({name for name, is_info in chosen.values() if not is_info}) < 2:
+            raise InputError(
+                f"{path} has no images of two cameras at {arguments.image_topic}: found "
+                f"{', '.join(sorted(bag.topics))}; see --image-topic"
+            )
+        collector = BoardCollector(board, names, arguments.max_skew)
+        task = bar.add_task("looking for the board", total=1.0)
+        span_ns = max(1, bag.end_ns - bag.start_ns)
+        for message in bag.messages(list(chosen)):
+            bar.update(task, completed=(message.stamp_ns - bag.start_ns) / span_ns)
+            name, is_info = chosen[message.topic]
+            content = bag.deserialize(message)
+            if is_info:
+                found.cameras[name] = camera_from_info(content)
+            else:
+                found.images[name] = found.images.get(name, 0) + 1
+                collector.add(name, stamp_ns(content.header), grey_from_message(content))
+    found.instants = collector.instants
+    found.names = [str(index) for index in range(len(found.instants))]
+    found.cameras = {name: found.cameras[name] for name in names if name in found.cameras}
+    return found
+
+
+def look_live(arguments: argparse.Namespace, board: Board, bar: Progress) -> Found:
+    """Find the board in the running cameras' images, until there are enough."""
+    from pose_fusion.nodes.board_images import collect_live  # ROS only where it is wanted
+
+    found = Found()
+    collector = BoardCollector(board, arguments.live, arguments.max_skew)
+    task = bar.add_task("", total=1.0)
+
+    def show(trouble: str) -> None:
+        text = trouble or collector.missing
+        if not collector.counters["images"] and not trouble:
+            text = "waiting for " + ", ".join(
+                arguments.image_topic.format(name=name) for name in arguments.live
+            )
+        bar.update(task, completed=collector.progress, description=text)
+
+    found.cameras = collect_live(
+        collector,
+        {name: arguments.image_topic.format(name=name) for name in arguments.live},
+        {name: arguments.info_topic.format(name=name) for name in arguments.live},
+        show,
+    )
+    found.instants = collector.instants
+    found.names = [str(index) for index in range(len(found.instants))]
+    return found
+
+
+def result_table(calibration: BoardCalibration, extrinsics: Extrinsics) -> Table:
+    """What was found of each camera, and how well."""
+    reference = extrinsics.reference
+    table = Table(title=f"cameras, seen from '{reference}'", show_edge=False)
+    for heading in ("camera", "views", "image covered", "distance", "known to", "intrinsics"):
+        table.add_column(heading, justify="left" if heading == "camera" else "right")
+    for name, camera in calibration.cameras.items():
+        place = np.linalg.norm(extrinsics.T_reference_sensor[name][:3, 3])
+        table.add_row(
+            name,
+            str(calibration.pairs[name]),
+            f"{calibration.coverage[name].share:.0%}",
+            "" if name == reference else f"{place:.3f} m",
+            ""
+            if name == reference
+            else f"{calibration.position_stddev[name] * 1e3:.1f} mm, "
+            f"{np.degrees(calibration.rotation_stddev[name]):.2f}°",
+            camera.source,
+        )
+    return table
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """The tool."""
+    board = Board(from_arguments(BoardParameters, arguments))
+    if arguments.print is not None:
+        print_board(board, arguments.print, arguments.paper)
+        print(f"{arguments.print}: print at 100 %, measure the line, then the squares")
+        return
+    if arguments.output is None:
+        raise InputError("where to? name the YAML to write with -o, or the page with --print")
+    if not arguments.output.parent.is_dir():
+        raise InputError(f"cannot write {arguments.output}: its folder does not exist")
+    infos = {name: load_camera(path) for name, path in named(arguments.info, "camera info").items()}
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as bar:
+        names, found = _look(arguments, board, bar)
+    strange = sorted(set(infos) - set(names))
+    if strange:
+        raise InputError(f"--info names {', '.join(strange)}, expected some of {', '.join(names)}")
+    cameras = {name: infos.get(name, found.cameras.get(name)) for name in names}
+    calibration = calibrate_board(board, found.instants, cameras)
+    extrinsics = board_extrinsics(
+        calibration,
+        KnownMounting(
+            tilt=None if arguments.tilt is None else float(np.radians(arguments.tilt)),
+            height=arguments.height,
+        ),
+        _floor_instant(arguments.floor_view, found.names),
+    )
+    save_extrinsics(arguments.output, extrinsics, arguments.date)
+    _print_result(calibration, extrinsics, found)
+    print(f"{arguments.output}: {', '.join(extrinsics.sensors)}")
+
+
+def _look(
+    arguments: argparse.Namespace, board: Board, bar: Progress
+) -> tuple[Sequence[str], Found]:
+    """The cameras' names, the reference first, and what was found."""
+    if arguments.live:
+        if len(set(arguments.live)) < 2 or arguments.source:
+            raise InputError("--live wants two or more different cameras, and no other source")
+        return arguments.live, look_live(arguments, board, bar)
+    if len(arguments.source) == 1 and "=" not in arguments.source[0]:
+        found = look_into_bag(Path(arguments.source[0]), arguments, board, bar)
+        return arguments.cameras or sorted(found.images), found
+    folders = named(arguments.source, "folder of images")
+    if len(folders) < 2:
+        raise InputError("expected NAME=FOLDER of two or more cameras, a bag, or --live NAME NAME")
+    return list(folders), look_into_folders(folders, board, bar)
+
+
+def _floor_instant(wanted: str | None, names: Sequence[str]) -> int | None:
+    if wanted is None:
+        return None
+    if wanted in ENDS and names:
+        return ENDS[wanted] % len(names)
+    if wanted not in names:
+        raise ParameterError(f"--floor-view {wanted}: no image of that name among {len(names)}")
+    return names.index(wanted)
+
+
+def _print_result(calibration: BoardCalibration, extrinsics: Extrinsics, found: Found) -> None:
+    console = Console(soft_wrap=True)
+    console.print(result_table(calibration, extrinsics))
+    print(f"reprojection {calibration.rms_px:.2f} px over all corners")
+    for index, reason in sorted(calibration.left_out.items()):
+        print(f"view {found.names[index]} left out: {reason}")
+    for name, seen in calibration.coverage.items():
+        if seen.missing:
+            print(f"'{name}' never had the board {seen.missing_text} of its image")
+    floor = extrinsics.floor
+    if floor is not None:
+        print(
+            f"'{extrinsics.reference}' stands {floor.height:.2f} m above the floor, tilted down by "
+            f"{np.degrees(floor.tilt):.1f} ± {np.degrees(floor.up_stddev):.1f}° "
+            f"(from: {floor.source})"
+        )
+
+
+def main(arguments: list[str]) -> None:
+    """Run with the arguments that follow ``board``."""
+    run(make_parser().parse_args(arguments))
