@@ -105,7 +105,12 @@ install_packages() {
 }
 
 install_development_packages() {
-    "$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python" -r requirements/develop.txt
+    local pip=("$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python")
+    if has_installed_ros; then
+        "${pip[@]}" -r requirements/develop.in 'numpy<2' # as above; the lock has numpy 2
+        return
+    fi
+    "${pip[@]}" -r requirements/develop.txt
 }
 
 # colcon_build SOURCE TARGET

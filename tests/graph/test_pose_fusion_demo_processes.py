@@ -4,6 +4,8 @@ import csv
 import math
 
 import pytest
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
 
 from pose_common.bags import open_bag
 from pose_common.joints import JOINTS
@@ -55,6 +57,19 @@ def test_every_method_is_compared_with_the_truth_in_every_angle(synthetic):
     assert set(rmse) == {(method, angle) for method in methods for angle in ANGLES}
     # A wrong sign, side or frame gives far more.
     assert all(math.isfinite(error) and error < 60.0 for error in rmse.values())
+
+
+def test_another_program_decodes_every_topic_by_the_definitions_in_the_bag(synthetic):
+    _, folder, _ = synthetic
+    factory, decoded = DecoderFactory(), {}
+    with next((folder / "bag").glob("*.mcap")).open("rb") as file:
+        for schema, channel, message in make_reader(file).iter_messages():
+            if channel.topic not in decoded:
+                decode = factory.decoder_for(channel.message_encoding, schema)
+                decoded[channel.topic] = decode(message.data)
+    assert decoded["/kinect_left/skeletons"].header.frame_id == "kinect_left_optical_frame"
+    assert "/humans/bodies/subject/estimate" in decoded
+    assert "/imu_left_shank/data" in decoded
 
 
 def test_the_bag_holds_what_went_in_and_what_came_out(synthetic):

@@ -24,7 +24,7 @@ FORMATS = {
     "mot": "joint angles by OpenSim's names and signs",
     "bvh": "the moving skeleton, for Blender",
     "c3d": "joints as points, for biomechanics programs",
-    "csv": "everything, for spreadsheets",
+    "csv": "angles, joints and segments, for spreadsheets",
     "json": "JSON lines {segment: position, quaternion}, for robot retargeting",
 }
 OWN_STAMPS = ("csv", "json")  # the others want a constant rate
