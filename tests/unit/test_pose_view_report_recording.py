@@ -14,7 +14,12 @@ from pose_fusion.evaluation.offline import IMU_ENDING, known_setups
 from pose_fusion.evaluation.references.reference import reference_of_skeleton
 from pose_fusion.streams.samples import SkeletonSample
 from pose_view.report.analysis import analyse
-from pose_view.report.figures.courses import joint_figures
+from pose_view.report.figures.canvas import thinned
+from pose_view.report.figures.courses import (
+    attitude_figures,
+    attitude_sources,
+    joint_figures,
+)
 from pose_view.report.page.page import facts, notes, render_page
 from pose_view.report.recording import Wanted, preferred, read_recording
 from pose_view.report.tables.steadiness import view_tables
@@ -32,15 +37,15 @@ def seen_by(sensor, **kind):
         )
 
 
-def read(path, *methods, extrinsics=None, focus=""):
+def read(path, *methods, extrinsics=None, **wanted):
     def placed(_, sensors):
         if extrinsics is not None:
             raise extrinsics
         return extrinsics_from_map(dict.fromkeys(sensors, np.eye(4)))
 
     with open_bag(path) as bag:
-        wanted = Wanted(name="walk", methods=methods, focus=focus)
-        return read_recording(bag, wanted, placed, lambda share: None)
+        asked = Wanted(name="walk", methods=methods, **wanted)
+        return read_recording(bag, asked, placed, lambda share: None)
 
 
 @pytest.fixture
@@ -123,6 +128,39 @@ def test_it_is_said_by_how_much_the_reference_was_moved(two):
     found = re.match(r"its first frame was put ([+−0-9.]+) s after the recording's, by ", said)
     assert float(found[1].replace("−", "-")) == pytest.approx(0.0, abs=0.005)
     assert "relative to mean" in said
+
+
+def test_a_stretch_can_be_reported_alone(two):
+    recording = read(two, "left", "joint_kf", from_s=3.0, until_s=5.0)
+    assert recording.duration_s == pytest.approx(2.0, abs=0.05)
+    stamps_ns = recording.estimates["joint_kf"].stamps_ns
+    assert 3.0e9 <= stamps_ns[0] < stamps_ns[-1] <= 5.0e9
+    assert "from 3.0 to 5.0 s of a longer recording" in recording.notes[0]
+
+
+def test_an_empty_stretch_is_refused(two):
+    with pytest.raises(InputError, match="nobody is seen from 60 to inf s"):
+        read(two, "left", from_s=60.0)
+
+
+def test_pitch_and_yaw_are_shown_by_kinect_by_imus_and_fused(two):
+    recording = read(two, "left", "mean")
+    as_if = dict.fromkeys(("imu", "default+imus"), recording.methods["mean"])
+    analysis = analyse(replace(recording, methods={**recording.methods, **as_if}), None)
+    assert attitude_sources(analysis) == {"Kinect": "mean", "IMU": "imu", "fused": "default+imus"}
+    drawing = attitude_figures(analysis).pictures[0].svg
+    assert all(f'class="method-role-{role}"' in drawing for role in ("kinect", "imu", "fused"))
+
+
+def test_long_lines_keep_their_peaks_and_their_gaps():
+    times = np.arange(60_000) / 30.0
+    values = np.sin(times)
+    values[12_345], values[30_000:30_040] = 9.0, np.nan
+    at, kept = thinned(times, values)
+    assert len(at) < 2000
+    assert np.nanmax(kept) == 9.0
+    assert np.isnan(kept).any()
+    assert (np.diff(at) > 0.0).all()
 
 
 def test_an_unknown_method_is_refused_with_those_that_there_are(two):

@@ -1,7 +1,8 @@
 """One bag, read for the report: its methods, and every estimator run over its raw streams."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from pose_fusion.streams.series import SkeletonSeries
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
 COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself
+LONGEST_S = 1e9  # [s] stands for the end of a recording
 SYNTHETIC = "synthetic"  # how such a comment begins where no person was recorded
 
 FindExtrinsics = Callable[[BagReader, tuple[str, ...]], Extrinsics]
@@ -65,6 +67,8 @@ class Wanted:
     focus: str = ""  # the best there is if empty
     person: str = ""
     body: str = ""
+    from_s: float = 0.0  # [s] after the recording's first instant
+    until_s: float = math.inf  # [s]
 
 
 def read_recording(
@@ -113,8 +117,9 @@ def read_recording(
     estimates = {name: run.estimates for name, run in runs.items() if name in shown}
     if FUSED in shown:
         estimates[FUSED] = read_estimates(bag, wanted.body)
-    begin_ns = min(int(series.stamps_ns[0]) for series in shown.values())
-    end_ns = max(int(series.stamps_ns[-1]) for series in shown.values())
+    whole = _span(shown)
+    shown = _cut(shown, wanted, whole[0])
+    begin_ns, end_ns = _span(shown)
     return Recording(
         name=wanted.name,
         begin_ns=begin_ns,
@@ -124,9 +129,13 @@ def read_recording(
         segments=segments,
         T_map_sensor=placed,
         methods=shown,
-        estimates={name: each for name, each in estimates.items() if len(each.stamps_ns)},
+        estimates={
+            name: _cut_estimates(each, begin_ns, end_ns)
+            for name, each in estimates.items()
+            if name in shown and len(each.stamps_ns)
+        },
         focus=wanted.focus if wanted.focus in shown else preferred(list(shown)),
-        notes=tuple(notes),
+        notes=(*notes, *_cut_note(whole, (begin_ns, end_ns))),
     )
 
 
@@ -176,6 +185,40 @@ def _shown(methods: Mapping[str, SkeletonSeries], wanted: Wanted) -> dict[str, S
     if not shown:
         raise InputError("nobody is seen in this recording: there is nothing to report")
     return shown
+
+
+def _span(methods: Mapping[str, SkeletonSeries]) -> tuple[int, int]:
+    """First and last instant [ns] of any method."""
+    begin_ns = min(int(series.stamps_ns[0]) for series in methods.values())
+    return begin_ns, max(int(series.stamps_ns[-1]) for series in methods.values())
+
+
+def _cut(
+    methods: Mapping[str, SkeletonSeries], wanted: Wanted, zero_ns: int
+) -> dict[str, SkeletonSeries]:
+    """The stretch that was asked for; methods that saw nothing of it are left out."""
+    begin_ns = zero_ns + round(wanted.from_s * 1e9)
+    end_ns = zero_ns + round(min(wanted.until_s, LONGEST_S) * 1e9)
+    cut = {name: series.between(begin_ns, end_ns) for name, series in methods.items()}
+    cut = {name: series for name, series in cut.items() if len(series) > 1}
+    if not cut:
+        raise InputError(
+            f"nobody is seen from {wanted.from_s:g} to {wanted.until_s:g} s of this recording"
+        )
+    return cut
+
+
+def _cut_estimates(estimates: EstimateSeries, begin_ns: int, end_ns: int) -> EstimateSeries:
+    inside = (estimates.stamps_ns >= begin_ns) & (estimates.stamps_ns <= end_ns)
+    fields = {name: value for name, value in vars(estimates).items() if name != "names"}
+    return replace(estimates, **{name: value[inside] for name, value in fields.items()})
+
+
+def _cut_note(whole: tuple[int, int], part: tuple[int, int]) -> tuple[str, ...]:
+    if whole == part:
+        return ()
+    begin_s, end_s = ((ns - whole[0]) * 1e-9 for ns in part)
+    return (f"This is the stretch from {begin_s:.1f} to {end_s:.1f} s of a longer recording.",)
 
 
 def seconds(stamps_ns: np.ndarray, begin_ns: int) -> FloatArray:

@@ -46,7 +46,7 @@ def make_parser() -> argparse.ArgumentParser:
         nargs="+",
         default=[],
         metavar="NAME",
-        help="what to compare: sensors, mean, fused (the bag's own result), estimators, +imus added "
+        help="what to compare: sensors, mean, fused (the bag's own result), estimators, with +imus "
         "where IMUs are to be used, for example: left mean joint_kf default default+imus "
         "(default: all)",
     )
@@ -59,6 +59,18 @@ def make_parser() -> argparse.ArgumentParser:
         choices=JOINTS,
         metavar="JOINT",
         help="whose x, y, z are shown (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--from",
+        dest="from_s",
+        type=float,
+        default=0.0,
+        metavar="S",
+        help="begin of the stretch to report, after the first frame [s]; what comes before is "
+        "still filtered",
+    )
+    parser.add_argument(
+        "--until", type=float, default=float("inf"), metavar="S", help="end of that stretch [s]"
     )
     parser.add_argument("--person", default="", help="a sensor's id of the person to follow")
     parser.add_argument("--body", default="", help="which fused body of the bag (default: first)")
@@ -104,6 +116,8 @@ def run() -> None:
         focus=options.focus,
         person=options.person,
         body=options.body,
+        from_s=options.from_s,
+        until_s=options.until,
     )
 
     def placed(bag: BagReader, sensors: tuple[str, ...]) -> Extrinsics:
@@ -113,14 +127,16 @@ def run() -> None:
         return find_extrinsics(bag, parameters, console)
 
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    with (
-        open_bag(options.bag) as bag,
-        Progress(*columns, TimeRemainingColumn(), console=console) as progress,
-    ):
-        task = progress.add_task("estimating", total=1.0, visible=False)
-        recording = read_recording(
-            bag, wanted, placed, lambda share: progress.update(task, completed=share, visible=True)
-        )
+    bars = Progress(
+        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
+    )
+    with open_bag(options.bag) as bag, bars as progress:
+        task = progress.add_task("reading", total=None)
+
+        def show(share: float) -> None:
+            progress.update(task, description="estimating", total=1.0, completed=share)
+
+        recording = read_recording(bag, wanted, placed, show)
     with console.status("measuring and drawing"):
         analysis = analyse(recording, reference)
         files = write_report(analysis, options.joint, folder)

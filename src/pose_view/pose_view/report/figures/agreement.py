@@ -11,7 +11,15 @@ from pose_fusion.fusion.estimates import Source
 from pose_fusion.streams.bags import EstimateSeries
 from pose_fusion.streams.samples import FloatArray
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
-from pose_view.report.figures.canvas import broken, line, method_style, plot, svg, without_wraps
+from pose_view.report.figures.canvas import (
+    COLUMNS,
+    broken,
+    line,
+    method_style,
+    plot,
+    svg,
+    without_wraps,
+)
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
 from pose_view.report.tables.accuracy import spoken_method
@@ -93,8 +101,7 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
         values = without_wraps(np.degrees(series.angles[angle]))
         with plot() as (figure, (axes,)):
             for factor, alpha in ((2.0, 0.18), (1.0, 0.28)):
-                reach = factor * sigma
-                at, low, high = broken(times, values - reach, values + reach)
+                at, low, high = _band(times, values, factor * sigma)
                 axes.fill_between(at, low, high, color=style["color"], alpha=alpha, linewidth=0)
             line(axes, "band", times, values, {"color": style["color"], "linewidth": 1.0})
             if REFERENCE in analysis.angles:
@@ -107,6 +114,16 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
             title = spoken(angle)
             pictures.append(Picture(title=title, svg=svg(figure, f"uncertainty of {title}")))
     return FigureSet(caption=f"{spoken_method(method)} with its own uncertainty", pictures=pictures)
+
+
+def _band(
+    times: FloatArray, values: FloatArray, reach: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Times, lower and upper edges; as many as the plot has columns, with every gap."""
+    at, low, high = broken(times, values - reach, values + reach)
+    regular = np.arange(0, len(at), max(1, len(at) // COLUMNS))
+    keep = np.union1d(regular, np.flatnonzero(np.isnan(at)))
+    return at[keep], low[keep], high[keep]
 
 
 def _window(values: FloatArray, sigma: FloatArray) -> tuple[float, float]:

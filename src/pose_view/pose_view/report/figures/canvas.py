@@ -22,6 +22,7 @@ from pose_view.report.analysis import REFERENCE
 WIDTH, HEIGHT = 360.0, 215.0  # [pt] of a plot; one point is one CSS pixel of the drawing
 DPI = 72  # points are the unit of the SVG
 GROUP = "method-"  # how the classes of methods' marks begin
+COLUMNS = 500  # of a plot, in which a line's extremes are kept
 MAX_GAP_S = 0.2  # [s] across a longer silence no line is drawn
 STYLE: Any = {
     "svg.fonttype": "none",  # text stays text
@@ -114,6 +115,7 @@ def line(
 ) -> None:
     """A method's line, broken where nothing is known."""
     times_s, values = broken(times_s, values)
+    times_s, values = thinned(times_s, values)
     if np.isfinite(values).any():
         axes.plot(times_s, values, gid=group_of(name), **style)
 
@@ -122,6 +124,28 @@ def broken(times_s: FloatArray, *columns: FloatArray) -> tuple[FloatArray, ...]:
     """Times [s] and values over them, with NaN in every longer silence."""
     silent = np.flatnonzero(np.diff(times_s) > MAX_GAP_S) + 1
     return tuple(np.insert(values, silent, np.nan) for values in (times_s, *columns))
+
+
+def thinned(
+    times_s: FloatArray, values: FloatArray, columns: int = COLUMNS
+) -> tuple[FloatArray, FloatArray]:
+    """A line that looks the same at the plot's size: of each column its extremes, and its gaps."""
+    step = -(-len(values) // columns)
+    if step <= 2:
+        return times_s, values
+    padded = np.full(step * -(-len(values) // step), np.nan)
+    padded[: len(values)] = values
+    buckets = padded.reshape(-1, step)
+    known = np.isfinite(buckets)
+    first = np.arange(len(buckets)) * step
+    extremes = (
+        first + np.where(known, buckets, np.inf).argmin(axis=1),
+        first + np.where(known, buckets, -np.inf).argmax(axis=1),
+        first + known.argmin(axis=1),  # the first gap, if there is one
+    )
+    chosen = np.unique(np.concatenate(extremes))
+    chosen = chosen[chosen < len(values)]
+    return times_s[chosen], values[chosen]
 
 
 def without_wraps(values: FloatArray, turn: float = 360.0) -> FloatArray:
