@@ -122,7 +122,7 @@ def test_a_frame_becomes_three_messages_on_the_topics_of_its_segment(bench):
     q = data.orientation
     np.testing.assert_allclose([q.x, q.y, q.z, q.w], [0, 0, 0, 1], atol=1e-9)
     np.testing.assert_allclose(
-        np.array(data.orientation_covariance).reshape(3, 3), np.diag([0.04, 0.04, 0.08]) ** 2
+        np.array(data.orientation_covariance).reshape(3, 3), np.diag([0.025, 0.025, 0.12]) ** 2
     )
     assert bench.received["torso", "data"] == []
 

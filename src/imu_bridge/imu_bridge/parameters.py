@@ -91,7 +91,7 @@ class ImuBridgeParameters:
         doc="least delay from sampling to arrival, if it is known; taken off the stamps",
     )
     inclination_stddev: float = parameter(
-        0.04, unit="rad", low=1e-4, high=3.2, doc="published uncertainty of the inclination"
+        0.025, unit="rad", low=1e-4, high=3.2, doc="published uncertainty of the inclination"
     )
     heading_stddev: float = parameter(
         FilterSettings.heading_stddev,

@@ -25,7 +25,7 @@ class FilterSettings:
     acceleration_tau_s: float = 1.5  # [s] VQF's low-pass on the acceleration
     magnetometer_tau_s: float = 10.0  # [s] VQF's time constant of the heading
     bias_window_s: float = 2.0  # [s] of rest that give the gyroscope's bias; 0: none is estimated
-    heading_stddev: float = 0.08  # [rad] of a heading that a good field corrects
+    heading_stddev: float = 0.12  # [rad] of a heading that a good field corrects
     heading_drift: float = 0.002  # [rad/s] by which it worsens without
 
 

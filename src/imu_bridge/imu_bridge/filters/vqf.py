@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from vqf import VQF
 
+from imu_bridge.filters.gyro_bias import REST_RATE_MEAN
 from imu_bridge.filters.heading import HeadingUncertainty
 from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
 
@@ -109,6 +110,7 @@ class VqfOrientation:
             magDistRejectionEnabled=s.magnetometer == "auto",
             motionBiasEstEnabled=s.bias_window_s > 0.0,
             restBiasEstEnabled=s.bias_window_s > 0.0,
+            biasClip=float(np.degrees(REST_RATE_MEAN)),
             restMinT=s.bias_window_s if s.bias_window_s > 0.0 else 1.5,
         )
         vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), -1.0)  # outlives a reset
@@ -141,16 +143,14 @@ class VqfOrientation:
 def _feed(sensor: _Sensor, sample: Sample) -> None:
     """One sample, whose turn the filter shall integrate over its true time step."""
     dt, rate, acceleration, magnetic = sample
-    steps = max(1, round(dt / sensor.period_s))
+    vqf = sensor.vqf
     if dt > 0.0:
+        steps = max(1, round(dt / sensor.period_s))
         scale = dt / (steps * sensor.period_s)
-        for k in range(1, steps):  # samples that were lost: between the last rate and this one
+        for k in range(1, steps + 1):  # more than one where samples were lost between
             between = sensor.rate_before + (rate - sensor.rate_before) * (k / steps)
-            sensor.vqf.updateGyr(np.ascontiguousarray(between * scale))
-        sensor.rate_before = rate
-        rate = rate * scale
-    sensor.vqf.update(
-        np.ascontiguousarray(rate),
-        np.ascontiguousarray(acceleration),
-        None if magnetic is None else np.ascontiguousarray(magnetic),
-    )
+            vqf.updateGyr(np.ascontiguousarray(between * scale))
+    sensor.rate_before = rate
+    vqf.updateAcc(np.ascontiguousarray(acceleration))
+    if magnetic is not None:
+        vqf.updateMag(np.ascontiguousarray(magnetic))

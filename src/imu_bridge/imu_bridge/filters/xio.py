@@ -9,12 +9,14 @@ import imufusion
 import numpy as np
 
 from imu_bridge.filters.conditioned import ConditionedFilter
+from imu_bridge.filters.madgwick import initial_orientation
 from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, IndexArray
 from imu_bridge.filters.quaternions import multiply
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
 
 # imufusion's "north, west, up" has x north: a quarter turn from our x east, y north.
 R_ENU_NWU = np.array([[0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]])
+R_NWU_ENU = R_ENU_NWU * [-1.0, -1.0, -1.0, 1.0]
 
 
 class XioOrientation(ConditionedFilter):
@@ -35,6 +37,16 @@ class XioOrientation(ConditionedFilter):
         )
         return ahrs
 
+    def _start(self, ahrs: imufusion.Ahrs, acceleration: FloatArray, field: FloatArray) -> None:
+        """Begin where the first sample says, not with seconds of convergence."""
+        up = acceleration / np.linalg.norm(acceleration)
+        strength = np.linalg.norm(field)
+        has_north = np.array([bool(strength > 0.0)])
+        north = np.nan_to_num(field / strength if has_north[0] else field)
+        q = initial_orientation(up[None], north[None], has_north)
+        ahrs.set_quaternion(multiply(R_NWU_ENU, q)[0, [3, 0, 1, 2]])
+        ahrs.skip_startup()
+
     def _forget(self, index: int) -> None:
         self._filters[index] = self._begin()
 
@@ -52,9 +64,11 @@ class XioOrientation(ConditionedFilter):
         orientation = np.full((len(index), 4), np.nan)
         # The library filters one sensor at a time.
         for row, i in enumerate(index.tolist()):
-            if not usable[row] and np.isnan(self._orientation[i, 3]):
-                continue
             ahrs = self._filters[i]
+            if np.isnan(self._orientation[i, 3]):
+                if not usable[row]:
+                    continue
+                self._start(ahrs, acceleration[row], field[row])
             ahrs.set_sample_period(dt[row])
             if has_field[row]:
                 ahrs.update(degrees[row], g[row], field[row] * 1e6)

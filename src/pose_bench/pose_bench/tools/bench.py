@@ -7,13 +7,14 @@ Adding one means a module in this folder with ``add_arguments`` and ``run``, and
 import argparse
 from collections.abc import Callable
 
-from pose_bench.tools import accuracy
+from pose_bench.tools import accuracy, imu
 from pose_common.command_line import run_tool
 
 Benchmark = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[..., int | None]]
 
 BENCHMARKS: dict[str, Benchmark] = {
     "accuracy": (accuracy.SUMMARY, accuracy.add_arguments, accuracy.run),
+    "imu": (imu.SUMMARY, imu.add_arguments, imu.run),
 }
 """By name: one line of help, what adds the arguments, and what runs."""
 

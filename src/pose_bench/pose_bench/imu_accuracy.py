@@ -1,0 +1,250 @@
+r"""How accurate the IMUs' orientation filters are, against optical or simulated truth.
+
+The error of an orientation is a rotation in the world, :math:`R\,R_\text{true}^{-1}`, as a
+quaternion :math:`(x, y, z, w)`:
+
+.. math:: e = 2 \arccos |w|, \quad e_\text{heading} = 2 \arctan |z / w|, \quad
+   e_\text{inclination} = 2 \arccos \sqrt{w^2 + z^2}
+
+and their root mean squares over the motion are what is reported. A filter without a magnetometer
+cannot know the heading: there the mean heading error is taken out first.
+
+References:
+    Laidig, Caruso, Cereatti, Seel (2021), Data 6(7), doi:10.3390/data6070072: BROAD, the errors.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import loadmat
+from scipy.io.matlab import MatReadError
+from scipy.spatial.transform import Rotation
+
+from imu_bridge.filters import FILTERS
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from imu_bridge.pipeline import Chunk, ImuPipeline
+from imu_bridge.segments import ImuNode
+from pose_bench.sessions import JUDGED_FROM_S
+from pose_common.errors import InputError
+from pose_sim.imu_file import encode_all
+from pose_sim.session import make_session, settings_of
+from pose_sim.virtual_imu import NODES
+
+FloatArray = NDArray[np.float64]
+Progress = Callable[[int, int], None]
+
+BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
+NS_PER_S = 1e9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """A filter with its settings."""
+
+    name: str
+    filter_name: str
+    settings: FilterSettings = field(default_factory=FilterSettings)
+
+    @property
+    def knows_heading(self) -> bool:
+        """Whether it uses the magnetometer."""
+        return self.settings.magnetometer != "off"
+
+
+_DEFAULTS = FilterSettings()
+VARIANTS = (
+    Variant(name="vqf", filter_name="vqf"),
+    Variant(
+        name="vqf, its authors' tuning",
+        filter_name="vqf",
+        settings=replace(_DEFAULTS, acceleration_tau_s=3.0, magnetometer_tau_s=9.0),
+    ),
+    Variant(name="imufusion", filter_name="imufusion"),
+    Variant(name="madgwick", filter_name="madgwick"),
+    Variant(
+        name="madgwick, the paper's",
+        filter_name="madgwick",
+        settings=replace(_DEFAULTS, magnetometer="on", beta=0.12, bias_window_s=0.0),
+    ),
+    Variant(
+        name="vqf, no magnetometer",
+        filter_name="vqf",
+        settings=replace(_DEFAULTS, magnetometer="off"),
+    ),
+)
+"""What is compared; ``the paper's`` has the gain of BROAD's authors and no bias estimation."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """Root mean square errors [deg]."""
+
+    total: float
+    heading: float
+    inclination: float
+
+
+def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = True) -> Errors:
+    """The errors over instants, see the module.
+
+    Args:
+        orientation: (x, y, z, w), shape (n, 4).
+        truth: The same, shape (n, 4).
+        knows_heading: Otherwise the mean heading error is taken out.
+    """
+    error = Rotation.from_quat(orientation) * Rotation.from_quat(truth).inv()
+    if not knows_heading:
+        _, _, z, w = error.as_quat().T
+        mean = np.angle(np.mean(np.exp(2j * np.arctan2(z, w))))
+        error = Rotation.from_euler("z", -mean) * error
+    x, y, z, w = error.as_quat().T
+
+    def rms_deg(angle: FloatArray) -> float:
+        return float(np.degrees(np.sqrt(np.mean(angle**2))))
+
+    return Errors(
+        total=rms_deg(2.0 * np.arctan2(np.sqrt(x * x + y * y + z * z), np.abs(w))),
+        heading=rms_deg(2.0 * np.arctan2(np.abs(z), np.abs(w))),
+        inclination=rms_deg(2.0 * np.arctan2(np.hypot(x, y), np.hypot(z, w))),
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trial:
+    """A recording of one IMU with its true orientation.
+
+    Attributes:
+        name: Of the file.
+        period_s: Between two samples [s].
+        angular_velocity: [rad/s], shape (n, 3).
+        acceleration: [m/s^2], shape (n, 3).
+        magnetic_field: [uT], shape (n, 3).
+        truth: (x, y, z, w), shape (n, 4); NaN where it is not known.
+        judged: Where it moves and the truth is known, shape (n,).
+    """
+
+    name: str
+    period_s: float
+    angular_velocity: FloatArray
+    acceleration: FloatArray
+    magnetic_field: FloatArray
+    truth: FloatArray
+    judged: NDArray[np.bool_]
+
+
+def read_broad(folder: Path) -> list[Trial]:
+    """The trials of a folder of BROAD's ``.mat`` files.
+
+    Raises:
+        InputError: If there is none, or a file is something else.
+    """
+    paths = sorted(folder.glob("*.mat"))
+    if not paths:
+        raise InputError(f"found no .mat file in {folder}: give BROAD's folder data_mat")
+    return [_read_trial(path) for path in paths]
+
+
+def _read_trial(path: Path) -> Trial:
+    try:
+        content = loadmat(path, squeeze_me=True, variable_names=BROAD_KEYS)
+        rate, acceleration, magnetic, optical = (
+            np.asarray(content[key], dtype=float) for key in BROAD_KEYS[:4]
+        )
+        truth = optical[:, [1, 2, 3, 0]]  # BROAD's quaternions are (w, x, y, z)
+        moving = np.asarray(content["movement"], dtype=bool)
+        period_s = 1.0 / float(content["sampling_rate"])
+    except (OSError, KeyError, ValueError, IndexError, NotImplementedError, MatReadError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(
+            f"{path} is no trial of BROAD ({reason}): expected {', '.join(BROAD_KEYS)}"
+        ) from error
+    return Trial(
+        name=path.stem,
+        period_s=period_s,
+        angular_velocity=rate,
+        acceleration=acceleration,
+        magnetic_field=magnetic,
+        truth=truth,
+        judged=moving & ~np.isnan(truth).any(axis=1),
+    )
+
+
+def filtered(
+    trials: Sequence[Trial], variant: Variant, progress: Progress | None = None
+) -> list[FloatArray]:
+    """What a filter makes of each trial, all of them side by side; shapes (n, 4)."""
+    filter_ = FILTERS[variant.filter_name](len(trials), variant.settings)
+    lengths = np.array([len(trial.judged) for trial in trials])
+    periods = np.array([trial.period_s for trial in trials])
+    results = [np.empty((length, 4)) for length in lengths]
+    longest = int(lengths.max())
+    for k in range(longest):
+        index = np.flatnonzero(k < lengths)
+        running = [trials[i] for i in index.tolist()]
+        orientation = filter_.update(
+            SampleRound(
+                index=index,
+                dt=periods[index] if k else np.zeros(len(index)),
+                angular_velocity=np.array([trial.angular_velocity[k] for trial in running]),
+                acceleration=np.array([trial.acceleration[k] for trial in running]),
+                magnetic_field=np.array([trial.magnetic_field[k] for trial in running]),
+                device_orientation=np.full((len(index), 4), np.nan),
+            )
+        )
+        for i, q in zip(index.tolist(), orientation, strict=True):
+            results[i][k] = q
+        if progress is not None and k % 1000 == 0:
+            progress(k, longest)
+    return results
+
+
+def trial_errors(
+    trials: Sequence[Trial], variant: Variant, progress: Progress | None = None
+) -> list[Errors]:
+    """The errors of a filter on each trial."""
+    return [
+        errors(
+            orientation[trial.judged],
+            trial.truth[trial.judged],
+            knows_heading=variant.knows_heading,
+        )
+        for trial, orientation in zip(trials, filtered(trials, variant, progress), strict=True)
+    ]
+
+
+def synthetic_errors(
+    choreography: str, level: str, variant: Variant, *, seed: int, duration_s: float
+) -> Errors:
+    """The errors of a filter on the synthetic subject's nodes, each of them part of the whole.
+
+    The bytes go through :class:`ImuPipeline`: stamps count as well.
+    """
+    session = make_session(choreography, duration_s, seed, settings_of(level))
+    nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
+    pipeline = ImuPipeline(nodes, filter_name=variant.filter_name, settings=variant.settings)
+    chunks = zip(session.imus.due_ns.tolist(), encode_all(session.imus), strict=True)
+    batch = pipeline.process([Chunk(arrival_ns=due_ns, data=data) for due_ns, data in chunks])
+    # The least delay of the link is in the stamps and cannot be known; here it is.
+    times = np.array(batch.stamp_ns) / NS_PER_S - session.settings.imu.radio_latency
+    judged = (times >= JUDGED_FROM_S) & (times <= duration_s)
+    R_enu_map = Rotation.from_euler("z", session.heading_enu_map)
+    found = []
+    for i, node_id in enumerate(NODES):
+        mounting = session.mountings[node_id]
+        own = judged & (batch.node == i)
+        path = session.motion.segment(mounting.segment, mounting.place)
+        truth = R_enu_map * path.rotation(times[own]) * mounting.R_segment_sensor
+        found.append(
+            errors(batch.orientation[own], truth.as_quat(), knows_heading=variant.knows_heading)
+        )
+    return mean_errors(found, quadratic=True)
+
+
+def mean_errors(found: Sequence[Errors], *, quadratic: bool = False) -> Errors:
+    """The mean of errors, or their root mean square."""
+    rows = np.array([[e.total, e.heading, e.inclination] for e in found])
+    mean = np.sqrt(np.mean(rows**2, axis=0)) if quadratic else rows.mean(axis=0)
+    return Errors(total=float(mean[0]), heading=float(mean[1]), inclination=float(mean[2]))

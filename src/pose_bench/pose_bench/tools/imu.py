@@ -1,0 +1,139 @@
+"""``./pose bench imu [BROAD_DIR]``: every orientation filter, on BROAD and on the synthetic set."""
+
+import argparse
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+
+from pose_bench.imu_accuracy import (
+    VARIANTS,
+    Errors,
+    Variant,
+    mean_errors,
+    read_broad,
+    synthetic_errors,
+    trial_errors,
+)
+from pose_bench.tables import TextTable, number
+from pose_common.errors import InputError
+
+SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the synthetic subject"
+WIDTH = 120  # of the tables where there is no terminal
+PUBLISHED = (
+    "Published, in the results file of github.com/dlaidig/broad: Madgwick at its best common gain "
+    "(0.12), mean of all 39 trials: 4.96 (3.92, 2.71); trial 03 alone 2.47 (2.29, 0.93), trial 07 "
+    "alone 5.00 (4.33, 2.50)."
+)
+SYNTHETIC = (
+    ("leg_lift_march", "typical"),
+    ("dance", "typical"),
+    ("kicks", "typical"),
+    ("dance", "hard"),
+)
+SYNTHETIC_NOTE = (
+    "Nothing of it comes from a person. RMS over nine nodes, stamps and radio included. The "
+    "magnetic field is disturbed at each node by 3 uT (typical) or 7.5 uT (hard) per axis, and "
+    "by a slow change."
+)
+DURATION_S = 60.0
+SEED = 101
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "broad",
+        nargs="?",
+        type=Path,
+        metavar="BROAD_DIR",
+        help="folder of BROAD's .mat files; without it only the synthetic set is run",
+    )
+    parser.add_argument("--no-synthetic", action="store_true", help="leave the synthetic set out")
+    parser.add_argument(
+        "-o", "--output", type=Path, metavar="DIR", help="folder for imu_accuracy.md"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the filters and print the tables."""
+    if arguments.no_synthetic and arguments.broad is None:
+        raise InputError("nothing to run: give BROAD_DIR, or leave out --no-synthetic")
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TimeRemainingColumn(),
+        console=Console(stderr=True),
+    ) as progress:
+        tables = []
+        if arguments.broad is not None:
+            tables.append(_broad(arguments.broad, progress))
+        if not arguments.no_synthetic:
+            tables.append(_synthetic(progress))
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    for table in tables:
+        console.print(table.rich())
+        console.print()
+    if arguments.output is not None:
+        text = "\n".join(["# Orientation filters", "", *(table.markdown() for table in tables)])
+        try:
+            arguments.output.mkdir(parents=True, exist_ok=True)
+            (arguments.output / "imu_accuracy.md").write_text(text)
+        except OSError as error:
+            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+    return 0
+
+
+@dataclass(frozen=True)
+class _Bar:
+    """Tells a progress bar how much is done."""
+
+    progress: Progress
+    task: TaskID
+
+    def __call__(self, done: int, total: int) -> None:
+        self.progress.update(self.task, completed=done / total)
+
+
+def _broad(folder: Path, progress: Progress) -> TextTable:
+    trials = read_broad(folder)
+    found: dict[Variant, list[Errors]] = {}
+    for variant in VARIANTS:
+        task = progress.add_task(f"BROAD, {variant.name}", total=1.0)
+        found[variant] = trial_errors(trials, variant, _Bar(progress, task))
+        progress.update(task, completed=1.0)
+    rows = {trial.name: [found[v][k] for v in VARIANTS] for k, trial in enumerate(trials)}
+    return _table("BROAD (optical truth)", rows, PUBLISHED)
+
+
+def _synthetic(progress: Progress) -> TextTable:
+    task = progress.add_task("synthetic", total=len(SYNTHETIC) * len(VARIANTS))
+    rows: dict[str, list[Errors]] = {}
+    for choreography, level in SYNTHETIC:
+        row = rows.setdefault(f"{choreography}, {level}", [])
+        for variant in VARIANTS:
+            row.append(
+                synthetic_errors(choreography, level, variant, seed=SEED, duration_s=DURATION_S)
+            )
+            progress.advance(task)
+    return _table("Synthetic subject", rows, SYNTHETIC_NOTE)
+
+
+def _table(title: str, rows: dict[str, list[Errors]], note: str) -> TextTable:
+    table = TextTable(
+        title=f"{title}: RMS error [deg], total (heading, inclination)",
+        header=["", *(variant.name for variant in VARIANTS)],
+        note=note,
+    )
+    for name, found in rows.items():
+        table.rows.append([name, *map(_cell, found)])
+    if len(rows) > 1:
+        means = [mean_errors(list(column)) for column in zip(*rows.values(), strict=True)]
+        table.rows.append(["mean", *map(_cell, means)])
+    return table
+
+
+def _cell(found: Errors) -> str:
+    return f"{number(found.total, 2)} ({number(found.heading, 2)}, {number(found.inclination, 2)})"
