@@ -60,6 +60,7 @@ class BodyModel:
     joints: Mapping[str, JointPlace]
     angle_names: tuple[str, ...]
     segments: Mapping[str, str]  # segment -> link
+    sliding: tuple[str, ...]  # joints that leave their place in their link by some centimetres
 
     @cached_property
     def dof_names(self) -> tuple[str, ...]:
@@ -150,6 +151,7 @@ def parse_body_model(document: dict[str, Any]) -> BodyModel:
         joints=joints,
         angle_names=tuple(document["order"]),
         segments=document["segments"],
+        sliding=tuple(document.get("sliding", ())),
     )
     _check(model)
     return model
@@ -185,6 +187,8 @@ def _check(model: BodyModel) -> None:
         seen.add(link.name)
     if sorted(model.angle_names) != sorted(model.link_of_dof):
         fail("'order' differs from the links' degrees of freedom", "each exactly once")
+    if unknown := set(model.sliding) - set(JOINTS):
+        fail(f"sliding joints {sorted(unknown)}", "some of the 15 joints")
     for segment, link_name in model.segments.items():
         if segment not in SEGMENTS or link_name not in model.links:
             fail(f"segment '{segment}' on link '{link_name}'", "a known segment and link")

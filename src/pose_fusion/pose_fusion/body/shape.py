@@ -59,7 +59,10 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
         index = JOINT_INDEX[name]
         joint = model.links[place.link].joint
         if place.direction is None:
-            offsets[index] = [_robust_mean(name, in_trunk[:, index, k]) for k in range(3)]
+            # Links that a spine joins are parallel while the person stands upright.
+            origin = 0.0 if joint is None else in_trunk[:, JOINT_INDEX[joint]]
+            places = in_trunk[:, index] - origin
+            offsets[index] = [_robust_mean(name, places[:, k]) for k in range(3)]
             continue
         if joint is None:
             raise BodyShapeError(f"joint {name} has a direction but no joint to measure from")

@@ -6,10 +6,18 @@ x = y × z.
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX
+from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.streams.samples import FloatArray
 
 LEFT_HIP, RIGHT_HIP, NECK = (JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck"))
+
+PAIRS = np.array(
+    [
+        [JOINT_INDEX[f"{side}_{name}"] for side in SIDES]
+        for name in dict.fromkeys(j.split("_", 1)[1] for j in JOINTS if "_" in j)
+    ]
+)
+"""(6, 2): left and right joint of each kind."""
 
 
 def mid_hip(positions: FloatArray) -> FloatArray:
@@ -33,3 +41,20 @@ def trunk_axes(positions: FloatArray) -> FloatArray:
         z = up - np.sum(up * y, axis=-1, keepdims=True) * y
         z = z / np.linalg.norm(z, axis=-1, keepdims=True)
     return np.stack([np.cross(y, z), y, z], axis=-1)
+
+
+def standing_heading(positions: FloatArray) -> float:
+    """Where a person in the neutral pose looks, about map's z from its x [rad].
+
+    From all pairs of left and right joints, for each alone is off by what the tracker believes of
+    it. NaN if no pair is seen.
+
+    Args:
+        positions: Joint positions [m] in map, shape (15, 3); NaN unseen.
+    """
+    lateral = positions[PAIRS[:, 0], :2] - positions[PAIRS[:, 1], :2]
+    seen = np.isfinite(lateral).all(axis=1)
+    if not seen.any():
+        return float("nan")
+    x, y = lateral[seen].sum(axis=0)
+    return float(np.arctan2(-x, y))  # the heading is the left's direction, a quarter turn back

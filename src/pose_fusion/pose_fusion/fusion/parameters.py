@@ -14,7 +14,7 @@ class FusionParameters(Li2020Parameters):
     estimator: str = parameter("li2020", choices=tuple(ESTIMATORS), doc="how the pose is estimated")
     body_model: str = parameter(
         "auto",
-        choices=("auto", "li2020"),
+        choices=("auto", "default", "li2020"),
         doc="the kinematic tree; auto: the one that the estimator was made for",
     )
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
@@ -51,6 +51,13 @@ class FusionParameters(Li2020Parameters):
     use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
     imu_wait: float = parameter(
         0.1, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
+    )
+    tracker_delay: float = parameter(
+        0.0,
+        unit="s",
+        low=0.0,
+        high=0.2,
+        doc="how late the Kinects' joints are against their stamps",
     )
     kinect_joint_stddev: float = parameter(
         0.03,

@@ -18,6 +18,7 @@ from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
@@ -29,6 +30,7 @@ from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeA
 
 NS_PER_S = 1_000_000_000
 LONGEST_WAIT_NS = 30 * NS_PER_S  # what came earlier, before the extrinsics, is forgotten
+LATEST_NS = NS_PER_S // 20  # sensors that are this far apart still show the same pose
 COUNTERS = (
     "skeletons",
     "skeletons_before_extrinsics",
@@ -37,6 +39,7 @@ COUNTERS = (
     "imu_samples_out_of_order",
     "frames",
     "frames_measuring_the_body",
+    "neutral_stands",
     "estimates",
 )
 
@@ -68,6 +71,10 @@ class FusionPipeline:
         self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
         self.aligner = self._make_aligner({})
         self.imus = ImuSet(self.model)
+        self._neutral_watcher: NeutralStandWatcher | None = NeutralStandWatcher(self.model)
+        self._offsets = np.zeros((len(parameters.sensors), len(JOINTS), 3))
+        self._latest = np.full((len(parameters.sensors), len(JOINTS), 3), np.nan)
+        self._latest_ns = [0] * len(parameters.sensors)
         self._measuring = BodyMeasuring(self.model, parameters.shape_duration)
         self._estimator: Estimator | None = None
         self._pending: deque[AlignedFrame] = deque()
@@ -140,8 +147,14 @@ class FusionPipeline:
         if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
             self.counters.add("skeletons_of_unknown_sensors")
             return
-        self._note_time(sample.stamp_ns)
-        self._pending.extend(self.aligner.add(sample))
+        if self._estimator_class.NEEDS_ALIGNED_FRAMES:
+            self._note_time(sample.stamp_ns)
+            self._pending.extend(self.aligner.add(sample))
+            return
+        offsets_ns = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
+        stamp_ns = sample.stamp_ns - offsets_ns.get(sample.sensor, 0)
+        self._note_time(stamp_ns)
+        self._pending.append(AlignedFrame(stamp_ns=stamp_ns, samples={sample.sensor: sample}))
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
@@ -166,6 +179,8 @@ class FusionPipeline:
         return estimates
 
     def _is_ready(self, stamp_ns: int) -> bool:
+        if not self._estimator_class.NEEDS_ALIGNED_FRAMES:
+            return True
         waited_ns = self._newest_ns - stamp_ns
         return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
 
@@ -179,13 +194,37 @@ class FusionPipeline:
         measured, state = self._in_map(frame)
         if self.parameters.use_imus:
             tracked = (state == TrackingState.TRACKED)[..., None]
-            self.imus.observe(frame.stamp_ns, mean_of_sensors(np.where(tracked, measured, np.nan)))
+            self._keep_latest(frame, np.where(tracked, measured, np.nan))
+            self.imus.observe(frame.stamp_ns, mean_of_sensors(self._latest))
+        self._watch_for_neutral(frame.stamp_ns, measured, state)
         if self.shape is None:
             self.counters.add("frames_measuring_the_body")
             shape = self._measuring.add(frame.stamp_ns, measured, state)
             if shape is not None:
                 self.use_shape(shape)
         return measured, state
+
+    def _keep_latest(self, frame: AlignedFrame, tracked: FloatArray) -> None:
+        """Remember what each sensor saw last, a short while ago at most."""
+        for index, sensor in enumerate(self.parameters.sensors):
+            if sensor in frame.samples:
+                self._latest[index], self._latest_ns[index] = tracked[index], frame.stamp_ns
+            elif abs(frame.stamp_ns - self._latest_ns[index]) > LATEST_NS:
+                self._latest[index] = np.nan
+
+    def _watch_for_neutral(
+        self, stamp_ns: int, measured: FloatArray, state: NDArray[np.uint8]
+    ) -> None:
+        """Take the trackers' offsets, and better measures, from the first neutral stand."""
+        if self._neutral_watcher is None or self._estimator_class.NEEDS_ALIGNED_FRAMES:
+            return
+        stand = self._neutral_watcher.add(stamp_ns, measured, state)
+        if stand is None:
+            return
+        self._neutral_watcher = None
+        self._offsets = stand.offsets
+        self.counters.add("neutral_stands")
+        self.use_shape(stand.shape)
 
     def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
         estimator = self._estimator
@@ -200,6 +239,7 @@ class FusionPipeline:
                 cameras=np.stack(
                     [self.extrinsics.T_map_sensor(s)[:3, 3] for s in self.parameters.sensors]
                 ),
+                offsets=self._offsets,
                 readings=self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {},
             )
         )

@@ -88,6 +88,7 @@ class ImuAlignment:
         self._segments: dict[str, SegmentAlignment] = {}
         self._still_since_ns: int | None = None
         self._still_angles: list[Mapping[str, float]] = []
+        self._still_headings: list[float] = []
 
     def observe(
         self,
@@ -105,7 +106,7 @@ class ImuAlignment:
             axes_map: The z axis of each segment that the cameras track well now, shape (3,).
             joint_angles: The measured angles [rad] by name, NaN unseen; they tell whether the pose
                 is neutral.
-            body_heading: Heading of the trunk in map [rad].
+            body_heading: Heading of the body in map [rad], as far as it stands neutrally.
         """
         for segment in states:
             self._segments.setdefault(segment, SegmentAlignment())
@@ -167,12 +168,15 @@ class ImuAlignment:
         if not is_still:
             return
         self._still_angles.append(joint_angles)
+        self._still_headings.append(body_heading)
         for segment, state in states.items():
             if self._segments[segment].R_world_sensor_neutral is None:
                 self._segments[segment].collect_neutral(state)
         if self._still_since_ns is None or stamp_ns - self._still_since_ns < NEUTRAL_DURATION_NS:
             return
         if _is_neutral(self._still_angles):
+            turns = np.array(self._still_headings)
+            body_heading = float(np.arctan2(np.mean(np.sin(turns)), np.mean(np.cos(turns))))
             for alignment in self._segments.values():
                 alignment.finish_neutral(body_heading)
         self._begin_stillness(None)
@@ -180,6 +184,7 @@ class ImuAlignment:
     def _begin_stillness(self, stamp_ns: int | None) -> None:
         self._still_since_ns = stamp_ns
         self._still_angles.clear()
+        self._still_headings.clear()
         for alignment in self._segments.values():
             alignment.forget_neutral()
 

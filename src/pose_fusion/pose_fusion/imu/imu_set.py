@@ -7,7 +7,7 @@ import numpy as np
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
-from pose_fusion.body.trunk import trunk_axes
+from pose_fusion.body.trunk import standing_heading, trunk_axes
 from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
 from pose_fusion.imu.track import ImuState, ImuTrack
 from pose_fusion.streams.samples import FloatArray, ImuSample
@@ -59,7 +59,7 @@ class ImuSet:
             states,
             self._tracked_axes(positions, trunk),
             angles,
-            float(np.arctan2(trunk[1, 0], trunk[0, 0])),
+            standing_heading(positions),
         )
 
     def read(self, stamp_ns: int) -> dict[str, SegmentReading]:

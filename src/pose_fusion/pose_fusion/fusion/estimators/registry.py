@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from pose_fusion.fusion.estimators.estimator import Estimator
 
 ESTIMATORS: dict[str, str] = {
+    "default": "segments.SegmentEstimator",
     "li2020": "li2020.Li2020Estimator",
     "joint_kf": "joint_kf.JointKalmanFilter",
     "dof_kf": "dof_kf.DofKalmanFilter",

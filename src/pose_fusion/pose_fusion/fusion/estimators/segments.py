@@ -1,0 +1,123 @@
+"""``default``: rotations of the body's links on the manifold, every sensor's frame as it comes."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from pose_common.counters import Counters
+from pose_common.joints import TrackingState
+from pose_fusion.body.inverse_kinematics import dof_from_positions
+from pose_fusion.body.kinematics import ForwardKinematics
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.segment_tree import SegmentTree
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.body.trunk import trunk_axes
+from pose_fusion.filters.segment_filter import CameraLook, LinkLook, SegmentFilter
+from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
+from pose_fusion.fusion.estimators.pose_reader import PoseReader
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.streams.samples import FloatArray
+
+NS_PER_S = 1_000_000_000
+LATEST_S = 0.2  # [s] a frame that is later says too little of now
+IMU_FRAMES = 10.0  # [-] an IMU's errors are slow: so many samples count as one
+GYRO_STDDEV = 0.05  # [rad/s] beside the segment's soft tissue
+
+
+class SegmentEstimator(Estimator):
+    """Feeds a :class:`SegmentFilter` and reads the degrees of freedom off it."""
+
+    COUNTERS = ("filter_starts", "frames_without_trunk", "frames_too_late", "limbs_turned_back")
+    BODY_MODEL: ClassVar[str] = "default"
+    NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+    ) -> None:
+        super().__init__(model, shape, parameters, counters)
+        self._filter = SegmentFilter(SegmentTree(model, shape))
+        self._reader = PoseReader(model, shape)
+        self._stamp_ns = 0
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """Predict to the instant and take everything that is known of it."""
+        if self._filter.state is None and not self._start(observation):
+            return None
+        late_s = (self._stamp_ns - observation.stamp_ns) / NS_PER_S
+        if late_s > LATEST_S:
+            self.counters.add("frames_too_late")
+            return None
+        if late_s < 0.0:
+            self._filter.predict(-late_s)
+            self._stamp_ns = observation.stamp_ns
+        delay_s = max(late_s, 0.0) + self.parameters.tracker_delay
+        report = self._filter.update(
+            self._camera_looks(observation, delay_s), self._imu_looks(observation.readings)
+        )
+        self.counters.add("limbs_turned_back", report.flipped)
+        state = self._filter.state
+        if late_s > 0.0 or state is None:
+            return None
+        return self._reader.read(state, report, _sensor_weight(observation))
+
+    def _start(self, observation: Observation) -> bool:
+        """Begin with the pose that the cameras' mean shows, if it shows the trunk."""
+        mean = mean_of_sensors(observation.positions)
+        if not np.all(np.isfinite(trunk_axes(mean))):
+            self.counters.add("frames_without_trunk")
+            return False
+        self.counters.add("filter_starts")
+        kinematics = ForwardKinematics(self.model, self.shape.offsets, trunk_axes(mean))
+        dof = dof_from_positions(self.model, mean)
+        self._filter.start(kinematics.pose(dof).rotations, dof[:3])
+        self._stamp_ns = observation.stamp_ns
+        return True
+
+    def _camera_looks(self, observation: Observation, delay_s: float) -> list[CameraLook]:
+        return [
+            CameraLook(
+                positions=positions,
+                tracking_state=state,
+                camera=camera,
+                offsets=offsets,
+                delay_s=delay_s,
+            )
+            for positions, state, camera, offsets in zip(
+                observation.positions,
+                observation.tracking_state,
+                observation.cameras,
+                observation.offsets,
+                strict=True,
+            )
+            if np.any(state > TrackingState.NOT_TRACKED)
+        ]
+
+    def _imu_looks(self, readings: Mapping[str, SegmentReading]) -> list[LinkLook]:
+        links = self.model.segments
+        names = self.model.link_names
+        mounting = self.parameters.imu_mounting_stddev
+        return [
+            LinkLook(
+                link=names.index(links[segment]),
+                R_map_link=reading.R_map_segment,
+                variance=np.full(3, (reading.stddev**2 + mounting**2) * IMU_FRAMES),
+                angular_velocity=reading.angular_velocity,
+                rate_variance=GYRO_STDDEV**2,
+            )
+            for segment, reading in readings.items()
+            if segment in links
+        ]
+
+
+def _sensor_weight(observation: Observation) -> FloatArray:
+    """Each sensor's share in each joint: sensors that track it count alike."""
+    weight = observation.tracking_state.astype(float) / float(TrackingState.TRACKED)
+    total = weight.sum(axis=0)
+    return np.asarray(weight / np.where(total > 0.0, total, 1.0))
