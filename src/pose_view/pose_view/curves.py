@@ -3,10 +3,11 @@ r"""The curves that can be plotted: an angle of one body over time, in degrees.
 Pitch and yaw are those of zhang2015's figures 8 and 9, of a segment's long axis d (from the joint
 it hangs on to its end) in map, alike for every source:
 
-.. math:: pitch = asin(d_z / |d|), \quad yaw = atan2(d_y, d_x)
+.. math:: pitch = asin(d_z / |d|), \quad yaw = atan2(-d_y, -d_x)
 
-Pitch is −90° for a hanging limb and 0° for a level one; yaw is 0° along x and grows to the left,
-and says nothing within 15° of the vertical.
+Pitch is −90° for a hanging limb and 0° for a level one. Yaw is 0° against map's x, which is towards
+the first camera, and grows to the left of a person who faces it; where it passes ±180°, behind such
+a person, the curve breaks. It says nothing within 15° of the vertical.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,6 +31,7 @@ SEGMENTS: Mapping[str, tuple[str, str]] = {
         ("shank", "knee", "foot"),
     )
 }
+HALF_TURN = 180.0  # [°]
 STEEPEST = np.radians(75.0)  # [rad] pitch beyond which yaw says nothing
 
 
@@ -77,7 +79,7 @@ def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float)
 
     Args:
         times: Of the values [s], ascending, shape (n,).
-        values: Shape (n,).
+        values: Shape (n,); a step of more than 180 between two is one from −180 to 180.
         grid: Times wanted [s], shape (m,).
         gap: Longest distance of two values between which to interpolate [s].
     """
@@ -85,7 +87,8 @@ def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float)
         return np.full(len(grid), np.nan)
     after = np.clip(np.searchsorted(times, grid), 1, len(times) - 1)
     found = np.interp(grid, times, values)
-    lost = (times[after] - times[after - 1] > gap) | (grid < times[0]) | (grid > times[-1])
+    wraps = np.abs(values[after] - values[after - 1]) > HALF_TURN
+    lost = wraps | (times[after] - times[after - 1] > gap) | (grid < times[0]) | (grid > times[-1])
     found[lost] = np.nan
     return found
 
@@ -112,8 +115,7 @@ def _of_segment(kind: str, segment: str, joints: FloatArray) -> FloatArray:
     pitch = np.arctan2(z, np.hypot(x, y))
     if kind == "Pitch":
         return np.asarray(pitch)
-    yaw = np.where(np.abs(pitch) < STEEPEST, np.arctan2(y, x), np.nan)
-    return unwrapped(yaw)
+    return np.where(np.abs(pitch) < STEEPEST, np.arctan2(-y, -x), np.nan)
 
 
 def _shown(name: str) -> str:

@@ -42,6 +42,7 @@ class Avatar:
         place: The body's name and colour.
         offset: Where it stands beside the place it would have in map [m].
         waits_at: Where its title stands until there is a body [m].
+        absent: What the title says until then.
     """
 
     def __init__(
@@ -50,6 +51,7 @@ class Avatar:
         place: Place,
         offset: Sequence[float],
         waits_at: Sequence[float],
+        absent: str,
     ) -> None:
         self._scene = scene
         self._name = f"/bodies/{place.body}"
@@ -61,7 +63,7 @@ class Avatar:
         self._balls: dict[str, MeshHandle] = {}
         self._label = scene.add_label(
             f"{self._name}/title",
-            f"{place.title}: nothing yet",
+            f"{place.title}: {absent}",
             position=np.asarray(waits_at),
             anchor="top-center",
             font_screen_scale=1.25,

@@ -40,9 +40,9 @@ BONES = np.array(
 )
 EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] where a person stands, until one does
 CAMERA_FOV = np.radians(42.0)  # [rad] vertically
-CAMERA_PITCH = np.radians(27.0)  # [rad] downward: the sensors do not hide the bodies
+CAMERA_PITCH = np.radians(30.0)  # [rad] downward: the sensors do not hide the bodies
 SETTLING_S = 5.0  # [s] that a new page takes to find its layout
-LOOK_AT_HEIGHT = 0.80  # [m]
+LOOK_AT_HEIGHT = 0.72  # [m]
 HALF_HEIGHT = 1.15  # [m] to have in the picture, above and below
 ARM = 0.65  # [m] to have in the picture beside the outer avatars
 
@@ -53,9 +53,10 @@ class Stage:
     Args:
         server: Where it is shown.
         places: From left to right; the middle one stands where it is in map.
+        absent: What is said of a body that has not been seen.
     """
 
-    def __init__(self, server: LocalServer, places: Sequence[Place]) -> None:
+    def __init__(self, server: LocalServer, places: Sequence[Place], absent: str) -> None:
         self._server = server
         scene = server.scene
         scene.set_up_direction("+z")
@@ -75,7 +76,7 @@ class Stage:
         middle = (len(places) - 1) / 2.0
         self.avatars = {
             place.body: Avatar(
-                scene, place, (0.0, SPACING * (middle - index), 0.0), tuple(EXPECTED_AT)
+                scene, place, (0.0, SPACING * (middle - index), 0.0), EXPECTED_AT, absent
             )
             for index, place in enumerate(places)
         }

@@ -37,7 +37,8 @@ class Viewer:
     ) -> None:
         self.server = LocalServer(parameters.host, parameters.port, "Pose fusion")
         self.places = places_of(parameters.bodies)
-        self.stage = Stage(self.server, self.places)
+        absent = "nothing yet" if recording is None else "not in the recording"
+        self.stage = Stage(self.server, self.places, absent)
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.main_panel.dock_left()

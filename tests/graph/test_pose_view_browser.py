@@ -1,0 +1,116 @@
+"""The viewer in a real browser: a recording that plays and scrubs, a graph that is recorded."""
+
+import io
+import re
+import time
+
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_prefix
+from PIL import Image
+from viewed_bag import write_viewed_bag
+
+from pose_common.bags import open_bag
+
+pytestmark = [
+    pytest.mark.graph,
+    pytest.mark.xdist_group("pose_view_browser"),
+    pytest.mark.timeout(240),
+]
+VIEW = f"{get_package_prefix('pose_view')}/lib/pose_view/view"
+VIEWER = f"{get_package_prefix('pose_view')}/lib/pose_view/viewer"
+RECORDER = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion/recorder"
+PLAYER = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion/player"
+ADDRESS = r"(http://127\.0\.0\.1:\d+)"
+SIZE = {"width": 1000, "height": 460}
+CANVAS = {"x": 280, "y": 60, "width": 370, "height": 330}  # between the panels
+CHANGED = 24  # [-] of 255: more than a curve's or a shadow's edge
+SLOW_MS = 60_000  # [ms] three dimensions are drawn without a graphics card
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    path = tmp_path_factory.mktemp("viewed") / "walk"
+    write_viewed_bag(path)
+    return path
+
+
+def open_page(browser, process):
+    page = browser.open(process.wait_for_output(ADDRESS, 60.0)[1], **SIZE)
+    page.wait_for_selector("canvas", timeout=SLOW_MS)
+    notice = page.locator(".mantine-Notification-closeButton")  # that there is no graphics card
+    notice.first.click(timeout=SLOW_MS)
+    return page
+
+
+def picture(page):
+    data = page.screenshot(clip=CANVAS, timeout=SLOW_MS)
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), int)
+
+
+def moving(first, second):
+    """Changed pixels in the left, middle and right third."""
+    changed = np.abs(first - second).max(axis=2) > CHANGED
+    return [int(part.sum()) for part in np.array_split(changed, 3, axis=1)]
+
+
+def until(page, condition, what, timeout_s=60.0):
+    """The first truthy result of a condition, asked for again and again."""
+    deadline = time.monotonic() + timeout_s
+    while not (found := condition()):
+        assert time.monotonic() < deadline, f"waited {timeout_s:g} s in vain for {what}"
+        page.wait_for_timeout(100)
+    return found
+
+
+def shown_time(page):
+    return float(page.get_by_role("slider").first.get_attribute("aria-valuenow"))
+
+
+def test_a_recording_plays_pauses_and_scrubs_without_the_internet(browser, start_process, bag):
+    process = start_process([VIEW, bag, "--port", "0"])
+    page = open_page(browser, process)
+    before = picture(page)
+
+    until(page, lambda: min(moving(before, picture(page))) > 40, "moving pixels in each place")
+    page.get_by_role("button", name="Pause").click(timeout=SLOW_MS)
+    page.get_by_role("button", name="Play").wait_for(timeout=SLOW_MS)
+    until(page, lambda: moving(picture(page), picture(page)) == [0, 0, 0], "a standing picture")
+    stands = picture(page)
+
+    stood_at = shown_time(page)
+    track = page.get_by_role("slider").first.locator("xpath=../..").bounding_box()
+    share = 0.25 if stood_at > 3.0 else 0.75
+    page.mouse.click(track["x"] + share * track["width"], track["y"] + track["height"] / 2)
+    until(page, lambda: abs(shown_time(page) - 6.0 * share) < 0.7, "the slider's time", 20.0)
+    until(page, lambda: min(moving(stands, picture(page))) > 40, "the bodies of another time", 20.0)
+    assert browser.refused == []
+    assert browser.errors == []
+
+
+def test_a_click_on_record_makes_a_bag_and_the_viewer_takes_nothing_with_it(
+    browser, start_process, bag, tmp_path
+):
+    output = tmp_path / "made"
+    start_process([PLAYER, bag, "--loop"])
+    recorder = start_process(
+        [RECORDER, "--output", output, "--all", "--start-paused"],
+    )
+    process = start_process([VIEWER, "--ros-args", "-p", "port:=0"])
+    page = open_page(browser, process)
+
+    page.get_by_text("Fused").first.wait_for(timeout=SLOW_MS)
+    button = page.get_by_role("button", name="Start recording")
+    until(page, button.is_enabled, "a recorder")
+    button.click(timeout=SLOW_MS)
+    page.get_by_text(f"recording into {output}").wait_for(timeout=SLOW_MS)
+    page.get_by_role("button", name="Stop recording").wait_for(timeout=SLOW_MS)
+    process.signal(9)
+    process.wait()
+    assert recorder.returncode is None
+    recorder.stop()
+
+    assert re.search(r"recorder: \d+ messages", recorder.output)
+    with open_bag(output) as made:
+        assert made.topics["/humans/bodies/subject/skeleton"].count > 0
+    assert browser.refused == []

@@ -1,0 +1,148 @@
+"""Curves, plots, streams and words: what the panels say."""
+
+import re
+
+import numpy as np
+import pytest
+from viewed_bag import FRAME_NS, START_NS, moving_joints
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.body.joint_angles import joint_angles
+from pose_view.curves import BodyTrack, curve, on_grid, titles
+from pose_view.plain_words import Line, Mark, NodeReport, as_html, imu_line, node_line, stream_line
+from pose_view.stream_monitor import StreamMonitor
+from pose_view.svg_plot import svg_plot, ticks
+
+JOINTS = moving_joints(4.0)
+TRACK = BodyTrack(stamps_ns=START_NS + FRAME_NS * np.arange(len(JOINTS)), joints=JOINTS)
+S = 1_000_000_000
+
+
+def arm(direction):
+    """Skeletons whose right forearm points there."""
+    joints = np.repeat(JOINTS[:1], len(direction), axis=0)
+    elbow = joints[:, JOINT_INDEX["right_elbow"]]
+    joints[:, JOINT_INDEX["right_hand"]] = elbow + 0.3 * np.asarray(direction, float)
+    return BodyTrack(stamps_ns=np.arange(len(direction)), joints=joints)
+
+
+def test_pitch_is_the_elevation_of_a_segment_and_yaw_its_heading():
+    track = arm([[-1, 0, 0], [0, -1, 0], [0, 0, -1], [0.0, 0.7, 0.7]])
+
+    assert curve("Pitch: right forearm", track) == pytest.approx([0, 0, -90, 45])
+    assert curve("Yaw: right forearm", track) == pytest.approx([0, 90, np.nan, -90], nan_ok=True)
+
+
+def test_yaw_breaks_where_it_passes_half_a_turn():
+    values = np.array([170.0, 178.0, -174.0, -166.0])
+    found = on_grid(np.arange(4.0), values, np.array([0.5, 1.5, 2.5]), 2.0)
+
+    assert found == pytest.approx([174.0, np.nan, -170.0], nan_ok=True)
+
+
+def test_measured_angles_are_those_of_every_table():
+    expected = np.degrees(joint_angles(JOINTS)["right_knee_flexion"])
+    assert curve("Right knee flexion", TRACK) == pytest.approx(expected)
+
+
+def test_every_offered_curve_can_be_drawn():
+    names = ("pelvis_x",) * 6 + ("waist_flexion",)
+    track = BodyTrack(
+        stamps_ns=TRACK.stamps_ns,
+        joints=JOINTS,
+        dof_names=names,
+        dof=np.full((len(JOINTS), 7), 0.5),
+    )
+    offered = titles(names)
+
+    assert offered[-1] == "Model: waist flexion"
+    assert curve(offered[-1], track) == pytest.approx(np.degrees(np.full(len(JOINTS), 0.5)))
+    assert all(len(curve(title, track)) == len(JOINTS) for title in offered)
+
+
+def test_a_model_angle_that_a_body_lacks_is_left_blank():
+    assert np.isnan(curve("Model: waist flexion", TRACK)).all()
+
+
+def test_curves_are_blank_in_gaps_and_beyond_their_ends():
+    times, values = np.array([0.0, 0.1, 0.2, 0.9, 1.0]), np.arange(5.0)
+    found = on_grid(times, values, np.array([-0.1, 0.05, 0.5, 0.95, 1.1]), 0.25)
+
+    assert found == pytest.approx([np.nan, 0.5, np.nan, 3.5, np.nan], nan_ok=True)
+
+
+def test_a_plot_breaks_its_curve_where_nothing_is_known():
+    x = np.linspace(0.0, 4.0, 5)
+    picture = svg_plot(
+        x,
+        [np.array([0.0, 1.0, np.nan, 3.0, 4.0])],
+        ["#123456"],
+        x_label="time [s]",
+        y_label="angle [°]",
+        y_range=(0.0, 10.0),
+    )
+    path = re.search(r'<path d="([^"]*)" fill="none" stroke="#123456"', picture)[1]
+
+    assert path.count("M") == 2
+    assert path.count("L") == 2
+    assert "time [s]" in picture
+    assert "angle [°]" in picture
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "expected"),
+    [(0, 10, [0, 2, 4, 6, 8, 10]), (-95, 95, [-90, -45, 0, 45, 90]), (-10.0, 0.0, None)],
+)
+def test_ticks_are_round_and_few(low, high, expected):
+    found = ticks(low, high)
+
+    assert found == (expected or [-10, -8, -6, -4, -2, 0])
+
+
+def test_a_stream_tells_rate_delay_dropouts_and_silence():
+    monitor = StreamMonitor()
+    assert monitor.reading(0) is None
+    stamps = [k * FRAME_NS for k in range(60) if not 30 <= k < 42]
+    for stamp in stamps:
+        monitor.add(stamp, stamp + 20_000_000)
+    reading = monitor.reading(stamps[-1] + 20_000_000)
+
+    assert reading.delay_s == pytest.approx(0.02)
+    assert reading.gaps == 1
+    assert reading.longest_gap_s == pytest.approx(13 / 30, abs=0.01)
+    line = stream_line("Kinect left", reading)
+    assert line.mark is Mark.WARNING
+    assert "20 ms after capture, 1 dropout in a minute (longest 0.4 s)" in line.text
+    assert "silent for 3 s" in stream_line("", monitor.reading(stamps[-1] + 3 * S)).text
+
+
+def test_a_steady_stream_is_good_news():
+    monitor = StreamMonitor()
+    for k in range(90):
+        monitor.add(k * FRAME_NS, k * FRAME_NS + 5_000_000)
+
+    line = stream_line("Fused", monitor.reading(89 * FRAME_NS), 0.013)
+    assert line == Line(mark=Mark.GOOD, title="Fused", text="30 Hz, 13 ms after capture")
+
+
+def test_imus_are_summed_up():
+    values = {"pelvis.rate_hz": "99.0", "pelvis.lost": "4", "head.rate_hz": "0.0", "head.lost": "1"}
+    report = NodeReport(level=1, message="silent nodes: head", values=values, age_s=0.3)
+    line = imu_line(report)
+
+    assert line.text == "1 of 2 send, 99 Hz each, 5 frames lost on the air; silent nodes: head"
+    assert line.mark is Mark.WARNING
+
+
+def test_a_node_that_says_nothing_any_more_is_bad_news():
+    report = NodeReport(level=0, message="tracking", values={}, age_s=8.0)
+
+    assert node_line("Fusion", report).mark is Mark.BAD
+    assert node_line("Fusion", None).text == "not running"
+
+
+def test_lines_cannot_smuggle_html_into_the_page():
+    html = as_html([Line(mark=Mark.GOOD, title="<b>", text="<script>")])
+
+    assert "<script>" not in html
+    assert "&lt;script&gt;" in html
