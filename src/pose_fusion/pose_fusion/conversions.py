@@ -1,7 +1,7 @@
 """Estimates as messages; the fusion's only knowledge of message types."""
 
 from array import array
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -138,20 +138,14 @@ def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     frames, T_map_frame = _frames_between(estimate, model, body_id)
     T_parent_frame = T_body_map @ np.concatenate([T_map_link, T_map_frame])
     T_parent_frame[0] = T_map_link[0]
-    root, *_ = frames = [*(link_frame(link, body_id) for link in model.links.values()), *frames]
-    parents = [WORLD_FRAME] + [root] * (len(frames) - 1)
-    return TFMessage(
-        transforms=[
-            TransformStamped(
-                header=to_header(estimate.stamp_ns, parent),
-                child_frame_id=frame,
-                transform=transform,
-            )
-            for parent, frame, transform in zip(
-                parents, frames, to_transforms(T_parent_frame), strict=True
-            )
-        ]
-    )
+    frames = [*(link_frame(link, body_id) for link in model.links.values()), *frames]
+    in_map, in_body = (to_header(estimate.stamp_ns, parent) for parent in (WORLD_FRAME, frames[0]))
+    transforms: list[TransformStamped] = []
+    for frame, place in zip(frames, _places(T_parent_frame), strict=True):
+        stamped = TransformStamped(header=in_body if transforms else in_map, child_frame_id=frame)
+        _set_transform(stamped.transform, place)
+        transforms.append(stamped)
+    return TFMessage(transforms=transforms)
 
 
 def _frames_between(
@@ -185,14 +179,27 @@ def _frames_between(
 def to_transforms(T: FloatArray) -> list[Transform]:
     """Transforms from their matrices, shape (n, 4, 4)."""
     transforms = []
-    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
-    for (x, y, z), (qx, qy, qz, qw) in zip(T[:, :3, 3].tolist(), quaternions.tolist(), strict=True):
+    for place in _places(T):
         transform = Transform()
-        transform.translation.x, transform.translation.y, transform.translation.z = x, y, z
-        transform.rotation.x, transform.rotation.y = qx, qy
-        transform.rotation.z, transform.rotation.w = qz, qw
+        _set_transform(transform, place)
         transforms.append(transform)
     return transforms
+
+
+Place = tuple[list[float], list[float]]  # position [m]; quaternion x, y, z, w
+
+
+def _places(T: FloatArray) -> Iterator[Place]:
+    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    return zip(T[:, :3, 3].tolist(), quaternions.tolist(), strict=True)
+
+
+def _set_transform(transform: Transform, place: Place) -> None:
+    """Fill a message in place: making one costs more than all the arithmetic."""
+    (x, y, z), (qx, qy, qz, qw) = place
+    translation, rotation = transform.translation, transform.rotation
+    translation.x, translation.y, translation.z = x, y, z
+    rotation.x, rotation.y, rotation.z, rotation.w = qx, qy, qz, qw
 
 
 def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> MarkerArray:
