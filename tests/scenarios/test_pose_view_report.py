@@ -148,6 +148,12 @@ def test_the_csv_holds_the_page_s_numbers(made, page):
     assert re.findall(r">([\d.]+)<", line) == [f"{found[name]:.1f}" for name in METHODS]
 
 
+def test_every_file_says_that_the_subject_is_synthetic(made):
+    for path in made.glob("*.csv"):
+        said = {row.get("subject") or row.get("reference") for row in rows(path)}
+        assert all("synthetic" in text for text in said), path.name
+
+
 def test_fused_bones_are_rigid_and_raw_ones_are_not(made):
     sd = {
         row["method"]: float(row["value"])

@@ -116,9 +116,7 @@ def evaluation_csv(evaluation: Evaluation) -> str:
             rows.append((method.name, "rms_jerk", joint, jerk, "m/s^3"))
         rows.append((method.name, "time_shift", "", method.shift_s, "s"))
         rows.append((method.name, "coverage", "", method.coverage, "-"))
-    return _csv(
-        f"{evaluation.reference}{', synthetic subject' if evaluation.synthetic else ''}", rows
-    )
+    return _csv(_reference(evaluation.reference, evaluation.synthetic), rows)
 
 
 def agreement_tables(agreement: Agreement) -> list[Table]:
@@ -161,7 +159,7 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
     return tables
 
 
-def agreement_csv(agreement: Agreement) -> str:
+def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
     """Every figure, one a row: method or pair, quantity, of what, value, unit."""
     rows: list[tuple[str, str, str, float, str]] = []
     for view in agreement.views:
@@ -181,7 +179,7 @@ def agreement_csv(agreement: Agreement) -> str:
             rows.append((name, "bone_length_sd", bone, each.bone_sd_mm[bone], "mm"))
         for joint, jerk in each.jerk.items():
             rows.append((name, "rms_jerk", joint, jerk, "m/s^3"))
-    return _csv("none", rows)
+    return _csv(_reference("none", synthetic), rows)
 
 
 def _angle_difference_table(view: ViewAgreement) -> Table:
@@ -223,6 +221,10 @@ def _number(value: float, digits: int, sign: bool = False) -> str:
         return UNKNOWN
     rounded = round(value, digits) + 0.0  # no −0.0
     return f"{rounded:{'+' if sign else ''}.{digits}f}"
+
+
+def _reference(name: str, synthetic: bool) -> str:
+    return f"{name}, synthetic subject" if synthetic else name
 
 
 def _csv(reference: str, rows: Sequence[tuple[str, str, str, float, str]]) -> str:

@@ -17,7 +17,7 @@ from pose_view.report.recording import seconds
 def csv_files(analysis: Analysis) -> dict[str, str]:
     """Contents by file name."""
     files = {
-        "agreement.csv": agreement_csv(analysis.agreement),
+        "agreement.csv": agreement_csv(analysis.agreement, synthetic=analysis.is_synthetic),
         "motion.csv": _motion(analysis),
         "angles.csv": _angles(analysis),
     }
@@ -44,7 +44,7 @@ def _motion(analysis: Analysis) -> str:
         for angle, each in ranges.items()
     ]
     head = ("method", "angle", "lowest_deg", "lowest_s", "highest_deg", "highest_s", "range_deg")
-    return _text(head, rows)
+    return _text(analysis, head, rows)
 
 
 def _angles(analysis: Analysis) -> str:
@@ -58,7 +58,7 @@ def _angles(analysis: Analysis) -> str:
             strict=True,
         )
     )
-    return _text(("method", "time_s", *(f"{name}_deg" for name in ANGLES)), rows)
+    return _text(analysis, ("method", "time_s", *(f"{name}_deg" for name in ANGLES)), rows)
 
 
 def _uncertainty(analysis: Analysis) -> str:
@@ -69,7 +69,7 @@ def _uncertainty(analysis: Analysis) -> str:
         for angle, each in angles.items()
     ]
     head = ("method", "angle", "within_1_sigma", "within_2_sigma", "mean_sigma_deg", "samples")
-    return _text(head, rows)
+    return _text(analysis, head, rows)
 
 
 def _cycles(analysis: Analysis) -> str:
@@ -81,15 +81,17 @@ def _cycles(analysis: Analysis) -> str:
         for percent, mean, sd in zip(PERCENT, curve.mean_deg, curve.sd_deg, strict=True)
     ]
     head = ("side", "method", "angle", "cycle_percent", "mean_deg", "sd_deg", "cycles")
-    return _text(head, rows)
+    return _text(analysis, head, rows)
 
 
-def _text(head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
+def _text(analysis: Analysis, head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
+    """A table whose every line says whether its subject is a simulated one."""
+    subject = "synthetic" if analysis.is_synthetic else "recorded"
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(head)
+    writer.writerow(("subject", *head))
     for row in rows:
-        writer.writerow([_cell(value) for value in row])
+        writer.writerow([subject, *map(_cell, row)])
     return out.getvalue()
 
 
