@@ -3,9 +3,13 @@
 import re
 from pathlib import Path
 
+import pytest
 import yaml
 
+from imu_bridge.devices import PortConfig, parse_devices, read_devices
+from imu_bridge.filters import FILTERS
 from imu_bridge.parameters import ImuBridgeParameters
+from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.protocols import star as protocol
 from imu_bridge.protocols.star import Decoder
 from pose_common.joints import SEGMENTS
@@ -13,6 +17,7 @@ from pose_common.parameters import from_mapping, markdown_table, specs, values_f
 
 PACKAGE = Path(__file__).parents[2] / "src" / "imu_bridge"
 README = (PACKAGE / "README.md").read_text()
+GUIDE = PACKAGE.parents[1] / "docs" / "imus.md"
 
 
 def test_the_parameters_are_those_of_the_node():
@@ -47,7 +52,38 @@ def test_the_ranges_in_the_readme_are_those_of_the_code():
 
 def test_every_segment_has_a_line_on_strapping():
     for segment in SEGMENTS:
-        assert f"`{segment.removeprefix('left_').removeprefix('right_')}`" in README
+        assert f"| `{segment.removeprefix('left_').removeprefix('right_')}` |" in GUIDE.read_text()
+
+
+def test_every_segment_is_in_the_drawing():
+    drawing = (GUIDE.parent / "images" / "imu_placement.svg").read_text()
+    for segment in SEGMENTS:
+        assert f">{segment}</text>" in drawing
+
+
+@pytest.mark.parametrize("name", PROTOCOLS)
+def test_every_protocol_is_described(name: str):
+    assert f"`protocol: {name}`" in README
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_every_filter_is_described(name: str):
+    assert f"| `{name}` |" in README
+
+
+def test_the_example_of_several_ports_in_the_readme_is_read():
+    found = re.search(r"```yaml\n(ports:\n.*?)```", README, re.DOTALL)
+    assert found
+    devices = parse_devices(yaml.safe_load(found[1]), PortConfig(name="sink"))
+    assert [port.protocol for port in devices.ports] == ["witmotion", "text", "star"]
+    assert [node.segment for node in devices.nodes] == [
+        *("left_thigh", "right_thigh", "pelvis", "head"),
+    ]
+
+
+def test_the_example_of_witmotion_sensors_is_read():
+    devices = read_devices(PACKAGE / "config" / "witmotion_nodes.yaml", PortConfig(name="sink"))
+    assert len(devices.ports) == len(devices.nodes) == 5
 
 
 def test_the_example_parameters_are_allowed_and_are_the_defaults():

@@ -24,8 +24,8 @@ SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the s
 WIDTH = 120  # of the tables where there is no terminal
 PUBLISHED = (
     "Published, in the results file of github.com/dlaidig/broad: Madgwick at its best common gain "
-    "(0.12), mean of all 39 trials: 4.96 (3.92, 2.71); trial 03 alone 2.47 (2.29, 0.93), trial 07 "
-    "alone 5.00 (4.33, 2.50)."
+    "(0.12), mean of all 39 trials: total 4.96, heading 3.92, inclination 2.71; trial 03 alone "
+    "2.47, 2.29, 0.93; trial 07 alone 5.00, 4.33, 2.50."
 )
 SYNTHETIC = (
     ("leg_lift_march", "typical"),
@@ -38,6 +38,7 @@ SYNTHETIC_NOTE = (
     "magnetic field is disturbed at each node by 3 uT (typical) or 7.5 uT (hard) per axis, and "
     "by a slow change."
 )
+KINDS = ("total", "heading", "inclination")
 DURATION_S = 60.0
 SEED = 101
 
@@ -67,11 +68,11 @@ def run(arguments: argparse.Namespace) -> int:
         TimeRemainingColumn(),
         console=Console(stderr=True),
     ) as progress:
-        tables = []
+        tables: list[TextTable] = []
         if arguments.broad is not None:
-            tables.append(_broad(arguments.broad, progress))
+            tables += _broad(arguments.broad, progress)
         if not arguments.no_synthetic:
-            tables.append(_synthetic(progress))
+            tables += _synthetic(progress)
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     for table in tables:
         console.print(table.rich())
@@ -97,7 +98,7 @@ class _Bar:
         self.progress.update(self.task, completed=done / total)
 
 
-def _broad(folder: Path, progress: Progress) -> TextTable:
+def _broad(folder: Path, progress: Progress) -> list[TextTable]:
     trials = read_broad(folder)
     found: dict[Variant, list[Errors]] = {}
     for variant in VARIANTS:
@@ -105,10 +106,10 @@ def _broad(folder: Path, progress: Progress) -> TextTable:
         found[variant] = trial_errors(trials, variant, _Bar(progress, task))
         progress.update(task, completed=1.0)
     rows = {trial.name: [found[v][k] for v in VARIANTS] for k, trial in enumerate(trials)}
-    return _table("BROAD (optical truth)", rows, PUBLISHED)
+    return _tables("BROAD (optical truth)", rows, PUBLISHED)
 
 
-def _synthetic(progress: Progress) -> TextTable:
+def _synthetic(progress: Progress) -> list[TextTable]:
     task = progress.add_task("synthetic", total=len(SYNTHETIC) * len(VARIANTS))
     rows: dict[str, list[Errors]] = {}
     for choreography, level in SYNTHETIC:
@@ -118,22 +119,24 @@ def _synthetic(progress: Progress) -> TextTable:
                 synthetic_errors(choreography, level, variant, seed=SEED, duration_s=DURATION_S)
             )
             progress.advance(task)
-    return _table("Synthetic subject", rows, SYNTHETIC_NOTE)
+    return _tables("Synthetic subject", rows, SYNTHETIC_NOTE)
 
 
-def _table(title: str, rows: dict[str, list[Errors]], note: str) -> TextTable:
-    table = TextTable(
-        title=f"{title}: RMS error [deg], total (heading, inclination)",
-        header=["", *(variant.name for variant in VARIANTS)],
-        note=note,
-    )
-    for name, found in rows.items():
-        table.rows.append([name, *map(_cell, found)])
+def _tables(title: str, rows: dict[str, list[Errors]], note: str) -> list[TextTable]:
+    """One table a kind of error; the note under the last."""
     if len(rows) > 1:
         means = [mean_errors(list(column)) for column in zip(*rows.values(), strict=True)]
-        table.rows.append(["mean", *map(_cell, means)])
-    return table
-
-
-def _cell(found: Errors) -> str:
-    return f"{number(found.total, 2)} ({number(found.heading, 2)}, {number(found.inclination, 2)})"
+        rows = {**rows, "mean": means}
+    tables = [
+        TextTable(
+            title=f"{title}: {kind} RMS error [deg]",
+            header=["", *(variant.name for variant in VARIANTS)],
+            rows=[
+                [name, *(number(getattr(each, kind), 2) for each in found)]
+                for name, found in rows.items()
+            ],
+        )
+        for kind in KINDS
+    ]
+    tables[-1].note = note
+    return tables
