@@ -30,14 +30,14 @@ def test_pitch_is_the_elevation_of_a_segment_and_yaw_its_heading():
     track = arm([[-1, 0, 0], [0, -1, 0], [0, 0, -1], [0.0, 0.7, 0.7]])
 
     assert curve("Pitch: right forearm", track) == pytest.approx([0, 0, -90, 45])
-    assert curve("Yaw: right forearm", track) == pytest.approx([0, 90, np.nan, -90], nan_ok=True)
+    assert curve("Yaw: right forearm", track) == pytest.approx([180, 270, np.nan, 90], nan_ok=True)
 
 
-def test_yaw_breaks_where_it_passes_half_a_turn():
-    values = np.array([170.0, 178.0, -174.0, -166.0])
+def test_yaw_breaks_where_it_passes_a_whole_turn():
+    values = np.array([350.0, 358.0, 6.0, 14.0])
     found = on_grid(np.arange(4.0), values, np.array([0.5, 1.5, 2.5]), 2.0)
 
-    assert found == pytest.approx([174.0, np.nan, -170.0], nan_ok=True)
+    assert found == pytest.approx([354.0, np.nan, 10.0], nan_ok=True)
 
 
 def test_measured_angles_are_those_of_every_table():

@@ -1,38 +1,25 @@
-r"""The curves that can be plotted: an angle of one body over time, in degrees.
+"""The curves that can be plotted: an angle of one body over time, in degrees.
 
-Pitch and yaw are those of zhang2015's figures 8 and 9, of a segment's long axis d (from the joint
-it hangs on to its end) in map, alike for every source:
-
-.. math:: pitch = asin(d_z / |d|), \quad yaw = atan2(-d_y, -d_x)
-
-Pitch is −90° for a hanging limb and 0° for a level one. Yaw is 0° against map's x, which is towards
-the first camera, and grows to the left of a person who faces it; where it passes ±180°, behind such
-a person, the curve breaks. It says nothing within 15° of the vertical.
+Pitch and yaw are those of zhang2015's figures 8 and 9, in map, alike for every source
+(:mod:`pose_fusion.evaluation.limb_attitude`). Yaw is shown from 0° to 360°: 180° is towards the
+first camera, where people's arms mostly point, and the curve breaks where it passes away from it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, SIDES
+from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.joint_angles import ANGLES, joint_angles, unwrapped
 from pose_fusion.body.model import ROOT_DOF
+from pose_fusion.evaluation.limb_attitude import LIMBS, limb_attitude
 from pose_fusion.streams.samples import FloatArray
 from pose_view.snapshot import BodySnapshot
 
-SEGMENTS: Mapping[str, tuple[str, str]] = {
-    f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
-    for side in reversed(SIDES)
-    for segment, start, end in (
-        ("upper_arm", "shoulder", "elbow"),
-        ("forearm", "elbow", "hand"),
-        ("thigh", "hip", "knee"),
-        ("shank", "knee", "foot"),
-    )
-}
+SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))
+"""The limbs, the right side first."""
 HALF_TURN = 180.0  # [°]
-STEEPEST = np.radians(75.0)  # [rad] pitch beyond which yaw says nothing
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,7 +52,8 @@ def curve(title: str, track: BodyTrack) -> FloatArray:
     kind, _, name = title.partition(": ")
     name = name.replace(" ", "_")
     if kind in ("Pitch", "Yaw"):
-        return np.degrees(_of_segment(kind, name, track.joints))
+        pitch, yaw = limb_attitude(track.joints, name)
+        return np.degrees(pitch) if kind == "Pitch" else np.degrees(yaw) % 360.0
     if kind == "Model":
         if track.dof is None or name not in track.dof_names:
             return np.full(len(track.joints), np.nan)
@@ -79,7 +67,7 @@ def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float)
 
     Args:
         times: Of the values [s], ascending, shape (n,).
-        values: Shape (n,); a step of more than 180 between two is one from −180 to 180.
+        values: Shape (n,); a step of more than 180 between two is one from 0 to 360.
         grid: Times wanted [s], shape (m,).
         gap: Longest distance of two values between which to interpolate [s].
     """
@@ -106,16 +94,6 @@ def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
         dof=np.array(dof) if complete else None,
         zero_ns=zero_ns,
     )
-
-
-def _of_segment(kind: str, segment: str, joints: FloatArray) -> FloatArray:
-    """Pitch or yaw of a segment [rad]."""
-    start, end = SEGMENTS[segment]
-    x, y, z = (joints[:, JOINT_INDEX[end]] - joints[:, JOINT_INDEX[start]]).T
-    pitch = np.arctan2(z, np.hypot(x, y))
-    if kind == "Pitch":
-        return np.asarray(pitch)
-    return np.where(np.abs(pitch) < STEEPEST, np.arctan2(-y, -x), np.nan)
 
 
 def _shown(name: str) -> str:

@@ -29,7 +29,7 @@ MEANINGS: Mapping[str, str] = {
     "predicted": "predicted, nothing measures it",
 }
 PALE = np.array([238.0, 238.0, 238.0])
-CERTAIN, UNCERTAIN = np.radians(2.0), np.radians(12.0)  # [rad] standard deviations
+CERTAIN, UNCERTAIN = np.radians(2.0), np.radians(20.0)  # [rad] standard deviations
 LARGEST_PALENESS = 0.75  # [-]
 LARGEST_GROWTH = 0.25  # [-] of the radius
 IMU_SHARE = 0.5  # [-] weight above which a joint is the IMU's

@@ -14,7 +14,7 @@ from pose_view.body.poses import part_poses, quaternions
 from pose_view.snapshot import BodySnapshot
 from pose_view.web.places import Place
 
-TITLE_BEFORE = 0.45  # [m] in front of the body, on the floor
+TITLE_BEFORE = 0.25  # [m] in front of the body, on the floor
 IMU_COLOR = (60, 60, 66)
 IMU_SIZE = (0.016, 0.036, 0.046)  # [m] across the limb, along its sides
 IMU_PLACES = {  # segment: part, share of the way from the part's origin, and where on it [m]

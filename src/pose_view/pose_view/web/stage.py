@@ -44,7 +44,7 @@ CAMERA_PITCH = np.radians(30.0)  # [rad] downward: the sensors do not hide the b
 SETTLING_S = 5.0  # [s] that a new page takes to find its layout
 LOOK_AT_HEIGHT = 0.72  # [m]
 HALF_HEIGHT = 1.15  # [m] to have in the picture, above and below
-ARM = 0.65  # [m] to have in the picture beside the outer avatars
+ARM = 0.9  # [m] to have in the picture beside the outer avatars
 
 
 class Stage:
@@ -195,8 +195,8 @@ class Stage:
         scene.add_label(
             f"/sensors/{name}/name",
             f"Kinect {name}",
-            anchor="bottom-center",
-            position=(0.0, -0.08, 0.0),
+            anchor="top-center",
+            position=(0.0, 0.08, 0.0),
         )
 
     def _show_ghosts(self, snapshot: Snapshot) -> None:

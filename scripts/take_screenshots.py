@@ -1,0 +1,134 @@
+"""Takes the viewer's pictures for the documentation; run by ``take_screenshots.sh``."""
+
+import argparse
+import io
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix
+from browser import LocalBrowser, find_browser, start_browser
+from PIL import Image
+from playwright.sync_api import Page, sync_playwright
+
+NS_PER_S = 1_000_000_000
+LEAD_S = 40.0  # [s] for making the session, starting the graph, loading the page
+LIVE_AT_S = 33.0  # [s] of the session, when the live picture is taken, or later
+DURATION_S = 70.0  # [s] of the session
+RECORDED_AT = 0.45  # [-] of the recording, where it is shown
+SIZE = {"width": 1440, "height": 800}
+SLOW_MS = 120_000  # [ms] three dimensions are drawn without a graphics card
+
+
+def main() -> None:
+    """Take the pictures."""
+    options = _parser().parse_args()
+    executable = find_browser()
+    if executable is None:
+        sys.exit("error: found no Chromium: run scripts/install_browser.sh, or set POSE_BROWSER")
+    options.output.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        folder = Path(name)
+        browser = LocalBrowser(start_browser(playwright.chromium, executable))
+        start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
+        _generate(options, folder / "session", start_at_ns)
+        with _running(_graph(folder, start_at_ns)) as address:
+            page = _open(browser, address)
+            page.wait_for_timeout(max(0.0, 1e3 * (LIVE_AT_S + start_at_ns * 1e-9 - time.time())))
+            _save(page, options.output / "viewer_live.png")
+            page.wait_for_timeout(max(0.0, 1e3 * (DURATION_S + start_at_ns * 1e-9 - time.time())))
+            page.close()
+        with _running([_executable("pose_view", "view"), folder / "bag", "--port", "0"]) as address:
+            page = _open(browser, address)
+            _show_recording(page)
+            _save(page, options.output / "viewer_recording.png")
+
+
+def _show_recording(page: Page) -> None:
+    """Pause in the midst of the recording, with the raw skeletons drawn."""
+    page.get_by_role("button", name="Pause").click(timeout=SLOW_MS)
+    page.get_by_text("Raw skeletons").locator("xpath=../../..").get_by_role("checkbox").check(
+        timeout=SLOW_MS, force=True
+    )
+    track = page.get_by_role("slider").first.locator("xpath=../..").bounding_box()
+    assert track is not None
+    page.mouse.click(track["x"] + RECORDED_AT * track["width"], track["y"] + track["height"] / 2)
+    page.wait_for_timeout(6000)
+
+
+def _open(browser: LocalBrowser, address: str) -> Page:
+    page = browser.open(address, **SIZE)
+    page.wait_for_selector("canvas", timeout=SLOW_MS)
+    page.locator(".mantine-Notification-closeButton").first.click(timeout=SLOW_MS)
+    return page
+
+
+def _save(page: Page, path: Path) -> None:
+    page.mouse.move(SIZE["width"] / 2, SIZE["height"] - 5)
+    picture = Image.open(io.BytesIO(page.screenshot(timeout=SLOW_MS))).convert("RGB")
+    picture.save(path, optimize=True)
+    print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
+
+
+def _generate(options: argparse.Namespace, session: Path, start_at_ns: int) -> None:
+    words: Sequence[str | Path] = [
+        _executable("pose_sim", "generate"),
+        *("--choreography", options.choreography, "--duration", str(DURATION_S)),
+        *("--seed", str(options.seed), "--start-at", str(start_at_ns), "-o", session),
+    ]
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+
+
+def _graph(folder: Path, start_at_ns: int) -> list[str | Path]:
+    return [
+        _executable("pose_common", "up"),
+        "demo.launch.yaml",
+        f"session:={folder / 'session'}",
+        f"start_at:={start_at_ns}",
+        f"bag:={folder / 'bag'}",
+        "view:=true",
+        "page_port:=0",
+    ]
+
+
+@contextmanager
+def _running(command: Sequence[str | Path]) -> Iterator[str]:
+    """A process that serves the page, from its address to its end."""
+    with subprocess.Popen(
+        list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                if found := re.search(r"http://127\.0\.0\.1:\d+", line):
+                    yield found[0]
+                    break
+            else:
+                sys.exit(f"error: {command[0]} ended without a page")
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.stdout.read()
+
+
+def _executable(package: str, name: str) -> Path:
+    return Path(get_package_prefix(package)) / "lib" / package / name
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="take_screenshots", description="Take the documentation's pictures of the viewer."
+    )
+    parser.add_argument("--choreography", default="arm_raises", help="what the subject does")
+    parser.add_argument("--seed", type=int, default=3, help="of the synthetic subject")
+    parser.add_argument("--output", type=Path, default=Path("docs/images"), help="where to")
+    return parser
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,70 @@
+"""A recording as snapshots, and the bodies that are computed where they were not recorded."""
+
+import numpy as np
+import pytest
+from viewed_bag import BODIES, write_viewed_bag
+
+from pose_common.bags import BagWriter, open_bag
+from pose_common.errors import InputError
+from pose_view.comparison import compute_body, missing_bodies
+from pose_view.recorded import Recorded
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory):
+    path = tmp_path_factory.mktemp("recorded") / "bag"
+    joints = write_viewed_bag(path, duration_s=6.0, bodies=("subject",))
+    return path, joints
+
+
+@pytest.fixture(scope="module")
+def recorded(recording):
+    with open_bag(recording[0]) as bag:
+        return Recorded(bag)
+
+
+def test_a_snapshot_holds_what_was_there_at_its_time(recording, recorded):
+    snapshot = recorded.snapshot(2.01)
+
+    assert snapshot.bodies["subject"].joints == pytest.approx(recording[1][60])
+    assert set(snapshot.sensors) == {"left", "right"}
+    assert {name: [s.person for s in seen] for name, seen in snapshot.raw.items()} == {
+        "left": ["1"],
+        "right": ["1"],
+    }
+    raw, T = snapshot.raw["left"][0].joints, snapshot.sensors["left"]
+    assert raw @ T[:3, :3].T + T[:3, 3] == pytest.approx(recording[1][60], abs=1e-6)
+
+
+def test_what_was_seen_long_ago_is_not_shown(recorded):
+    assert recorded.snapshot(recorded.duration_s + 2.0).bodies == {}
+
+
+def test_a_track_is_the_stretch_that_was_asked_for(recorded):
+    track = recorded.track("subject", 1.0, 2.0)
+
+    assert track.times_s[0] == pytest.approx(1.0, abs=0.04)
+    assert track.times_s[-1] == pytest.approx(2.0, abs=0.04)
+    assert len(recorded.track("nobody", 0.0, 9.0).stamps_ns) == 0
+
+
+def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded):
+    with open_bag(recording[0]) as bag:
+        missing = missing_bodies(recorded, BODIES, bag)
+        snapshots = compute_body(bag, recorded, "kinect", lambda share: None)
+
+    assert missing == {"subject_kinect": "kinect"}  # there are no IMUs in it
+    assert len(snapshots) > 60
+    last = snapshots[-1]
+    assert np.isfinite(last.joints).all()
+    true = recording[1][round((last.stamp_ns - recorded.start_ns) * 30e-9)]
+    assert np.linalg.norm(last.joints - true, axis=1).mean() < 0.2
+
+
+def test_a_bag_with_nothing_to_show_says_what_was_expected(tmp_path):
+    with BagWriter(tmp_path / "empty") as writer:
+        String = writer.typestore.types["std_msgs/msg/String"]
+        writer.write("/chatter", String(data="hello"), 1)
+
+    with open_bag(tmp_path / "empty") as bag, pytest.raises(InputError, match="expected /humans"):
+        Recorded(bag)

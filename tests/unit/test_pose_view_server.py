@@ -1,0 +1,60 @@
+"""The web server: for this machine, for pages of its own."""
+
+import urllib.request
+
+import pytest
+import viser
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from pose_common.errors import PoseError
+from pose_view.web.server import LocalServer
+
+PROTOCOL = f"viser-v{viser.__version__}"
+
+
+@pytest.fixture(scope="module")
+def server():
+    started = LocalServer("127.0.0.1", 0, "test")
+    yield started
+    started.stop()
+
+
+def websocket(server, origin):
+    address = server.address.replace("http", "ws")
+    return connect(address, subprotocols=[PROTOCOL], origin=origin, max_size=None)
+
+
+def test_it_serves_the_page_on_the_address_it_names(server):
+    with urllib.request.urlopen(server.address, timeout=5) as answer:
+        assert b"<html" in answer.read()
+    assert server.address.startswith("http://127.0.0.1:")
+
+
+def test_its_own_page_may_connect(server):
+    with websocket(server, server.address) as connection:
+        assert connection.recv(timeout=5)
+
+
+def test_a_page_of_another_site_is_shown_nothing(server):
+    with websocket(server, "https://example.org") as connection:
+        with pytest.raises(ConnectionClosed):
+            connection.recv(timeout=5)
+        assert connection.close_code == 1008
+
+
+def test_nothing_is_shared_through_the_internet(server):
+    assert server.request_share_url() is None
+
+
+def test_an_address_that_is_none_ends_in_one_line():
+    with pytest.raises(PoseError, match=r"cannot serve pages on host = '192\.0\.2\.7'.*127"):
+        LocalServer("192.0.2.7", 0, "test")
+
+
+def test_a_taken_port_is_passed_over(server):
+    other = LocalServer("127.0.0.1", server.get_port(), "test")
+    try:
+        assert other.get_port() != server.get_port()
+    finally:
+        other.stop()
