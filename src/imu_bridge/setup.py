@@ -18,7 +18,7 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=True,
-    description="Body-worn IMUs on one serial port, as ROS topics",
+    description="Body-worn IMUs on serial ports, as ROS topics",
     license="Apache-2.0",
     entry_points={
         "console_scripts": ["imu_bridge = pose_common.entry:start.imu_bridge.nodes.imu_bridge"]

@@ -1,1 +1,1 @@
-"""Body-worn IMUs on one serial port: wire protocol, clocks, Madgwick's filter, ROS node."""
+"""Body-worn IMUs on serial ports: protocols, clocks, orientation filters, ROS node."""
