@@ -56,9 +56,14 @@ def _show_recording(page: Page) -> None:
     page.get_by_text("Raw skeletons").locator("xpath=../../..").get_by_role("checkbox").check(
         timeout=SLOW_MS, force=True
     )
-    track = page.get_by_role("slider").first.locator("xpath=../..").bounding_box()
+    slider = page.get_by_role("slider").first
+    track = slider.locator("xpath=../..").bounding_box()
     assert track is not None
-    page.mouse.click(track["x"] + RECORDED_AT * track["width"], track["y"] + track["height"] / 2)
+    stood_at = slider.get_attribute("aria-valuenow")
+    while slider.get_attribute("aria-valuenow") == stood_at:
+        x = track["x"] + RECORDED_AT * track["width"]
+        page.mouse.click(x, track["y"] + track["height"] / 2)
+        page.wait_for_timeout(3000)
     page.wait_for_timeout(6000)
 
 

@@ -45,6 +45,17 @@ def test_measured_angles_are_those_of_every_table():
     assert curve("Right knee flexion", TRACK) == pytest.approx(expected)
 
 
+def test_the_flexion_of_a_limb_that_points_sideways_is_left_out():
+    joints = JOINTS[:1].copy()
+    shoulder = joints[0, JOINT_INDEX["right_shoulder"]]
+    sideways = shoulder - joints[0, JOINT_INDEX["left_shoulder"]]
+    joints[0, JOINT_INDEX["right_elbow"]] = shoulder + sideways
+    track = BodyTrack(stamps_ns=np.zeros(1, np.int64), joints=joints)
+
+    assert np.isnan(curve("Right shoulder flexion", track)).all()
+    assert np.isfinite(curve("Right shoulder abduction", track)).all()
+
+
 def test_every_offered_curve_can_be_drawn():
     names = ("pelvis_x",) * 6 + ("waist_flexion",)
     track = BodyTrack(

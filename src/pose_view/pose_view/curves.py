@@ -3,6 +3,7 @@
 Pitch and yaw are those of zhang2015's figures 8 and 9, in map, alike for every source
 (:mod:`pose_fusion.evaluation.limb_attitude`). Yaw is shown from 0° to 360°: 180° is towards the
 first camera, where people's arms mostly point, and the curve breaks where it passes away from it.
+The flexion of a limb that points sideways says nothing and is left out (docs/conventions.md).
 """
 
 from collections.abc import Sequence
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES, joint_angles, unwrapped
+from pose_fusion.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles
 from pose_fusion.body.model import ROOT_DOF
 from pose_fusion.evaluation.limb_attitude import LIMBS, limb_attitude
 from pose_fusion.streams.samples import FloatArray
@@ -19,6 +20,7 @@ from pose_view.snapshot import BodySnapshot
 
 SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))
 """The limbs, the right side first."""
+SIDEWAYS = np.radians(60.0)  # [rad] abduction
 HALF_TURN = 180.0  # [°]
 
 
@@ -58,8 +60,12 @@ def curve(title: str, track: BodyTrack) -> FloatArray:
         if track.dof is None or name not in track.dof_names:
             return np.full(len(track.joints), np.nan)
         return np.degrees(track.dof[:, track.dof_names.index(name)])
-    values = joint_angles(track.joints)[title.lower().replace(" ", "_")]
-    return np.degrees(unwrapped(values))
+    name = title.lower().replace(" ", "_")
+    angles = joint_angles(track.joints)
+    values = np.degrees(angles[name])
+    if name in ABDUCTION_OF:
+        values[np.abs(angles[ABDUCTION_OF[name]]) > SIDEWAYS] = np.nan
+    return values
 
 
 def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float) -> FloatArray:
@@ -67,7 +73,7 @@ def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float)
 
     Args:
         times: Of the values [s], ascending, shape (n,).
-        values: Shape (n,); a step of more than 180 between two is one from 0 to 360.
+        values: Angles [°], shape (n,); a step of more than 180° is one across the end of a circle.
         grid: Times wanted [s], shape (m,).
         gap: Longest distance of two values between which to interpolate [s].
     """

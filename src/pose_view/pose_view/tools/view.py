@@ -36,7 +36,7 @@ def view(words: Sequence[str]) -> int:
         run_viewer(from_arguments(ViewParameters, options))
     parameters = from_arguments(ViewParameters, options)
     recorded = _read(options.bag, parameters, alone=options.alone)
-    viewer = Viewer(parameters, recording=(options.bag, recorded.duration_s))
+    viewer = Viewer(parameters, recorded=recorded)
     print(f"showing {options.bag} on {viewer.server.address} (Ctrl-C ends it)", flush=True)
     try:
         _play(viewer, recorded, parameters.rate)

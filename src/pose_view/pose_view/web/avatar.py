@@ -73,6 +73,7 @@ class Avatar:
         """Move it to where a snapshot says."""
         if not np.isfinite(body.joints).all():
             return
+        imus = imus if self._place.wears_imus else ()
         if self._body.add(body.joints) or (self._parts and imus != self._imus):
             self._imus = imus
             self._draw()

@@ -12,6 +12,7 @@ class Place:
     title: str
     skin: tuple[int, int, int]  # of its surface, 0 to 255
     line: str  # of its curves, for CSS
+    wears_imus: bool = True
 
 
 def places_of(bodies: Sequence[str]) -> tuple[Place, ...]:
@@ -20,7 +21,13 @@ def places_of(bodies: Sequence[str]) -> tuple[Place, ...]:
     for body in bodies:
         kind = body.rpartition("_")[2]
         if kind == "kinect":
-            place = Place(body=body, title="Kinects alone", skin=(146, 170, 198), line="#3f73ab")
+            place = Place(
+                body=body,
+                title="Kinects alone",
+                skin=(146, 170, 198),
+                line="#3f73ab",
+                wears_imus=False,
+            )
         elif kind == "imu":
             place = Place(body=body, title="IMUs alone", skin=(156, 190, 164), line="#2f8f5b")
         else:

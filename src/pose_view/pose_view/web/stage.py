@@ -1,7 +1,7 @@
 """The scene: avatars side by side, the sensors where they stand, what they saw as ghosts."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from viser import CameraHandle, ClientHandle, LineSegmentsHandle
@@ -53,10 +53,12 @@ class Stage:
     Args:
         server: Where it is shown.
         places: From left to right; the middle one stands where it is in map.
-        absent: What is said of a body that has not been seen.
+        absent: What is said of a body, by its id, that has not been seen.
     """
 
-    def __init__(self, server: LocalServer, places: Sequence[Place], absent: str) -> None:
+    def __init__(
+        self, server: LocalServer, places: Sequence[Place], absent: Mapping[str, str]
+    ) -> None:
         self._server = server
         scene = server.scene
         scene.set_up_direction("+z")
@@ -76,7 +78,11 @@ class Stage:
         middle = (len(places) - 1) / 2.0
         self.avatars = {
             place.body: Avatar(
-                scene, place, (0.0, SPACING * (middle - index), 0.0), EXPECTED_AT, absent
+                scene,
+                place,
+                (0.0, SPACING * (middle - index), 0.0),
+                EXPECTED_AT,
+                absent[place.body],
             )
             for index, place in enumerate(places)
         }

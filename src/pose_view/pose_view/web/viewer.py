@@ -1,11 +1,11 @@
 """The page: the scene, the panels beside it, and how often they are brought up to date."""
 
 import time
-from pathlib import Path
 
 import viser
 
 from pose_view.parameters import ViewParameters
+from pose_view.recorded import Recorded
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.legend import legend_html
@@ -25,7 +25,7 @@ class Viewer:
     Args:
         parameters: Address, bodies, rates.
         commands: What the buttons of a live graph do; None without one.
-        recording: Path and duration [s] of a recording; None without one.
+        recorded: The recording; None without one.
     """
 
     def __init__(
@@ -33,24 +33,28 @@ class Viewer:
         parameters: ViewParameters,
         *,
         commands: GraphCommands | None = None,
-        recording: tuple[Path, float] | None = None,
+        recorded: Recorded | None = None,
     ) -> None:
         self.server = LocalServer(parameters.host, parameters.port, "Pose fusion")
         self.places = places_of(parameters.bodies)
-        absent = "nothing yet" if recording is None else "not in the recording"
+        is_recorded = (lambda _: True) if recorded is None else recorded.bodies.__contains__
+        absent = {
+            place.body: "nothing yet" if is_recorded(place.body) else "not recorded"
+            for place in self.places
+        }
         self.stage = Stage(self.server, self.places, absent)
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.main_panel.dock_left()
         gui.main_panel.set_width(CONTROL_WIDTH)
         self.playback = self.graph = None
-        if recording is not None:
-            self.playback = PlaybackPanel(self.server, *recording)
+        if recorded is not None:
+            self.playback = PlaybackPanel(self.server, recorded.path, recorded.duration_s)
         if commands is not None:
             self.graph = GraphPanel(self.server, commands)
         gui.add_html(legend_html())
         self._add_choices()
-        label = "time before now [s]" if recording is None else "time [s]"
+        label = "time before now [s]" if recorded is None else "time [s]"
         self.plots = PlotPanel(self.server, self.places, parameters.plot_span, label)
         self._plotted_s = 0.0
 

@@ -1,0 +1,133 @@
+"""The viewer node: what it subscribes to, when; what its buttons ask the graph for."""
+
+import pytest
+import viser
+from rcl_interfaces.srv import SetParameters
+from std_srvs.srv import Trigger
+from viewed_bag import moving_joints, skeleton_message
+from websockets.sync.client import connect
+
+from pose_fusion.conversions import to_header
+from pose_view.nodes.viewer import ViewerNode
+
+
+@pytest.fixture
+def viewer(ros_context):
+    from rclpy.parameter import Parameter
+
+    return ros_context.add(ViewerNode(parameter_overrides=[Parameter("port", value=0)]))
+
+
+@pytest.fixture
+def visitor(viewer, monkeypatch):
+    """Somebody who looks, without a browser: what counts is that there is one."""
+    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+
+
+def subscriptions(viewer):
+    return {s.topic_name for s in viewer.subscriptions}
+
+
+def test_without_a_browser_it_subscribes_to_nothing(viewer, spin_until):
+    seen = []
+    viewer.create_timer(0.1, lambda: seen.append(subscriptions(viewer)))
+    spin_until(lambda: len(seen) > 5)
+
+    assert not any("/humans" in topic or "kinect" in topic for topics in seen for topic in topics)
+
+
+def test_it_looks_while_a_browser_is_open_and_no_longer(viewer, spin_until, monkeypatch):
+    monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
+    wanted = {
+        "/humans/bodies/subject/skeleton",
+        "/humans/bodies/subject_imu/estimate",
+        "/kinect_left/skeletons",
+        "/tf_static",
+        "/diagnostics",
+    }
+    spin_until(lambda: wanted <= subscriptions(viewer))
+    assert not any(topic.startswith("/imu_") for topic in subscriptions(viewer))
+
+    monkeypatch.setattr(type(viewer.viewer), "has_visitors", False)
+    spin_until(lambda: not wanted & subscriptions(viewer))
+
+
+def test_a_body_that_is_published_is_drawn(ros_context, viewer, visitor, spin_until):
+    from pose_msgs.msg import Skeleton
+
+    publisher = ros_context.make_node().create_publisher(
+        Skeleton, "/humans/bodies/subject/skeleton", 10
+    )
+    joints = moving_joints(3.0)
+    scene = viewer.viewer.server.scene
+    count = 0
+
+    def drawn():
+        nonlocal count
+        message = skeleton_message(joints[count % len(joints)], to_header(count * 33_000_000), "")
+        publisher.publish(message)
+        count += 1
+        return scene.get_handle_by_name("/bodies/subject/left_forearm")
+
+    spin_until(drawn)
+    before = tuple(drawn().position)
+    spin_until(lambda: tuple(drawn().position) != before)
+
+
+def test_buttons_call_the_services_of_the_graph(ros_context, viewer, spin_until):
+    calls = []
+    node = ros_context.make_node()
+
+    def answer(name, request, response):
+        calls.append(name)
+        response.success = True
+        return response
+
+    for name in ("calibration/calibrate", "recorder/start", "recorder/stop"):
+        node.create_service(Trigger, name, lambda q, r, name=name: answer(name, q, r))
+    spin_until(lambda: all(c.service_is_ready() for c in viewer._triggers.values()))
+    viewer.calibrate()
+    viewer.record(True)
+    viewer.record(False)
+
+    spin_until(lambda: len(calls) == 3)
+    assert calls == ["calibration/calibrate", "recorder/start", "recorder/stop"]
+
+
+def test_choosing_a_person_sets_it_at_every_node_that_follows_one(ros_context, viewer, spin_until):
+    chosen = {}
+    node = ros_context.make_node()
+
+    def on_set(name, request, response):
+        from rcl_interfaces.msg import SetParametersResult
+
+        chosen[name] = request.parameters[0].value.string_value
+        response.results = [SetParametersResult(successful=True)]
+        return response
+
+    for name in ("fusion", "calibration"):
+        node.create_service(
+            SetParameters, f"{name}/set_parameters", lambda q, r, name=name: on_set(name, q, r)
+        )
+    ready = [viewer._setters[name] for name in ("fusion", "calibration")]
+    spin_until(lambda: all(client.service_is_ready() for client in ready))
+    viewer.choose_person("7")
+
+    spin_until(lambda: len(chosen) == 2)
+    assert chosen == {"fusion": "7", "calibration": "7"}
+    spin_until(lambda: "following person 7" in viewer.viewer.graph._answer.content)
+
+
+def test_a_missing_recorder_is_said_in_words(viewer, spin_until):
+    viewer.record(True)
+
+    spin_until(lambda: "nobody offers recorder/start" in viewer.viewer.graph._answer.content)
+
+
+def test_a_browser_that_leaves_is_forgotten(viewer, spin_until):
+    address = viewer.viewer.server.address.replace("http", "ws")
+    with connect(address, subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as browser:
+        browser.recv(timeout=5)
+        server = viewer.viewer.server._websock_server
+        assert len(server._live_connections) == 1
+    spin_until(lambda: not server._live_connections)
