@@ -88,54 +88,27 @@ def read_recording(
     Raises:
         InputError: If a method is asked for that there is not, or nothing is seen.
     """
-    own = methods_of_bag(bag, wanted.person, wanted.body)
-    sensors = tuple(sensor_topics(bag))
     segments = tuple(imu_topics(bag))
-    setups = known_setups(has_imus=bool(segments))
-    _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
-    notes: list[str] = []
-    placed: dict[str, FloatArray] = {}
-    methods = {name: own[name] for name in sensors}
-    runs: dict[str, MethodRun] = {}
-    try:
-        extrinsics = find_extrinsics(bag, sensors)
-        placed = {name: extrinsics.T_map_sensor(name) for name in sensors}
-    except PoseError as error:
-        notes.append(f"The sensors' places are unknown ({error}): no method joins them.")
-    else:
-        if len(sensors) > 1:
-            methods[MEAN] = own.get(MEAN) or mean_series(methods, placed)
-        chosen = [s for s in setups if not wanted.methods or s.name in wanted.methods]
-        runs = _run(bag, wanted, chosen, extrinsics, progress)
-    methods |= {name: run.series for name, run in runs.items()}
-    if FUSED in own:
-        methods[FUSED] = own[FUSED]
-    for name in [name for name, series in methods.items() if len(series) < 2]:
-        notes.append(f"{name} gave no pose, and is left out.")
-        del methods[name]
-    shown = _shown(methods, wanted)
-    estimates = {name: run.estimates for name, run in runs.items() if name in shown}
-    if FUSED in shown:
-        estimates[FUSED] = read_estimates(bag, wanted.body)
-    whole = _span(shown)
-    shown = _cut(shown, wanted, whole[0])
-    begin_ns, end_ns = _span(shown)
+    estimated = _estimate(bag, wanted, bool(segments), find_extrinsics, progress)
+    whole = _span(estimated.methods)
+    methods = _cut(estimated.methods, wanted, whole[0])
+    begin_ns, end_ns = _span(methods)
     return Recording(
         name=wanted.name,
         begin_ns=begin_ns,
         duration_s=(end_ns - begin_ns) * 1e-9,
         comment=comment_of(bag),
-        sensors=tuple(name for name in sensors if name in shown),
+        sensors=tuple(name for name in sensor_topics(bag) if name in methods),
         segments=segments,
-        T_map_sensor=placed,
-        methods=shown,
+        T_map_sensor=estimated.T_map_sensor,
+        methods=methods,
         estimates={
             name: _cut_estimates(each, begin_ns, end_ns)
-            for name, each in estimates.items()
-            if name in shown and len(each.stamps_ns)
+            for name, each in estimated.estimates.items()
+            if name in methods and len(each.stamps_ns)
         },
-        focus=wanted.focus if wanted.focus in shown else preferred(list(shown)),
-        notes=(*notes, *_cut_note(whole, (begin_ns, end_ns))),
+        focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
+        notes=(*estimated.notes, *_cut_note(whole, (begin_ns, end_ns))),
     )
 
 
@@ -152,6 +125,52 @@ def comment_of(bag: BagReader) -> str:
                 if pair.key == COMMENT_KEY and pair.value:
                     return str(pair.value)
     return ""
+
+
+@dataclass(kw_only=True)
+class _Estimated:
+    """What a whole bag gives, before a stretch of it is chosen."""
+
+    methods: dict[str, SkeletonSeries]
+    estimates: dict[str, EstimateSeries] = field(default_factory=dict)
+    T_map_sensor: dict[str, FloatArray] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def _estimate(
+    bag: BagReader,
+    wanted: Wanted,
+    has_imus: bool,
+    find_extrinsics: FindExtrinsics,
+    progress: Callable[[float], None],
+) -> _Estimated:
+    """All methods: the sensors, their mean, the estimators, the bag's own result."""
+    own = methods_of_bag(bag, wanted.person, wanted.body)
+    sensors = tuple(sensor_topics(bag))
+    setups = known_setups(has_imus=has_imus)
+    _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
+    result = _Estimated(methods={name: own[name] for name in sensors})
+    try:
+        extrinsics = find_extrinsics(bag, sensors)
+    except PoseError as error:
+        text = f"The sensors' places are unknown ({error}): no method joins them."
+        result.notes.append(text)
+    else:
+        result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
+        if len(sensors) > 1:
+            mean = own.get(MEAN) or mean_series(result.methods, result.T_map_sensor)
+            result.methods[MEAN] = mean
+        chosen = [s for s in setups if not wanted.methods or s.name in wanted.methods]
+        for name, run in _run(bag, wanted, chosen, extrinsics, progress).items():
+            result.methods[name], result.estimates[name] = run.series, run.estimates
+    if FUSED in own:
+        result.methods[FUSED] = own[FUSED]
+        result.estimates[FUSED] = read_estimates(bag, wanted.body)
+    for name in [name for name, series in result.methods.items() if len(series) < 2]:
+        result.notes.append(f"{name} gave no pose, and is left out.")
+        del result.methods[name]
+    result.methods = _shown(result.methods, wanted)
+    return result
 
 
 def _run(

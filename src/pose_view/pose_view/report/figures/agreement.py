@@ -23,7 +23,7 @@ from pose_view.report.figures.canvas import (
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
 from pose_view.report.tables.accuracy import spoken_method
-from pose_view.report.tables.table import spoken
+from pose_view.report.tables.table import number, spoken
 
 MOST_DOTS = 400  # of a plot: more make it heavy, not clearer
 SOURCE_COLOURS = {
@@ -53,28 +53,31 @@ def bland_altman_figures(analysis: Analysis, compared: Compared) -> FigureSet:
         low, high = score.limits_of_agreement_deg
         with plot() as (figure, (axes,)):
             _dots(axes, np.degrees(mean[keep]), np.degrees(difference[keep]))
-            for value, dashes, name in (
-                (score.bias_deg, "-", "bias"),
-                (low, "--", "−1.96 SD"),
-                (high, "--", "+1.96 SD"),
-            ):
-                if np.isfinite(value):
-                    axes.axhline(value, color="#D55E00", linewidth=1.1, linestyle=dashes)
-                    axes.annotate(
-                        f"{name} {value:+.1f}°".replace("-", "−"),
-                        (1.0, value),
-                        xycoords=("axes fraction", "data"),
-                        xytext=(-2, 2),
-                        textcoords="offset points",
-                        ha="right",
-                        fontsize=8,
-                        color="#a34700",
-                        bbox={"color": "white", "alpha": 0.75, "pad": 0.5, "linewidth": 0.0},
-                    )
+            _level(axes, score.bias_deg, "-", "bias")
+            _level(axes, low, "--", "−1.96 SD")
+            _level(axes, high, "--", "+1.96 SD")
             axes.set(xlabel="mean of both [deg]", ylabel="difference [deg]")
             title = spoken(angle)
             pictures.append(Picture(title=title, svg=svg(figure, f"Bland–Altman plot of {title}")))
     return FigureSet(caption=f"Bland–Altman: {spoken_method(focus)} − reference", pictures=pictures)
+
+
+def _level(axes: Axes, value: float, dashes: str, name: str) -> None:
+    """A horizontal line with its name and value [deg]."""
+    if not np.isfinite(value):
+        return
+    axes.axhline(value, color="#D55E00", linewidth=1.1, linestyle=dashes)
+    axes.annotate(
+        f"{name} {number(value, 1, sign=True)}°",
+        (1.0, value),
+        xycoords=("axes fraction", "data"),
+        xytext=(-2, 2),
+        textcoords="offset points",
+        ha="right",
+        fontsize=8,
+        color="#a34700",
+        bbox={"color": "white", "alpha": 0.75, "pad": 0.5, "linewidth": 0.0},
+    )
 
 
 def _dots(axes: Axes, x: FloatArray, y: FloatArray) -> None:
@@ -103,14 +106,16 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
             for factor, alpha in ((2.0, 0.18), (1.0, 0.28)):
                 at, low, high = _band(times, values, factor * sigma)
                 axes.fill_between(at, low, high, color=style["color"], alpha=alpha, linewidth=0)
+            shown = [values]
             line(axes, "band", times, values, {"color": style["color"], "linewidth": 1.0})
             if REFERENCE in analysis.angles:
                 known = analysis.angles[REFERENCE]
                 at = seconds(known.stamps_ns, recording.begin_ns)
                 expected = without_wraps(np.degrees(known.angles[angle]))
                 line(axes, "truth", at, expected, {"color": "#000000", "linewidth": 1.0})
+                shown = [values, expected]
             axes.set(xlabel="time [s]", ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
-            axes.set_ylim(*_window(values, sigma))
+            axes.set_ylim(*_window(np.concatenate(shown), sigma))
             title = spoken(angle)
             pictures.append(Picture(title=title, svg=svg(figure, f"uncertainty of {title}")))
     return FigureSet(caption=f"{spoken_method(method)} with its own uncertainty", pictures=pictures)
@@ -128,11 +133,10 @@ def _band(
 
 def _window(values: FloatArray, sigma: FloatArray) -> tuple[float, float]:
     """Limits [deg] that a short burst of uncertainty does not set."""
-    known = np.isfinite(values) & np.isfinite(sigma)
-    if not known.any():
+    if not np.isfinite(values).any() or not np.isfinite(sigma).any():
         return -1.0, 1.0
-    margin = 2.5 * float(np.median(sigma[known])) + 5.0
-    return float(values[known].min()) - margin, float(values[known].max()) + margin
+    margin = 2.5 * float(np.nanmedian(sigma)) + 5.0
+    return float(np.nanmin(values)) - margin, float(np.nanmax(values)) + margin
 
 
 def source_figure(analysis: Analysis, method: str) -> FigureSet:

@@ -46,11 +46,11 @@ STYLE: Any = {
 COLOURS = {
     REFERENCE: "#000000",
     "fused": "#D55E00",
-    "mean": "#CC79A7",
+    "mean": "#8C8C8C",
     "joint_kf": "#E69F00",
     "dof_kf": "#999933",
     "li2020": "#0072B2",
-    "default": "#882255",
+    "default": "#AA1166",
     "imu": "#117733",
 }
 SENSOR_COLOURS = ("#56B4E9", "#009E73", "#BBAA00", "#6699CC")
