@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from imu_bridge.segments import read_nodes
+from imu_bridge.devices import PortConfig, read_devices
 from pose_common.errors import InputError, ParameterError
 from pose_common.parameters import from_mapping, parameter, values_from_ros_yaml
 
@@ -32,4 +32,4 @@ def test_a_key_that_is_a_list_is_refused(tmp_path):
     path = tmp_path / "nodes.yaml"
     path.write_text("nodes: {? [1, 2] : torso}")
     with pytest.raises(InputError, match="cannot be a key"):
-        read_nodes(path)
+        read_devices(path, PortConfig(name="sink"))

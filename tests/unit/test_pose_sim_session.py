@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import yaml
 
-from imu_bridge.segments import read_nodes
+from imu_bridge.devices import PortConfig, read_devices
 from kinect_bridge.formats import plain_csv
 from pose_common.bags import open_bag
 from pose_common.errors import InputError, ParameterError, PoseError
@@ -103,7 +103,7 @@ def test_the_facing_sensor_is_the_first_of_the_recording(seed):
 
 
 def test_imu_bridge_reads_the_nodes_file(folder):
-    nodes = read_nodes(folder / "imu_nodes.yaml")
+    nodes = read_devices(folder / "imu_nodes.yaml", PortConfig(name="sink")).nodes
     assert {node.node_id: node.segment for node in nodes} == NODES
 
 
