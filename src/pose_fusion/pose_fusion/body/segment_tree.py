@@ -126,3 +126,8 @@ def twist(R_parent_link: FloatArray) -> tuple[float, float]:
     w = 0.5 * np.sqrt(max(0.0, 1.0 + R[0, 0] + R[1, 1] + R[2, 2]))
     z = (R[1, 0] - R[0, 1]) / (4.0 * w) if w > 1e-6 else 1.0
     return 2.0 * float(np.arctan2(z, w)), float(min(1.0, w * w + z * z))
+
+
+def without_side(link: str) -> str:
+    """The kind of a link: its name without left or right."""
+    return link.removeprefix("left_").removeprefix("right_")

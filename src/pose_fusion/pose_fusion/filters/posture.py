@@ -4,13 +4,14 @@ Each is a soft measurement of the links' relative rotation. They are weak, and r
 frame: their variances are those of one look, multiplied by the frames that count as one.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_fusion.body.kinematics import skew
-from pose_fusion.body.segment_tree import SegmentTree, flexion, twist
+from pose_fusion.body.segment_tree import SegmentTree, flexion, twist, without_side
 from pose_fusion.filters.segment_state import Layout
 from pose_fusion.streams.samples import FloatArray
 
@@ -24,9 +25,10 @@ class PosturePrior:
     hinge_stddev: float = 0.21  # [rad] of elbows and knees out of their plane
     hinge_frames: float = 3.0  # [-] that count as one look
     limit_stddev: float = 0.0335  # [rad] of a hinge bent the wrong way
-    twist_stddev: float = 0.5  # [rad] of an upper limb about itself
+    twist_stddev: Mapping[str, float] = field(  # [rad] of a link about itself, by its kind
+        default_factory=lambda: {"upper_arm": 0.5, "thigh": 0.5, "head": 0.26}
+    )
     twist_frames: float = 49.0
-    head_stddev: float = 0.26  # [rad] of the head about itself
     waist_stddev: tuple[float, float, float] = (0.26, 0.44, 0.44)  # [rad] about x, y, z
     waist_frames: float = 121.0
 
@@ -55,8 +57,7 @@ class Posture:
         self._prior = prior
         names = tree.model.link_names
         self._twist_variance = {
-            link: (prior.head_stddev if names[link] == "head" else prior.twist_stddev) ** 2
-            * prior.twist_frames
+            link: prior.twist_stddev[without_side(names[link])] ** 2 * prior.twist_frames
             for link in tree.turning
         }
 

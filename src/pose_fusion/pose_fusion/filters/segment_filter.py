@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_common.joints import TrackingState
 from pose_fusion.body.kinematics import rotation_from_vector, skew
-from pose_fusion.body.segment_tree import SegmentTree, flexion
+from pose_fusion.body.segment_tree import SegmentTree, flexion, without_side
 from pose_fusion.filters.posture import Posture, PosturePrior
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.tracker_model import (
@@ -34,6 +34,7 @@ from pose_fusion.streams.samples import FloatArray
 FRAME_PERIOD_S = 1.0 / 30.0  # for which accelerations are meant as white
 WRONG_BEND = np.radians(-35.0)  # a hinge bent further the wrong way is a limb turned by half a turn
 LARGEST_STDDEV = np.radians(60.0)  # an unseen turn grows no further
+REOPENED_RATE_STDDEV = 1.0  # [rad/s]
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 
 
@@ -41,16 +42,16 @@ HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 class MotionPrior:
     """How people move; docs/algorithm.md says where each number comes from."""
 
-    root_acceleration: float = 4.9  # [m/s²]
+    root_acceleration: float = 6.6  # [m/s²]
     acceleration: dict[str, float] = field(  # [rad/s²] by link, without its side
         default_factory=lambda: {
             "pelvis": 5.4,
             "trunk": 20.0,
             "head": 22.0,
-            "upper_arm": 18.5,
-            "forearm": 52.0,
-            "thigh": 16.4,
-            "shank": 24.6,
+            "upper_arm": 30.0,
+            "forearm": 36.0,
+            "thigh": 19.0,
+            "shank": 28.0,
         }
     )
     carried: dict[str, float] = field(  # [-] share of the parent's acceleration that a link takes
@@ -59,9 +60,9 @@ class MotionPrior:
             "trunk": 0.5,
             "head": 0.0,
             "upper_arm": 0.1,
-            "forearm": 0.45,
-            "thigh": 0.5,
-            "shank": 0.2,
+            "forearm": 0.9,
+            "thigh": 0.6,
+            "shank": 0.13,
         }
     )
     rate_memory: float = 0.2  # [s] in which rates die away
@@ -192,6 +193,17 @@ class SegmentFilter:
             scale = np.ones(len(P))
             scale[index] = np.minimum(1.0, LARGEST_STDDEV / stddev)
             P *= np.outer(scale, scale)
+
+    def reopen(self, links: Sequence[int]) -> None:
+        """Forget what is known of some links' rotations: they are elsewhere."""
+        P = self._known_state().covariance
+        for link in links:
+            for where, stddev in (
+                (self.layout.rotation(link), LARGEST_STDDEV),
+                (self.layout.rate(link), REOPENED_RATE_STDDEV),
+            ):
+                P[where], P[:, where] = 0.0, 0.0
+                P[where, where] = stddev**2 * np.eye(3)
 
     def joints(self) -> FloatArray:
         """Joint positions [m] in map, shape (15, 3), with the shoulders' slides."""
@@ -340,7 +352,7 @@ class SegmentFilter:
     def _acceleration_power(self) -> FloatArray:
         """Power of the white accelerations, shape (moving size, moving size)."""
         motion, links = self._motion, self.layout.links
-        kinds = [_without_side(name) for name in self.tree.model.link_names]
+        kinds = [without_side(name) for name in self.tree.model.link_names]
         own = np.array([motion.acceleration[kind] for kind in kinds])
         path = np.eye(links)
         for link, parent in enumerate(self.tree.parents):
@@ -363,7 +375,3 @@ def _about_up(R_map_root: FloatArray) -> FloatArray:
     length = max(float(np.hypot(x, y)), 1e-9)
     c, s = x / length, y / length
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _without_side(link: str) -> str:
-    return link.removeprefix("left_").removeprefix("right_")

@@ -34,18 +34,18 @@ class TrackerNoise:
     """Numbers of the model; docs/algorithm.md says where each comes from."""
 
     stddev: float = 0.02  # [m] of a tracked joint, in every direction
-    depth_stddev: float = 0.01  # [m] more along the line of sight
+    depth_stddev: float = 0.008  # [m] more along the line of sight
     moving_stddev: float = 0.02  # [m] more at 1 m/s, in every direction
-    lag_stddev: float = 0.0164  # [s] more along the velocity
-    foreshortened_stddev: float = 0.02  # [m] more where the limb points at the camera
+    lag_stddev: float = 0.0245  # [s] more along the velocity
+    foreshortened_stddev: float = 0.03  # [m] more where the limb points at the camera
     inferred_factor: float = 3.66  # [-] how much worse an inferred joint is
-    correlation_factor: float = 2.98  # [-] errors are slow: many samples count as one
-    student_dof: float = 8.9  # [-] of Student's t
+    correlation_factor: float = 2.44  # [-] errors are slow: many samples count as one
+    student_dof: float = 13.3  # [-] of Student's t
     inertia: float = 0.6  # [-] a_max
     quick: float = 1.31  # [m/s] v_q
     inertia_foreshortened: float = 0.5  # [-] c_f
-    inertia_inferred: float = 0.17  # [-] c_h
-    memory: float = 1.41  # [s] time constant of m
+    inertia_inferred: float = 0.11  # [-] c_h
+    memory: float = 1.15  # [s] time constant of m
 
 
 def foreshortening(joints: FloatArray, rays: FloatArray) -> FloatArray:

@@ -52,12 +52,19 @@ class FusionParameters(Li2020Parameters):
     imu_wait: float = parameter(
         0.1, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
     )
+    forget_after: float = parameter(
+        1.0,
+        unit="s",
+        low=0.1,
+        high=60.0,
+        doc="silence of all sensors after which the default estimator looks anew",
+    )
     tracker_delay: float = parameter(
-        0.0,
+        0.06,
         unit="s",
         low=0.0,
         high=0.2,
-        doc="how late the Kinects' joints are against their stamps",
+        doc="how late the Kinects' joints are against their stamps, where IMUs are worn",
     )
     kinect_joint_stddev: float = parameter(
         0.03,

@@ -30,6 +30,7 @@ from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeA
 
 NS_PER_S = 1_000_000_000
 LONGEST_WAIT_NS = 30 * NS_PER_S  # what came earlier, before the extrinsics, is forgotten
+CAMERAS_SILENT_NS = NS_PER_S // 20  # after which the IMUs alone give a frame
 LATEST_NS = NS_PER_S // 20  # sensors that are this far apart still show the same pose
 COUNTERS = (
     "skeletons",
@@ -80,6 +81,7 @@ class FusionPipeline:
         self._pending: deque[AlignedFrame] = deque()
         self._waiting: deque[SkeletonSample | ImuSample] = deque()
         self._newest_ns = 0
+        self._newest_frame_ns = 0
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -154,7 +156,7 @@ class FusionPipeline:
         offsets_ns = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
         stamp_ns = sample.stamp_ns - offsets_ns.get(sample.sensor, 0)
         self._note_time(stamp_ns)
-        self._pending.append(AlignedFrame(stamp_ns=stamp_ns, samples={sample.sensor: sample}))
+        self._await(AlignedFrame(stamp_ns=stamp_ns, samples={sample.sensor: sample}))
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
@@ -164,6 +166,15 @@ class FusionPipeline:
             self.counters.add("imu_samples_out_of_order")
             return
         self._note_time(sample.stamp_ns)
+        if self._estimator_class.NEEDS_ALIGNED_FRAMES:
+            return
+        if sample.stamp_ns - self._newest_frame_ns > CAMERAS_SILENT_NS:
+            self._await(AlignedFrame(stamp_ns=sample.stamp_ns, samples={}))
+
+    def _await(self, frame: AlignedFrame) -> None:
+        """Put a frame, of one sensor or of none, into the queue."""
+        self._newest_frame_ns = frame.stamp_ns
+        self._pending.append(frame)
 
     def _note_time(self, stamp_ns: int) -> None:
         is_set_back = stamp_ns < self._newest_ns - JUMP_BACK_NS  # a recording that loops

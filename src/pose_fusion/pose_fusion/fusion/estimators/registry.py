@@ -19,6 +19,7 @@ ESTIMATORS: dict[str, str] = {
     "mean": "raw.MeanOfSensors",
     "left": "raw.LeftSensor",
     "right": "raw.RightSensor",
+    "imu": "imu.ImuEstimator",
 }
 
 

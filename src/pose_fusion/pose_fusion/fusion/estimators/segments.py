@@ -7,15 +7,24 @@ import numpy as np
 
 from pose_common.counters import Counters
 from pose_common.joints import TrackingState
+from pose_fusion.body.hinge_plane import turned_into_hinge_planes
 from pose_fusion.body.inverse_kinematics import dof_from_positions
 from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import trunk_axes
-from pose_fusion.filters.segment_filter import CameraLook, LinkLook, SegmentFilter
+from pose_fusion.filters.segment_filter import (
+    CameraLook,
+    LinkLook,
+    SegmentFilter,
+    UpdateReport,
+)
+from pose_fusion.filters.segment_state import SegmentState
 from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.handover import Handover
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
+from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.alignment import SegmentReading
@@ -23,6 +32,7 @@ from pose_fusion.streams.samples import FloatArray
 
 NS_PER_S = 1_000_000_000
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
+JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 IMU_FRAMES = 10.0  # [-] an IMU's errors are slow: so many samples count as one
 GYRO_STDDEV = 0.05  # [rad/s] beside the segment's soft tissue
 
@@ -30,7 +40,16 @@ GYRO_STDDEV = 0.05  # [rad/s] beside the segment's soft tissue
 class SegmentEstimator(Estimator):
     """Feeds a :class:`SegmentFilter` and reads the degrees of freedom off it."""
 
-    COUNTERS = ("filter_starts", "frames_without_trunk", "frames_too_late", "limbs_turned_back")
+    COUNTERS = (
+        "filter_starts",
+        "filter_restarts_gap",
+        "filter_restarts_strayed",
+        "filter_restarts_numerical",
+        "frames_without_trunk",
+        "frames_too_late",
+        "limbs_reopened",
+        "limbs_turned_back",
+    )
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
 
@@ -42,30 +61,75 @@ class SegmentEstimator(Estimator):
         counters: Counters,
     ) -> None:
         super().__init__(model, shape, parameters, counters)
-        self._filter = SegmentFilter(SegmentTree(model, shape))
+        self._tree = SegmentTree(model, shape)
+        self._filter = SegmentFilter(self._tree)
         self._reader = PoseReader(model, shape)
+        self._handover = Handover()
+        self._lost = LostLimbs(model)
         self._stamp_ns = 0
 
     def update(self, observation: Observation) -> FusedPose | None:
         """Predict to the instant and take everything that is known of it."""
-        if self._filter.state is None and not self._start(observation):
-            return None
-        late_s = (self._stamp_ns - observation.stamp_ns) / NS_PER_S
-        if late_s > LATEST_S:
+        ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        if -JUMP_BACK_S < ahead_s < -LATEST_S:
             self.counters.add("frames_too_late")
             return None
-        if late_s < 0.0:
-            self._filter.predict(-late_s)
+        shown = self._filter.state
+        is_new = ahead_s <= -JUMP_BACK_S or ahead_s >= self.parameters.forget_after
+        if shown is not None and is_new and not observation.readings:
+            self.counters.add("filter_restarts_gap")
+            self._filter.state = None
+        if self._filter.state is None:
+            if not self._start(observation):
+                self._filter.state = shown
+                return None
+        elif ahead_s > 0.0:
+            self._filter.predict(ahead_s)
+        self._handover.predict(float(np.clip(ahead_s, 0.0, self.parameters.forget_after)))
+        self._stamp_ns = max(self._stamp_ns, observation.stamp_ns)
+        if ahead_s <= -JUMP_BACK_S:
             self._stamp_ns = observation.stamp_ns
-        delay_s = max(late_s, 0.0) + self.parameters.tracker_delay
-        report = self._filter.update(
-            self._camera_looks(observation, delay_s), self._imu_looks(observation.readings)
-        )
-        self.counters.add("limbs_turned_back", report.flipped)
+        report = self._correct(observation, max(-ahead_s, 0.0), shown)
         state = self._filter.state
-        if late_s > 0.0 or state is None:
+        if report is None or state is None or -JUMP_BACK_S < ahead_s < 0.0:
+            return None  # a late frame has been used; its instant has been told already
+        visible = self._handover.shown(state).copy()
+        visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
+        return self._reader.read(visible, report, _sensor_weight(observation))
+
+    def _correct(
+        self, observation: Observation, late_s: float, shown: SegmentState | None
+    ) -> UpdateReport | None:
+        """Update the filter; what went out before glides to it.
+
+        Args:
+            observation: What is seen.
+            late_s: How far before the filter's instant it was seen [s].
+            shown: The state that went out last, if the filter has just started anew.
+        """
+        state = self._filter.state
+        if state is None:
             return None
-        return self._reader.read(state, report, _sensor_weight(observation))
+        before = shown.copy() if shown is not None else None
+        imus = self._imu_looks(observation.readings)
+        # How late the trackers are matters where rates are known: by gyroscopes.
+        delay_s = late_s + (self.parameters.tracker_delay if imus else 0.0)
+        try:
+            report = self._filter.update(self._camera_looks(observation, delay_s), imus)
+        except np.linalg.LinAlgError:
+            self.counters.add("filter_restarts_numerical")
+            self._filter.state = None
+            return None
+        self.counters.add("limbs_turned_back", report.flipped)
+        lost = self._lost.check(observation.stamp_ns, report.distance)
+        if lost is None:
+            self.counters.add("filter_restarts_strayed")
+            self._start(observation)
+        elif lost:
+            self.counters.add("limbs_reopened")
+            self._filter.reopen(lost)
+        self._handover.follow(before, self._filter.state or state)
+        return report
 
     def _start(self, observation: Observation) -> bool:
         """Begin with the pose that the cameras' mean shows, if it shows the trunk."""
@@ -77,7 +141,6 @@ class SegmentEstimator(Estimator):
         kinematics = ForwardKinematics(self.model, self.shape.offsets, trunk_axes(mean))
         dof = dof_from_positions(self.model, mean)
         self._filter.start(kinematics.pose(dof).rotations, dof[:3])
-        self._stamp_ns = observation.stamp_ns
         return True
 
     def _camera_looks(self, observation: Observation, delay_s: float) -> list[CameraLook]:
