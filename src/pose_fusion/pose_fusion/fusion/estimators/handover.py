@@ -1,0 +1,84 @@
+"""A pose that never jumps: a large correction is taken over gradually.
+
+When a sensor comes back, a limb is found elsewhere or the filter starts anew, the state jumps. What
+goes out then keeps its place and glides to the state: the difference, beyond what any update may
+correct at once, decays.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_fusion.filters.segment_state import SegmentState
+from pose_fusion.streams.samples import FloatArray
+
+DECAY_S = 0.15  # [s] time constant of the glide
+LARGEST_TURN = np.radians(2.0)  # [rad] that one update may correct at once
+TURN_TIME_S = 0.03  # [s] of a link's own rate, by which that may be more
+LARGEST_SHIFT = 0.02  # [m] likewise, of the root
+SHIFT_TIME_S = 0.03  # [s] likewise, of its velocity
+NEGLIGIBLE_TURN = np.radians(0.05)
+NEGLIGIBLE_SHIFT = 0.0005  # [m]
+
+
+class Handover:
+    """Follows a filter's states without their jumps."""
+
+    def __init__(self) -> None:
+        self._turns: FloatArray | None = None  # (links, 3) [rad] in map: out = exp(turn) state
+        self._shift = np.zeros(3)  # [m]
+
+    def predict(self, dt_s: float) -> None:
+        """Glide on for ``dt_s`` [s]."""
+        keep = float(np.exp(-dt_s / DECAY_S))
+        if self._turns is not None:
+            self._turns = keep * self._turns
+        self._shift = keep * self._shift
+
+    def follow(self, before: SegmentState | None, after: SegmentState) -> None:
+        """Take up a correction.
+
+        Args:
+            before: The state as predicted, just before; None: nothing has gone out yet.
+            after: The corrected state of the same instant.
+        """
+        if before is None:
+            self._turns, self._shift = np.zeros((len(after.rotations), 3)), np.zeros(3)
+            return
+        turns = np.zeros((len(after.rotations), 3)) if self._turns is None else self._turns
+        shown = Rotation.from_rotvec(turns).as_matrix() @ before.rotations
+        # What would go out if nothing glided, against what went out.
+        missing = Rotation.from_matrix(shown @ np.swapaxes(after.rotations, 1, 2)).as_rotvec()
+        rate = np.linalg.norm(before.rates, axis=1, keepdims=True)
+        self._turns = _beyond(missing, turns, LARGEST_TURN + TURN_TIME_S * rate)
+        shift = before.position + self._shift - after.position
+        largest = LARGEST_SHIFT + SHIFT_TIME_S * np.linalg.norm(before.velocity)
+        self._shift = _beyond(shift[None], self._shift[None], largest)[0]
+
+    def shown(self, state: SegmentState) -> SegmentState:
+        """What goes out for a state."""
+        if self._turns is None or self._is_over():
+            return state
+        glided = state.copy()
+        glided.rotations = Rotation.from_rotvec(self._turns).as_matrix() @ state.rotations
+        glided.position = state.position + self._shift
+        return glided
+
+    def _is_over(self) -> bool:
+        turns = np.zeros(1) if self._turns is None else np.linalg.norm(self._turns, axis=1)
+        return bool(
+            np.all(turns < NEGLIGIBLE_TURN) and np.linalg.norm(self._shift) < NEGLIGIBLE_SHIFT
+        )
+
+
+def _beyond(missing: FloatArray, gliding: FloatArray, largest: float | FloatArray) -> FloatArray:
+    """What is to glide: all that was gliding, and of each new correction what is beyond a limit.
+
+    Args:
+        missing: Difference between what went out and the state, shape (n, 3).
+        gliding: Of that, what was gliding already, shape (n, 3).
+        largest: New correction that may show at once; a number or shape (n, 1).
+    """
+    correction = missing - gliding
+    size = np.linalg.norm(correction, axis=1, keepdims=True)
+    share = np.maximum(0.0, 1.0 - largest / np.maximum(size, 1e-12))
+    return np.asarray(gliding + share * correction)
