@@ -7,7 +7,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from pose_common.errors import ParameterError
-from pose_common.nodes.declaring import declare_parameters
+from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.parameters import parameter
 
 
@@ -40,3 +40,17 @@ def test_a_list_of_numbers_is_refused_where_names_are_expected(ros_context):
 def test_a_value_outside_its_range_is_refused(ros_context):
     with pytest.raises(ParameterError, match=r"rate \[Hz\]|rate = 0.5 Hz is outside|outside"):
         declare(ros_context, rate=0.5)
+
+
+def test_a_changeable_parameter_reaches_its_handler_checked(ros_context):
+    node = ros_context.add(Node("changing"))
+    declare_parameters(node, Parameters, changeable=("rate",))
+    heard = []
+    accept_changes(node, Parameters, {"rate": heard.append})
+
+    (good,) = node.set_parameters([Parameter("rate", value=60.0)])
+    (bad,) = node.set_parameters([Parameter("rate", value=600.0)])
+    (fixed,) = node.set_parameters([Parameter("names", value=["left"])])
+
+    assert (good.successful, bad.successful, fixed.successful) == (True, False, False)
+    assert heard == [60.0]

@@ -46,10 +46,10 @@ class FusionNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("fusion", **options)
-        self._parameters = declare_parameters(self, FusionParameters, changeable=("person",))
-        self._body_id = self._parameters.subject
-        self.pipeline = FusionPipeline(self._parameters)
-        self._selector = PersonSelector(self._parameters.person)
+        self._settings = declare_parameters(self, FusionParameters, changeable=("person",))
+        self._body_id = self._settings.subject
+        self.pipeline = FusionPipeline(self._settings)
+        self._selector = PersonSelector(self._settings.person)
         accept_changes(self, FusionParameters, {"person": self._selector.follow})
         self._counters = Counters(
             "malformed_skeletons",
@@ -71,7 +71,7 @@ class FusionNode(Node):
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
     def _load_files(self) -> None:
-        parameters, pipeline = self._parameters, self.pipeline
+        parameters, pipeline = self._settings, self.pipeline
         if parameters.extrinsics_file:
             path = Path(parameters.extrinsics_file)
             pipeline.place_sensors(load_extrinsics_of(path, parameters.sensors))
@@ -80,19 +80,19 @@ class FusionNode(Node):
             self._announce_shape()
 
     def _subscribe(self) -> None:
-        for sensor in self._parameters.sensors:
+        for sensor in self._settings.sensors:
             self.create_subscription(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
                 partial(self._on_skeletons, sensor),
                 SENSOR_QOS,
             )
-        if self._parameters.use_imus:
+        if self._settings.use_imus:
             for segment in SEGMENTS:
                 self.create_subscription(
                     Imu, f"imu_{segment}/data", partial(self._on_imu, segment), SENSOR_QOS
                 )
-        if not self._parameters.extrinsics_file:
+        if not self._settings.extrinsics_file:
             self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, LATCHED_QOS)
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
@@ -123,9 +123,9 @@ class FusionNode(Node):
             self._counters.add("malformed_transforms")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        if all(sensor in placed for sensor in self._parameters.sensors):
+        if all(sensor in placed for sensor in self._settings.sensors):
             extrinsics: Extrinsics = extrinsics_from_map(
-                {sensor: placed[sensor] for sensor in self._parameters.sensors}
+                {sensor: placed[sensor] for sensor in self._settings.sensors}
             )
             self.pipeline.place_sensors(extrinsics)
 
@@ -140,7 +140,7 @@ class FusionNode(Node):
 
     def _announce_shape(self) -> None:
         """Publish the person's tree, and save the measures, once they are known."""
-        shape, path = self.pipeline.shape, self._parameters.shape_file
+        shape, path = self.pipeline.shape, self._settings.shape_file
         if shape is None or shape is self._announced_shape:
             return
         self._announced_shape = shape
@@ -168,7 +168,7 @@ class FusionNode(Node):
             level=Level.OK if is_tracking and not has_idle_imus else Level.WARN,
             message=message,
             values={
-                "estimator": self._parameters.estimator,
+                "estimator": self._settings.estimator,
                 "latency_s": f"{self._latency_s:.4f}",
                 "imus": ", ".join(self.pipeline.imus.segments) or "none",
                 "imus_aligned": ", ".join(self.pipeline.imus.alignment.known_segments) or "none",

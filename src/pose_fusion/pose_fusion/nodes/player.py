@@ -41,17 +41,17 @@ class Player(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("player", **options)
-        self._parameters = declare_parameters(self, PlayerParameters)
-        if not self._parameters.bag:
+        self._settings = declare_parameters(self, PlayerParameters)
+        if not self._settings.bag:
             raise ParameterError("bag is not set: name the bag to play")
-        self._bag = open_bag(Path(self._parameters.bag))
-        topics = [self.resolve_topic_name(topic) for topic in self._parameters.topics]
-        self._playlist = Playlist(self._bag, topics, self._parameters.start_offset)
+        self._bag = open_bag(Path(self._settings.bag))
+        topics = [self.resolve_topic_name(topic) for topic in self._settings.topics]
+        self._playlist = Playlist(self._bag, topics, self._settings.start_offset)
         self._counters = Counters("played", "skipped_unknown_type")
         self._bag_publishers = self._make_publishers()
         self._finished = False
         self._deadline_ns = time.monotonic_ns() + round(
-            self._parameters.wait_for_subscribers * NS_PER_S
+            self._settings.wait_for_subscribers * NS_PER_S
         )
         self._playback: PlaybackClock | None = None  # None: still waiting for subscribers
         self.create_service(Trigger, "~/pause", self._on_pause)
@@ -110,12 +110,12 @@ class Player(Node):
         ]
         if missing and now_ns < self._deadline_ns:
             return False
-        if missing and self._parameters.wait_for_subscribers > 0.0:
+        if missing and self._settings.wait_for_subscribers > 0.0:
             self.get_logger().warning(f"playing without subscribers on {', '.join(missing)}")
         return True
 
     def _begin(self, now_ns: int) -> None:
-        parameters = self._parameters
+        parameters = self._settings
         self._publish(self._playlist.rewind())
         self._playback = PlaybackClock(
             self._playlist.start_ns,
@@ -131,7 +131,7 @@ class Player(Node):
 
     def _end(self, now_ns: int) -> None:
         assert self._playback is not None
-        if self._parameters.loop:
+        if self._settings.loop:
             self._publish(self._playlist.rewind())
             self._playback.jump(self._playlist.start_ns, now_ns)
             self._sleep(1)
@@ -139,7 +139,7 @@ class Player(Node):
         self._playback.pause(now_ns)
         self._finished = True
         self.get_logger().info(f"played {self._counters['played']} messages")
-        if not self._parameters.pause_at_end:
+        if not self._settings.pause_at_end:
             self._wait_for_acknowledgements()
             rclpy.try_shutdown(context=self.context)
 

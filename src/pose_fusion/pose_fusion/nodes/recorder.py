@@ -37,18 +37,18 @@ class Recorder(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("recorder", **options)
-        self._parameters = declare_parameters(self, RecorderParameters)
-        if not self._parameters.output:
+        self._settings = declare_parameters(self, RecorderParameters)
+        if not self._settings.output:
             raise ParameterError("output is not set: name the folder to make")
-        if self._parameters.all == bool(self._parameters.topics):
+        if self._settings.all == bool(self._settings.topics):
             raise ParameterError("set either topics, or all to true")
-        self._wanted = [self._resolved(topic) for topic in self._parameters.topics]
+        self._wanted = [self._resolved(topic) for topic in self._settings.topics]
         self._subscriptions_by_topic: dict[str, Subscription] = {}
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
         self._recording: Recording | None = None
-        if not self._parameters.start_paused:
-            self._begin(Path(self._parameters.output))
+        if not self._settings.start_paused:
+            self._begin(Path(self._settings.output))
         self.create_service(Trigger, "~/start", self._on_start)
         self.create_service(Trigger, "~/stop", self._on_stop)
         self.create_timer(DISCOVERY_PERIOD_S, self._discover)
@@ -60,8 +60,8 @@ class Recorder(Node):
     def _begin(self, path: Path) -> None:
         self._recording = Recording(
             path,
-            self._parameters.storage,
-            least_free=int(self._parameters.least_free_space * 1e6),
+            self._settings.storage,
+            least_free=int(self._settings.least_free_space * 1e6),
         )
         self._discover()
         self.get_logger().info(f"recording {', '.join(self._wanted) or 'every topic'} into {path}")
@@ -83,7 +83,7 @@ class Recorder(Node):
         if self._recording is not None:
             response.message = f"recording already, into {self._recording.path}"
             return response
-        path = free_path(Path(self._parameters.output))
+        path = free_path(Path(self._settings.output))
         try:
             self._begin(path)
         except InputError as error:
@@ -124,7 +124,7 @@ class Recorder(Node):
             offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
             if not offered:
                 continue
-            profile = qos.for_subscription(offered, self._parameters.depth)
+            profile = qos.for_subscription(offered, self._settings.depth)
             current = self._subscriptions_by_topic.get(topic)
             if current is None:
                 self._start_topic(topic, types, offered, profile)

@@ -48,7 +48,7 @@ class ViewerNode(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("viewer", **options)
-        self._parameters = parameters = declare_parameters(self, ViewParameters)
+        self._settings = parameters = declare_parameters(self, ViewParameters)
         self._tasks: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._looking: list[Subscription] = []
         self._shown_status_ns = 0
@@ -102,16 +102,16 @@ class ViewerNode(Node):
 
     def _new_graph(self) -> LiveGraph:
         titles = {place.body: place.title for place in self.viewer.places}
-        return LiveGraph(titles, self._parameters.sensors, self._parameters.plot_span)
+        return LiveGraph(titles, self._settings.sensors, self._settings.plot_span)
 
     def _look(self) -> None:
         """Subscribe to everything."""
         self._graph = graph = self._new_graph()
-        for body in self._parameters.bodies:
+        for body in self._settings.bodies:
             prefix = f"/humans/bodies/{body}"
             self._subscribe(Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body))
             self._subscribe(PoseEstimate, f"{prefix}/estimate", partial(graph.add_estimate, body))
-        for sensor in self._parameters.sensors:
+        for sensor in self._settings.sensors:
             self._subscribe(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
@@ -121,7 +121,7 @@ class ViewerNode(Node):
         self._subscribe(TFMessage, "/tf", graph.add_tf)
         self._subscribe(TFMessage, "/tf_static", graph.add_static_tf, latched(50))
         self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
-        self._pace(round(NS_PER_S / self._parameters.rate))
+        self._pace(round(NS_PER_S / self._settings.rate))
 
     def _look_away(self) -> None:
         """A closed browser costs nothing."""
