@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imu_bridge.parameters import ImuBridgeParameters
 from pose_bench.sessions import START_NS, SessionSpec, bench_session
 from pose_common.joints import JOINTS
 from pose_fusion.body.joint_angles import joint_angles
@@ -47,11 +48,13 @@ def test_skeletons_are_stamped_with_their_capture_but_for_the_latency_that_nobod
 
 def test_imu_orientations_follow_the_segments(session):
     clean = bench_session(replace(SPEC, level="clean"))
+    bridge = ImuBridgeParameters()
     late = [s for s in clean.imus if s.segment == "torso" and s.stamp_ns > START_NS + 3 * 10**9]
     for sample in late[::50]:
         assert isinstance(sample, ImuSample)
         assert np.linalg.norm(sample.orientation) == pytest.approx(1.0)
-        assert sample.orientation_stddev == pytest.approx((0.04, 0.04, 0.08))
+        inclination, heading = bridge.inclination_stddev, bridge.heading_stddev
+        assert sample.orientation_stddev == pytest.approx((inclination, inclination, heading))
 
 
 def test_the_same_session_gives_the_same_samples_with_and_without_the_cache(session, tmp_path):
