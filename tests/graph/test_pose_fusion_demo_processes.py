@@ -25,7 +25,7 @@ def synthetic(start_module_process, demo, tmp_path_factory):
     """One short run that several tests look at: (process, folder)."""
     folder = tmp_path_factory.mktemp("demo") / "run"
     process = start_module_process([demo, "--duration", "14", "-o", folder])
-    process.wait(120.0)
+    process.wait(170.0)
     return process, folder, start_module_process
 
 
@@ -97,7 +97,7 @@ def test_a_real_recording_is_fused_and_its_views_are_compared(
     recording = shared_data / "kinectmultitrack" / "Study_10_Kinect_1_Time_4_10_14_PM.csv.gz"
     folder = tmp_path / "run"
     process = start_process([demo, recording, "--duration", "9", "-o", folder])
-    assert process.wait(120.0) == 0, process.describe()
+    assert process.wait(170.0) == 0, process.describe()
     assert "Do the views agree?" in process.output
     path = folder / "agreement.csv"
     logged = values(path, "distance_as_logged")["left-right", ""]

@@ -6,10 +6,11 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 
 from pose_common.bags import open_bag
+from pose_fusion.tools.demo_start import first_lead_s
 
 pytestmark = pytest.mark.graph
 
-STARTING_S = 8  # for the processes to be there before the first frame
+GENERATING_S = 2.0  # the session is made in the time until its first frame
 
 
 def executable(package, name):
@@ -18,7 +19,8 @@ def executable(package, name):
 
 def test_the_graph_records_all_devices_and_leaves_nothing_behind(start_process, tmp_path):
     session = tmp_path / "session"
-    start_at = str(time.time_ns() + STARTING_S * 10**9)
+    lead_s = first_lead_s() + GENERATING_S  # longer where the machine is busy
+    start_at = str(time.time_ns() + round(lead_s * 1e9))
     generate = start_process(
         [
             executable("pose_sim", "generate"),
@@ -35,8 +37,8 @@ def test_the_graph_records_all_devices_and_leaves_nothing_behind(start_process, 
             *(f"session:={session}", f"start_at:={start_at}", f"bag:={tmp_path / 'bag'}"),
         ]
     )
-    graph.wait_for_output(r"\[kinect_left\].*recording finished", 60.0)
-    graph.wait_for_output(r"\[kinect_right\].*recording finished", 60.0)
+    graph.wait_for_output(r"\[kinect_left\].*recording finished", 100.0)
+    graph.wait_for_output(r"\[kinect_right\].*recording finished", 100.0)
     graph.wait_for_output(r"imu_device has finished", 60.0)
 
     assert graph.stop(30.0) == 0

@@ -13,7 +13,7 @@ from pose_fusion.tools.demo_processes import LiveGraph, Monitor
 
 NS_PER_S = 1_000_000_000
 PROCESSES = 8  # that start at once: launcher, bridges, devices, calibration, fusion, recorder
-WEIGHT = 2.5  # [-] a node of the graph imports more than the one that is timed
+WEIGHT = 3.0  # [-] a node of the graph imports more than the one that is timed
 REPORT_S = 1.0  # [s] until a node that is up says so in /diagnostics
 SPARE_S = 1.0  # [s] between the last node's first sign of life, at most, and the first frame
 LONGEST_LEAD_S = 60.0  # [s]
