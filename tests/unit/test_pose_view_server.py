@@ -4,6 +4,7 @@ import urllib.request
 
 import pytest
 import viser
+import zstandard
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -25,6 +26,15 @@ def websocket(server, origin):
     return connect(address, subprotocols=[PROTOCOL], origin=origin, max_size=None)
 
 
+def received(connection, text):
+    """Whether a text arrives within a few seconds; messages are packed, after two lengths."""
+    while True:
+        data = connection.recv(timeout=5)
+        packed = int.from_bytes(data[8:16], "little")
+        if text in zstandard.decompress(data[16 : 16 + packed]):
+            return True
+
+
 def test_it_serves_the_page_on_the_address_it_names(server):
     with urllib.request.urlopen(server.address, timeout=5) as answer:
         assert b"<html" in answer.read()
@@ -41,6 +51,16 @@ def test_a_page_of_another_site_is_shown_nothing(server):
         with pytest.raises(ConnectionClosed):
             connection.recv(timeout=5)
         assert connection.close_code == 1008
+
+
+def test_several_browsers_see_the_same_scene_and_one_that_leaves_disturbs_none(server):
+    with websocket(server, server.address) as first:
+        with websocket(server, server.address) as second:
+            server.scene.add_label("/early", "both see it")
+            assert received(first, b"both see it")
+            assert received(second, b"both see it")
+        server.scene.add_label("/late", "one has left")
+        assert received(first, b"one has left")
 
 
 def test_nothing_is_shared_through_the_internet(server):
