@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("prepare")]
 POSE = Path(__file__).resolve().parents[2] / "pose"
 
 
@@ -50,7 +50,7 @@ def test_ctrl_c_while_python_itself_starts_waits_for_the_executable(start_proces
 
 def test_an_executable_of_pose_heeds_ctrl_c(start_process, tmp_path):
     process = start_process([POSE, "run", "pose_fusion", "recorder", "-o", tmp_path / "bag"])
-    process.wait_for_output("recording every topic")
+    process.wait_for_output("recording every topic", 100.0)
 
     process.signal(signal.SIGINT)
 
