@@ -12,6 +12,7 @@ from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
 
+from imu_bridge.filters import FILTERS
 from imu_bridge.nodes.imu_bridge import ImuBridge
 from imu_bridge.protocols.star import RawSample, encode
 from pose_common.conversions import stamp_to_ns
@@ -204,3 +205,25 @@ def test_no_nodes_file_is_an_error(bench):
 def test_a_parameter_outside_its_range_is_an_error(bench):
     with pytest.raises(ParameterError, match=r"beta.*\[0, 10\]"):
         bench(beta=-0.1)
+
+
+@pytest.mark.parametrize("value", ["off", False])  # YAML reads off as false
+def test_with_the_magnetometer_off_the_heading_is_said_to_be_unknown(bench, value):
+    bench = bench(magnetometer=value)
+    bench.send(sample(0))
+    (data,) = bench.wait_for(1)
+    assert data.orientation_covariance[8] == pytest.approx(np.pi**2)
+    assert len(bench.wait_for(1, name="mag")) == 1
+
+
+@pytest.mark.parametrize("name", FILTERS)
+def test_every_filter_can_be_chosen(bench, name: str):
+    bench = bench(filter=name)
+    bench.send(sample(0), sample(1))
+    assert len(bench.wait_for(2, name="data_raw")) == 2
+    assert len(bench.wait_for(0 if name == "device" else 2)) == (0 if name == "device" else 2)
+
+
+def test_an_unknown_filter_is_an_error(bench):
+    with pytest.raises(ParameterError, match=r"filter = 'kalman' is not one of vqf, madgwick"):
+        bench(filter="kalman")

@@ -35,6 +35,11 @@ class ParameterSpec:
     pattern: str | None = None  # of the text, or of each of the texts
 
     @property
+    def is_switch(self) -> bool:
+        """Whether ``on`` and ``off`` are choices, which YAML takes for true and false."""
+        return self.choices is not None and {"on", "off"} <= set(self.choices)
+
+    @property
     def range_text(self) -> str:
         """The allowed values, for people."""
         if self.choices is not None:
@@ -105,6 +110,8 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
         return tuple(value)
     if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
         value = float(value)
+    if isinstance(value, bool) and spec.is_switch:
+        value = "on" if value else "off"
     if type(value) is not type(default):
         raise ParameterError(f"{name} = {value!r} is not of type {type_name(default)}")
     if isinstance(value, str):

@@ -79,6 +79,8 @@ def _descriptor(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True
     )
+    if spec.is_switch:
+        descriptor.dynamic_typing = True  # `off` comes as a boolean; `from_mapping` mends it
     if default == ():
         # ROS takes an empty list for one of bytes and would then refuse texts; `from_mapping`
         # checks the type all the same.
