@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from imu_bridge.parameters import ImuBridgeParameters
 from pose_bench.sessions import START_NS, SessionSpec, bench_session
-from pose_common.joints import JOINTS
+from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_fusion.body.joint_angles import joint_angles
-from pose_fusion.streams.samples import ImuSample
 
 SPEC = SessionSpec(choreography="kicks", level="typical", seed=4, duration_s=6.0)
 
@@ -46,15 +46,29 @@ def test_skeletons_are_stamped_with_their_capture_but_for_the_latency_that_nobod
         assert np.nanmax(np.abs(seen - true)) < 0.002
 
 
-def test_imu_orientations_follow_the_segments(session):
+def test_imu_samples_carry_a_rotation_and_the_bridges_own_uncertainty_of_it(session):
     clean = bench_session(replace(SPEC, level="clean"))
-    bridge = ImuBridgeParameters()
     late = [s for s in clean.imus if s.segment == "torso" and s.stamp_ns > START_NS + 3 * 10**9]
     for sample in late[::50]:
-        assert isinstance(sample, ImuSample)
         assert np.linalg.norm(sample.orientation) == pytest.approx(1.0)
-        inclination, heading = bridge.inclination_stddev, bridge.heading_stddev
-        assert sample.orientation_stddev == pytest.approx((inclination, inclination, heading))
+        assert sample.orientation_stddev[:2] == pytest.approx(
+            ImuBridgeParameters().inclination_stddev
+        )
+        assert 0.0 < sample.orientation_stddev[2] < np.pi  # the magnetometer gives a heading
+
+
+def test_imu_orientations_turn_as_the_segments_do():
+    clean = bench_session(replace(SPEC, level="clean", choreography="twisting"))
+    torso = [s for s in clean.imus if s.segment == "torso" and s.stamp_ns > START_NS + 2 * 10**9]
+    turned = Rotation.from_quat([s.orientation for s in torso])
+    # Worn straight and on the breastbone: its tilt is the trunk's, from hips to neck.
+    joints = clean.truth.positions
+    up = joints[:, JOINT_INDEX["neck"]] - joints[:, JOINT_INDEX["torso"]]
+    true = np.degrees(np.arccos(up[:, 2] / np.linalg.norm(up, axis=1)))
+    tilt = np.degrees(np.arccos(np.clip(turned.as_matrix()[:, 2, 2], -1.0, 1.0)))
+    times = [s.stamp_ns - START_NS for s in torso]
+    expected = np.interp(times, clean.truth.stamps_ns - START_NS, true)
+    assert np.sqrt(np.mean((tilt - expected) ** 2)) < 3.0
 
 
 def test_the_same_session_gives_the_same_samples_with_and_without_the_cache(session, tmp_path):
