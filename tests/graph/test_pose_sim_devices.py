@@ -87,7 +87,7 @@ def test_every_frame_of_the_session_arrives_over_the_terminal(
 
 def test_a_bad_radio_loses_and_garbles_frames(start_process, folder, session, tmp_path):
     link = tmp_path / "tty"
-    start_ns = time.time_ns() + 4_000_000_000
+    start_ns = time.time_ns() + 10_000_000_000
     process = start_process(
         tool("imu_device", folder, "--link", link, "--start-at", start_ns)
         + ["--lost", "0.1", "--corrupted", "0.1"]
