@@ -100,6 +100,13 @@ def test_a_lower_rate_leaves_the_motion_as_it_is(recorded):
     np.testing.assert_allclose(motion.pose.positions, joints[::3], atol=1e-4)
 
 
+def test_the_default_rate_is_the_mean_one_whatever_the_spacing_and_the_gaps(tmp_path):
+    odd = {index for index in range(60) if index % 3 == 2}  # two frames, then one is missing
+    write_motion_bag(tmp_path / "bag", MODEL, 90, drop=odd | set(range(60, 80)))
+    with open_bag(tmp_path / "bag") as bag:
+        assert read_motion(bag).mean_rate == pytest.approx(30.0 * 48 / 67, rel=1e-3)
+
+
 def test_instants_between_frames_lie_between_them(recorded):
     path, _, joints = recorded
     with open_bag(path) as bag:

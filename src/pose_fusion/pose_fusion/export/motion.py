@@ -50,9 +50,11 @@ class BodyMotion:
         return ForwardKinematics(self.model, self.offsets).pose(self.dof)
 
     @property
-    def median_rate(self) -> float:
+    def mean_rate(self) -> float:
         """Instants a second [Hz], gaps left out."""
-        return NS_PER_S / float(np.median(np.diff(self.stamps_ns)))
+        steps_ns = np.diff(self.stamps_ns)
+        usual = steps_ns <= MAX_GAP_S * NS_PER_S
+        return NS_PER_S / float(np.mean(steps_ns[usual] if usual.any() else steps_ns))
 
     @property
     def rigid_residual(self) -> float:

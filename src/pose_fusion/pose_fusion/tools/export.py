@@ -112,12 +112,14 @@ def write_whole(path: Path, content: bytes) -> None:
             os.unlink(temporary)
 
 
-def summary(recorded: BodyMotion, written: BodyMotion, arguments: argparse.Namespace) -> list[str]:
+def summary(
+    recorded: BodyMotion, written: BodyMotion, arguments: argparse.Namespace, rate: float
+) -> list[str]:
     """What was written, and what a reader of it has to know."""
     duration_s = float(written.times_s[-1])
     own = arguments.to in OWN_STAMPS
-    rate = "each with its own stamp" if own else f"at {written.median_rate:g} Hz"
-    lines = [f"{arguments.output}: {len(written)} frames of '{written.body}', {rate}"]
+    spacing = "each with its own stamp" if own else f"at {rate:g} Hz"
+    lines = [f"{arguments.output}: {len(written)} frames of '{written.body}', {spacing}"]
     lines[0] += f", {duration_s:.1f} s, {written.model.size} degrees of freedom"
     gaps = int(np.sum(written.is_gap))
     if gaps and arguments.to in ("mot", "bvh"):
@@ -155,10 +157,10 @@ def run() -> None:
             bag, arguments.body, lambda share: progress.update(task, completed=share)
         )
         progress.update(task, description="writing", total=None)
-        rate = arguments.rate or max(SLOWEST, float(round(recorded.median_rate)))
+        rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
         written = recorded if arguments.to in OWN_STAMPS else recorded.at_rate(rate)
         write_whole(arguments.output, content_of(written, arguments, rate))
-    for line in summary(recorded, written, arguments):
+    for line in summary(recorded, written, arguments, rate):
         print(line)
 
 
