@@ -21,7 +21,6 @@ NS_PER_S = 1_000_000_000
 LEAD_S = 40.0  # [s] for making the session, starting the graph, loading the page
 LIVE_AT_S = 33.0  # [s] of the session, when the live picture is taken, or later
 DURATION_S = 70.0  # [s] of the session
-RECORDED_AT = 0.45  # [-] of the recording, where it is shown
 SIZE = {"width": 1440, "height": 800}
 SLOW_MS = 120_000  # [ms] three dimensions are drawn without a graphics card
 
@@ -36,21 +35,32 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         folder = Path(name)
         browser = LocalBrowser(start_browser(playwright.chromium, executable))
-        start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
-        _generate(options, folder / "session", start_at_ns)
-        with _running(_graph(folder, start_at_ns)) as address:
+        bag = options.bag or _run_graph(options, folder, browser)
+        with _running([_executable("pose_view", "view"), bag, "--port", "0"]) as address:
             page = _open(browser, address)
-            page.wait_for_timeout(max(0.0, 1e3 * (LIVE_AT_S + start_at_ns * 1e-9 - time.time())))
-            _save(page, options.output / "viewer_live.png")
-            page.wait_for_timeout(max(0.0, 1e3 * (DURATION_S + start_at_ns * 1e-9 - time.time())))
-            page.close()
-        with _running([_executable("pose_view", "view"), folder / "bag", "--port", "0"]) as address:
-            page = _open(browser, address)
-            _show_recording(page)
+            _show_recording(page, options.at)
             _save(page, options.output / "viewer_recording.png")
 
 
-def _show_recording(page: Page) -> None:
+def _run_graph(options: argparse.Namespace, folder: Path, browser: LocalBrowser) -> Path:
+    """A run of the live graph, with its picture; the recording that it leaves."""
+    start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
+
+    def wait_until(page: Page, session_s: float) -> None:
+        left_s = start_at_ns / NS_PER_S + session_s - time.time()
+        page.wait_for_timeout(max(0.0, 1e3 * left_s))
+
+    _generate(options, folder / "session", start_at_ns)
+    with _running(_graph(folder, start_at_ns)) as address:
+        page = _open(browser, address)
+        wait_until(page, LIVE_AT_S)
+        _save(page, options.output / "viewer_live.png")
+        wait_until(page, DURATION_S)
+        page.close()
+    return folder / "bag"
+
+
+def _show_recording(page: Page, at: float) -> None:
     """Pause in the midst of the recording, with the raw skeletons drawn."""
     page.get_by_role("button", name="Pause").click(timeout=SLOW_MS)
     page.get_by_text("Raw skeletons").locator("xpath=../../..").get_by_role("checkbox").check(
@@ -61,7 +71,7 @@ def _show_recording(page: Page) -> None:
     assert track is not None
     stood_at = slider.get_attribute("aria-valuenow")
     while slider.get_attribute("aria-valuenow") == stood_at:
-        x = track["x"] + RECORDED_AT * track["width"]
+        x = track["x"] + at * track["width"]
         page.mouse.click(x, track["y"] + track["height"] / 2)
         page.wait_for_timeout(3000)
     page.wait_for_timeout(6000)
@@ -131,6 +141,12 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--choreography", default="arm_raises", help="what the subject does")
     parser.add_argument("--seed", type=int, default=3, help="of the synthetic subject")
+    parser.add_argument(
+        "--bag", type=Path, help="a recording to show; no live run and no live picture then"
+    )
+    parser.add_argument(
+        "--at", type=float, default=0.45, help="share of the recording, where it is shown"
+    )
     parser.add_argument("--output", type=Path, default=Path("docs/images"), help="where to")
     return parser
 

@@ -42,9 +42,9 @@ EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] where a person stands, until one does
 CAMERA_FOV = np.radians(42.0)  # [rad] vertically
 CAMERA_PITCH = np.radians(30.0)  # [rad] downward: the sensors do not hide the bodies
 SETTLING_S = 5.0  # [s] that a new page takes to find its layout
-LOOK_AT_HEIGHT = 0.72  # [m]
+LOOK_AT_HEIGHT = 0.80  # [m]
 HALF_HEIGHT = 1.15  # [m] to have in the picture, above and below
-ARM = 0.9  # [m] to have in the picture beside the outer avatars
+ARM = 0.8  # [m] to have in the picture beside the outer avatars
 
 
 class Stage:
