@@ -7,10 +7,10 @@ import numpy as np
 
 from pose_fusion.body.kinematics import moved_axes
 from pose_fusion.body.model import Link
+from pose_fusion.kernels import reading
 from pose_fusion.streams.samples import FloatArray
 
-DAMPING = 0.05  # [-] of the rates where two axes of a joint nearly coincide
-FULL_TURN = 2.0 * np.pi
+FULL_TURN = reading.FULL_TURN
 
 
 def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> FloatArray:
@@ -25,24 +25,12 @@ def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> 
     Returns:
         Angles [rad], shape (degrees of freedom,).
     """
-    R = R_parent_link
-    signs = np.array([sum(dof.axis) for dof in link.dof])
-    if len(link.dof) == 1:
-        # Between the two bones, as a camera would measure it; never negative.
-        angle = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
-        return np.array([angle])
-    about_y = np.arctan2(R[0, 2], R[2, 2])
-    about_x = np.arcsin(np.clip(-R[1, 2], -1.0, 1.0))
-    if len(link.dof) == 2:
-        candidates = [np.array([about_y, about_x])]
-    else:
-        about_z = np.arctan2(R[1, 0], R[1, 1])
-        candidates = [
-            np.array([about_y, about_x, about_z]),
-            np.array([about_y + np.pi, np.pi - about_x, about_z + np.pi]),
-        ]
-    answers = [_nearest_turn(candidate * signs, previous) for candidate in candidates]
-    return min(answers, key=lambda answer: float(np.sum((answer - previous) ** 2)))
+    angles = np.empty(len(link.dof))
+    signs = np.array([float(sum(dof.axis)) for dof in link.dof])
+    reading.link_angles(
+        np.ascontiguousarray(R_parent_link), signs, np.array(previous, float), angles
+    )
+    return angles
 
 
 def link_rates(
@@ -60,9 +48,12 @@ def link_rates(
         Rates [rad/s]; damped least squares where the axes are nearly dependent.
     """
     axes = np.array([dof.axis for dof in link.dof], dtype=float)
-    A = moved_axes(R_map_parent, axes, angles).T
-    normal = A.T @ A + DAMPING**2 * np.eye(len(link.dof))
-    return np.asarray(np.linalg.solve(normal, A.T @ omega_map))
+    rates = np.empty((len(link.dof), 1))
+    omega = np.array(omega_map, float).reshape(3, 1)
+    reading.least_squares(
+        moved_axes(R_map_parent, axes, angles), omega, reading.RATE_DAMPING, rates
+    )
+    return rates[:, 0]
 
 
 def continuous_vector(vector: FloatArray, previous: FloatArray) -> FloatArray:
@@ -72,16 +63,6 @@ def continuous_vector(vector: FloatArray, previous: FloatArray) -> FloatArray:
         vector: Rotation vector [rad], shape (3,).
         previous: The one before, of any length.
     """
-    angle = float(np.linalg.norm(vector))
-    if angle == 0.0:
-        # Any direction will do for full turns: keep the previous one's.
-        length = float(np.linalg.norm(previous))
-        turns = round(length / FULL_TURN)
-        return previous / length * turns * FULL_TURN if turns else vector
-    direction = vector / angle
-    turns = round((float(direction @ previous) - angle) / FULL_TURN)
-    return (angle + turns * FULL_TURN) * direction
-
-
-def _nearest_turn(angles: FloatArray, previous: FloatArray) -> FloatArray:
-    return angles + FULL_TURN * np.round((previous - angles) / FULL_TURN)
+    result = np.empty(3)
+    reading.continuous_vector(np.array(vector, float), np.array(previous, float), result)
+    return result

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_fusion.body.model import ROOT_DOF, BodyModel
+from pose_fusion.kernels import reading
+from pose_fusion.kernels.forward import ModelNumbers, place_links
 from pose_fusion.streams.samples import FloatArray
 
 SMALL_ANGLE = 1e-6  # [rad] below it, series replace sin x / x and (1 - cos x) / x²
@@ -67,10 +69,9 @@ def moved_axes(R_map_parent: FloatArray, axes: FloatArray, angles: FloatArray) -
         Shape (k, 3).
     """
     moved = np.empty((len(axes), 3))
-    rotation = R_map_parent
-    for index, (axis, angle) in enumerate(zip(axes, angles, strict=True)):
-        moved[index] = rotation @ axis
-        rotation = rotation @ rotation_from_vector(axis * angle)
+    reading.moved_axes(
+        np.ascontiguousarray(R_map_parent), np.array(axes, float), np.array(angles, float), moved
+    )
     return moved
 
 
@@ -100,13 +101,8 @@ class ForwardKinematics:
         self._link_index = {name: index for index, name in enumerate(model.link_names)}
         axes = {dof.name: dof.axis for link in model.links.values() for dof in link.dof}
         self._axes = np.array([axes[name] for name in model.angle_names], dtype=float)
-        self._axis_cross = skew(self._axes)
-        self._axis_cross_squared = self._axis_cross @ self._axis_cross
         self._angle_index = {name: index for index, name in enumerate(model.angle_names)}
-        self._joints_of_link = {
-            name: np.array([JOINT_INDEX[j] for j in JOINTS if model.joints[j].link == name], int)
-            for name in model.link_names
-        }
+        self._numbers = model_numbers(model, offsets)
 
     def pose(self, dof: FloatArray) -> BodyPose:
         """All links and joints.
@@ -114,29 +110,15 @@ class ForwardKinematics:
         Args:
             dof: Root position [m], root rotation vector [rad], joint angles [rad]; shape (..., d).
         """
-        angles = dof[..., ROOT_DOF:]
-        turn = (
-            np.eye(3)
-            + np.sin(angles)[..., None, None] * self._axis_cross
-            + (1.0 - np.cos(angles))[..., None, None] * self._axis_cross_squared
+        lead, links = dof.shape[:-1], len(self.model.links)
+        rotations, positions = np.empty((*lead, links, 3, 3)), np.empty((*lead, len(JOINTS), 3))
+        place_links(
+            self._numbers,
+            np.ascontiguousarray(self.R_reference),
+            np.ascontiguousarray(dof).reshape(-1, dof.shape[-1]),
+            rotations.reshape(-1, links, 3, 3),
+            positions.reshape(-1, len(JOINTS), 3),
         )
-        lead = dof.shape[:-1]
-        rotations = np.empty((*lead, len(self.model.links), 3, 3))
-        positions = np.empty((*lead, len(JOINTS), 3))
-        for index, link in enumerate(self.model.links.values()):
-            if link.parent is None:
-                rotation = rotation_from_vector(dof[..., 3:6]) @ self.R_reference
-                origin = dof[..., :3]
-            else:
-                rotation = rotations[..., self._link_index[link.parent], :, :]
-                origin = positions[..., JOINT_INDEX[link.joint or ""], :]
-            for degree in link.dof:
-                rotation = rotation @ turn[..., self._angle_index[degree.name], :, :]
-            rotations[..., index, :, :] = rotation
-            fixed = self._joints_of_link[link.name]
-            positions[..., fixed, :] = origin[..., None, :] + self.offsets[fixed] @ np.swapaxes(
-                rotation, -1, -2
-            )
         return BodyPose(rotations=rotations, positions=positions)
 
     def jacobian(self, dof: FloatArray) -> FloatArray:
@@ -197,3 +179,24 @@ class ForwardKinematics:
                 below[name].append(JOINT_INDEX[joint])
                 name = self.model.links[name].parent
         return {name: np.array(joints, int) for name, joints in below.items()}
+
+
+def model_numbers(model: BodyModel, offsets: FloatArray) -> ModelNumbers:
+    """A body model and its joints' offsets, (15, 3) [m], as the kernels take them."""
+    links = list(model.links.values())
+    index = {link.name: number for number, link in enumerate(links)}
+    dof, axes = np.full((len(links), 3), -1, np.int64), np.zeros((len(links), 3, 3))
+    for row, link in enumerate(links):
+        for column, degree in enumerate(link.dof):
+            dof[row, column], axes[row, column] = model.dof_index[degree.name], degree.axis
+    parents = [-1 if link.parent is None else index[link.parent] for link in links]
+    about = [-1 if link.joint is None else JOINT_INDEX[link.joint] for link in links]
+    return ModelNumbers(
+        parents=np.array(parents, np.int64),
+        dof_count=np.array([len(link.dof) for link in links], np.int64),
+        dof=dof,
+        axes=axes,
+        turns_about=np.array(about, np.int64),
+        link_of_joint=np.array([index[model.joints[j].link] for j in JOINTS], np.int64),
+        offsets=np.array(offsets, float, order="C"),
+    )

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
+from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -91,41 +93,40 @@ class SegmentTree:
     def _is_measured(self, link: str) -> bool:
         return all(p.direction is None for p in self.model.joints.values() if p.link == link)
 
-    def levers(self, rotations: FloatArray, slides: FloatArray) -> FloatArray:
-        """What each link adds to each joint, in map.
+    @cached_property
+    def numbers(self) -> BodyNumbers:
+        """The tree as the kernels take it."""
+        links = len(self.parents)
+        depends = [
+            [
+                0,
+                *(1 + np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))),
+                *(1 + links + np.flatnonzero(goes_along)),
+            ]
+            for offsets, goes_along in zip(self.offsets, self.slides, strict=True)
+        ]
+        columns = np.zeros((len(depends), max(map(len, depends))), np.int64)
+        for row, blocks in zip(columns, depends, strict=True):
+            row[: len(blocks)] = blocks
+        return BodyNumbers(
+            offsets=self.offsets,
+            sliding_links=self.sliding_links,
+            slides=self.slides,
+            columns=columns,
+            column_count=np.array([len(blocks) for blocks in depends], np.int64),
+        )
 
-        Args:
-            rotations: ``R_map_link``, shape (links, 3, 3).
-            slides: Of the sliding joints, in their links' axes, shape (sliding joints, 3) [m].
+    def _slides_in(self, goes_along: FloatArray) -> NDArray[np.bool_]:
+        """The links in which a joint slides, shape (links,)."""
+        result = np.zeros(len(self.parents), bool)
+        result[self.sliding_links[goes_along != 0.0]] = True
+        return result
 
-        Returns:
-            Shape (15, links, 3) [m].
-        """
-        levers = np.einsum("lab,jlb->jla", rotations, self.offsets)
-        for column, link in enumerate(self.sliding_links):
-            levers[:, link] += np.outer(self.slides[:, column], rotations[link] @ slides[column])
-        return levers
-
-
-def flexion(R_parent_link: FloatArray, sign: float) -> float:
-    """A hinge's angle [rad], negative when it is bent the wrong way."""
-    R = R_parent_link
-    return sign * float(np.arctan2(R[0, 2] - R[2, 0], R[0, 0] + R[2, 2]))
-
-
-def twist(R_parent_link: FloatArray) -> tuple[float, float]:
-    """A link's turn about its own z axis, by swing and twist.
-
-    Args:
-        R_parent_link: Shape (3, 3).
-
-    Returns:
-        The twist [rad], and how well it is defined, from 0 (swung by half a turn) to 1.
-    """
-    R = R_parent_link
-    w = 0.5 * np.sqrt(max(0.0, 1.0 + R[0, 0] + R[1, 1] + R[2, 2]))
-    z = (R[1, 0] - R[0, 1]) / (4.0 * w) if w > 1e-6 else 1.0
-    return 2.0 * float(np.arctan2(z, w)), float(min(1.0, w * w + z * z))
+    def joints(self, pose: Pose) -> FloatArray:
+        """Joint positions [m] in map, shape (15, 3)."""
+        levers, joints = np.zeros_like(self.offsets), np.empty((len(self.offsets), 3))
+        place_joints(self.numbers, pose.position, pose.rotations, pose.slides, levers, joints)
+        return joints
 
 
 def without_side(link: str) -> str:

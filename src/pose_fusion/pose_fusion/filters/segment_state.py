@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_fusion.body.kinematics import rotation_from_vector
+from pose_fusion.kernels.placing import Pose
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -90,16 +90,10 @@ class SegmentState:
     rates: FloatArray  # (links, 3) [rad/s] in map
     covariance: FloatArray  # (size, size) of the error, in Layout's order
 
-    def move(self, error: FloatArray, layout: Layout) -> None:
-        """Add an error, shape (size,)."""
-        links = layout.links
-        self.position = self.position + error[layout.position]
-        turns = rotation_from_vector(error[layout.rotations].reshape(links, 3))
-        self.rotations = turns @ self.rotations
-        self.slides = self.slides + error[layout.slide].reshape(-1, 3)
-        rates = error[layout.rates]
-        self.velocity = self.velocity + rates[:3]
-        self.rates = self.rates + rates[3:].reshape(links, 3)
+    @property
+    def pose(self) -> Pose:
+        """The arrays themselves, all but the covariance, for the kernels."""
+        return Pose(self.position, self.rotations, self.slides, self.velocity, self.rates)
 
     def copy(self) -> "SegmentState":
         """An independent copy."""

@@ -1,0 +1,232 @@
+r"""What one camera's frame tells of the pose's error, in information form.
+
+Each joint adds :math:`H^T W H` to the information and :math:`H^T W r` to its vector, with W the
+inverse of its noise, enlarged by Student's t. A frame of τ ago saw the pose less τ times its rates.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.placing import (
+    BodyNumbers,
+    Pose,
+    derivative,
+    joint_velocities,
+    place_joints,
+)
+from pose_fusion.kernels.rotations import turn_all
+from pose_fusion.kernels.small_matrices import mirror, solve
+from pose_fusion.kernels.tracker import (
+    TrackerNumbers,
+    foreshortening,
+    inertia,
+    noise_covariance,
+    student_factor,
+)
+from pose_fusion.streams.samples import FloatArray
+
+INFERRED = 1  # of TrackingState
+
+
+class Frame(NamedTuple):
+    """One camera's frame, as arrays."""
+
+    positions: FloatArray  # (joints, 3) [m] in map; NaN unseen
+    tracking_state: NDArray[np.uint8]  # (joints,)
+    camera: FloatArray  # (3,) [m] in map
+    offsets: FloatArray  # (joints, 3) [m] in the axes of the root's heading
+    delay_s: float  # τ
+
+
+@compiled
+def add_camera(
+    body: BodyNumbers,
+    noise: TrackerNumbers,
+    limb_ends: NDArray[np.int64],
+    frame: Frame,
+    pose: Pose,
+    covariance: FloatArray,
+    memory: FloatArray,
+    information: FloatArray,
+    vector: FloatArray,
+    distance: FloatArray,
+) -> None:
+    """Add a frame's information, and tell how far each joint was off.
+
+    Args:
+        body: The tree.
+        noise: The tracker's numbers.
+        limb_ends: See :func:`pose_fusion.kernels.tracker.foreshortening`.
+        frame: What the camera saw.
+        pose: What the filter expects.
+        covariance: Of the filter's error.
+        memory: (joints, 3) [m] recent mean place of each joint relative to the root; NaN: none yet.
+        information: Is added to.
+        vector: Is added to.
+        distance: (joints,) squared Mahalanobis distance of what is seen.
+    """
+    joint_count, links, tau = len(memory), len(pose.rotations), frame.delay_s
+    pose_size = 3 + 3 * links + 3 * len(body.sliding_links)
+    rotations = np.empty_like(pose.rotations)
+    turn_all(pose.rates, -tau, pose.rotations, rotations)
+    position = pose.position - tau * pose.velocity
+    levers = np.zeros((joint_count, links, 3))
+    joints = np.empty((joint_count, 3))
+    velocity = np.empty((joint_count, 3))
+    place_joints(body, position, rotations, pose.slides, levers, joints)
+    joint_velocities(body, levers, pose.velocity, pose.rates, velocity)
+    rays = joints - frame.camera
+    for j in range(joint_count):
+        rays[j] /= np.sqrt(rays[j, 0] ** 2 + rays[j, 1] ** 2 + rays[j, 2] ** 2)
+    pointing = np.empty(joint_count)
+    foreshortening(joints, rays, limb_ends, pointing)
+    if np.isnan(memory[0, 0]):
+        memory[:] = joints - position
+    spread = np.empty((pose_size, pose_size))
+    delayed_covariance(covariance, tau, 3 + 3 * links, spread)
+    G = np.zeros((pose_size, pose_size))
+    g = np.zeros(pose_size)
+    H = np.empty((body.columns.shape[1], 3, 3))
+    R, residual = np.empty((3, 3)), np.empty(3)
+    for j in range(joint_count):
+        if frame.tracking_state[j] == 0 or not np.isfinite(frame.positions[j, 0]):
+            continue
+        is_inferred = frame.tracking_state[j] == INFERRED
+        v = velocity[j]
+        speed = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
+        share = inertia(noise, speed, pointing[j], is_inferred)
+        derivative(body, j, levers, rotations, 1.0 - share, H)
+        expected_residual(frame, j, joints[j], position, memory[j], share, rotations[0], residual)
+        noise_covariance(noise, rays[j], v, speed, pointing[j], is_inferred, R)
+        distance[j] = add_joint(body, noise, j, H, R, residual, spread, G, g)
+    mirror(G)
+    add_delayed(G, g, tau, 3 + 3 * links, information, vector)
+
+
+@compiled
+def expected_residual(
+    frame: Frame,
+    joint: int,
+    place: FloatArray,
+    position: FloatArray,
+    remembered: FloatArray,
+    share: float,
+    R_map_root: FloatArray,
+    out: FloatArray,
+) -> None:
+    """What the camera saw less what it was to see: z − (p + a (m − p) + b)."""
+    x, y = R_map_root[0, 0], R_map_root[1, 0]
+    length = max(np.sqrt(x * x + y * y), 1e-9)
+    c, s = x / length, y / length
+    offset = frame.offsets[joint]
+    for axis in range(3):
+        out[axis] = frame.positions[joint, axis] - place[axis]
+        out[axis] -= share * (remembered[axis] - (place[axis] - position[axis]))
+    out[0] -= c * offset[0] - s * offset[1]
+    out[1] -= s * offset[0] + c * offset[1]
+    out[2] -= offset[2]
+
+
+@compiled
+def delayed_covariance(P: FloatArray, tau: float, moving: int, out: FloatArray) -> None:
+    """Covariance of the pose of τ ago, e_pose − τ e_rates; rates belong to the first ``moving``."""
+    size = len(out)
+    for i in range(size):
+        for k in range(size):
+            value = P[i, k]
+            if tau != 0.0:
+                if k < moving:
+                    value -= tau * P[i, size + k]
+                if i < moving:
+                    value -= tau * P[size + i, k]
+                    if k < moving:
+                        value += tau * tau * P[size + i, size + k]
+            out[i, k] = value
+
+
+@compiled
+def add_joint(
+    body: BodyNumbers,
+    noise: TrackerNumbers,
+    joint: int,
+    H: FloatArray,
+    R: FloatArray,
+    residual: FloatArray,
+    P: FloatArray,
+    G: FloatArray,
+    g: FloatArray,
+) -> float:
+    """Add one joint to the upper triangle of G and to g; returns its squared distance."""
+    count, columns = body.column_count[joint], body.columns[joint]
+    S = R.copy()
+    for a in range(count):
+        for b in range(count):
+            add_congruent(H[a], P, 3 * columns[a], 3 * columns[b], H[b], S)
+    solved = residual.copy().reshape(3, 1)
+    solve(S, solved, 3)
+    distance = 0.0
+    for axis in range(3):
+        distance += residual[axis] * solved[axis, 0]
+    W = np.eye(3)
+    scaled = R * student_factor(noise, distance)
+    solve(scaled, W, 3)
+    WH, Wr = np.empty((3, 3)), W @ residual
+    for b in range(count):
+        at = 3 * columns[b]
+        for k in range(3):
+            for i in range(3):
+                WH[i, k] = W[i, 0] * H[b, 0, k] + W[i, 1] * H[b, 1, k] + W[i, 2] * H[b, 2, k]
+            g[at + k] += H[b, 0, k] * Wr[0] + H[b, 1, k] * Wr[1] + H[b, 2, k] * Wr[2]
+        for a in range(b + 1):
+            for i in range(3):
+                for k in range(3):
+                    G[3 * columns[a] + i, at + k] += (
+                        H[a, 0, i] * WH[0, k] + H[a, 1, i] * WH[1, k] + H[a, 2, i] * WH[2, k]
+                    )
+    return distance
+
+
+@compiled
+def add_congruent(
+    A: FloatArray, P: FloatArray, row: int, column: int, B: FloatArray, out: FloatArray
+) -> None:
+    """Add A P_block Bᵀ, all (3, 3), with P's block from ``row`` and ``column`` on."""
+    for i in range(3):
+        for k in range(3):
+            total = 0.0
+            for m in range(3):
+                total += A[i, m] * (
+                    P[row + m, column] * B[k, 0]
+                    + P[row + m, column + 1] * B[k, 1]
+                    + P[row + m, column + 2] * B[k, 2]
+                )
+            out[i, k] += total
+
+
+@compiled
+def add_delayed(
+    G: FloatArray,
+    g: FloatArray,
+    tau: float,
+    moving: int,
+    information: FloatArray,
+    vector: FloatArray,
+) -> None:
+    """Information of the pose of τ ago as information of pose and rates now."""
+    size = len(G)
+    for i in range(size):
+        vector[i] += g[i]
+        for k in range(size):
+            information[i, k] += G[i, k]
+    if tau == 0.0:
+        return
+    for i in range(moving):
+        vector[size + i] -= tau * g[i]
+        for k in range(size):
+            information[size + i, k] -= tau * G[i, k]
+            information[k, size + i] -= tau * G[i, k]
+        for k in range(moving):
+            information[size + i, size + k] += tau * tau * G[i, k]

@@ -1,0 +1,63 @@
+"""How the kernels are compiled, and where what comes of it is kept.
+
+Numba compiles a function when it is first called and keeps the result for the next process. It
+looks only at the function's own file to see whether that is out of date, and the kernels call each
+other across files: so the folder's name tells the content of all of them.
+"""
+
+import hashlib
+import logging
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own; whoever sets it is obeyed
+
+
+def _sources_hash() -> str:
+    digest = hashlib.sha256()
+    for path in sorted(Path(__file__).parent.glob("*.py")):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+def _make_folder() -> Path:
+    """The folder of the compiled code: the user's cache, else one that goes with the system."""
+    if FOLDER_VARIABLE in os.environ:
+        return Path(os.environ[FOLDER_VARIABLE])
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
+    folder = base / "pose_fusion" / "kernels" / _sources_hash()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    # Nobody else's files may be run: a new folder, which only we can write to.
+    return Path(tempfile.mkdtemp(prefix="pose_fusion_kernels_"))
+
+
+COMPILED_FOLDER = _make_folder()
+numba.config.CACHE_DIR = str(COMPILED_FOLDER)
+
+
+def compiled(function: F) -> F:
+    """Compile a function at its first call, and keep the result."""
+    # As in numpy, a division by zero gives infinity; an exception would cost a branch each time.
+    return cast(F, numba.njit(cache=True, error_model="numpy")(function))
+
+
+def say_if_compiling() -> None:
+    """One line before the first start, which takes longer than all others."""
+    if not any(COMPILED_FOLDER.rglob("*.nbi")):
+        logging.getLogger("pose_fusion").warning(
+            "first start: compiling the estimator for this machine, which takes about a minute "
+            "(kept in %s)",
+            COMPILED_FOLDER,
+        )

@@ -1,0 +1,71 @@
+r"""Forward kinematics, one state after the other: h of li2020 (11).
+
+.. math:: R_\mathrm{link} = R_\mathrm{parent} \prod_d \exp([a_d]_\times q_d)
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.rotations import exponential, product
+from pose_fusion.streams.samples import FloatArray
+
+ROOT_DOF = 6  # position [m], then rotation vector [rad]
+
+
+class ModelNumbers(NamedTuple):
+    """A body model as arrays; parents come before children."""
+
+    parents: NDArray[np.int64]  # (links,), −1 of the root
+    dof_count: NDArray[np.int64]  # (links,) degrees of freedom
+    dof: NDArray[np.int64]  # (links, 3): their place in the state
+    axes: FloatArray  # (links, 3, 3): of each, in the link's axes
+    turns_about: NDArray[np.int64]  # (links,): the joint, −1 of the root
+    link_of_joint: NDArray[np.int64]  # (joints,): the link that each is fixed in
+    offsets: FloatArray  # (joints, 3) [m]: where in it
+
+
+@compiled
+def place_links(
+    numbers: ModelNumbers,
+    R_reference: FloatArray,
+    dof: FloatArray,
+    rotations: FloatArray,
+    positions: FloatArray,
+) -> None:
+    """``R_map_link``, (n, links, 3, 3), and joints [m], (n, joints, 3), of many states, (n, d)."""
+    turn, before = np.empty((3, 3)), np.empty((3, 3))
+    for index in range(len(dof)):
+        state, R, p = dof[index], rotations[index], positions[index]
+        for link in range(len(numbers.parents)):
+            if numbers.parents[link] < 0:
+                exponential(state[3], state[4], state[5], turn)
+                product(turn, R_reference, R[link])
+            else:
+                R[link] = R[numbers.parents[link]]
+            for k in range(numbers.dof_count[link]):
+                angle, axis = state[numbers.dof[link, k]], numbers.axes[link, k]
+                exponential(angle * axis[0], angle * axis[1], angle * axis[2], turn)
+                before[:] = R[link]
+                product(before, turn, R[link])
+            place_fixed(numbers, link, state, R[link], p)
+
+
+@compiled
+def place_fixed(
+    numbers: ModelNumbers, link: int, state: FloatArray, R: FloatArray, positions: FloatArray
+) -> None:
+    """The joints that are fixed in a link, whose own joint has been placed."""
+    origin = np.empty(3)
+    about = numbers.turns_about[link]
+    for axis in range(3):
+        origin[axis] = state[axis] if about < 0 else positions[about, axis]
+    for joint in range(len(numbers.offsets)):
+        if numbers.link_of_joint[joint] == link:
+            o = numbers.offsets[joint]
+            for axis in range(3):
+                positions[joint, axis] = (
+                    origin[axis] + R[axis, 0] * o[0] + R[axis, 1] * o[1] + R[axis, 2] * o[2]
+                )

@@ -1,0 +1,96 @@
+"""Angles of one link in its parent: flexion of a hinge, twist, and what links' sensors add."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.rotations import logarithm, product_transposed, transposed_product
+from pose_fusion.streams.samples import FloatArray
+
+
+@compiled
+def flexion(R_parent_link: FloatArray, sign: float) -> float:
+    """A hinge's angle [rad], negative when it is bent the wrong way."""
+    R = R_parent_link
+    return sign * np.arctan2(R[0, 2] - R[2, 0], R[0, 0] + R[2, 2])
+
+
+@compiled
+def twist(R_parent_link: FloatArray) -> tuple[float, float]:
+    """A link's turn about its own z axis, by swing and twist.
+
+    Args:
+        R_parent_link: Shape (3, 3).
+
+    Returns:
+        The twist [rad], and how well it is defined, from 0 (swung by half a turn) to 1.
+    """
+    R = R_parent_link
+    w = 0.5 * np.sqrt(max(0.0, 1.0 + R[0, 0] + R[1, 1] + R[2, 2]))
+    z = (R[1, 0] - R[0, 1]) / (4.0 * w) if w > 1e-6 else 1.0
+    return 2.0 * np.arctan2(z, w), min(1.0, w * w + z * z)
+
+
+@compiled
+def turn_back(
+    rotations: FloatArray,
+    parents: NDArray[np.int64],
+    links: NDArray[np.int64],
+    signs: FloatArray,
+    wrong_bend: float,
+) -> int:
+    """Undo half turns of limbs about themselves, in place; returns how many.
+
+    Args:
+        rotations: ``R_map_link``, (links, 3, 3).
+        parents: Of each hinge.
+        links: Of each hinge.
+        signs: Of each hinge.
+        wrong_bend: Angle [rad], negative, beyond which a limb is taken as turned.
+    """
+    relative = np.empty((3, 3))
+    count = 0
+    for hinge in range(len(links)):
+        upper, lower = rotations[parents[hinge]], rotations[links[hinge]]
+        transposed_product(upper, lower, relative)
+        if flexion(relative, signs[hinge]) < wrong_bend:
+            upper[:, :2] *= -1.0
+            lower[:, :2] *= -1.0
+            count += 1
+    return count
+
+
+@compiled
+def add_imu(
+    pose: Pose,
+    link: int,
+    R_map_link: FloatArray,
+    variance: FloatArray,
+    angular_velocity: FloatArray,
+    rate_variance: float,
+    information: FloatArray,
+    vector: FloatArray,
+) -> None:
+    """Add what an IMU says of its link's rotation, (3, 3), and angular velocity [rad/s], in map.
+
+    Args:
+        pose: What the filter expects.
+        link: Which.
+        R_map_link: The IMU's view of it.
+        variance: About map's axes, (3,) [rad²].
+        angular_velocity: (3,).
+        rate_variance: [rad²/s²].
+        information: Is added to.
+        vector: Is added to.
+    """
+    relative, turn = np.empty((3, 3)), np.empty(3)
+    product_transposed(R_map_link, pose.rotations[link], relative)
+    logarithm(relative, turn)
+    rates = 3 + 3 * len(pose.rotations) + 3 * len(pose.slides)
+    for axis in range(3):
+        where, rate = 3 + 3 * link + axis, rates + 3 + 3 * link + axis
+        information[where, where] += 1.0 / variance[axis]
+        vector[where] += turn[axis] / variance[axis]
+        information[rate, rate] += 1.0 / rate_variance
+        vector[rate] += (angular_velocity[axis] - pose.rates[link, axis]) / rate_variance

@@ -1,0 +1,125 @@
+r"""The segment filter's prediction: rates that die away, :math:`\dot\omega = -\omega/\tau + w`."""
+
+import numpy as np
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
+from pose_fusion.kernels.rotations import exponential, product
+from pose_fusion.streams.samples import FloatArray
+
+
+@compiled
+def predict_pose(pose: Pose, keep: float, reach_s: float, keep_slide: float) -> None:
+    """Go on in place.
+
+    Args:
+        pose: The state.
+        keep: What remains of the rates [-].
+        reach_s: How far one unit of rate leads meanwhile [s].
+        keep_slide: What remains of the slides [-].
+    """
+    turn, before = np.empty((3, 3)), np.empty((3, 3))
+    for link in range(len(pose.rotations)):
+        w = pose.rates[link]
+        exponential(reach_s * w[0], reach_s * w[1], reach_s * w[2], turn)
+        before[:] = pose.rotations[link]
+        product(turn, before, pose.rotations[link])
+    pose.position[:] += reach_s * pose.velocity
+    pose.slides[:] *= keep_slide
+    pose.velocity[:] *= keep
+    pose.rates[:] *= keep
+
+
+@compiled
+def predict_covariance(
+    P: FloatArray,
+    dt_s: float,
+    keep: float,
+    reach_s: float,
+    keep_slide: float,
+    power: FloatArray,
+    slide_variance: float,
+) -> None:
+    """F P Fᵀ + Q in place, F = [[1, reach], [0, keep]] over what moves, and ``keep_slide``.
+
+    Args:
+        P: The covariance: what moves, slides, then the rates of what moves.
+        dt_s: Time step [s].
+        keep: See :func:`predict_pose`.
+        reach_s: Likewise.
+        keep_slide: Likewise.
+        power: Of the white accelerations, (moving, moving).
+        slide_variance: Of a slide in the long run [m²].
+    """
+    size, moving = len(P), len(power)
+    pose = size - moving
+    for i in range(moving):
+        for k in range(size):
+            P[i, k] += reach_s * P[pose + i, k]
+    for i in range(size):
+        for k in range(moving):
+            P[i, k] += reach_s * P[i, pose + k]
+    for i in range(size):
+        for k in range(size):
+            scale = 1.0
+            if i >= pose:
+                scale *= keep
+            elif i >= moving:
+                scale *= keep_slide
+            if k >= pose:
+                scale *= keep
+            elif k >= moving:
+                scale *= keep_slide
+            P[i, k] *= scale
+    for i in range(moving):
+        for k in range(moving):
+            P[i, k] += dt_s**3 / 3.0 * power[i, k]
+            P[i, pose + k] += dt_s**2 / 2.0 * power[i, k]
+            P[pose + i, k] += dt_s**2 / 2.0 * power[i, k]
+            P[pose + i, pose + k] += dt_s * power[i, k]
+    for i in range(moving, pose):
+        P[i, i] += slide_variance * (1.0 - keep_slide**2)
+
+
+@compiled
+def bound(P: FloatArray, first: int, last: int, largest: float) -> None:
+    """Scale P so that no standard deviation of the rows in between exceeds the largest [rad]."""
+    for i in range(first, last):
+        stddev = np.sqrt(P[i, i])
+        if stddev > largest:
+            scale = largest / stddev
+            P[i, :] *= scale
+            P[:, i] *= scale
+
+
+@compiled
+def remember(body: BodyNumbers, pose: Pose, share: float, memory: FloatArray) -> None:
+    """Let each joint's remembered place, relative to the root, follow the present one."""
+    count = len(memory)
+    levers = np.zeros((count, len(pose.rotations), 3))
+    joints = np.empty((count, 3))
+    place_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
+    for j in range(count):
+        for axis in range(3):
+            relative = joints[j, axis] - pose.position[axis]
+            memory[j, axis] += share * (relative - memory[j, axis])
+
+
+@compiled
+def move(pose: Pose, error: FloatArray) -> None:
+    """Add an error to the state, in place: rotations in their group."""
+    links, slides = len(pose.rotations), len(pose.slides)
+    turn, before = np.empty((3, 3)), np.empty((3, 3))
+    rates = 3 + 3 * links + 3 * slides
+    for axis in range(3):
+        pose.position[axis] += error[axis]
+        pose.velocity[axis] += error[rates + axis]
+        for link in range(links):
+            pose.rates[link, axis] += error[rates + 3 + 3 * link + axis]
+        for slide in range(slides):
+            pose.slides[slide, axis] += error[3 + 3 * links + 3 * slide + axis]
+    for link in range(links):
+        at = 3 + 3 * link
+        exponential(error[at], error[at + 1], error[at + 2], turn)
+        before[:] = pose.rotations[link]
+        product(turn, before, pose.rotations[link])

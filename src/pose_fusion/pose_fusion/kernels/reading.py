@@ -1,0 +1,176 @@
+"""Joint angles, rates and variances from links' rotations: the inverse of the chain."""
+
+import numpy as np
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.forward import ModelNumbers
+from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.rotations import exponential, logarithm, product, transposed_product
+from pose_fusion.kernels.small_matrices import solve
+from pose_fusion.streams.samples import FloatArray
+
+FULL_TURN = 2.0 * np.pi
+RATE_DAMPING = 0.05  # [-] of the rates where two axes of a joint nearly coincide
+VARIANCE_DAMPING = 0.1  # [-] likewise of an angle's variance
+
+
+@compiled
+def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatArray) -> None:
+    """A joint's axes, (k, 3), in map, each moved by the turns [rad] before it; R: the parent's."""
+    rotation, turn, before = R.copy(), np.empty((3, 3)), np.empty((3, 3))
+    for index in range(len(angles)):
+        a = axes[index]
+        for i in range(3):
+            out[index, i] = rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2]
+        angle = angles[index]
+        exponential(angle * a[0], angle * a[1], angle * a[2], turn)
+        before[:] = rotation
+        product(before, turn, rotation)
+
+
+@compiled
+def link_angles(
+    R_parent_link: FloatArray, signs: FloatArray, previous: FloatArray, out: FloatArray
+) -> None:
+    """A link's joint angles [rad]; of the equivalent answers the one nearest to the previous.
+
+    Args:
+        R_parent_link: The link's rotation in its parent, (3, 3).
+        signs: Of its axes: three (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
+        previous: The angles before.
+        out: The angles.
+    """
+    R, count = R_parent_link, len(signs)
+    if count == 1:
+        # Between the two bones, as a camera would measure it; never negative.
+        out[0] = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
+        return
+    answer = np.empty(3)
+    about_x = np.arcsin(min(max(-R[1, 2], -1.0), 1.0))
+    least = np.inf
+    for candidate in range(1 if count == 2 else 2):
+        answer[0], answer[1] = np.arctan2(R[0, 2], R[2, 2]), about_x
+        answer[2] = np.arctan2(R[1, 0], R[1, 1])
+        if candidate == 1:
+            answer[0], answer[1], answer[2] = answer[0] + np.pi, np.pi - about_x, answer[2] + np.pi
+        distance = 0.0
+        for k in range(count):
+            answer[k] *= signs[k]
+            answer[k] += FULL_TURN * np.round((previous[k] - answer[k]) / FULL_TURN)
+            distance += (answer[k] - previous[k]) ** 2
+        if distance < least:
+            least = distance
+            out[:] = answer[:count]
+
+
+@compiled
+def least_squares(A: FloatArray, B: FloatArray, damping: float, out: FloatArray) -> None:
+    """(A Aᵀ + damping² I)⁻¹ A B, damped where the rows of A, (k, 3), are nearly dependent."""
+    count = len(A)
+    normal = np.empty((3, 3))
+    for i in range(count):
+        for k in range(count):
+            normal[i, k] = A[i, 0] * A[k, 0] + A[i, 1] * A[k, 1] + A[i, 2] * A[k, 2]
+        normal[i, i] += damping**2
+        for column in range(B.shape[1]):
+            out[i, column] = 0.0
+            for m in range(3):
+                out[i, column] += A[i, m] * B[m, column]
+    solve(normal, out, count)
+
+
+@compiled
+def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray) -> None:
+    """The rotation vector [rad] of the same rotation that lies nearest to the previous one."""
+    angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle == 0.0:
+        # Any direction will do for full turns: keep the previous one's.
+        length = np.sqrt(previous[0] ** 2 + previous[1] ** 2 + previous[2] ** 2)
+        turns = np.round(length / FULL_TURN)
+        for axis in range(3):
+            has_turned = turns != 0.0
+            out[axis] = previous[axis] / length * turns * FULL_TURN if has_turned else vector[axis]
+        return
+    along = 0.0
+    for axis in range(3):
+        along += vector[axis] / angle * previous[axis]
+    turns = np.round((along - angle) / FULL_TURN)
+    for axis in range(3):
+        out[axis] = (angle + turns * FULL_TURN) * vector[axis] / angle
+
+
+@compiled
+def read_pose(
+    numbers: ModelNumbers,
+    pose: Pose,
+    P: FloatArray,
+    information: FloatArray,
+    previous: FloatArray,
+    out: FloatArray,
+) -> None:
+    """All degrees of freedom.
+
+    Args:
+        numbers: The body model.
+        pose: The links' rotations and rates.
+        P: Covariance of the error.
+        information: Of each source on each link, (2, links, 3, 3) [1/rad²].
+        previous: The degrees of freedom before, (d,).
+        out: (5, d): values, rates, variances, then each source's information.
+    """
+    relative, vector = np.empty((3, 3)), np.empty(3)
+    for axis in range(3):
+        out[0, axis], out[1, axis] = pose.position[axis], pose.velocity[axis]
+        out[2, axis] = P[axis, axis]
+    for link in range(len(numbers.parents)):
+        parent = numbers.parents[link]
+        if parent < 0:
+            logarithm(pose.rotations[link], vector)
+            continuous_vector(vector, previous[3:6], out[0, 3:6])
+            for axis in range(3):
+                at = 3 + 3 * link + axis
+                out[1, 3 + axis], out[2, 3 + axis] = pose.rates[link, axis], P[at, at]
+            for source in range(2):
+                own = information[source, link]
+                out[3 + source, :6] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
+            continue
+        transposed_product(pose.rotations[parent], pose.rotations[link], relative)
+        read_link(numbers, link, relative, pose, P, information, previous, out)
+
+
+@compiled
+def read_link(
+    numbers: ModelNumbers,
+    link: int,
+    R_parent_link: FloatArray,
+    pose: Pose,
+    P: FloatArray,
+    information: FloatArray,
+    previous: FloatArray,
+    out: FloatArray,
+) -> None:
+    """One link's degrees of freedom; see :func:`read_pose`."""
+    count, parent = numbers.dof_count[link], numbers.parents[link]
+    dof, axes = numbers.dof[link, :count], numbers.axes[link, :count]
+    signs, before, angles = np.empty(count), np.empty(count), np.empty(count)
+    A, rates, inverse = np.empty((count, 3)), np.empty((count, 1)), np.empty((count, 3))
+    for k in range(count):
+        signs[k], before[k] = axes[k, 0] + axes[k, 1] + axes[k, 2], previous[dof[k]]
+    link_angles(R_parent_link, signs, before, angles)
+    moved_axes(pose.rotations[parent], axes, angles, A)
+    omega = (pose.rates[link] - pose.rates[parent]).reshape(3, 1)
+    least_squares(A, omega, RATE_DAMPING, rates)
+    least_squares(A, np.eye(3), VARIANCE_DAMPING, inverse)
+    own, above = 3 + 3 * link, 3 + 3 * parent
+    for k in range(count):
+        variance, known = 0.0, np.zeros(2)
+        for a in range(3):
+            for b in range(3):
+                relative = P[own + a, own + b] + P[above + a, above + b]
+                relative -= P[own + a, above + b] + P[above + a, own + b]
+                variance += inverse[k, a] * relative * inverse[k, b]
+                for source in range(2):
+                    known[source] += A[k, a] * information[source, link, a, b] * A[k, b]
+        at = dof[k]
+        out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
+        out[3, at], out[4, at] = known[0], known[1]
