@@ -13,6 +13,7 @@ from pose_fusion.calibration.extrinsics_file import (
     load_extrinsics_of,
     save_extrinsics,
 )
+from pose_fusion.calibration.session_file import load_section, save_section
 
 
 @pytest.fixture(scope="module")
@@ -182,3 +183,48 @@ def test_something_else_is_refused(text, message, tmp_path):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match=r"cannot read the calibration .*gone\.yaml"):
         load_extrinsics(tmp_path / "gone.yaml")
+
+
+def test_a_file_of_the_first_version_is_still_read(document, tmp_path):
+    document["version"] = 1
+    document.pop("view_offsets")
+    loaded = load(document, tmp_path)
+    assert loaded.sensors == ("left", "right")
+    assert loaded.view_offsets == {}
+
+
+def test_view_offsets_are_saved_by_joint_and_loaded(extrinsics, document, tmp_path):
+    loaded = load(document, tmp_path)
+    np.testing.assert_allclose(
+        loaded.view_offsets["right"], extrinsics.view_offsets["right"], atol=1e-4
+    )
+    document["view_offsets"]["right"]["tail"] = [0.0, 0.0, 0.0]
+    with pytest.raises(InputError, match="view_offsets of 'right' name tail"):
+        load(document, tmp_path)
+
+
+def test_sections_are_kept_when_the_calibration_is_replaced(extrinsics, tmp_path):
+    path = tmp_path / "session.yaml"
+    save_extrinsics(path, extrinsics)
+    assert load_section(path, "body") is None
+    save_section(path, "body", {"bone_lengths": {"left_thigh": 0.43}, "joints": ["head"]})
+    save_extrinsics(path, extrinsics_from_map(POSES))
+    assert load_section(path, "body") == {
+        "bone_lengths": {"left_thigh": 0.43},
+        "joints": ["head"],
+    }
+    assert load_extrinsics(path).reference == "left"
+
+
+def test_sections_are_plain_and_do_not_hide_the_calibration(extrinsics, tmp_path):
+    path = tmp_path / "session.yaml"
+    save_extrinsics(path, extrinsics)
+    with pytest.raises(InputError, match="'sensors' cannot be a section"):
+        save_section(path, "sensors", {})
+    with pytest.raises(InputError, match="section body/x holds a ndarray"):
+        save_section(path, "body", {"x": np.zeros(3)})
+    with pytest.raises(InputError, match="cannot read the calibration"):
+        save_section(tmp_path / "none.yaml", "body", {})
+    path.write_text(path.read_text() + "imus: 3\n")
+    with pytest.raises(InputError, match="section 'imus' is 3, expected a mapping"):
+        load_section(path, "imus")

@@ -9,7 +9,7 @@ from geometry_msgs.msg import Point, Transform, TransformStamped
 from pose_msgs.msg import PoseEstimate, Skeleton
 from rosbags.typesys.store import Typestore
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import ColorRGBA, Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
@@ -234,6 +234,18 @@ def to_extrinsics_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[Transf
     header = to_header(stamp_ns, sensor_frame(extrinsics.reference))
     others = {s: T for s, T in extrinsics.T_reference_sensor.items() if s != extrinsics.reference}
     return _sensor_transforms(header, others)
+
+
+def to_clock_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[TimeReference]:
+    """What each sensor's clock shows at an instant of the reference's, one message a sensor."""
+    return [
+        TimeReference(
+            header=to_header(stamp_ns, sensor_frame(sensor)),
+            time_ref=ns_to_stamp(stamp_ns + offset_ns),
+            source=sensor,
+        )
+        for sensor, offset_ns in extrinsics.clock_offset_ns.items()
+    ]
 
 
 def sensor_frame(sensor: str) -> str:

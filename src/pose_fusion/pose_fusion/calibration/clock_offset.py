@@ -4,6 +4,8 @@ The offset is the shift :math:`\tau` of one sensor's stamps under which its skel
 with the other's, each shift with the rigid transform that suits it best:
 
 .. math:: \min_\tau \min_{R, t} \sum \rho(\| a(s) - (R\,b(s + \tau) + t) \|)
+
+and then refined by each joint's own delay (:mod:`joint_delays`).
 """
 
 from collections.abc import Sequence
@@ -14,9 +16,11 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from pose_common.joints import JOINTS, TrackingState
+from pose_fusion.calibration.joint_delays import CORRELATION_S, Delay, estimate_delay
 from pose_fusion.calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform_robustly,
+    transformed,
 )
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
@@ -29,10 +33,9 @@ MIN_FRAMES = 30  # [-] compared under every shift
 UNKNOWN_M = 1000.0  # [m] a residual worse than any, and finite for the search
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
 MAX_GAP_S = 0.1  # [s] to interpolate across
+REFINEMENTS = 3  # [-] of the offset by the joints' delays
 JOINT_ERROR_M = 0.02  # [m] that no calibration removes
 SPEED_REACH = 5  # [-] samples to either side: a shorter way is mostly noise
-CORRELATION_S = 0.5  # [s] after which a joint's error is another one
-VIEW_LAG_S = 0.004  # [s] by which a tracker follows differently in two views
 OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: beyond, no offset is better than a wrong one
 SIGNIFICANT = 2.0  # [-] standard deviations; a smaller offset is taken for none
 
@@ -111,7 +114,30 @@ def estimate_clock_offset(
     )
     if fine.fun >= UNKNOWN_M or abs(fine.x) > max_offset_s:  # a best at the edge is none
         return UNKNOWN_OFFSET
-    return ClockOffset(estimate_s=float(fine.x), stddev_s=_stddev(a, compared, float(fine.fun)))
+    offset, stddev = float(fine.x), _stddev(a, compared, float(fine.fun))
+    if stddev > OBSERVABLE_STDDEV_S:
+        return ClockOffset(estimate_s=offset, stddev_s=stddev)
+    for _ in range(REFINEMENTS):
+        delay = _delay(a, b, offset)
+        offset, stddev = offset + delay.estimate_s, delay.stddev_s
+    if abs(offset - fine.x) > FINE_REACH_S:
+        return UNKNOWN_OFFSET
+    return ClockOffset(estimate_s=offset, stddev_s=stddev)
+
+
+def _delay(a: _Track, b: _Track, offset: float) -> Delay:
+    """What is left of the other's delay after an offset [s] has been taken off."""
+    moved = b.at(a.stamps + offset)
+    known = np.isfinite(a.positions + moved).all(axis=2)
+    try:
+        fit = estimate_rigid_transform_robustly(moved[known], a.positions[known])
+    except CalibrationError:
+        return Delay(estimate_s=0.0, stddev_s=np.inf)
+    positions = a.positions.copy()
+    outlier = known.copy()
+    outlier[known] = fit.weights == 0.0
+    positions[outlier] = np.nan
+    return estimate_delay(a.stamps, positions, transformed(fit.T_target_source, moved))
 
 
 def _track(samples: Sequence[SkeletonSample], begin_ns: int) -> _Track:
@@ -181,4 +207,4 @@ def _stddev(track: _Track, compared: NDArray[np.intp], residual: float) -> float
     information = observations * mean_square
     if information == 0.0:
         return np.inf
-    return float(np.hypot(max(residual, JOINT_ERROR_M) / np.sqrt(information), VIEW_LAG_S))
+    return max(residual, JOINT_ERROR_M) / float(np.sqrt(information))

@@ -57,7 +57,6 @@ class Extrinsics:
     board: Mapping[str, BoardResiduals] = field(default_factory=dict)  # the same, of a board
     floor: FloorEstimate | None = None  # how T_map_reference was found
     clock_offset_ns: Mapping[str, int] = field(default_factory=dict)  # to subtract from stamps
-    clock_drift_ppm: Mapping[str, float] = field(default_factory=dict)  # for people
     view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
     """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
     axes that turn with the body (x forward, y left, z up)."""

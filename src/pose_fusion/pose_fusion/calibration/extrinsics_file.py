@@ -13,13 +13,12 @@
         translation: [1.52, -0.04, 0.61]
         rotation: [0.01, -0.38, 0.02, 0.92]
         clock_offset_ns: 21500000  # subtract from its stamps
-        clock_drift_ppm: 12.0
         residuals: {frames: 1843, median: 0.032, ...}
     view_offsets:  # [m] where trackers see joints, in the body's axes
       left: {head: [0.004, -0.002, 0.011], ...}
     body: {...}  # further sections, see session_file
 
-``residuals``, drifts and what the map came from are for people: a file by hand does without.
+``residuals`` and what the map came from are for people: a file by hand does without.
 """
 
 import os
@@ -38,7 +37,7 @@ from pose_fusion.calibration.extrinsics import BoardResiduals, Extrinsics, PairR
 from pose_fusion.streams.samples import FloatArray
 
 VERSION = 2
-READABLE = (1, 2)  # 1 had no drifts, view offsets and sections
+READABLE = (1, 2)  # 1 had no view offsets and no sections
 OWN_KEYS = ("version", "reference", "date", "map", "sensors", "view_offsets")
 UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
 METRE_DIGITS = 6
@@ -179,8 +178,6 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
             continue
         entry: dict[str, Any] = _pose(extrinsics.T_reference_sensor[name])
         entry["clock_offset_ns"] = int(extrinsics.clock_offset_ns.get(name, 0))
-        if name in extrinsics.clock_drift_ppm:
-            entry["clock_drift_ppm"] = _rounded(extrinsics.clock_drift_ppm[name], 1)
         if name in extrinsics.residuals:
             entry["residuals"] = _residuals(extrinsics.residuals[name])
         if name in extrinsics.board:

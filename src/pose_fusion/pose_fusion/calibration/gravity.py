@@ -7,7 +7,6 @@ import numpy as np
 from pose_fusion.streams.samples import FloatArray
 
 ACCELEROMETER = "the sensor's accelerometer"
-BODY_IMUS = "body-worn IMUs"
 STANDARD_GRAVITY = 9.80665  # [m/s²] (CGPM 1901)
 GRAVITY_TOLERANCE = 0.5  # [m/s²] a sensor that stands still measures gravity alone
 ACCELEROMETER_STDDEV = np.radians(0.5)  # [rad] of a bias of 0.08 m/s², which no averaging removes

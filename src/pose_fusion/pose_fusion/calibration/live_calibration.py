@@ -1,18 +1,27 @@
-"""Calibration while the person moves: a first solution soon, one refinement later."""
+"""Calibration while the person moves: a first solution soon, then refined and watched over."""
 
+from collections import deque
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 
 from pose_common.counters import Counters
+from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_offset
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_fusion.calibration.gravity import AccelerometerGravity
+from pose_fusion.calibration.guidance import what_is_missing
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.calibration.watchdog import Moved, Watchdog
+from pose_fusion.streams.samples import FloatArray, SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
 from pose_fusion.streams.time_alignment import TimeAligner
 
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
+NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
+LONGEST_BUFFER = 4_000  # [samples] that clock offsets are sought in: a minute of two sensors
+SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
 
 
 class CalibrationState(Enum):
@@ -27,9 +36,10 @@ class CalibrationState(Enum):
 class LiveCalibration:
     """Collects skeletons and says when there is a new calibration.
 
-    The first solution comes as soon as ``minimum_duration`` of common view determines the
-    sensors' places; after ``collect_duration`` it is refined once with all that was seen, and then
-    stays until :meth:`restart`.
+    The first solution comes as soon as ``minimum_duration`` of common view determines the sensors'
+    places and clocks. It is refined whenever as much again has been seen, until it is good enough
+    or ``collect_duration`` is over. Sensors that nobody has walked before yet join later. From then
+    on a watchdog compares the views until :meth:`restart`.
 
     Args:
         parameters: See the class.
@@ -42,9 +52,13 @@ class LiveCalibration:
         self.parameters = parameters
         self.extrinsics = known
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
-        self.counters = Counters("solutions", "refused_solutions")
+        self.counters = Counters("solutions", "refused_solutions", "moves_noticed")
         self.selector = SinglePersonSelector(parameters.person)
+        self.accelerometer = AccelerometerGravity()
+        self.clock_offsets: dict[str, ClockOffset] = {}
         self._begin()
+        if known is not None:
+            self._watch(known)
 
     def restart(self) -> None:
         """Forget what was seen and find a new calibration; the old one holds until then."""
@@ -52,66 +66,179 @@ class LiveCalibration:
         self._begin()
 
     def _begin(self) -> None:
+        self.clock_offsets = {}
+        self._buffer: deque[SkeletonSample] = deque(maxlen=LONGEST_BUFFER)
+        self._use_offsets({})
+        self._attempt_at_s = self.parameters.minimum_duration
+        self._refusal = ""
+        self._missing, self._progress = "", 0.0
+        self.moved: Moved | None = None
+        self._watchdog: Watchdog | None = None
+
+    def _use_offsets(self, offset_ns: dict[str, int]) -> None:
+        """Align by these clock offsets from now on, and all that was seen again."""
         parameters = self.parameters
+        self._offset_ns = offset_ns
         self.aligner = TimeAligner(
             parameters.sensors,
             max_skew_s=parameters.max_skew,
             max_gap_s=parameters.max_gap,
             max_wait_s=parameters.max_wait,
+            clock_offset_ns=offset_ns,
         )
         self.calibrator = ExtrinsicsCalibrator(
             parameters.sensors, parameters.limits, parameters.known_mounting
         )
-        self._attempt_at_s = parameters.minimum_duration
-        self._refusal = ""
+        ordered = sorted(self._buffer, key=lambda s: s.stamp_ns - offset_ns.get(s.sensor, 0))
+        for sample in ordered:
+            for frame in self.aligner.add(sample):
+                self.calibrator.add(frame)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether nothing more is collected."""
+        return self.state in (CalibrationState.REFINED, CalibrationState.LOADED)
+
+    @property
+    def progress(self) -> float:
+        """How much of what is wanted has been seen, 0 to 1."""
+        return 1.0 if self.is_finished else self._progress
+
+    @property
+    def missing(self) -> str:
+        """What the person should do next; empty if nothing."""
+        if self.is_finished:
+            return ""
+        if self.state is CalibrationState.CALIBRATED:
+            return self._missing
+        if self._refusal:
+            return self._refusal
+        silent = [name for name in self.parameters.sensors if not self.aligner.has_heard(name)]
+        if silent:
+            return f"no skeletons from {', '.join(silent)} yet"
+        return (
+            f"{self.calibrator.observed_s:.1f} s of common view, expected "
+            f"{self.parameters.minimum_duration:.1f} s or more"
+        )
 
     @property
     def status(self) -> str:
         """The state, for people: what is missing, or what was reached."""
-        if self.state is not CalibrationState.COLLECTING:
-            residuals = {} if self.extrinsics is None else self.extrinsics.residuals
-            reached = [
-                f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "
-                "uncalibrated)"
-                for name, pair in residuals.items()
-            ]
-            return f"{self.state.value}: {', '.join(reached)}" if reached else self.state.value
-        if self._refusal:
-            return f"collecting: {self._refusal}"
-        silent = [name for name in self.parameters.sensors if not self.aligner.has_heard(name)]
-        if silent:
-            return f"collecting: no skeletons from {', '.join(silent)} yet"
-        return (
-            f"collecting: {self.calibrator.observed_s:.1f} s of common view, expected "
-            f"{self.parameters.minimum_duration:.1f} s or more"
-        )
+        if self.moved is not None:
+            return f"{self.state.value}, but {self.moved}: calibrate again"
+        if self.state is CalibrationState.COLLECTING:
+            return f"collecting: {self.missing}"
+        residuals = {} if self.extrinsics is None else self.extrinsics.residuals
+        reached = [
+            f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "
+            "uncalibrated)"
+            for name, pair in residuals.items()
+        ]
+        text = f"{self.state.value}: {', '.join(reached)}" if reached else self.state.value
+        return f"{text}; {self.missing}" if self.missing else text
+
+    def add_acceleration(self, acceleration: FloatArray) -> None:
+        """Take the reference's own accelerometer, (3,) [m/s²] in its optical frame."""
+        self.accelerometer.add(acceleration)
 
     def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
         """Take all that a sensor saw in one frame; returns a new calibration, if this gives one."""
-        if self.state in (CalibrationState.REFINED, CalibrationState.LOADED):
+        if self.is_finished and not self.parameters.watch:
             return None
         sample = self.selector.select(persons)
         if sample is None:
             return None
-        for frame in self.aligner.add(sample):
+        frames = self.aligner.add(sample)
+        if self._watchdog is not None:
+            for frame in frames:
+                self._note(self._watchdog.add(frame))
+        if self.is_finished:
+            return None
+        self._buffer.append(sample)
+        for frame in frames:
             self.calibrator.add(frame)
         if self.calibrator.observed_s < self._attempt_at_s:
             return None
         return self._attempt()
 
+    @property
+    def displacement(self) -> dict[str, float]:
+        """How far each view is from the others' [m], as the watchdog sees it."""
+        return {} if self._watchdog is None else dict(self._watchdog.displacement)
+
+    def _watch(self, extrinsics: Extrinsics) -> None:
+        self._use_offsets({name: ns for name, ns in extrinsics.clock_offset_ns.items() if ns})
+        if self.parameters.watch and len(extrinsics.sensors) > 1:
+            self._watchdog = Watchdog(extrinsics)
+
+    def _note(self, moved: Moved | None) -> None:
+        if moved is None:
+            return
+        if self.moved is None:
+            self.counters.add("moves_noticed")
+        if self.parameters.recalibrate_when_moved and self.is_finished:
+            self.restart()
+            return
+        self.moved = moved
+
     def _attempt(self) -> Extrinsics | None:
-        self._attempt_at_s = self.calibrator.observed_s + ATTEMPT_EVERY_S
+        observed_s = self.calibrator.observed_s
+        self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
         try:
-            self.extrinsics = self.calibrator.solve()
+            found = self._solve()
+            if self._find_clocks():
+                found = self._solve()
         except CalibrationError as error:
             self.counters.add("refused_solutions")
             self._refusal = str(error)
             return None
         self.counters.add("solutions")
         self._refusal = ""
-        if self.calibrator.observed_s >= self.parameters.collect_duration:
+        offset_ns = {name: self._offset_ns.get(name, 0) for name in found.sensors}
+        self.extrinsics = replace(found, clock_offset_ns=offset_ns)
+        self._conclude(self.extrinsics, observed_s)
+        return self.extrinsics
+
+    def _solve(self) -> Extrinsics:
+        return self.calibrator.solve(allow_missing=True, gravity=self.accelerometer.gravity())
+
+    def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> None:
+        """Decide whether that was the last solution."""
+        parameters = self.parameters
+        self._missing, self._progress = what_is_missing(
+            extrinsics,
+            self.calibrator.memory.frames(),
+            parameters.sensors,
+            parameters.enough_rotation_stddev,
+            parameters.enough_position_stddev,
+        )
+        complete = set(extrinsics.sensors) == set(parameters.sensors)
+        if complete and (not self._missing or observed_s >= parameters.collect_duration):
             self.state = CalibrationState.REFINED
+            self._buffer.clear()
+            self._watch(extrinsics)
         else:
             self.state = CalibrationState.CALIBRATED
-            self._attempt_at_s = self.parameters.collect_duration
-        return self.extrinsics
+            later_s = max(parameters.collect_duration, observed_s + ATTEMPT_EVERY_S)
+            self._attempt_at_s = min(NEXT_AFTER * observed_s, later_s)
+
+    def _find_clocks(self) -> bool:
+        """Find the clocks' offsets in what was seen; whether they have changed what was aligned."""
+        by_sensor: dict[str, list[SkeletonSample]] = {}
+        for sample in self._buffer:
+            by_sensor.setdefault(sample.sensor, []).append(sample)
+        reference, *others = self.parameters.sensors
+        self.clock_offsets = {
+            name: estimate_clock_offset(
+                by_sensor.get(reference, []), by_sensor.get(name, []), self.parameters.max_offset
+            )
+            for name in others
+        }
+        offset_ns = {name: one.offset_ns for name, one in self.clock_offsets.items()}
+        changed = any(
+            abs(ns - self._offset_ns.get(name, 0)) > SAME_OFFSET_NS
+            for name, ns in offset_ns.items()
+        )
+        if changed:
+            self._use_offsets({name: ns for name, ns in offset_ns.items() if ns})
+        return changed

@@ -81,7 +81,32 @@ class LiveCalibrationParameters(CalibrationParameters):
         3.0, unit="s", low=0.5, high=600.0, doc="time of common view before the first solution"
     )
     collect_duration: float = parameter(
-        60.0, unit="s", low=1.0, high=3600.0, doc="time of common view before the one refinement"
+        60.0,
+        unit="s",
+        low=1.0,
+        high=3600.0,
+        doc="time of common view after which it is no longer refined",
+    )
+    enough_rotation_stddev: float = parameter(
+        0.007,
+        unit="rad",
+        low=0.0005,
+        high=0.1,
+        doc="uncertainty of every rotation at which the calibration ends by itself",
+    )
+    enough_position_stddev: float = parameter(
+        0.015,
+        unit="m",
+        low=0.001,
+        high=0.2,
+        doc="the same of every sensor's place",
+    )
+    watch: bool = parameter(True, doc="compare the views afterwards and tell a moved sensor")
+    recalibrate_when_moved: bool = parameter(
+        False, doc="begin anew by itself when a sensor has been moved"
+    )
+    max_offset: float = parameter(
+        0.5, unit="s", low=0.0, high=2.0, doc="largest offset between two sensors' clocks"
     )
     max_skew: float = parameter(
         0.02, unit="s", low=0.001, high=0.1, doc="largest difference of stamps in a pair of frames"

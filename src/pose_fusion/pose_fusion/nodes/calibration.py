@@ -9,6 +9,7 @@ from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -21,7 +22,12 @@ from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_extrinsics
 from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
-from pose_fusion.conversions import to_extrinsics_messages, to_static_tf
+from pose_fusion.conversions import (
+    sensor_frame,
+    to_clock_messages,
+    to_extrinsics_messages,
+    to_static_tf,
+)
 from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.bags import skeleton_samples
 
@@ -46,10 +52,13 @@ class CalibrationNode(Node):
         self._calibration = LiveCalibration(parameters, known)
         follow = self._calibration.selector.follow
         accept_changes(self, LiveCalibrationParameters, {"person": follow})
-        self._counters = Counters("malformed_frames")
+        self._counters = Counters("malformed_frames", "accelerations_in_other_frames")
         self._trouble = ""
         self._extrinsics_publisher = self.create_publisher(
             TransformStamped, "extrinsics", latched(len(parameters.sensors))
+        )
+        self._clock_publisher = self.create_publisher(
+            TimeReference, "clock_offsets", latched(len(parameters.sensors))
         )
         self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", latched(1))
         for sensor in parameters.sensors:
@@ -59,11 +68,24 @@ class CalibrationNode(Node):
                 partial(self._on_skeletons, sensor),
                 qos_profile_sensor_data,
             )
+        self._reference_frame = sensor_frame(parameters.sensors[0])
+        self.create_subscription(
+            Imu,
+            f"kinect_{parameters.sensors[0]}/imu",
+            self._on_acceleration,
+            qos_profile_sensor_data,
+        )
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
+        self.create_service(Trigger, "~/progress", self._on_progress)
         self.create_service(Trigger, "~/save", self._on_save)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
         if known is not None:
             self._publish(known)
+
+    @property
+    def calibration(self) -> LiveCalibration:
+        """What it feeds."""
+        return self._calibration
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
         try:
@@ -78,8 +100,17 @@ class CalibrationNode(Node):
             if self._file is not None:
                 self._save(self._file, extrinsics)
 
+    def _on_acceleration(self, message: Imu) -> None:
+        if message.header.frame_id != self._reference_frame:
+            self._counters.add("accelerations_in_other_frames")
+            return
+        a = message.linear_acceleration
+        self._calibration.add_acceleration(np.array([a.x, a.y, a.z]))
+
     def _publish(self, extrinsics: Extrinsics) -> None:
         stamp_ns = self.get_clock().now().nanoseconds
+        for message in to_clock_messages(extrinsics, stamp_ns):
+            self._clock_publisher.publish(message)
         for message in to_extrinsics_messages(extrinsics, stamp_ns):
             self._extrinsics_publisher.publish(message)
         placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in extrinsics.sensors}
@@ -104,6 +135,13 @@ class CalibrationNode(Node):
         response.success, response.message = True, "collecting anew: walk about, raise the arms"
         return response
 
+    def _on_progress(
+        self, _request: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        response.success = self._calibration.is_finished
+        response.message = f"{self._calibration.progress:.0%}: {self._calibration.status}"
+        return response
+
     def _on_save(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         extrinsics = self._calibration.extrinsics
         if self._file is None:
@@ -118,18 +156,32 @@ class CalibrationNode(Node):
     def _report(self) -> Report:
         calibration = self._calibration
         collecting = calibration.state is CalibrationState.COLLECTING
-        level = Level.WARN if collecting else Level.OK
+        level = Level.WARN if collecting or calibration.moved else Level.OK
         return Report(
             level=Level.ERROR if self._trouble else level,
             message=self._trouble or calibration.status,
             values={
                 "state": calibration.state.value,
+                "progress": f"{calibration.progress:.2f}",
+                "missing": calibration.missing,
+                "moved": calibration.moved or "",
+                **{
+                    f"view_displacement_m/{sensor}": f"{distance:.3f}"
+                    for sensor, distance in calibration.displacement.items()
+                },
                 "common_view_s": f"{calibration.calibrator.observed_s:.1f}",
                 **{
                     f"frames_with/{sensor}": count
                     for sensor, count in calibration.calibrator.frames_with.items()
                 },
                 **_residuals(calibration.extrinsics),
+                **{
+                    f"clock_ahead_ms/{sensor}": f"{offset.estimate_s * 1e3:.1f}"
+                    f" ± {offset.stddev_s * 1e3:.1f}"
+                    for sensor, offset in calibration.clock_offsets.items()
+                },
+                "accelerometer_readings": calibration.accelerometer.readings,
+                "accelerometer_left_out": calibration.accelerometer.left_out,
                 **calibration.counters.as_dict(),
                 **self._counters.as_dict(),
                 **calibration.selector.counters.as_dict("person/"),
@@ -148,11 +200,15 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
         values[f"raw_median_m/{sensor}"] = f"{pair.raw_median:.4f}"
         values[f"inlier_share/{sensor}"] = f"{pair.all_inlier_share:.2f}"
         values[f"rotation_stddev_deg/{sensor}"] = f"{np.degrees(pair.rotation_stddev):.2f}"
+        values[f"position_stddev_m/{sensor}"] = f"{pair.position_stddev:.4f}"
     if extrinsics.floor is not None:
         floor = extrinsics.floor
         values["vertical_from"] = floor.source
         values["vertical_stddev_deg"] = f"{np.degrees(floor.up_stddev):.1f}"
         values["sensor_height_m"] = f"{floor.height:.2f}"
+        values["sensor_height_stddev_m"] = f"{floor.height_stddev:.2f}"
+    for sensor, ns in extrinsics.clock_offset_ns.items():
+        values[f"clock_offset_ms/{sensor}"] = f"{ns * 1e-6:.1f}"
     return values
 
 

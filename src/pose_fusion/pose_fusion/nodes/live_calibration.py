@@ -1,0 +1,59 @@
+"""The calibration node run until it is done, for ``./pose calibrate live``."""
+
+import time
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.parameter import Parameter
+
+from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.calibration.live_calibration import LiveCalibration
+from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.nodes.calibration import CalibrationNode
+
+SPIN_S = 0.1
+
+
+def calibrate_live(
+    parameters: dict[str, object],
+    timeout_s: float,
+    on_progress: Callable[[LiveCalibration], None],
+    arguments: Sequence[str] = (),
+) -> Extrinsics:
+    """Calibrate from the running sensors.
+
+    Args:
+        parameters: Of the calibration node, those that differ from the defaults.
+        timeout_s: How long to wait [s] in all.
+        on_progress: Told now and then how far it is.
+        arguments: ROS arguments.
+
+    Raises:
+        CalibrationError: If nothing could be found in time; the message says what was missing.
+    """
+    rclpy.init(args=list(arguments))
+    node = None
+    try:
+        node = CalibrationNode(
+            parameter_overrides=[Parameter(name, value=value) for name, value in parameters.items()]
+        )
+        deadline = time.monotonic() + timeout_s
+        while not node.calibration.is_finished and time.monotonic() < deadline:
+            rclpy.spin_once(node, timeout_sec=SPIN_S)
+            on_progress(node.calibration)
+        return _result(node.calibration, timeout_s)
+    except ExternalShutdownException:
+        raise KeyboardInterrupt from None
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _result(calibration: LiveCalibration, timeout_s: float) -> Extrinsics:
+    sensors = calibration.parameters.sensors
+    found = calibration.extrinsics
+    if found is None or set(found.sensors) != set(sensors):
+        raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {calibration.missing}")
+    return found

@@ -1,0 +1,64 @@
+"""``./pose calibrate live -o FILE``: walk before the running sensors until it is done."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from pose_common.errors import InputError
+from pose_common.parameters import add_arguments, from_arguments, specs
+from pose_fusion.calibration.extrinsics_file import save_extrinsics
+from pose_fusion.calibration.live_calibration import LiveCalibration
+from pose_fusion.calibration.parameters import LiveCalibrationParameters
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="pose calibrate live", description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, required=True, help="the YAML to write")
+    parser.add_argument(
+        "--timeout", type=float, default=180.0, help="give up after so long [s] (default: 180)"
+    )
+    parser.add_argument("--date", default="", help="noted in the file, for people")
+    add_arguments(parser.add_argument_group("parameters"), LiveCalibrationParameters)
+    return parser
+
+
+def main(arguments: list[str]) -> None:
+    """Run with the arguments that follow ``live``."""
+    from pose_fusion.nodes.live_calibration import calibrate_live  # ROS only where it is wanted
+
+    given = make_parser().parse_args(arguments)
+    if not given.output.parent.is_dir():
+        raise InputError(f"cannot write {given.output}: its folder does not exist")
+    parameters = from_arguments(LiveCalibrationParameters, given)
+    if parameters.file:
+        raise InputError("--file is the node's: name the YAML to write with -o")
+    changed = {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, (default, _) in specs(LiveCalibrationParameters).items()
+        if (value := getattr(parameters, name)) != default
+    }
+    console = Console(stderr=True)
+    columns = (BarColumn(), TextColumn("{task.percentage:.0f} %  {task.description}"))
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as progress:
+        task = progress.add_task("", total=1.0)
+
+        def show(calibration: LiveCalibration) -> None:
+            text = calibration.missing or calibration.status
+            progress.update(task, completed=calibration.progress, description=text)
+
+        extrinsics = calibrate_live(changed, given.timeout, show)
+    save_extrinsics(given.output, extrinsics, given.date)
+    for name, pair in extrinsics.residuals.items():
+        ahead_ms = extrinsics.clock_offset_ns.get(name, 0) * 1e-6
+        print(
+            f"{name}: known to {pair.position_stddev * 100.0:.1f} cm and "
+            f"{np.degrees(pair.rotation_stddev):.2f} deg, agrees with '{pair.partner}' within "
+            f"{pair.median * 100.0:.1f} cm, clock {ahead_ms:.0f} ms ahead"
+        )
+    print(f"{given.output}: {', '.join(extrinsics.sensors)}")

@@ -1,0 +1,55 @@
+"""``./pose calibrate live``: from running sensors to a file (a synthetic walking person)."""
+
+import sys
+
+import numpy as np
+from pose_msgs.msg import SkeletonArray
+from rclpy.qos import qos_profile_sensor_data
+from sample_messages import skeleton_message
+from walking_person import LEFT, RIGHT, angle_deg, samples
+
+from pose_fusion.calibration.extrinsics_file import load_extrinsics
+from pose_fusion.calibration.rigid_transform import inverse
+
+TOOL = [sys.executable, "-c", "from pose_fusion.tools.calibrate import main; main()", "live"]
+
+
+def publishers(context):
+    node = context.make_node("sensors")
+    return {
+        name: node.create_publisher(
+            SkeletonArray, f"kinect_{name}/skeletons", qos_profile_sensor_data
+        )
+        for name in ("left", "right")
+    }
+
+
+def test_a_walking_person_gives_a_file_and_the_tool_ends(ros_context, start_process, tmp_path):
+    output = tmp_path / "extrinsics.yaml"
+    sensors = publishers(ros_context)
+    enough = ["--enough-rotation-stddev", "0.03", "--enough-position-stddev", "0.1"]
+    tool = start_process([*TOOL, "-o", output, *enough])
+    for publisher in sensors.values():
+        ros_context.spin_until(publisher.get_subscription_count, 30.0, what="the tool")
+    some = iter(samples(duration_s=60.0))
+
+    def publish_until_it_ends():
+        for _ in range(4):  # about four times as fast as real sensors
+            one = next(some)
+            sensors[one.sensor].publish(skeleton_message(one))
+        return tool.returncode is not None
+
+    ros_context.spin_until(publish_until_it_ends, 60.0, what="the tool's end")
+    assert tool.returncode == 0
+    true = inverse(LEFT) @ RIGHT
+    found = load_extrinsics(output).T_reference_sensor["right"]
+    assert angle_deg(found, true) < 1.5
+    assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.06
+    assert "right: known to" in tool.output
+
+
+def test_without_anybody_it_gives_up_with_the_reason(start_process, tmp_path):
+    tool = start_process([*TOOL, "-o", tmp_path / "extrinsics.yaml", "--timeout", "1.0"])
+    assert tool.wait(30.0) == 1
+    assert "error: not calibrated within 1 s: no skeletons from left, right yet" in tool.output
+    assert list(tmp_path.glob("*.yaml")) == []

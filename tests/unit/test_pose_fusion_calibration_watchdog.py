@@ -1,0 +1,76 @@
+"""A sensor that has been moved is noticed; a person who moves is not."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from walking_person import POSES, frames, sensor_pose
+
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
+from pose_fusion.calibration.watchdog import Watchdog
+
+BEFORE_S, AFTER_S = 20.0, 5.0
+
+
+def watch(before, after, poses=POSES):
+    """What is noticed, with the seconds after the change at which it was."""
+    watchdog = Watchdog(extrinsics_from_map(poses))
+    first_ns = before[-1].stamp_ns
+    for frame in before:
+        assert watchdog.add(frame) is None
+    for frame in after:
+        shifted_ns = frame.stamp_ns - after[0].stamp_ns + first_ns + 66_000_000
+        moved = watchdog.add(type(frame)(stamp_ns=shifted_ns, samples=frame.samples))
+        if moved is not None:
+            return moved, (shifted_ns - first_ns) * 1e-9
+    return None, None
+
+
+def bumped(shift=(0.0, 0.0, 0.0), turn_deg=0.0, sensor="right", poses=POSES):
+    T = poses[sensor].copy()
+    T[:3, :3] = Rotation.from_euler("z", turn_deg, degrees=True).as_matrix() @ T[:3, :3]
+    T[:3, 3] += shift
+    return {**poses, sensor: T}
+
+
+@pytest.mark.parametrize("bump", [{"shift": (0.0, 0.02, 0.0)}, {"turn_deg": 1.0}])
+def test_two_centimetres_or_one_degree_are_noticed_within_5_s(bump):
+    before = frames(duration_s=BEFORE_S, noise=0.02, seed=1)
+    after = frames(duration_s=AFTER_S, noise=0.02, seed=2, poses=bumped(**bump))
+    moved, delay_s = watch(before, after)
+    assert moved is not None
+    assert delay_s < 5.0
+    assert moved.sensors == ("left", "right")
+    assert moved.distance > 0.015
+
+
+def test_of_three_sensors_the_one_that_moved_is_named():
+    poses = {**POSES, "back": sensor_pose(5.0, 0.5, 1.1, 170.0)}
+    before = frames(duration_s=BEFORE_S, noise=0.02, seed=1, poses=poses)
+    after = frames(
+        duration_s=AFTER_S, noise=0.02, poses=bumped((0.0, 0.04, 0.0), sensor="back", poses=poses)
+    )
+    moved, _ = watch(before, after, poses)
+    assert moved.sensors == ("back",)
+    assert "'back' has been moved" in str(moved)
+
+
+def test_a_person_who_begins_to_walk_or_goes_elsewhere_is_not_a_moved_sensor():
+    stand = frames(duration_s=BEFORE_S, noise=0.02, walks=False, moves=False)
+    walk = frames(duration_s=60.0, noise=0.02, seed=3)
+    assert watch(stand, walk) == (None, None)
+
+
+def test_trackers_that_err_with_the_view_are_not_moved_sensors():
+    rng = np.random.default_rng(5)
+    offsets = rng.normal(0.0, 0.02, (15, 3))
+    some = frames(duration_s=60.0, noise=0.02, seed=3)
+    for frame in some:
+        frame.samples["right"].positions[:] += offsets
+    assert watch(some[:300], some[300:]) == (None, None)
+
+
+def test_a_calibration_that_never_fitted_is_told_too():
+    watchdog = Watchdog(extrinsics_from_map(bumped((0.15, 0.0, 0.0))))
+    noticed = [watchdog.add(frame) for frame in frames(duration_s=10.0, noise=0.01)]
+    assert any(moved is not None for moved in noticed)
+    assert watchdog.displacement["right"] == pytest.approx(0.15, abs=0.02)
