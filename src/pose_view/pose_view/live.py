@@ -16,6 +16,7 @@ from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 from pose_view.stream_monitor import StreamMonitor
 
 NS_PER_S = 1_000_000_000
+RESTART_S = 1.0  # [s] a step back in time that is more than lateness
 HOLD_S = 1.0  # [s] what has not come anew since is no longer shown
 OTHER_NODES = {
     "fusion_kinect": "Fusion of the Kinects alone",
@@ -55,7 +56,7 @@ class LiveGraph:
         self._reports: dict[str, _Report] = {}
         self._body_monitors = {body: StreamMonitor() for body in bodies}
         self._sensor_monitors = {sensor: StreamMonitor() for sensor in sensors}
-        self.counters = Counters("malformed_skeletons", "malformed_transforms")
+        self.counters = Counters("malformed_skeletons", "malformed_transforms", "late_skeletons")
 
     # -- messages in ----------------------------------------------------------------------------
 
@@ -67,8 +68,12 @@ class LiveGraph:
             self.counters.add("malformed_skeletons")
             return
         track = self._tracks[body]
-        if track and shown.stamp_ns < track[-1].stamp_ns:
+        ahead_ns = track[-1].stamp_ns - shown.stamp_ns if track else 0
+        if ahead_ns > RESTART_S * NS_PER_S:
             track.clear()  # a recording that begins anew
+        elif ahead_ns > 0:
+            self.counters.add("late_skeletons")
+            return
         track.append(shown)
         while shown.stamp_ns - track[0].stamp_ns > self._span_ns:
             track.popleft()

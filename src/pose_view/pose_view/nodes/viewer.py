@@ -32,8 +32,8 @@ IDLE_NS = 200_000_000  # [ns] between looks for visitors
 STATUS_NS = 500_000_000  # [ns] between updates of the status lines
 FOLLOWERS = ("fusion", "fusion_kinect", "fusion_imu", "calibration")
 """The nodes that follow one person."""
-# The newest matters, not every one: a slow viewer never slows a publisher down.
-LATEST_QOS = QoSProfile(depth=5, reliability=ReliabilityPolicy.BEST_EFFORT)
+# A slow viewer never slows a publisher down; on a busy machine, bursts are not lost either.
+BODY_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class ViewerNode(Node):
@@ -136,7 +136,7 @@ class ViewerNode(Node):
         self._timer.reset()
 
     def _subscribe(
-        self, kind: type, topic: str, callback: Callable[[Any], None], qos: Any = LATEST_QOS
+        self, kind: type, topic: str, callback: Callable[[Any], None], qos: Any = BODY_QOS
     ) -> None:
         self._looking.append(self.create_subscription(kind, topic, callback, qos))
 
