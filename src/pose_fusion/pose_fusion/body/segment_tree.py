@@ -73,6 +73,15 @@ class SegmentTree:
         )
 
     @cached_property
+    def hinge_arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+        """Parents, links and signs of the hinges."""
+        return (
+            np.array([hinge.parent for hinge in self.hinges], np.int64),
+            np.array([hinge.link for hinge in self.hinges], np.int64),
+            np.array([hinge.sign for hinge in self.hinges], float),
+        )
+
+    @cached_property
     def spine(self) -> tuple[int, ...]:
         """Links between which the spine bends: those that a spine joint bears."""
         return tuple(

@@ -33,10 +33,11 @@ def posture_numbers(prior: PosturePrior, tree: SegmentTree) -> PostureNumbers:
     names = tree.model.link_names
     twist_stddev = np.array([prior.twist_stddev[without_side(names[k])] for k in tree.turning])
     turning, spine = np.array(tree.turning, np.int64), np.array(tree.spine, np.int64)
+    hinge_parents, hinge_links, hinge_signs = tree.hinge_arrays
     return PostureNumbers(
-        hinge_parents=np.array([hinge.parent for hinge in tree.hinges], np.int64),
-        hinge_links=np.array([hinge.link for hinge in tree.hinges], np.int64),
-        hinge_signs=np.array([hinge.sign for hinge in tree.hinges], float),
+        hinge_parents=hinge_parents,
+        hinge_links=hinge_links,
+        hinge_signs=hinge_signs,
         hinge_variance=float(prior.hinge_stddev**2 * prior.hinge_frames),
         limit_variance=float(prior.limit_stddev**2),
         twist_parents=tree.parents[turning],

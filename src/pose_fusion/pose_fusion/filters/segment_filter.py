@@ -143,17 +143,10 @@ class SegmentFilter:
         add_posture(self._posture, state.rotations, information, vector)
         state.covariance = _updated(state.covariance, information)
         move(pose, state.covariance @ vector)
-        hinges = self._posture
         return UpdateReport(
             distance=distance,
             information=np.stack([kinect_information, imu_information]),
-            flipped=turn_back(
-                state.rotations,
-                hinges.hinge_parents,
-                hinges.hinge_links,
-                hinges.hinge_signs,
-                WRONG_BEND,
-            ),
+            flipped=turn_back(state.rotations, *self.tree.hinge_arrays, WRONG_BEND),
         )
 
     def _add_camera(

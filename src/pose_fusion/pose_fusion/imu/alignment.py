@@ -11,13 +11,15 @@ person moves, from the angle between where the IMU and where the cameras see tha
 closed form over all instants: the sums of cross and dot products of the horizontal parts.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_fusion.imu.track import ImuState
+from pose_fusion.kernels.imu import lean, read_segment
 from pose_fusion.streams.samples import FloatArray
 
 NEUTRAL_DURATION_NS = 1_500_000_000
@@ -27,7 +29,6 @@ LEAST_ANGLES_SEEN = 8  # [-] of the twelve, to call a pose neutral
 STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
 PRIOR_STRENGTH = 2.0  # [-] how much the IMUs' common heading counts beside an IMU's own samples
 OBSERVED = 1.0  # [-] sum of squared horizontal lean after which the common heading is trusted
-UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,9 +77,9 @@ class SegmentAlignment:
         """
         if self.R_world_sensor_neutral is None:
             return
-        axis_world = state.R_world_sensor @ self.R_world_sensor_neutral.T @ UP
-        self.dot += float(axis_world[:2] @ axis_map[:2])
-        self.cross += float(axis_world[0] * axis_map[1] - axis_world[1] * axis_map[0])
+        dot, cross = lean(state.R_world_sensor, self.R_world_sensor_neutral, axis_map)
+        self.dot += dot
+        self.cross += cross
 
 
 class ImuAlignment:
@@ -86,6 +87,7 @@ class ImuAlignment:
 
     def __init__(self) -> None:
         self._segments: dict[str, SegmentAlignment] = {}
+        self._common: tuple[float, float] | None = None  # sums of dot and cross over all IMUs
         self._still_since_ns: int | None = None
         self._still_angles: list[Mapping[str, float]] = []
         self._still_headings: list[float] = []
@@ -108,14 +110,19 @@ class ImuAlignment:
                 is neutral.
             body_heading: Heading of the body in map [rad], as far as it stands neutrally.
         """
+        self._common = None
         for segment in states:
             self._segments.setdefault(segment, SegmentAlignment())
-        self._segments = dict(sorted(self._segments.items()))
-        if any(self._segments[s].R_world_sensor_neutral is None for s in states):
+        if self.awaits_neutral(states):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
         for segment, axis in axes_map.items():
             if segment in states:
                 self._segments[segment].observe_axis(states[segment], axis)
+
+    def awaits_neutral(self, segments: Iterable[str]) -> bool:
+        """Whether the mounting of any of these is still to be found."""
+        known = self._segments
+        return any(s not in known or known[s].R_world_sensor_neutral is None for s in segments)
 
     def reading(self, segment: str, state: ImuState) -> SegmentReading | None:
         """The segment's rotation; None until mounting and heading are known."""
@@ -125,31 +132,43 @@ class ImuAlignment:
         heading = self.heading(segment)
         if heading is None:
             return None
-        Y = _about_up(heading)
-        turned = state.R_world_sensor @ alignment.R_world_sensor_neutral.T
+        R_map_segment, angular_velocity = np.empty((3, 3)), np.empty(3)
+        read_segment(
+            state.R_world_sensor,
+            alignment.R_world_sensor_neutral,
+            state.angular_velocity,
+            heading,
+            alignment.body_heading,
+            R_map_segment,
+            angular_velocity,
+        )
+        x, y, z = state.stddev.tolist()
         return SegmentReading(
-            R_map_segment=Y @ turned @ Y.T @ _about_up(alignment.body_heading),
-            angular_velocity=Y @ state.R_world_sensor @ state.angular_velocity,
-            stddev=float(np.sqrt(np.mean(state.stddev**2))),
+            R_map_segment=R_map_segment,
+            angular_velocity=angular_velocity,
+            stddev=math.sqrt((x * x + y * y + z * z) / 3.0),
         )
 
     def heading(self, segment: str) -> float | None:
         """Turn [rad] about the vertical from the IMU's world to map; None if not yet observed."""
         own = self._segments[segment]
-        dot = sum(s.dot for s in self._segments.values())
-        cross = sum(s.cross for s in self._segments.values())
-        strength = float(np.hypot(dot, cross))
+        if self._common is None:
+            # In an order of their own: which IMU spoke first must not show, not even in rounding.
+            ordered = [self._segments[name] for name in sorted(self._segments)]
+            self._common = sum(s.dot for s in ordered), sum(s.cross for s in ordered)
+        dot, cross = self._common
+        strength = math.hypot(dot, cross)
         if strength < OBSERVED:
             return None
         scale = PRIOR_STRENGTH / strength
-        return float(np.arctan2(own.cross + scale * cross, own.dot + scale * dot))
+        return math.atan2(own.cross + scale * cross, own.dot + scale * dot)
 
     @property
     def known_segments(self) -> list[str]:
         """Segments whose IMU is aligned."""
         return [
             s
-            for s, a in self._segments.items()
+            for s, a in sorted(self._segments.items())
             if a.R_world_sensor_neutral is not None and self.heading(s) is not None
         ]
 
@@ -202,8 +221,3 @@ def _is_neutral(angles: Sequence[Mapping[str, float]]) -> bool:
         if abs(float(np.median(values))) > limit:
             return False
     return seen >= LEAST_ANGLES_SEEN
-
-
-def _about_up(angle: float) -> FloatArray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

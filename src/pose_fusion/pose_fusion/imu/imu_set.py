@@ -1,5 +1,6 @@
 """All IMUs of one body: their recent past, their alignment, their reading at an instant."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,6 +27,8 @@ class ImuSet:
     def __init__(self, model: BodyModel) -> None:
         self._model = model
         self._tracks: dict[str, ImuTrack] = {}
+        self._states_at: int | None = None  # [ns] the instant of ``_known_states``
+        self._known_states: dict[str, ImuState] = {}
         self.alignment = ImuAlignment()
 
     @property
@@ -35,6 +38,7 @@ class ImuSet:
 
     def add(self, sample: ImuSample) -> bool:
         """Keep a sample; False if its stamp is not newer than the last one's."""
+        self._states_at = None
         return self._tracks.setdefault(sample.segment, ImuTrack()).add(sample)
 
     def has_reached(self, stamp_ns: int) -> bool:
@@ -53,7 +57,9 @@ class ImuSet:
         trunk = trunk_axes(positions)
         if not states or not np.all(np.isfinite(trunk)):
             return
-        angles = {name: float(value[0]) for name, value in joint_angles(positions[None]).items()}
+        angles: dict[str, float] = {}
+        if self.alignment.awaits_neutral(states):
+            angles = {name: float(a[0]) for name, a in joint_angles(positions[None]).items()}
         self.alignment.observe(
             stamp_ns,
             states,
@@ -71,9 +77,13 @@ class ImuSet:
         return {s: reading for s, reading in readings.items() if reading is not None}
 
     def _states(self, stamp_ns: int) -> dict[str, ImuState]:
-        # In an order of their own: which IMU spoke first must not show, not even in rounding.
-        states = {segment: track.at(stamp_ns) for segment, track in sorted(self._tracks.items())}
-        return {segment: state for segment, state in states.items() if state is not None}
+        """Every IMU's interpolated reading; the last instant's are kept, it is asked for twice."""
+        if self._states_at != stamp_ns:
+            # In an order of their own: which IMU spoke first must not show, not even in rounding.
+            states = {name: self._tracks[name].at(stamp_ns) for name in sorted(self._tracks)}
+            self._known_states = {s: state for s, state in states.items() if state is not None}
+            self._states_at = stamp_ns
+        return self._known_states
 
     def _tracked_axes(self, positions: FloatArray, trunk: FloatArray) -> dict[str, FloatArray]:
         """The long axis, z, in map of each segment whose joints are tracked."""
@@ -87,6 +97,8 @@ class ImuSet:
             bone = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
             if direction is None:
                 axes[segment] = trunk[:, 2]
-            elif np.linalg.norm(bone) > SHORTEST_BONE:  # false of NaN
-                axes[segment] = bone / np.linalg.norm(bone) * direction[2]
+                continue
+            length = math.sqrt(bone @ bone)
+            if length > SHORTEST_BONE:  # false of NaN
+                axes[segment] = bone * (direction[2] / length)
         return axes

@@ -4,8 +4,8 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from pose_fusion.kernels.imu import interpolate, turn_on
 from pose_fusion.streams.samples import FloatArray, ImuSample
 
 NS_PER_S = 1_000_000_000
@@ -60,23 +60,21 @@ class ImuTrack:
                 return None
             # The gyroscope carries the orientation over a sample that is late.
             turn = nearest.angular_velocity * (stamp_ns - nearest.stamp_ns) / NS_PER_S
-            rotation = Rotation.from_quat(nearest.orientation) * Rotation.from_rotvec(turn)
-            return _state(rotation, nearest.angular_velocity, nearest)
+            R_world_sensor = np.empty((3, 3))
+            turn_on(nearest.orientation, turn, R_world_sensor)
+            return ImuState(
+                R_world_sensor=R_world_sensor,
+                angular_velocity=nearest.angular_velocity,
+                stddev=nearest.orientation_stddev,
+            )
         if after.stamp_ns - before.stamp_ns > MAX_GAP_NS:
             return None
         share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-        first = Rotation.from_quat(before.orientation)
-        turn = first.inv() * Rotation.from_quat(after.orientation)
-        return _state(
-            first * Rotation.from_rotvec(share * turn.as_rotvec()),
-            (1.0 - share) * before.angular_velocity + share * after.angular_velocity,
-            after,
+        R_world_sensor = np.empty((3, 3))
+        interpolate(before.orientation, after.orientation, share, R_world_sensor)
+        return ImuState(
+            R_world_sensor=R_world_sensor,
+            angular_velocity=(1.0 - share) * before.angular_velocity
+            + share * after.angular_velocity,
+            stddev=after.orientation_stddev,
         )
-
-
-def _state(rotation: Rotation, angular_velocity: FloatArray, source: ImuSample) -> ImuState:
-    return ImuState(
-        R_world_sensor=np.asarray(rotation.as_matrix()),
-        angular_velocity=angular_velocity,
-        stddev=source.orientation_stddev,
-    )

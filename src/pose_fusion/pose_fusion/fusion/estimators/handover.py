@@ -6,9 +6,9 @@ correct at once, decays.
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_fusion.filters.segment_state import SegmentState
+from pose_fusion.kernels.rotations import turn_all, turns_between
 from pose_fusion.streams.samples import FloatArray
 
 DECAY_S = 0.15  # [s] time constant of the glide
@@ -45,9 +45,10 @@ class Handover:
             self._turns, self._shift = np.zeros((len(after.rotations), 3)), np.zeros(3)
             return
         turns = np.zeros((len(after.rotations), 3)) if self._turns is None else self._turns
-        shown = Rotation.from_rotvec(turns).as_matrix() @ before.rotations
+        shown, missing = np.empty_like(before.rotations), np.empty_like(turns)
+        turn_all(turns, 1.0, before.rotations, shown)
         # What would go out if nothing glided, against what went out.
-        missing = Rotation.from_matrix(shown @ np.swapaxes(after.rotations, 1, 2)).as_rotvec()
+        turns_between(shown, after.rotations, missing)
         rate = np.linalg.norm(before.rates, axis=1, keepdims=True)
         self._turns = _beyond(missing, turns, LARGEST_TURN + TURN_TIME_S * rate)
         shift = before.position + self._shift - after.position
@@ -59,7 +60,7 @@ class Handover:
         if self._turns is None or self._is_over():
             return state
         glided = state.copy()
-        glided.rotations = Rotation.from_rotvec(self._turns).as_matrix() @ state.rotations
+        turn_all(self._turns, 1.0, state.rotations, glided.rotations)
         glided.position = state.position + self._shift
         return glided
 

@@ -1,0 +1,175 @@
+r"""Which way an IMU's world turns against map, followed while it drifts.
+
+Without a magnetometer an IMU's world starts anywhere and turns slowly about the vertical, by what
+is left of the gyroscope's bias. Three numbers are followed by a Kalman filter: the turn :math:`y`
+from the IMU's world to map now, its drift :math:`\dot y`, and the turn :math:`y_0` at the neutral
+pose, on which the mounting rests. :math:`y_0` is measured through its correlation with :math:`y`
+alone (a fixed-point smoother), so the mounting becomes better while the drift is followed, and
+neither disturbs the other.
+
+Measured is the angle about the vertical between where the IMU and where the cameras see one axis
+point. An axis that leans by :math:`l = \sin(\text{tilt})` shows it with the standard deviation
+:math:`\sigma / l`. Innovations are limited (Huber), so that a wrongly tracked joint does little. A
+quick closed-form estimate over the last seconds runs beside it: it gives the first value, and
+where both differ clearly for long, as after a device has begun anew, it replaces the slow one.
+"""
+
+import math
+
+import numpy as np
+
+from pose_fusion.streams.samples import FloatArray
+
+from pose_fusion.streams.samples import FloatArray
+
+AXIS_STDDEV = 0.1  # [rad] of a direction that the cameras see, most of it slow
+CORRELATION_S = 0.5  # [s] over which errors of that direction stay alike
+LONGEST_STEP_S = 0.1  # [s] that one instant may count for
+LEAST_LEAN = 0.17  # [-] horizontal part of an axis, ten degrees, below which it shows no heading
+LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts no more
+HEADING_WALK = math.radians(0.3) ** 2 / 60.0  # [rad²/s] random part of the drift
+DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
+DRIFT_WALK = (math.radians(0.3) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
+FIRST_LEAN_S = 0.1  # [s] of an axis fully horizontal, after which there is a first value
+RECENT_S = 5.0  # [s] of observation that the quick estimate remembers
+RECENT_LEAST_S = 1.0  # [s] of an axis fully horizontal, before it may contradict
+CONTRADICTION = math.radians(30.0)  # [rad] between quick and slow estimate
+CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
+SETTLED = math.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
+
+Y = np.array([1.0, 0.0, 0.0])  # what a leaning axis measures
+TURNED = np.array([1.0, 0.0, -1.0])  # what an axis that the mounting's own heading enters measures
+
+
+class HeadingAnchor:
+    """Heading of one IMU's world, its drift, and the heading at the neutral pose."""
+
+    def __init__(self) -> None:
+        self._state: FloatArray | None = None  # y, its drift, y₀ [rad], [rad/s], [rad]
+        self._covariance = np.zeros((3, 3))
+        self._dot = self._cross = 0.0  # [s] recent sums of a leaning axis' products
+        self._contradicted_s = 0.0
+        self.restarts = 0
+
+    @property
+    def heading(self) -> float | None:
+        """Turn [rad] about the vertical from the IMU's world to map; None if not yet observed."""
+        return None if self._state is None else float(self._state[0])
+
+    @property
+    def neutral_heading(self) -> float | None:
+        """The same turn [rad] at the neutral pose."""
+        return None if self._state is None else float(self._state[2])
+
+    @property
+    def stddev(self) -> float:
+        """Standard deviation [rad] of :attr:`heading`; π if not yet observed."""
+        return math.pi if self._state is None else math.sqrt(float(self._covariance[0, 0]))
+
+    @property
+    def recent(self) -> tuple[float, float]:
+        """Recent sums of dot and cross products of the axis seen by IMU and cameras [s]."""
+        return self._dot, self._cross
+
+    def start(self, heading: float, stddev: float) -> None:
+        """Begin with a heading [rad] and its standard deviation [rad]."""
+        self._state = np.array([heading, 0.0, heading])
+        self._covariance = np.array(
+            [[stddev**2, 0.0, stddev**2], [0.0, DRIFT_STDDEV**2, 0.0], [stddev**2, 0.0, stddev**2]]
+        )
+        self._contradicted_s = 0.0
+
+    def predict(self, dt_s: float) -> None:
+        """Let the heading drift on for ``dt_s`` [s]."""
+        if self._state is None or dt_s <= 0.0:
+            return
+        P = self._covariance
+        self._state[0] += dt_s * self._state[1]
+        P[0] += dt_s * P[1]
+        P[:, 0] += dt_s * P[:, 1]
+        P[0, 0] += dt_s * HEADING_WALK
+        P[1, 1] += dt_s * DRIFT_WALK
+
+    def observe_lean(self, dt_s: float, axis_world: FloatArray, axis_map: FloatArray) -> None:
+        """Compare where IMU and cameras see an axis that the neutral pose made known.
+
+        Args:
+            dt_s: Time [s] that this instant stands for.
+            axis_world: The axis in the IMU's world, shape (3,).
+            axis_map: The axis in map as the cameras see it, shape (3,).
+        """
+        dot, cross, lean = _compare(axis_world, axis_map)
+        if not lean > LEAST_LEAN:  # false of NaN
+            return
+        dt_s = min(dt_s, LONGEST_STEP_S)
+        keep = math.exp(-dt_s / RECENT_S)
+        self._dot = keep * self._dot + dt_s * dot
+        self._cross = keep * self._cross + dt_s * cross
+        if self._state is None:
+            strength = math.hypot(self._dot, self._cross)
+            if strength > FIRST_LEAN_S:
+                stddev = AXIS_STDDEV * math.sqrt(CORRELATION_S / strength)
+                self.start(math.atan2(self._cross, self._dot), stddev)
+            return
+        self._correct(dt_s, math.atan2(cross, dot), lean, Y)
+        self._watch(dt_s)
+
+    def observe_turned(self, dt_s: float, axis_world: FloatArray, axis_map: FloatArray) -> None:
+        """Compare an axis whose place in the sensor rests on :attr:`neutral_heading`.
+
+        Such an axis, the trunk's lateral one, shows how far the world has turned since then.
+
+        Args:
+            dt_s: Time [s] that this instant stands for.
+            axis_world: The axis in the IMU's world, shape (3,).
+            axis_map: The axis in map as the cameras see it, shape (3,).
+        """
+        dot, cross, lean = _compare(axis_world, axis_map)
+        if self._state is not None and lean > LEAST_LEAN:
+            self._correct(min(dt_s, LONGEST_STEP_S), math.atan2(cross, dot), lean, TURNED)
+
+    def _correct(self, dt_s: float, angle: float, lean: float, H: FloatArray) -> None:
+        if self._state is None or dt_s <= 0.0:
+            return
+        noise = (AXIS_STDDEV / lean) ** 2 * CORRELATION_S / dt_s
+        PH = self._covariance @ H
+        variance = float(H @ PH) + noise
+        # The angle itself errs by σ/l, however short the instant: that is where it is limited.
+        limit = LIMIT * math.sqrt(float(H @ PH) + (AXIS_STDDEV / lean) ** 2)
+        innovation = _wrapped(angle - float(self._state[0]))
+        innovation = min(max(innovation, -limit), limit)
+        self._state = self._state + PH * (innovation / variance)
+        self._covariance -= np.outer(PH, PH) / variance
+
+    def _watch(self, dt_s: float) -> None:
+        """Begin anew from the last seconds where they contradict all that was before."""
+        if self._state is None:
+            return
+        recent = math.atan2(self._cross, self._dot)
+        is_other = abs(_wrapped(recent - float(self._state[0]))) > CONTRADICTION
+        if not is_other or math.hypot(self._dot, self._cross) < RECENT_LEAST_S:
+            self._contradicted_s = 0.0
+            return
+        self._contradicted_s += dt_s
+        if self._contradicted_s < CONTRADICTED_S:
+            return
+        neutral, P = float(self._state[2]), float(self._covariance[2, 2])
+        stddev = AXIS_STDDEV * math.sqrt(CORRELATION_S / RECENT_LEAST_S)
+        self.start(recent, stddev)
+        self.restarts += 1
+        if P < SETTLED**2 and self._state is not None:
+            # The mounting has been known well: it is the IMU's world that has turned.
+            self._state[2] = neutral
+            self._covariance[0, 2] = self._covariance[2, 0] = 0.0
+            self._covariance[2, 2] = P
+
+
+def _compare(axis_world: FloatArray, axis_map: FloatArray) -> tuple[float, float, float]:
+    """Dot and cross product of the horizontal parts, and how far they lean [-] together."""
+    (a, b, _), (c, d, _) = axis_world.tolist(), axis_map.tolist()
+    dot, cross = a * c + b * d, a * d - b * c
+    return dot, cross, math.sqrt(math.hypot(dot, cross))
+
+
+def _wrapped(angle: float) -> float:
+    return math.remainder(angle, 2.0 * math.pi)
