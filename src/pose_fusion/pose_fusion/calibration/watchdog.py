@@ -20,10 +20,10 @@ NS_PER_S = 1_000_000_000
 BLOCK_NS = NS_PER_S
 LEAST_FRAMES = 8  # [-] in a block
 BASELINE_BLOCKS = 30  # [-] that the newest ones are compared with
-LEAST_BASELINE = 4  # [-] before anything is said
+LEAST_BASELINE = 12  # [-] before anything is said
 NEWEST_BLOCKS = 3  # [-] that must agree
 MOVED_M = 0.014  # [m] by which every one of them steps aside: 2 cm, less their noise
-DEVIATIONS = 4.0  # [-] of the baseline's scatter, where that is more
+DEVIATIONS = 6.0  # [-] of the baseline's scatter, where that is more
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
 WRONG_M = 0.08  # [m] of a whole baseline: the calibration never fitted
 
