@@ -10,9 +10,7 @@ from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.kernels.hinge_plane import turn_into_hinge_planes
 from pose_fusion.streams.samples import FloatArray
 
-STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a bend that tells nothing of the turn
-    np.sin(np.radians(10.0))
-)  # [-] sine of a bend up to which the plane counts for nothing
+STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a bend: up to it the plane says nothing
 BENT = float(np.sin(np.radians(30.0)))  # [-] from which on it counts alone
 
 
