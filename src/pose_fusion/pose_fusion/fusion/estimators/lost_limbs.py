@@ -1,6 +1,7 @@
 """Notices when a filter follows something that is not there: a limb, or the whole person."""
 
 from collections.abc import Sequence
+from statistics import median
 
 import numpy as np
 
@@ -68,7 +69,7 @@ class LostLimbs:
         seen = seen[np.isfinite(seen)]
         if len(seen) == 0:
             return False
-        if float(np.median(seen)) < FAR:
+        if median(seen.tolist()) < FAR:
             self._since_ns.pop(name, None)
             return False
         since_ns = self._since_ns.setdefault(name, stamp_ns)
