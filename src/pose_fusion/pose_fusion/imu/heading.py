@@ -20,16 +20,14 @@ import numpy as np
 
 from pose_fusion.streams.samples import FloatArray
 
-from pose_fusion.streams.samples import FloatArray
-
-AXIS_STDDEV = 0.1  # [rad] of a direction that the cameras see, most of it slow
+AXIS_STDDEV = 0.07  # [rad] of a direction that the cameras see, most of it slow
 CORRELATION_S = 0.5  # [s] over which errors of that direction stay alike
 LONGEST_STEP_S = 0.1  # [s] that one instant may count for
 LEAST_LEAN = 0.17  # [-] horizontal part of an axis, ten degrees, below which it shows no heading
 LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts no more
-HEADING_WALK = math.radians(0.3) ** 2 / 60.0  # [rad²/s] random part of the drift
+HEADING_WALK = math.radians(0.5) ** 2 / 60.0  # [rad²/s] random part of the drift
 DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
-DRIFT_WALK = (math.radians(0.3) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
+DRIFT_WALK = (math.radians(1.0) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
 FIRST_LEAN_S = 0.1  # [s] of an axis fully horizontal, after which there is a first value
 RECENT_S = 5.0  # [s] of observation that the quick estimate remembers
 RECENT_LEAST_S = 1.0  # [s] of an axis fully horizontal, before it may contradict
@@ -114,17 +112,22 @@ class HeadingAnchor:
         self._correct(dt_s, math.atan2(cross, dot), lean, Y)
         self._watch(dt_s)
 
-    def observe_turned(self, dt_s: float, axis_world: FloatArray, axis_map: FloatArray) -> None:
+    def observe_turned(
+        self, dt_s: float, axis_world: FloatArray, axis_map: FloatArray, sharpness: float
+    ) -> None:
         """Compare an axis whose place in the sensor rests on :attr:`neutral_heading`.
 
-        Such an axis, the trunk's lateral one, shows how far the world has turned since then.
+        Such an axis, the trunk's lateral one or a bent knee's hinge, shows how far the world has
+        turned since then.
 
         Args:
             dt_s: Time [s] that this instant stands for.
             axis_world: The axis in the IMU's world, shape (3,).
             axis_map: The axis in map as the cameras see it, shape (3,).
+            sharpness: How well they see it [-]: 1 like a long axis, less in proportion.
         """
         dot, cross, lean = _compare(axis_world, axis_map)
+        lean *= sharpness
         if self._state is not None and lean > LEAST_LEAN:
             self._correct(min(dt_s, LONGEST_STEP_S), math.atan2(cross, dot), lean, TURNED)
 
