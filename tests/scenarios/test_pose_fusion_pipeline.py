@@ -14,10 +14,11 @@ from pose_fusion.streams.samples import ImuSample, SkeletonSample
 IMU_SEGMENTS = ("torso", "left_upper_arm", "left_forearm", "left_thigh", "left_shank")
 IMU_NS = 10_000_000
 START_NS = 10**18
+LI2020 = FusionParameters(estimator="li2020")
 
 
 def run(samples, parameters=None, placed=None):
-    pipeline = FusionPipeline(parameters or FusionParameters(), placed or extrinsics())
+    pipeline = FusionPipeline(parameters or LI2020, placed or extrinsics())
     estimates = []
     for sample in samples:
         add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
@@ -124,7 +125,7 @@ def test_how_the_streams_interleave_makes_no_difference():
 
 def test_without_extrinsics_samples_are_counted_and_nothing_is_said(plain):
     _, _, samples, _, _ = plain
-    pipeline = FusionPipeline(FusionParameters())
+    pipeline = FusionPipeline(LI2020)
     assert [e for sample in samples[:50] for e in pipeline.add_skeleton(sample)] == []
     assert pipeline.counters["skeletons_before_extrinsics"] == 50
     assert pipeline.status == "waiting for extrinsics"
@@ -133,7 +134,7 @@ def test_without_extrinsics_samples_are_counted_and_nothing_is_said(plain):
 def test_what_came_before_the_extrinsics_is_learnt_from_but_not_estimated():
     t, dof, skeletons = session(12.0)
     samples = merged(skeletons, imu_samples(t, dof, np.random.default_rng(6)))
-    pipeline = FusionPipeline(FusionParameters())
+    pipeline = FusionPipeline(LI2020)
     placed_ns = START_NS + 8 * 10**9
     estimates = []
     for sample in samples:
@@ -149,7 +150,7 @@ def test_what_came_before_the_extrinsics_is_learnt_from_but_not_estimated():
 
 def test_samples_waiting_for_extrinsics_are_bounded():
     _, _, samples = session(3.0)
-    pipeline = FusionPipeline(FusionParameters())
+    pipeline = FusionPipeline(LI2020)
     for shift_s in range(0, 200, 3):
         for sample in samples[::10]:
             pipeline.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns + shift_s * 10**9))

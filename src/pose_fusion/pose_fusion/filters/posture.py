@@ -21,11 +21,11 @@ class PosturePrior:
     hinge_frames: float = 3.0  # [-] that count as one look
     limit_stddev: float = 0.0335  # [rad] of a hinge bent the wrong way
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about itself, by its kind
-        default_factory=lambda: {"upper_arm": 0.5, "thigh": 0.5, "head": 0.26}
+        default_factory=lambda: {"upper_arm": 0.5, "thigh": 0.2, "head": 0.26}
     )
     twist_frames: float = 49.0
     waist_stddev: tuple[float, float, float] = (0.26, 0.44, 0.44)  # [rad] about x, y, z
-    waist_frames: float = 121.0
+    waist_frames: float = 30.0
 
 
 def posture_numbers(prior: PosturePrior, tree: SegmentTree) -> PostureNumbers:

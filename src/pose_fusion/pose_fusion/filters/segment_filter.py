@@ -54,9 +54,9 @@ class SegmentFilter:
     ) -> None:
         self.tree = tree
         self.noise = noise or TrackerNoise()
-        self._motion = motion or MotionPrior()
+        self.motion = motion or MotionPrior()
         self.layout = Layout(len(tree.parents), len(tree.sliding_links))
-        self._power = acceleration_power(self._motion, tree)
+        self._power = acceleration_power(self.motion, tree)
         self._tracker = tracker_numbers(self.noise)
         self._posture = posture_numbers(posture or PosturePrior(), tree)
         self._memory: FloatArray = np.full((len(tree.offsets), 3), np.nan)
@@ -64,7 +64,7 @@ class SegmentFilter:
 
     def start(self, R_map_links: FloatArray, position: FloatArray) -> None:
         """Begin at a pose: ``R_map_link`` of all links, shape (links, 3, 3), and the root [m]."""
-        motion, layout = self._motion, self.layout
+        motion, layout = self.motion, self.layout
         stddev = np.empty(layout.size)
         stddev[layout.position] = motion.start_position_stddev
         stddev[layout.rotations] = motion.start_angle_stddev
@@ -81,9 +81,13 @@ class SegmentFilter:
             covariance=np.diag(stddev**2),
         )
 
+    def take_over(self, before: "SegmentFilter") -> None:
+        """Go on with another filter's state, of the same model."""
+        self.state, self._memory = before.state, before._memory
+
     def predict(self, dt_s: float) -> None:
         """Go on by ``dt_s`` [s]."""
-        state, motion, layout = self._known_state(), self._motion, self.layout
+        state, motion, layout = self._known_state(), self.motion, self.layout
         keep = float(np.exp(-dt_s / motion.rate_memory))
         keep_slide = float(np.exp(-dt_s / motion.slide_memory))
         reach_s = motion.rate_memory * (1.0 - keep)

@@ -11,7 +11,9 @@ from pose_fusion.fusion.estimators.registry import ESTIMATORS
 class FusionParameters(Li2020Parameters):
     """Parameters of the whole chain from samples to estimates."""
 
-    estimator: str = parameter("li2020", choices=tuple(ESTIMATORS), doc="how the pose is estimated")
+    estimator: str = parameter(
+        "default", choices=tuple(ESTIMATORS), doc="how the pose is estimated"
+    )
     body_model: str = parameter(
         "auto",
         choices=("auto", "default", "li2020"),

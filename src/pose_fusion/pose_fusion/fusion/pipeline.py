@@ -20,7 +20,7 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
 from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation, TimedPose
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
@@ -137,7 +137,10 @@ class FusionPipeline:
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
         self._pending.extend(self.aligner.flush())
-        return self._release(everything=True)
+        estimates = self._release(everything=True)
+        if self._estimator is not None:
+            estimates += self._told(self._estimator.flush())
+        return estimates
 
     def _wait(self, sample: SkeletonSample | ImuSample) -> None:
         """Keep a sample until the sensors' places are known."""
@@ -182,11 +185,9 @@ class FusionPipeline:
 
     def _release(self, everything: bool = False) -> list[BodyEstimate]:
         """Process the frames whose IMU samples have come, or need not be waited for."""
-        estimates = []
+        estimates: list[BodyEstimate] = []
         while self._pending and (everything or self._is_ready(self._pending[0].stamp_ns)):
-            estimate = self._process(self._pending.popleft())
-            if estimate is not None:
-                estimates.append(estimate)
+            estimates += self._process(self._pending.popleft())
         return estimates
 
     def _is_ready(self, stamp_ns: int) -> bool:
@@ -237,27 +238,26 @@ class FusionPipeline:
         self.counters.add("neutral_stands")
         self.use_shape(stand.shape)
 
-    def _process(self, frame: AlignedFrame) -> BodyEstimate | None:
+    def _process(self, frame: AlignedFrame) -> list[BodyEstimate]:
         estimator = self._estimator
         measured, state = self._learn(frame)
         if estimator is None or self.extrinsics is None:
-            return None
-        fused = estimator.update(
-            Observation(
-                stamp_ns=frame.stamp_ns,
-                positions=measured,
-                tracking_state=state,
-                cameras=np.stack(
-                    [self.extrinsics.T_map_sensor(s)[:3, 3] for s in self.parameters.sensors]
-                ),
-                offsets=self._offsets,
-                readings=self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {},
-            )
+            return []
+        observation = Observation(
+            stamp_ns=frame.stamp_ns,
+            positions=measured,
+            tracking_state=state,
+            cameras=np.stack(
+                [self.extrinsics.T_map_sensor(s)[:3, 3] for s in self.parameters.sensors]
+            ),
+            offsets=self._offsets,
+            readings=self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {},
         )
-        if fused is None:
-            return None
-        self.counters.add("estimates")
-        return self._estimate(frame.stamp_ns, fused, state.max(axis=0))
+        return self._told(estimator.advance(observation))
+
+    def _told(self, poses: list[TimedPose]) -> list[BodyEstimate]:
+        self.counters.add("estimates", len(poses))
+        return [self._estimate(each.stamp_ns, each.pose, each.tracking_state) for each in poses]
 
     def _in_map(self, frame: AlignedFrame) -> tuple[FloatArray, NDArray[np.uint8]]:
         """Every sensor's joints in map, shape (sensors, 15, 3) [m], and their states."""
@@ -285,7 +285,10 @@ class FusionPipeline:
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""
         self.shape = shape
+        before = self._estimator
         self._estimator = self._estimator_class(self.model, shape, self.parameters, self.counters)
+        if before is not None:
+            self._estimator.take_over(before)
 
     def _estimate(
         self,

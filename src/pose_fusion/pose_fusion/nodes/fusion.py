@@ -14,7 +14,7 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from pose_common.counters import Counters
-from pose_common.errors import InputError
+from pose_common.errors import InputError, ParameterError
 from pose_common.joints import SEGMENTS, TrackingState
 from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
@@ -25,6 +25,7 @@ from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
 from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
 from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.nodes.qos import latched
@@ -48,6 +49,11 @@ class FusionNode(Node):
         super().__init__("fusion", **options)
         self._settings = declare_parameters(self, FusionParameters, changeable=("person",))
         self._body_id = self._settings.subject
+        if estimator_class(self._settings.estimator).NEEDS_FUTURE:
+            raise ParameterError(
+                f"estimator = {self._settings.estimator} looks ahead, which a live node cannot: "
+                "choose another, or use ./pose fuse on a bag"
+            )
         self.pipeline = FusionPipeline(self._settings)
         self._selector = PersonSelector(self._settings.person)
         accept_changes(self, FusionParameters, {"person": self._selector.follow})

@@ -41,6 +41,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("in_bag", type=Path, help="a bag with kinect_<name>/skeletons")
     parser.add_argument("out_bag", type=Path, help="the bag to make")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
+    parser.add_argument(
+        "--smooth", action="store_true", help="look ahead too: the estimator 'smoothed'"
+    )
     parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
     add_arguments(parser.add_argument_group("parameters of the fusion"), FusionParameters)
     return parser.parse_args(arguments)
@@ -51,6 +54,13 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
     values = values_from_ros_yaml(arguments.params, "fusion") if arguments.params else {}
     given = {name: getattr(arguments, name) for name in specs(FusionParameters)}
     values.update({name: value for name, value in given.items() if value is not None})
+    if arguments.smooth:
+        if values.get("estimator", "default") not in ("default", "smoothed"):
+            raise InputError(
+                f"--smooth is of the default estimator, not of {values['estimator']}: "
+                "leave one of them out"
+            )
+        values["estimator"] = "smoothed"
     found = tuple(sensor_topics(bag))
     if not found:
         BagSamples(bag)  # says what is missing

@@ -43,6 +43,15 @@ class FusedPose:
     sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint
 
 
+@dataclass(frozen=True, kw_only=True)
+class TimedPose:
+    """A pose and when it was."""
+
+    stamp_ns: int  # [ns]
+    tracking_state: NDArray[np.uint8]  # (15,), best of the sensors
+    pose: FusedPose
+
+
 class Estimator(ABC):
     """One person's pose from observation to observation.
 
@@ -59,6 +68,8 @@ class Estimator(ABC):
     """The body model that it was made for."""
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = True
     """Whether it wants all sensors interpolated to common instants, or each as it comes."""
+    NEEDS_FUTURE: ClassVar[bool] = False
+    """Whether it looks ahead, which only a recording allows."""
 
     def __init__(
         self,
@@ -80,3 +91,21 @@ class Estimator(ABC):
     @abstractmethod
     def update(self, observation: Observation) -> FusedPose | None:
         """The pose at an observation's instant; None while there is none."""
+
+    def advance(self, observation: Observation) -> list[TimedPose]:
+        """The poses that an observation completes: its own, unless the estimator looks ahead."""
+        pose = self.update(observation)
+        return [] if pose is None else [timed(pose, observation)]
+
+    def flush(self) -> list[TimedPose]:
+        """What is left to be told when nothing comes any more."""
+        return []
+
+    def take_over(self, before: "Estimator") -> None:  # noqa: B027 (most begin anew)
+        """Go on where the same estimator with other measures has been."""
+
+
+def timed(pose: FusedPose, observation: Observation) -> TimedPose:
+    """A pose of an observation's instant."""
+    state = observation.tracking_state.max(axis=0)
+    return TimedPose(stamp_ns=observation.stamp_ns, tracking_state=state, pose=pose)

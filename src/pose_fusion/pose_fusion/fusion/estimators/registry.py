@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 ESTIMATORS: dict[str, str] = {
     "default": "segments.SegmentEstimator",
+    "smoothed": "smoothed.SmoothedEstimator",
     "li2020": "li2020.Li2020Estimator",
     "joint_kf": "joint_kf.JointKalmanFilter",
     "dof_kf": "dof_kf.DofKalmanFilter",

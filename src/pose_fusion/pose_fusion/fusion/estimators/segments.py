@@ -26,6 +26,8 @@ from pose_fusion.fusion.estimators.handover import Handover
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
+from pose_fusion.fusion.estimators.side_swaps import unswapped
+from pose_fusion.fusion.estimators.surprise import Surprise
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.alignment import SegmentReading
 from pose_fusion.streams.samples import FloatArray
@@ -49,6 +51,7 @@ class SegmentEstimator(Estimator):
         "frames_too_late",
         "limbs_reopened",
         "limbs_turned_back",
+        "sides_swapped",
     )
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
@@ -66,6 +69,7 @@ class SegmentEstimator(Estimator):
         self._reader = PoseReader(model, shape)
         self._handover = Handover()
         self._lost = LostLimbs(model)
+        self._surprise = Surprise()
         self._stamp_ns = 0
 
     def update(self, observation: Observation) -> FusedPose | None:
@@ -93,9 +97,26 @@ class SegmentEstimator(Estimator):
         state = self._filter.state
         if report is None or state is None or -JUMP_BACK_S < ahead_s < 0.0:
             return None  # a late frame has been used; its instant has been told already
-        visible = self._handover.shown(state).copy()
+        self._surprise.note(max(ahead_s, 0.0), report.distance)
+        scale = self._surprise.variance_scale(bool(observation.readings))
+        return self._read(self._handover.shown(state), scale, report, observation)
+
+    def _read(
+        self, state: SegmentState, scale: float, report: UpdateReport, observation: Observation
+    ) -> FusedPose:
+        """The degrees of freedom of a state, its variances scaled."""
+        visible = state.copy()
+        visible.covariance *= scale
         visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
         return self._reader.read(visible, report, _sensor_weight(observation))
+
+    def take_over(self, before: Estimator) -> None:
+        """Go on where the same estimator with other measures has been."""
+        if isinstance(before, SegmentEstimator):
+            self._filter.take_over(before._filter)
+            self._reader.take_over(before._reader)
+            self._handover, self._surprise = before._handover, before._surprise
+            self._stamp_ns = before._stamp_ns
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None
@@ -144,23 +165,23 @@ class SegmentEstimator(Estimator):
         return True
 
     def _camera_looks(self, observation: Observation, delay_s: float) -> list[CameraLook]:
-        return [
-            CameraLook(
-                positions=positions,
-                tracking_state=state,
-                camera=camera,
-                offsets=offsets,
-                delay_s=delay_s,
+        expected = self._filter.joints()
+        looks = []
+        for index, state in enumerate(observation.tracking_state):
+            if not np.any(state > TrackingState.NOT_TRACKED):
+                continue
+            order, swaps = unswapped(observation.positions[index], expected)
+            self.counters.add("sides_swapped", swaps)
+            looks.append(
+                CameraLook(
+                    positions=observation.positions[index, order],
+                    tracking_state=state[order],
+                    camera=observation.cameras[index],
+                    offsets=observation.offsets[index],
+                    delay_s=delay_s,
+                )
             )
-            for positions, state, camera, offsets in zip(
-                observation.positions,
-                observation.tracking_state,
-                observation.cameras,
-                observation.offsets,
-                strict=True,
-            )
-            if np.any(state > TrackingState.NOT_TRACKED)
-        ]
+        return looks
 
     def _imu_looks(self, readings: Mapping[str, SegmentReading]) -> list[LinkLook]:
         links = self.model.segments

@@ -1,0 +1,223 @@
+"""The default estimator where people and sensors misbehave (synthetic)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
+
+from pose_common.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_fusion.fusion.estimates import Source
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.samples import SkeletonSample
+
+START_NS = 10**18
+STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next
+
+
+def run(samples, **parameters):
+    pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
+    estimates = []
+    for sample in samples:
+        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
+        estimates += add(sample)
+    return pipeline, estimates + pipeline.flush()
+
+
+def performance(duration_s, poses, move=(0.0, 0.0)):
+    """Stand in the neutral pose for 3 s, then follow ``poses``: name to a function of time."""
+    t = np.arange(round(duration_s * 30)) / 30.0
+    dof = np.zeros((len(t), MODEL.size))
+    dof[:, :3], dof[:, 5] = [2.0, 0.0, 0.9], np.pi
+    dof[:, :2] += np.outer(t > 6.0, move)
+    for name, pose in poses.items():
+        dof[:, MODEL.dof_index[name]] = [pose(max(0.0, time - 3.0)) for time in t]
+    return t, dof
+
+
+def samples_of(dof, noise=0.004, seed=1):
+    positions = kinematics().pose(dof).positions
+    return skeleton_samples(positions, extrinsics(), np.random.default_rng(seed), noise)
+
+
+def seconds(estimate):
+    return (estimate.stamp_ns - START_NS) * 1e-9
+
+
+def largest_step(estimates):
+    angles = np.array([e.position[6:] for e in estimates])
+    return float(np.max(np.abs(np.diff(angles, axis=0))))
+
+
+def largest_joint_step(estimates):
+    joints = np.array([e.joints for e in estimates])
+    return float(np.max(np.linalg.norm(np.diff(joints, axis=0), axis=2)))
+
+
+def error_deg(estimates, t, dof, name):
+    index = MODEL.dof_index[name]
+    truth = np.interp([seconds(e) for e in estimates], t, dof[:, index])
+    return np.degrees(np.abs(np.array([e.position[index] for e in estimates]) - truth))
+
+
+def raised(time):
+    return np.radians(40.0) * min(1.0, time)
+
+
+ARMS = {f"{side}_shoulder_flexion": raised for side in SIDES}
+
+
+def test_every_frame_of_every_sensor_gives_an_estimate_at_once():
+    _, dof = motion(5.0)
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    told = [(s.stamp_ns, pipeline.add_skeleton(s)) for s in samples_of(dof)]
+    late = [(stamp, estimates) for stamp, estimates in told if stamp > START_NS + 3 * 10**9]
+    assert all(estimates and estimates[-1].stamp_ns == stamp for stamp, estimates in late[::2])
+
+
+def test_who_leaves_and_comes_back_elsewhere_is_met_without_a_jump():
+    _, dof = performance(10.0, ARMS, move=(0.6, 0.3))
+    samples = [s for s in samples_of(dof) if not 4.5 < (s.stamp_ns - START_NS) * 1e-9 < 7.0]
+    pipeline, estimates = run(samples)
+    assert pipeline.counters["filter_restarts_gap"] == 1
+    assert largest_step(estimates) < STEP
+    assert largest_joint_step(estimates) < 0.15
+    np.testing.assert_allclose(estimates[-1].position[:2], dof[-1, :2], atol=0.03)
+
+
+def test_a_sensor_that_drops_out_and_returns_makes_no_step():
+    _, dof = performance(9.0, ARMS)
+    samples = [
+        s
+        for s in samples_of(dof)
+        if s.sensor == "left" or not 5.0 < (s.stamp_ns - START_NS) * 1e-9 < 7.0
+    ]
+    _, estimates = run(samples)
+    assert largest_step([e for e in estimates if seconds(e) > 4.5]) < STEP
+    alone = [e for e in estimates if 5.2 < seconds(e) < 6.8]
+    assert all(np.all(e.sensor_weight["right"] == 0.0) for e in alone)
+
+
+@pytest.mark.parametrize(("lowest", "highest"), [(0.0, 175.0), (-55.0, 20.0)])
+def test_arms_overhead_and_behind_the_back_never_jump(lowest, highest):
+    middle, size = np.radians((highest + lowest) / 2), np.radians((highest - lowest) / 2)
+
+    def swing(time):
+        return min(1.0, time) * (middle - size * np.cos(1.5 * time))
+
+    t, dof = performance(11.0, {f"{side}_shoulder_flexion": swing for side in SIDES})
+    _, estimates = run(samples_of(dof))
+    of_motion = np.max(np.abs(np.diff(dof[:, 6:], axis=0)))
+    assert largest_joint_step(estimates) < 0.10
+    moved = [e for e in estimates if seconds(e) > 4.0]
+    elbow = JOINT_INDEX["left_elbow"]
+    truth = kinematics().pose(dof).positions[:, elbow]
+    path = np.stack([np.interp([seconds(e) for e in moved], t, c) for c in truth.T], axis=1)
+    error = np.linalg.norm([e.joints[elbow] for e in moved] - path, axis=1)
+    assert np.median(error) < 0.05
+    flexion = MODEL.dof_index["left_shoulder_flexion"]
+    steps = np.abs(np.diff([e.position[flexion] for e in moved]))
+    assert np.max(steps) < of_motion + 2 * STEP
+
+
+def test_a_straight_arm_that_bends_in_another_plane_is_followed_within_a_few_frames():
+    """A straight limb's turn about itself is unobservable: what was assumed must not hold it."""
+
+    def bends(time):
+        return np.radians(80.0) * np.clip(time - 2.0, 0.0, 1.0)
+
+    def turned(time):
+        return np.radians(-70.0) * np.clip(time, 0.0, 1.0)
+
+    t, dof = performance(
+        8.0, {"left_elbow_flexion": bends, "left_shoulder_rotation": turned, **ARMS}
+    )
+    _, estimates = run(samples_of(dof))
+    settled = [e for e in estimates if seconds(e) > 6.8]
+    assert np.median(error_deg(settled, t, dof, "left_elbow_flexion")) < 6.0
+    assert np.median(error_deg(settled, t, dof, "left_shoulder_rotation")) < 15.0
+
+
+def test_a_tracker_that_takes_left_for_right_is_seen_through():
+    t, dof = motion(9.0)
+    order = np.arange(15)
+    for name in ("shoulder", "elbow", "hand", "hip", "knee", "foot"):
+        left, right = (JOINT_INDEX[f"{side}_{name}"] for side in SIDES)
+        order[[left, right]] = right, left
+    wrong = [
+        replace(s, positions=s.positions[order], tracking_state=s.tracking_state[order])
+        if s.sensor == "right" and 6.0 < (s.stamp_ns - START_NS) * 1e-9 < 7.0
+        else s
+        for s in samples_of(dof)
+    ]
+    pipeline, estimates = run(wrong)
+    assert pipeline.counters["sides_swapped"] > 30
+    swapped = [e for e in estimates if 6.0 < seconds(e) < 7.0]
+    assert np.median(error_deg(swapped, t, dof, "left_knee_flexion")) < 8.0
+
+
+def test_unseen_limbs_are_predicted_with_growing_uncertainty():
+    _, dof = performance(8.0, ARMS)
+    arm = [JOINT_INDEX["left_elbow"], JOINT_INDEX["left_hand"]]
+    blind = []
+    for sample in samples_of(dof):
+        state, positions = sample.tracking_state.copy(), sample.positions.copy()
+        state[arm], positions[arm] = TrackingState.NOT_TRACKED, np.nan
+        hidden = replace(sample, positions=positions, tracking_state=state)
+        blind.append(hidden if sample.stamp_ns > START_NS + 5 * 10**9 else sample)
+    _, estimates = run(blind)
+    elbow = MODEL.dof_index["left_elbow_flexion"]
+    before = next(e for e in estimates if seconds(e) > 4.9)
+    assert estimates[-1].source[elbow] == Source.PREDICTED
+    assert estimates[-1].position_stddev[elbow] > 2.0 * before.position_stddev[elbow]
+
+
+def test_worse_sensors_make_published_uncertainty_larger():
+    _, dof = motion(12.0)
+    stddev = {}
+    for noise in (0.005, 0.05):
+        _, estimates = run(samples_of(dof, noise))
+        stddev[noise] = np.median([e.position_stddev[6:] for e in estimates[-60:]])
+    assert stddev[0.05] > 1.5 * stddev[0.005]
+
+
+def test_a_late_frame_is_used_but_its_instant_is_not_told_again():
+    _, dof = motion(6.0)
+    samples = samples_of(dof)
+    right = [s for s in samples if s.sensor == "right"]
+    left = [s for s in samples if s.sensor == "left"]
+    late = sorted(
+        [(s.stamp_ns, s) for s in left] + [(s.stamp_ns + 2 * FRAME_NS, s) for s in right],
+        key=lambda pair: pair[0],
+    )
+    _, estimates = run([s for _, s in late])
+    stamps = [e.stamp_ns for e in estimates]
+    assert np.all(np.diff(stamps) > 0)
+    assert len(estimates) > 80
+
+
+def test_a_recording_that_loops_goes_on_after_the_jump_back():
+    _, dof = motion(4.0)
+    samples = samples_of(dof)
+    _, estimates = run(samples + samples)
+    stamps = np.array([e.stamp_ns for e in estimates])
+    assert np.sum(np.diff(stamps) < 0) == 1
+    assert stamps[-1] == samples[-1].stamp_ns
+
+
+def test_looking_ahead_tells_the_same_instants_and_less_late():
+    t, dof = motion(10.0)
+    samples = samples_of(dof, 0.02)
+    _, live = run(samples)
+    _, smooth = run(samples, estimator="smoothed")
+    assert [e.stamp_ns for e in smooth] == [e.stamp_ns for e in live]
+    names = ("left_knee_flexion", "right_hip_flexion", "left_shoulder_abduction")
+    moving = [i for i, e in enumerate(live) if seconds(e) > 5.0]
+    rms = {
+        kind: np.sqrt(
+            np.mean([error_deg([each[i] for i in moving], t, dof, n) ** 2 for n in names])
+        )
+        for kind, each in (("live", live), ("smooth", smooth))
+    }
+    assert rms["smooth"] < 0.95 * rms["live"]
