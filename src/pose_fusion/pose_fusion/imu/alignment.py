@@ -3,12 +3,14 @@ r"""From an IMU's orientation to its segment's: its mounting, and which way its 
 While the person stands in the neutral pose, every segment's axes are the body's: upright, turned
 by the heading that the cameras see. With the IMU's mean reading there, R_ws(0), the segment is
 
-.. math:: R_{map,segment}(t) = Y\, R_{ws}(t)\, R_{ws}(0)^T\, Y^T\, R_z(\psi_{body}(0))
+.. math::
+    R_{map,segment}(t) = Y(t)\, R_{ws}(t)\, R_{ws}(0)^T\, Y(0)^T\, R_z(\psi_{body}(0))
 
-where Y turns the IMU's world, whose north is magnetic and disturbed, about the vertical into map.
-The segment's long axis needs no Y: in the sensor it is R_ws(0)ᵀ e_z. So Y follows, whenever the
-person moves, from the angle between where the IMU and where the cameras see that axis lean, in
-closed form over all instants: the sums of cross and dot products of the horizontal parts.
+where Y turns the IMU's world, whose north is magnetic and disturbed, or drifts, about the vertical
+into map. The segment's long axis needs no Y: in the sensor it is R_ws(0)ᵀ e_z. So Y follows,
+whenever the person moves, from the angle between where the IMU and where the cameras see that axis
+lean: :mod:`pose_fusion.imu.heading`. Until an IMU's own segment has leant, IMUs that all know north
+lend it their common heading.
 """
 
 import math
@@ -18,17 +20,22 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_fusion.imu.heading import HeadingAnchor
+from pose_fusion.imu.seen_axes import Seen
 from pose_fusion.imu.track import ImuState
-from pose_fusion.kernels.imu import lean, read_segment
+from pose_fusion.kernels.imu import read_segment
 from pose_fusion.streams.samples import FloatArray
 
 NEUTRAL_DURATION_NS = 1_500_000_000
 NEUTRAL_ANGLE = np.radians(30.0)  # a joint further bent is not neutral
 NEUTRAL_ELBOW = np.radians(60.0)  # hanging arms, half hidden by the trunk, seem more bent
 LEAST_ANGLES_SEEN = 8  # [-] of the twelve, to call a pose neutral
+JUMP_BACK_NS = 1_000_000_000  # further back than this, a recording has begun anew
 STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
-PRIOR_STRENGTH = 2.0  # [-] how much the IMUs' common heading counts beside an IMU's own samples
-OBSERVED = 1.0  # [-] sum of squared horizontal lean after which the common heading is trusted
+COMMON_STDDEV = math.radians(15.0)  # [rad] of the common heading, for one IMU
+OBSERVED_S = 0.1  # [s] of an axis fully horizontal after which the common heading is lent
+NORTH_STDDEV = math.radians(45.0)  # [rad] of its own heading beyond which an IMU knows no north
+UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,14 +48,13 @@ class SegmentReading:
 
 
 class SegmentAlignment:
-    """One IMU's mounting, from the neutral pose, and the sums that give its heading."""
+    """One IMU's mounting, from the neutral pose, and its heading."""
 
     def __init__(self) -> None:
         self._neutral: list[FloatArray] = []
         self.R_world_sensor_neutral: FloatArray | None = None
         self.body_heading = 0.0  # [rad] in map, while the pose was neutral
-        self.dot = 0.0
-        self.cross = 0.0
+        self.anchor = HeadingAnchor()
 
     def collect_neutral(self, state: ImuState) -> None:
         """Remember a reading of the neutral pose."""
@@ -59,27 +65,43 @@ class SegmentAlignment:
         self._neutral.clear()
 
     def finish_neutral(self, body_heading: float) -> None:
-        """Take the mean of the collected readings as the mounting; heading sums start again."""
+        """Take the mean of the collected readings as the mounting; the heading is sought anew."""
         if not self._neutral:
             return
         mean = Rotation.from_matrix(np.stack(self._neutral)).mean()
         self.R_world_sensor_neutral = np.asarray(mean.as_matrix())
         self.body_heading = body_heading
-        self.dot = self.cross = 0.0
+        self.anchor = HeadingAnchor()
         self._neutral.clear()
 
-    def observe_axis(self, state: ImuState, axis_map: FloatArray) -> None:
+    def observe_axis(self, dt_s: float, state: ImuState, axis_map: FloatArray) -> None:
         """Compare where the IMU and the cameras see the segment's long axis.
 
         Args:
+            dt_s: Time [s] that this instant stands for.
             state: The IMU's reading.
             axis_map: The segment's z axis in map as the cameras see it, shape (3,).
         """
         if self.R_world_sensor_neutral is None:
             return
-        dot, cross = lean(state.R_world_sensor, self.R_world_sensor_neutral, axis_map)
-        self.dot += dot
-        self.cross += cross
+        axis_world = state.R_world_sensor @ (self.R_world_sensor_neutral.T @ UP)
+        self.anchor.observe_lean(dt_s, axis_world, axis_map)
+
+    def observe_lateral(self, dt_s: float, state: ImuState, seen: Seen) -> None:
+        """Compare where the IMU and the cameras see the segment's lateral axis, y.
+
+        Args:
+            dt_s: Time [s] that this instant stands for.
+            state: The IMU's reading.
+            seen: The segment's y axis.
+        """
+        neutral = self.anchor.neutral_heading
+        if self.R_world_sensor_neutral is None or neutral is None:
+            return
+        turn = self.body_heading - neutral
+        lateral = np.array([-math.sin(turn), math.cos(turn), 0.0])
+        axis_world = state.R_world_sensor @ (self.R_world_sensor_neutral.T @ lateral)
+        self.anchor.observe_turned(dt_s, axis_world, *seen)
 
 
 class ImuAlignment:
@@ -87,7 +109,7 @@ class ImuAlignment:
 
     def __init__(self) -> None:
         self._segments: dict[str, SegmentAlignment] = {}
-        self._common: tuple[float, float] | None = None  # sums of dot and cross over all IMUs
+        self._stamp_ns: int | None = None
         self._still_since_ns: int | None = None
         self._still_angles: list[Mapping[str, float]] = []
         self._still_headings: list[float] = []
@@ -99,6 +121,7 @@ class ImuAlignment:
         axes_map: dict[str, FloatArray],
         joint_angles: Mapping[str, float],
         body_heading: float,
+        laterals_map: Mapping[str, Seen] | None = None,
     ) -> None:
         """Learn from one instant.
 
@@ -109,15 +132,31 @@ class ImuAlignment:
             joint_angles: The measured angles [rad] by name, NaN unseen; they tell whether the pose
                 is neutral.
             body_heading: Heading of the body in map [rad], as far as it stands neutrally.
+            laterals_map: The y axis of each segment where trunk or hinge shows it now.
         """
-        self._common = None
+        dt_s = self.advance(stamp_ns)
         for segment in states:
             self._segments.setdefault(segment, SegmentAlignment())
         if self.awaits_neutral(states):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
         for segment, axis in axes_map.items():
             if segment in states:
-                self._segments[segment].observe_axis(states[segment], axis)
+                self._segments[segment].observe_axis(dt_s, states[segment], axis)
+        for segment, seen in (laterals_map or {}).items():
+            if segment in states:
+                self._segments[segment].observe_lateral(dt_s, states[segment], seen)
+        self._lend_common_heading(states)
+
+    def advance(self, stamp_ns: int) -> float:
+        """Let the headings drift on to an instant; returns by how much time [s]."""
+        before_ns = stamp_ns if self._stamp_ns is None else self._stamp_ns
+        if before_ns - JUMP_BACK_NS < stamp_ns < before_ns:
+            return 0.0  # the sensors' frames cross
+        self._stamp_ns = stamp_ns
+        dt_s = max(stamp_ns - before_ns, 0) * 1e-9
+        for alignment in self._segments.values():
+            alignment.anchor.predict(dt_s)
+        return dt_s
 
     def awaits_neutral(self, segments: Iterable[str]) -> bool:
         """Whether the mounting of any of these is still to be found."""
@@ -129,8 +168,8 @@ class ImuAlignment:
         alignment = self._segments.get(segment)
         if alignment is None or alignment.R_world_sensor_neutral is None:
             return None
-        heading = self.heading(segment)
-        if heading is None:
+        heading, neutral_heading = alignment.anchor.heading, alignment.anchor.neutral_heading
+        if heading is None or neutral_heading is None:
             return None
         R_map_segment, angular_velocity = np.empty((3, 3)), np.empty(3)
         read_segment(
@@ -138,11 +177,12 @@ class ImuAlignment:
             alignment.R_world_sensor_neutral,
             state.angular_velocity,
             heading,
-            alignment.body_heading,
+            alignment.body_heading - neutral_heading,
             R_map_segment,
             angular_velocity,
         )
-        x, y, z = state.stddev.tolist()
+        x, y, _ = state.stddev.tolist()
+        z = alignment.anchor.stddev
         return SegmentReading(
             R_map_segment=R_map_segment,
             angular_velocity=angular_velocity,
@@ -151,17 +191,25 @@ class ImuAlignment:
 
     def heading(self, segment: str) -> float | None:
         """Turn [rad] about the vertical from the IMU's world to map; None if not yet observed."""
-        own = self._segments[segment]
-        if self._common is None:
-            # In an order of their own: which IMU spoke first must not show, not even in rounding.
-            ordered = [self._segments[name] for name in sorted(self._segments)]
-            self._common = sum(s.dot for s in ordered), sum(s.cross for s in ordered)
-        dot, cross = self._common
-        strength = math.hypot(dot, cross)
-        if strength < OBSERVED:
-            return None
-        scale = PRIOR_STRENGTH / strength
-        return math.atan2(own.cross + scale * cross, own.dot + scale * dot)
+        return self._segments[segment].anchor.heading
+
+    def _lend_common_heading(self, states: Mapping[str, ImuState]) -> None:
+        """Start those IMUs that know north, but have not yet leant, with the others' heading."""
+        waiting = [
+            (s, a)
+            for s, a in self._segments.items()
+            if s in states and a.R_world_sensor_neutral is not None and a.anchor.heading is None
+        ]
+        if not waiting:
+            return
+        north = [s for s in sorted(states) if states[s].stddev[2] < NORTH_STDDEV]
+        recent = [self._segments[s].anchor.recent for s in north]
+        dot, cross = sum(d for d, _ in recent), sum(c for _, c in recent)
+        if math.hypot(dot, cross) < OBSERVED_S:
+            return
+        for segment, alignment in waiting:
+            if segment in north:
+                alignment.anchor.start(math.atan2(cross, dot), COMMON_STDDEV)
 
     @property
     def known_segments(self) -> list[str]:

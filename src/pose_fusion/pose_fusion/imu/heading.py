@@ -33,6 +33,7 @@ RECENT_S = 5.0  # [s] of observation that the quick estimate remembers
 RECENT_LEAST_S = 1.0  # [s] of an axis fully horizontal, before it may contradict
 CONTRADICTION = math.radians(30.0)  # [rad] between quick and slow estimate
 CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
+RESTART_STDDEV = math.radians(20.0)  # [rad] of the quick estimate: some of it is from before
 SETTLED = math.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
 
 Y = np.array([1.0, 0.0, 0.0])  # what a leaning axis measures
@@ -157,8 +158,7 @@ class HeadingAnchor:
         if self._contradicted_s < CONTRADICTED_S:
             return
         neutral, P = float(self._state[2]), float(self._covariance[2, 2])
-        stddev = AXIS_STDDEV * math.sqrt(CORRELATION_S / RECENT_LEAST_S)
-        self.start(recent, stddev)
+        self.start(recent, RESTART_STDDEV)
         self.restarts += 1
         if P < SETTLED**2 and self._state is not None:
             # The mounting has been known well: it is the IMU's world that has turned.

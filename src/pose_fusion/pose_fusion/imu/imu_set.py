@@ -1,19 +1,17 @@
 """All IMUs of one body: their recent past, their alignment, their reading at an instant."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
 from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
+from pose_fusion.imu.seen_axes import lateral_axes, long_axes
 from pose_fusion.imu.track import ImuState, ImuTrack
 from pose_fusion.streams.samples import FloatArray, ImuSample
 
-SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
 
 
@@ -56,6 +54,7 @@ class ImuSet:
         states = self._states(stamp_ns)
         trunk = trunk_axes(positions)
         if not states or not np.all(np.isfinite(trunk)):
+            self.alignment.advance(stamp_ns)
             return
         angles: dict[str, float] = {}
         if self.alignment.awaits_neutral(states):
@@ -63,9 +62,10 @@ class ImuSet:
         self.alignment.observe(
             stamp_ns,
             states,
-            self._tracked_axes(positions, trunk),
+            long_axes(self._model, states, positions, trunk),
             angles,
             standing_heading(positions),
+            lateral_axes(self._model, states, positions),
         )
 
     def read(self, stamp_ns: int) -> dict[str, SegmentReading]:
@@ -84,21 +84,3 @@ class ImuSet:
             self._known_states = {s: state for s, state in states.items() if state is not None}
             self._states_at = stamp_ns
         return self._known_states
-
-    def _tracked_axes(self, positions: FloatArray, trunk: FloatArray) -> dict[str, FloatArray]:
-        """The long axis, z, in map of each segment whose joints are tracked."""
-        axes = {}
-        for segment in self._tracks:
-            name = self._model.segments.get(segment)
-            if name is None:
-                continue
-            start, end = self._model.ends(name)
-            direction = self._model.joints[end].direction
-            bone = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
-            if direction is None:
-                axes[segment] = trunk[:, 2]
-                continue
-            length = math.sqrt(bone @ bone)
-            if length > SHORTEST_BONE:  # false of NaN
-                axes[segment] = bone * (direction[2] / length)
-        return axes

@@ -58,33 +58,20 @@ def read_segment(
     R_world_sensor_neutral: FloatArray,
     angular_velocity: FloatArray,
     heading: float,
-    body_heading: float,
+    neutral_turn: float,
     R_map_segment: FloatArray,
     rate_map: FloatArray,
 ) -> None:
-    """Fill Y R_ws R_ws(0)ᵀ Yᵀ R_z(ψ), and the angular velocity in map; see ``imu.alignment``."""
+    """Fill Y R_ws R_ws(0)ᵀ R_z(ψ − y₀), and the angular velocity in map; see ``imu.alignment``."""
     Y, Z = np.empty((3, 3)), np.empty((3, 3))
     first, second = np.empty((3, 3)), np.empty((3, 3))
     about_up(heading, Y)
-    about_up(body_heading, Z)
+    about_up(neutral_turn, Z)
     product_transposed(R_world_sensor, R_world_sensor_neutral, first)
     product(Y, first, second)
-    product_transposed(second, Y, first)
-    product(first, Z, R_map_segment)
+    product(second, Z, R_map_segment)
     product(Y, R_world_sensor, first)
     for i in range(3):
         rate_map[i] = 0.0
         for k in range(3):
             rate_map[i] += first[i, k] * angular_velocity[k]
-
-
-@compiled
-def lean(
-    R_world_sensor: FloatArray, R_world_sensor_neutral: FloatArray, axis_map: FloatArray
-) -> tuple[float, float]:
-    """Dot and cross product of a long axis' horizontal parts, in the IMU's world and in map."""
-    x = y = 0.0
-    for k in range(3):
-        x += R_world_sensor[0, k] * R_world_sensor_neutral[2, k]
-        y += R_world_sensor[1, k] * R_world_sensor_neutral[2, k]
-    return x * axis_map[0] + y * axis_map[1], x * axis_map[1] - y * axis_map[0]
