@@ -5,10 +5,11 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
-from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_common.bags import BagWriter, open_bag
 from pose_common.joints import JOINTS
+from pose_fusion.body.model import load_body_model
 from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
@@ -101,7 +102,7 @@ def test_the_bags_joint_states_are_the_chains(bag, samples, tmp_path):
     pipeline = FusionPipeline(FusionParameters(), extrinsics())
     expected = [e for sample in samples for e in pipeline.add_skeleton(sample)] + pipeline.flush()
     assert len(states) == len(expected)
-    assert tuple(states[0].name) == MODEL.angle_names
+    assert tuple(states[0].name) == load_body_model("default").angle_names
     np.testing.assert_allclose(states[-1].position, expected[-1].position[6:], atol=1e-6)
 
 

@@ -6,12 +6,13 @@ from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
 
 from pose_common.conversions import stamp_to_ns
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import JOINTS
+from pose_fusion.body.model import load_body_model
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.conversions import _points, to_header, to_static_tf
 from pose_fusion.fusion.parameters import FusionParameters
@@ -96,7 +97,7 @@ def test_live_output_is_the_offline_chains_to_the_last_bit(
     ros_context.spin_until(lambda: len(estimates) == len(skeletons) == len(states))
     for state, estimate, expected in zip(states, estimates, offline, strict=True):
         assert stamp_to_ns(state.header.stamp) == expected.stamp_ns
-        assert list(state.name) == list(MODEL.angle_names)
+        assert list(state.name) == list(load_body_model("default").angle_names)
         np.testing.assert_array_equal(state.position, expected.position[6:])
         np.testing.assert_array_equal(state.velocity, expected.velocity[6:])
         np.testing.assert_array_equal(estimate.position_stddev, expected.position_stddev)

@@ -36,4 +36,5 @@ def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeyp
 
 def test_starting_imports_nothing_heavy():
     text = (SRC / "pose_common" / "pose_common" / "entry.py").read_text()
-    assert re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE) == ["signal", "sys", "importlib"]
+    imported = re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE)
+    assert imported == ["signal", "sys", "importlib"]
