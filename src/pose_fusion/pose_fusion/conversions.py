@@ -133,12 +133,7 @@ def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> 
 
 def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     """The body in map, and every frame of its URDF in the body."""
-    T_map_link = np.stack([estimate.T_map_link[name] for name in model.link_names])
-    T_body_map = np.linalg.inv(T_map_link[0])
-    frames, T_map_frame = _frames_between(estimate, model, body_id)
-    T_parent_frame = T_body_map @ np.concatenate([T_map_link, T_map_frame])
-    T_parent_frame[0] = T_map_link[0]
-    frames = [*(link_frame(link, body_id) for link in model.links.values()), *frames]
+    frames, T_parent_frame = tf_places(estimate, model, body_id)
     in_map, in_body = (to_header(estimate.stamp_ns, parent) for parent in (WORLD_FRAME, frames[0]))
     transforms: list[TransformStamped] = []
     for frame, place in zip(frames, _places(T_parent_frame), strict=True):
@@ -146,6 +141,19 @@ def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
         _set_transform(stamped.transform, place)
         transforms.append(stamped)
     return TFMessage(transforms=transforms)
+
+
+def tf_places(
+    estimate: BodyEstimate, model: BodyModel, body_id: str
+) -> tuple[list[str], FloatArray]:
+    """The frames of :func:`to_tf` and their places, (n, 4, 4): the body in map, the rest in it."""
+    T_map_link = np.stack([estimate.T_map_link[name] for name in model.link_names])
+    T_body_map = np.linalg.inv(T_map_link[0])
+    frames, T_map_frame = _frames_between(estimate, model, body_id)
+    T_parent_frame = T_body_map @ np.concatenate([T_map_link, T_map_frame])
+    T_parent_frame[0] = T_map_link[0]
+    frames = [*(link_frame(link, body_id) for link in model.links.values()), *frames]
+    return frames, T_parent_frame
 
 
 def _frames_between(
@@ -211,17 +219,25 @@ def to_markers(estimate: BodyEstimate, model: BodyModel, body_id: str) -> Marker
     balls.scale.x = balls.scale.y = balls.scale.z = JOINT_DIAMETER
     bones.pose.orientation.w = balls.pose.orientation.w = 1.0
     points = _points(estimate.joints)
-    for joint, place in model.joints.items():
-        start = model.links[place.link].joint
-        if start is None:
-            start = "torso" if joint != "torso" else "neck"
-        bones.points += [points[JOINT_INDEX[start]], points[JOINT_INDEX[joint]]]
+    for ends in bone_ends(model):
+        bones.points += [points[JOINT_INDEX[joint]] for joint in ends]
     balls.points = points
     balls.colors = [
         ColorRGBA(**dict(zip("rgb", STATE_COLORS[TrackingState(state)], strict=True)), a=1.0)
         for state in estimate.tracking_state
     ]
     return MarkerArray(markers=[bones, balls])
+
+
+def bone_ends(model: BodyModel) -> list[tuple[str, str]]:
+    """The joints between which a bone is drawn."""
+    ends = []
+    for joint, place in model.joints.items():
+        start = model.links[place.link].joint
+        if start is None:
+            start = "torso" if joint != "torso" else "neck"
+        ends.append((start, joint))
+    return ends
 
 
 def to_static_tf(T_map_sensor: Mapping[str, FloatArray]) -> TFMessage:

@@ -19,7 +19,6 @@ from pose_fusion.calibration.session_calibration import calibrate
 from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
-    to_messages,
     to_static_tf,
     to_string,
     type_name,
@@ -30,6 +29,7 @@ from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
 from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.tools.estimate_bytes import EstimateBytes
 
 NS_PER_S = 1_000_000_000
 TF_STATIC = "/tf_static"
@@ -97,6 +97,7 @@ class EstimateWriter:
         self._pipeline = pipeline
         self._extrinsics = extrinsics
         self._body_id = pipeline.parameters.subject
+        self._bytes: EstimateBytes | None = None
         self.count = 0
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
         writer.add_topic(urdf_topic(self._body_id), "std_msgs/msg/String", latched=True)
@@ -109,9 +110,11 @@ class EstimateWriter:
             self._write_latched(estimate.stamp_ns)
         self.count += 1
         latency_s = (estimate.newest_ns - estimate.stamp_ns) / NS_PER_S
-        messages = to_messages(estimate, self._pipeline.model, self._body_id, latency_s)
-        for topic, message in messages.items():
-            self._append(topic, message, estimate.stamp_ns)
+        if self._bytes is None:
+            model, typestore = self._pipeline.model, self._writer.typestore
+            self._bytes = EstimateBytes(model, self._body_id, typestore, estimate)
+        for topic, data in self._bytes.write(estimate, latency_s).items():
+            self._writer.write_serialized(topic, self._bytes.types[topic], data, estimate.stamp_ns)
 
     def _write_latched(self, stamp_ns: int) -> None:
         sensors = self._pipeline.parameters.sensors

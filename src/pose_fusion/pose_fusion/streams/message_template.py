@@ -1,0 +1,122 @@
+"""Serialised messages of which only the numbers change: those are written where they lie.
+
+A message whose strings and sequences keep their lengths has its numbers at the same bytes every
+time. They are found once, by the rules of CDR (OMG DDSI-RTPS, plain little-endian encoding: every
+number aligned to its size, counted from after the four bytes of the encapsulation header).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.store import Typestore
+
+from pose_fusion.streams.samples import FloatArray
+
+NS_PER_S = 1_000_000_000
+HEADER_SIZE = 4  # [bytes] of the encapsulation
+TIME = "builtin_interfaces/msg/Time"
+SIZES = {
+    **dict.fromkeys(("bool", "byte", "char", "int8", "uint8"), 1),
+    **dict.fromkeys(("int16", "uint16"), 2),
+    **dict.fromkeys(("int32", "uint32", "float32"), 4),
+    **dict.fromkeys(("int64", "uint64", "float64"), 8),
+}
+
+
+class MessageTemplate:
+    """One message's bytes and where its numbers lie.
+
+    Args:
+        message: As rosbags has it; its strings and the lengths of its sequences stay.
+        typestore: Definitions of the messages.
+    """
+
+    def __init__(self, message: Any, typestore: Typestore) -> None:
+        self._typestore = typestore
+        self._places: dict[str, list[int]] = {
+            "float64": [],
+            "float32": [],
+            "uint8": [],
+            "stamp": [],
+        }
+        end = self._walk_message(message, 0)
+        data = typestore.serialize_cdr(message, message.__msgtype__)
+        if len(data) != HEADER_SIZE + end:
+            raise ValueError(
+                f"{message.__msgtype__} has {len(data)} bytes, not {HEADER_SIZE + end}"
+            )
+        body = np.zeros(end + -end % 8, np.uint8)  # a multiple of every size
+        body[:end] = np.frombuffer(data, np.uint8)[HEADER_SIZE:]
+        self._head, self._end = bytes(data[:HEADER_SIZE]), end
+        self._body = body
+        self._float64 = np.array(self._places["float64"], int) // 8
+        self._float32 = np.array(self._places["float32"], int) // 4
+        self._uint8 = np.array(self._places["uint8"], int)
+        self._seconds = np.array(self._places["stamp"], int) // 4
+
+    @property
+    def float64(self) -> FloatArray:
+        """The message's own numbers, in the order of its fields."""
+        return np.asarray(self._body.view("<f8")[self._float64])
+
+    @property
+    def float32(self) -> NDArray[np.float32]:
+        """Likewise."""
+        return np.asarray(self._body.view("<f4")[self._float32])
+
+    def fill(
+        self,
+        stamp_ns: int,
+        float64: FloatArray,
+        float32: NDArray[np.float32] | None = None,
+        uint8: NDArray[np.uint8] | None = None,
+    ) -> bytes:
+        """The bytes of the message with other numbers.
+
+        Args:
+            stamp_ns: Of all its headers that bear a stamp [ns].
+            float64: All of them, in the order of the fields.
+            float32: Likewise; None leaves them.
+            uint8: Likewise.
+        """
+        self._body.view("<f8")[self._float64] = float64
+        if float32 is not None:
+            self._body.view("<f4")[self._float32] = float32
+        if uint8 is not None:
+            self._body[self._uint8] = uint8
+        self._body.view("<i4")[self._seconds] = stamp_ns // NS_PER_S
+        self._body.view("<u4")[self._seconds + 1] = stamp_ns % NS_PER_S
+        return self._head + self._body[: self._end].tobytes()
+
+    def _walk_message(self, message: Any, at: int) -> int:
+        """Note the places of a message's numbers; returns where it ends."""
+        msgtype = message.__msgtype__
+        if msgtype == TIME and (message.sec or message.nanosec):  # a zero one means none
+            self._places["stamp"].append(at + -at % 4)
+        for name, description in self._typestore.fielddefs[msgtype][1]:
+            at = self._walk(getattr(message, name), description, at)
+        return at
+
+    def _walk(self, value: Any, description: Any, at: int) -> int:
+        kind, detail = description
+        if kind == Nodetype.NAME:
+            return self._walk_message(value, at)
+        if kind == Nodetype.BASE:
+            return self._walk_base(value, detail[0], at)
+        element, _ = detail  # an array or a sequence
+        if kind == Nodetype.SEQUENCE:
+            at += -at % 4 + 4
+        for item in value:
+            at = self._walk(item, element, at)
+        return at
+
+    def _walk_base(self, value: Any, name: str, at: int) -> int:
+        if name == "string":
+            return at + -at % 4 + 4 + len(value.encode()) + 1
+        size = SIZES[name]
+        at += -at % size
+        if name in self._places:
+            self._places[name].append(at)
+        return at + size

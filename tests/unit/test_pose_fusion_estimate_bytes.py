@@ -1,0 +1,39 @@
+"""The bytes that ``fuse`` writes are those of the messages that the node publishes."""
+
+import numpy as np
+import pytest
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+
+from pose_common.bags import make_typestore
+from pose_fusion.conversions import to_bag_message, to_messages
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.message_template import MessageTemplate
+from pose_fusion.tools.estimate_bytes import EstimateBytes
+
+
+@pytest.mark.parametrize("estimator", ["default", "left"])
+def test_bytes_are_those_of_the_messages(estimator):
+    _, dof = motion(3.0)
+    samples = skeleton_samples(
+        kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(2), 0.005
+    )
+    pipeline = FusionPipeline(FusionParameters(estimator=estimator), extrinsics())
+    estimates = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    typestore = make_typestore()
+    fast = EstimateBytes(pipeline.model, "someone", typestore, estimates[0])
+    for estimate in (estimates[0], estimates[-1]):
+        estimate.tracking_state[:3] = 0, 1, 2
+        found = fast.write(estimate, 0.25)
+        messages = to_messages(estimate, pipeline.model, "someone", 0.25)
+        assert found.keys() == messages.keys()
+        for topic, message in messages.items():
+            expected = to_bag_message(message, typestore)
+            data = typestore.serialize_cdr(expected, expected.__msgtype__)
+            assert found[topic] == bytes(data), topic
+
+
+def test_a_template_tells_its_own_numbers():
+    typestore = make_typestore()
+    point = typestore.types["geometry_msgs/msg/Point"](x=1.0, y=2.0, z=3.0)
+    np.testing.assert_array_equal(MessageTemplate(point, typestore).float64, [1.0, 2.0, 3.0])
