@@ -71,7 +71,7 @@ class FusionPipeline:
         self.shape: BodyShape | None = None
         self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
         self.aligner = self._make_aligner({})
-        self.imus = ImuSet(self.model)
+        self.imus = ImuSet(self.model, parameters.tracker_delay)
         self._neutral_watcher: NeutralStandWatcher | None = NeutralStandWatcher(self.model)
         self._offsets = np.zeros((len(parameters.sensors), len(JOINTS), 3))
         self._latest = np.full((len(parameters.sensors), len(JOINTS), 3), np.nan)

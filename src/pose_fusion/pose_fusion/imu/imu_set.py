@@ -9,7 +9,7 @@ from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
 from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
 from pose_fusion.imu.seen_axes import lateral_axes, long_axes
-from pose_fusion.imu.track import ImuState, ImuTrack
+from pose_fusion.imu.track import NS_PER_S, ImuState, ImuTrack
 from pose_fusion.streams.samples import FloatArray, ImuSample
 
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
@@ -20,10 +20,12 @@ class ImuSet:
 
     Args:
         model: The body model: which link a segment is.
+        camera_delay_s: How late joints are against their stamps [s].
     """
 
-    def __init__(self, model: BodyModel) -> None:
+    def __init__(self, model: BodyModel, camera_delay_s: float = 0.0) -> None:
         self._model = model
+        self._camera_delay_ns = round(camera_delay_s * NS_PER_S)
         self._tracks: dict[str, ImuTrack] = {}
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states: dict[str, ImuState] = {}
@@ -51,7 +53,8 @@ class ImuSet:
             stamp_ns: The instant.
             positions: Mean of the sensors' tracked joints in map, shape (15, 3) [m]; NaN elsewhere.
         """
-        states = self._states(stamp_ns)
+        # What is seen is older than its stamp; a limb turns by ten degrees in that time.
+        states = self._at(stamp_ns - self._camera_delay_ns)
         trunk = trunk_axes(positions)
         if not states or not np.all(np.isfinite(trunk)):
             self.alignment.advance(stamp_ns)
@@ -79,8 +82,11 @@ class ImuSet:
     def _states(self, stamp_ns: int) -> dict[str, ImuState]:
         """Every IMU's interpolated reading; the last instant's are kept, it is asked for twice."""
         if self._states_at != stamp_ns:
-            # In an order of their own: which IMU spoke first must not show, not even in rounding.
-            states = {name: self._tracks[name].at(stamp_ns) for name in sorted(self._tracks)}
-            self._known_states = {s: state for s, state in states.items() if state is not None}
+            self._known_states = self._at(stamp_ns)
             self._states_at = stamp_ns
         return self._known_states
+
+    def _at(self, stamp_ns: int) -> dict[str, ImuState]:
+        # In an order of their own: which IMU spoke first must not show, not even in rounding.
+        states = {name: self._tracks[name].at(stamp_ns) for name in sorted(self._tracks)}
+        return {segment: state for segment, state in states.items() if state is not None}
