@@ -1,11 +1,11 @@
 r"""Which way an IMU's world turns against map, followed while it drifts.
 
 Without a magnetometer an IMU's world starts anywhere and turns slowly about the vertical, by what
-is left of the gyroscope's bias. Three numbers are followed by a Kalman filter: the turn :math:`y`
-from the IMU's world to map now, its drift :math:`\dot y`, and the turn :math:`y_0` at the neutral
-pose, on which the mounting rests. :math:`y_0` is measured through its correlation with :math:`y`
-alone (a fixed-point smoother), so the mounting becomes better while the drift is followed, and
-neither disturbs the other.
+is left of the gyroscope's bias. A Kalman filter follows the turn :math:`y` from the IMU's world to
+map now, its drift :math:`\dot y`, the turn :math:`y_0` at the neutral pose, on which the mounting
+rests, and how far beside their place the cameras see lateral axes. :math:`y_0` is measured through
+its correlation with :math:`y` alone (a fixed-point smoother), so the mounting becomes better while
+the drift is followed, and neither disturbs the other.
 
 Measured is the angle about the vertical between where the IMU and where the cameras see one axis
 point. An axis that leans by :math:`l = \sin(\text{tilt})` shows it with the standard deviation
@@ -28,6 +28,7 @@ LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts n
 HEADING_WALK = math.radians(0.5) ** 2 / 60.0  # [rad²/s] random part of the drift
 DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
 DRIFT_WALK = (math.radians(1.0) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
+LATERAL_STDDEV = math.radians(15.0)  # [rad] of shoulders' and hips' lines, and of hinges
 FIRST_LEAN_S = 0.1  # [s] of an axis fully horizontal, after which there is a first value
 RECENT_S = 5.0  # [s] of observation that the quick estimate remembers
 RECENT_LEAST_S = 1.0  # [s] of an axis fully horizontal, before it may contradict
@@ -36,16 +37,16 @@ CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
 RESTART_STDDEV = math.radians(20.0)  # [rad] of the quick estimate: some of it is from before
 SETTLED = math.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
 
-Y = np.array([1.0, 0.0, 0.0])  # what a leaning axis measures
-TURNED = np.array([1.0, 0.0, -1.0])  # what an axis that the mounting's own heading enters measures
+Y = np.array([1.0, 0.0, 0.0, 0.0])  # what a leaning axis measures
+TURNED = np.array([1.0, 0.0, -1.0, 1.0])  # what a lateral axis measures
 
 
 class HeadingAnchor:
     """Heading of one IMU's world, its drift, and the heading at the neutral pose."""
 
     def __init__(self) -> None:
-        self._state: FloatArray | None = None  # y, its drift, y₀ [rad], [rad/s], [rad]
-        self._covariance = np.zeros((3, 3))
+        self._state: FloatArray | None = None  # y, drift [rad/s], y₀, lateral error [rad]
+        self._covariance = np.zeros((4, 4))
         self._dot = self._cross = 0.0  # [s] recent sums of a leaning axis' products
         self._contradicted_s = 0.0
         self.restarts = 0
@@ -72,10 +73,9 @@ class HeadingAnchor:
 
     def start(self, heading: float, stddev: float) -> None:
         """Begin with a heading [rad] and its standard deviation [rad]."""
-        self._state = np.array([heading, 0.0, heading])
-        self._covariance = np.array(
-            [[stddev**2, 0.0, stddev**2], [0.0, DRIFT_STDDEV**2, 0.0], [stddev**2, 0.0, stddev**2]]
-        )
+        self._state = np.array([heading, 0.0, heading, 0.0])
+        self._covariance = np.diag([stddev**2, DRIFT_STDDEV**2, stddev**2, LATERAL_STDDEV**2])
+        self._covariance[0, 2] = self._covariance[2, 0] = stddev**2
         self._contradicted_s = 0.0
 
     def predict(self, dt_s: float) -> None:
@@ -136,11 +136,13 @@ class HeadingAnchor:
         if self._state is None or dt_s <= 0.0:
             return
         noise = (AXIS_STDDEV / lean) ** 2 * CORRELATION_S / dt_s
+        # y₀ has been taken up already where the axis was brought into the world.
+        expected = float(self._state[0]) + (float(self._state[3]) if H is TURNED else 0.0)
         PH = self._covariance @ H
         variance = float(H @ PH) + noise
         # The angle itself errs by σ/l, however short the instant: that is where it is limited.
         limit = LIMIT * math.sqrt(float(H @ PH) + (AXIS_STDDEV / lean) ** 2)
-        innovation = _wrapped(angle - float(self._state[0]))
+        innovation = _wrapped(angle - expected)
         innovation = min(max(innovation, -limit), limit)
         self._state = self._state + PH * (innovation / variance)
         self._covariance -= np.outer(PH, PH) / variance
