@@ -99,6 +99,11 @@ class Li2020Filter:
         """Covariance of ``dof``, shape (d, d)."""
         return self._covariance[: self._size, : self._size]
 
+    @property
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Mean, (2 d,), and covariance, (2 d, 2 d), of ``dof`` and ``rates``."""
+        return self._mean.copy(), self._covariance.copy()
+
     def start(self, positions: FloatArray) -> bool:
         """Begin from one pose, shape (15, 3) [m]; False if its trunk is not seen."""
         axes = trunk_axes(positions)
