@@ -1,14 +1,14 @@
 """The unscented transform: li2020 (3) to (10), all sigma points at once.
 
-The sigma points and their weights are filterpy's (Van der Merwe 2004); the sums over them are
-matrix products here, since filterpy calls the models once a point.
+The weights are filterpy's (Van der Merwe 2004); the points and the sums over them are made by whole
+matrices here, since filterpy makes them, and calls the models, once a point.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, cholesky
 
 from pose_fusion.streams.samples import FloatArray
 
@@ -37,9 +37,10 @@ class UnscentedTransform:
     def __init__(
         self, size: int, *, alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0
     ) -> None:
-        self._points = MerweScaledSigmaPoints(size, alpha, beta, kappa)
-        self._mean_weights: FloatArray = self._points.Wm
-        self._covariance_weights: FloatArray = self._points.Wc
+        weights = MerweScaledSigmaPoints(size, alpha, beta, kappa)
+        self._mean_weights: FloatArray = weights.Wm
+        self._covariance_weights: FloatArray = weights.Wc
+        self._scale = alpha**2 * (size + kappa)  # n + λ
 
     def sigma_points(self, mean: FloatArray, covariance: FloatArray) -> FloatArray:
         """The points of a Gaussian, shape (2n + 1, n).
@@ -47,7 +48,9 @@ class UnscentedTransform:
         Raises:
             numpy.linalg.LinAlgError: If the covariance is not positive definite.
         """
-        return np.asarray(self._points.sigma_points(mean, covariance))
+        # What filterpy does a point at a time.
+        spread = cholesky(self._scale * covariance, check_finite=False)
+        return np.concatenate([mean[None], mean + spread, mean - spread])
 
     def moments(self, points: FloatArray) -> Moments:
         """Weighted mean and covariance of points, shape (2n + 1, k)."""
