@@ -23,7 +23,7 @@ from pose_fusion.filters.posture import PosturePrior, posture_numbers
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_numbers
 from pose_fusion.kernels.camera import Frame, add_camera
-from pose_fusion.kernels.links import add_imu, turn_back
+from pose_fusion.kernels.links import add_imu, own_blocks, turn_back
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.posture import add_posture
 from pose_fusion.kernels.prediction import bound, move, predict_covariance, predict_pose, remember
@@ -184,10 +184,9 @@ class SegmentFilter:
 
     def _of_links(self, information: FloatArray) -> FloatArray:
         """The links' own blocks, shape (links, 3, 3)."""
-        links = self.layout.links
-        blocks = information[self.layout.rotations, self.layout.rotations]
-        each = np.arange(links)
-        return blocks.reshape(links, 3, links, 3)[each, :, each, :].copy()
+        blocks = np.empty((self.layout.links, 3, 3))
+        own_blocks(information, blocks)
+        return blocks
 
     def _known_state(self) -> SegmentState:
         if self.state is None:

@@ -94,3 +94,12 @@ def add_imu(
         vector[where] += turn[axis] / variance[axis]
         information[rate, rate] += 1.0 / rate_variance
         vector[rate] += (angular_velocity[axis] - pose.rates[link, axis]) / rate_variance
+
+
+@compiled
+def own_blocks(information: FloatArray, out: FloatArray) -> None:
+    """The links' own blocks, (links, 3, 3), of the error's information."""
+    for link in range(len(out)):
+        for i in range(3):
+            for k in range(3):
+                out[link, i, k] = information[3 + 3 * link + i, 3 + 3 * link + k]

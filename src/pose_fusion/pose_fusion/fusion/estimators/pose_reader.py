@@ -71,9 +71,6 @@ def _shares(information: FloatArray) -> tuple[FloatArray, NDArray[np.uint8]]:
     known = total > NOTHING
     share = np.where(known, information / np.where(known, total, 1.0), 0.0)
     has_kinect, has_imu = information > NOTHING
-    source = np.select(
-        [has_kinect & has_imu, has_kinect, has_imu],
-        [Source.FUSED, Source.KINECT, Source.IMU],
-        Source.PREDICTED,
-    )
+    # PREDICTED, KINECT, IMU and FUSED are numbered as the sums of what there is.
+    source = has_kinect * int(Source.KINECT) + has_imu * int(Source.IMU)
     return share, source.astype(np.uint8)

@@ -37,14 +37,16 @@ def unswapped(seen: FloatArray, expected: FloatArray) -> tuple[NDArray[np.int_],
     count = 0
     for pairs in PAIRS:
         as_seen = _distance(seen[pairs], expected[pairs])
-        swapped = _distance(seen[pairs[:, ::-1]], expected[pairs])
-        if as_seen > FAR and swapped < CLEAR * as_seen:  # false of NaN
+        if not as_seen > FAR:  # of NaN too
+            continue
+        if _distance(seen[pairs[:, ::-1]], expected[pairs]) < CLEAR * as_seen:  # false of NaN
             order[pairs] = order[pairs[:, ::-1]]
             count += 1
     return order, count
 
 
 def _distance(seen: FloatArray, expected: FloatArray) -> float:
-    distances = np.linalg.norm(seen - expected, axis=-1)
+    apart = seen - expected
+    distances = np.sqrt((apart * apart).sum(axis=-1))
     known = np.isfinite(distances)
     return float(distances[known].mean()) if known.sum() >= 3 else float("nan")
