@@ -5,7 +5,13 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.imu.alignment import ImuAlignment
 from pose_fusion.imu.track import ImuState, ImuTrack
-from pose_fusion.imu.weighting import fuse_limb, fuse_trunk, minimum_variance_weights
+from pose_fusion.imu.switching import OcclusionDetector
+from pose_fusion.imu.weighting import (
+    fixed_weights,
+    fuse_limb,
+    fuse_trunk,
+    minimum_variance_weights,
+)
 from pose_fusion.streams.samples import ImuSample
 
 MS = 1_000_000
@@ -152,3 +158,29 @@ def test_without_a_neutral_pose_no_imu_is_believed():
         )
     assert alignment.reading("torso", state(Rotation.identity())) is None
     assert alignment.known_segments == []
+
+
+def test_fixed_weights_stay_and_an_untracked_segment_is_the_imus_alone():
+    weights = fixed_weights(0.01, 0.04, is_tracked=True, kinect=0.8)
+    assert (weights.kinect, weights.imu) == pytest.approx((0.8, 0.2))
+    assert weights.variance == pytest.approx(0.64 * 0.01 + 0.04 * 0.04)
+    assert fixed_weights(0.01, 0.04, is_tracked=False, kinect=0.8).imu == 1.0
+
+
+def test_occlusion_is_seen_at_once_and_forgiven_when_both_agree_again():
+    detector = OcclusionDetector()
+    variance = np.radians(5.0) ** 2
+    assert not any(detector.update(np.radians(4.0), variance) for _ in range(50))
+    assert detector.update(np.radians(40.0), variance)
+    assert detector.update(np.radians(20.0), variance)
+    assert not detector.update(np.radians(4.0), variance)
+
+
+def test_the_threshold_rises_with_the_present_noise():
+    rng = np.random.default_rng(3)
+    detector = OcclusionDetector()
+    variance = np.radians(2.0) ** 2
+    noisy = np.abs(rng.normal(0.0, np.radians(5.0), 300))
+    found = [detector.update(float(distance), variance) for distance in noisy]
+    assert np.mean(found[150:]) < 0.02
+    assert not detector.update(np.radians(9.0), variance)

@@ -51,6 +51,11 @@ class FusionParameters(Li2020Parameters):
         doc="a median joint that far from its prediction for half a second restarts the filter",
     )
     use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
+    imu_weighting: str = parameter(
+        "variance",
+        choices=("variance", "zhang2015"),
+        doc="`li2020`'s weights of Kinect and IMU: least variance, or the paper's 0.8 and 0.2",
+    )
     imu_wait: float = parameter(
         0.1, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
     )

@@ -17,7 +17,15 @@ from pose_fusion.filters.li2020 import Li2020Filter
 from pose_fusion.fusion.estimates import Source
 from pose_fusion.fusion.estimators.estimator import FusedPose
 from pose_fusion.imu.alignment import SegmentReading
-from pose_fusion.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
+from pose_fusion.imu.switching import OcclusionDetector, SteplessCorrection
+from pose_fusion.imu.weighting import (
+    ZHANG2015_KINECT,
+    Weights,
+    fixed_weights,
+    fuse_limb,
+    fuse_trunk,
+    minimum_variance_weights,
+)
 from pose_fusion.streams.samples import FloatArray
 
 BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
@@ -30,15 +38,24 @@ class BodyFusion:
         model: The body model.
         kinect_joint_stddev: Slow error of a tracked joint [m], beyond the filter's covariance.
         imu_mounting_stddev: Error of an IMU's alignment [rad], beyond its own.
+        has_fixed_weights: Whether the weights are zhang2015's 0.8 and 0.2, not those of least
+            variance.
     """
 
     def __init__(
-        self, model: BodyModel, kinect_joint_stddev: float, imu_mounting_stddev: float
+        self,
+        model: BodyModel,
+        kinect_joint_stddev: float,
+        imu_mounting_stddev: float,
+        has_fixed_weights: bool = False,
     ) -> None:
         self._model = model
         self._kinect_joint_stddev = kinect_joint_stddev
         self._imu_mounting_stddev = imu_mounting_stddev
+        self._has_fixed_weights = has_fixed_weights
         self._previous: FloatArray | None = None
+        self._detectors: dict[str, OcclusionDetector] = {}
+        self._corrections: dict[str, SteplessCorrection] = {}
 
     def reset(self) -> None:
         """Forget the previous pose: the filter starts anew."""
@@ -70,6 +87,8 @@ class BodyFusion:
             self._read_angles(fused, weights)
             self._read_rates(fused, filtered, by_link)
             self._place_joints(fused, filtered)
+        else:
+            self._corrections.clear()
         if self._previous is not None:
             fused.position[3:6] = continuous_vector(fused.position[3:6], self._previous[3:6])
         self._previous = fused.position.copy()
@@ -113,6 +132,7 @@ class BodyFusion:
         for index, link in enumerate(self._model.links.values()):
             reading = readings.get(link.name)
             if reading is None:
+                self._corrections.pop(link.name, None)
                 continue
             ends = list(self._ends(link))
             bone = fused.joints[ends[1]] - fused.joints[ends[0]]
@@ -121,16 +141,41 @@ class BodyFusion:
                 0.5 * np.trace(spread @ filtered.covariance @ spread.T)
                 + 2.0 * self._kinect_joint_stddev**2
             ) / (bone @ bone)
-            weights[link.name] = minimum_variance_weights(
-                float(kinect_variance),
-                reading.stddev**2 + self._imu_mounting_stddev**2,
+            weights[link.name] = self._weight_link(
+                link,
+                (fused.rotations[index], float(kinect_variance)),
+                reading,
                 is_tracked=bool(np.all(tracking_state[ends] == TrackingState.TRACKED)),
             )
             mean = fuse_trunk if link.parent is None else fuse_limb
-            fused.rotations[index] = mean(
-                fused.rotations[index], reading.R_map_segment, weights[link.name].imu
-            )
+            kinect, imu = fused.rotations[index], reading.R_map_segment
+            fused.rotations[index] = self._corrections.setdefault(
+                link.name, SteplessCorrection()
+            ).apply(kinect, imu, mean(kinect, imu, weights[link.name].imu))
         return weights
+
+    def _weight_link(
+        self,
+        link: Link,
+        kinect: tuple[FloatArray, float],
+        reading: SegmentReading,
+        *,
+        is_tracked: bool,
+    ) -> Weights:
+        """Weights of one link, whose Kinect gives a rotation and its variance [rad²]."""
+        (R_kinect, kinect_variance), R_imu = kinect, reading.R_map_segment
+        imu_variance = reading.stddev**2 + self._imu_mounting_stddev**2
+        if is_tracked:
+            cosine = float(np.clip(R_kinect[:, 2] @ R_imu[:, 2], -1.0, 1.0))
+            # Of a direction, two axes of both.
+            expected = 2.0 * (kinect_variance + imu_variance)
+            detector = self._detectors.setdefault(link.name, OcclusionDetector())
+            is_tracked = not detector.update(float(np.arccos(cosine)), expected)
+        if self._has_fixed_weights:
+            return fixed_weights(
+                kinect_variance, imu_variance, is_tracked=is_tracked, kinect=ZHANG2015_KINECT
+            )
+        return minimum_variance_weights(kinect_variance, imu_variance, is_tracked=is_tracked)
 
     def _read_angles(self, fused: FusedPose, weights: Mapping[str, Weights]) -> None:
         """Joint angles from the links, with the weights that made them."""

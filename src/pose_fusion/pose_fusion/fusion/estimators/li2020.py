@@ -24,7 +24,10 @@ class Li2020Estimator(Estimator):
         super().__init__(model, shape, parameters, counters)
         self._tracker = KinectTracker(model, shape, parameters, counters)
         self._fusion = BodyFusion(
-            model, parameters.kinect_joint_stddev, parameters.imu_mounting_stddev
+            model,
+            parameters.kinect_joint_stddev,
+            parameters.imu_mounting_stddev,
+            parameters.imu_weighting == "zhang2015",
         )
 
     def update(self, observation: Observation) -> FusedPose | None:

@@ -1,0 +1,49 @@
+"""IMUs worn by the synthetic body: their samples in a world turned against map (synthetic)."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from synthetic_body import MODEL, kinematics
+
+from pose_fusion.streams.samples import ImuSample
+
+IMU_SEGMENTS = ("torso", "left_upper_arm", "left_forearm", "left_thigh", "left_shank")
+IMU_NS = 10_000_000
+START_NS = 10**18
+
+
+def imu_samples(t, dof, rng, heading=1.1):
+    """Crookedly strapped IMUs in a world turned by ``heading`` (synthetic)."""
+    rotations = kinematics().pose(dof).rotations
+    times = np.arange(0.0, t[-1], IMU_NS * 1e-9)
+    samples = []
+    for segment in IMU_SEGMENTS:
+        link = MODEL.link_names.index(MODEL.segments[segment])
+        mounting = Rotation.from_rotvec(rng.normal(0.0, 0.3, 3))
+        nearest = np.minimum(np.searchsorted(t, times), len(t) - 1)
+        before = np.maximum(nearest - 1, 0)
+        share = np.clip((times - t[before]) * 30.0, 0.0, 1.0)
+        first = Rotation.from_matrix(rotations[before, link])
+        turn = (first.inv() * Rotation.from_matrix(rotations[nearest, link])).as_rotvec()
+        segments = first * Rotation.from_rotvec(share[:, None] * turn)
+        sensors = Rotation.from_euler("z", -heading) * segments * mounting
+        rates = (sensors[:-1].inv() * sensors[1:]).as_rotvec() / 0.01
+        for time, quaternion, rate in zip(times[:-1], sensors.as_quat(), rates, strict=False):
+            samples.append(
+                ImuSample(
+                    stamp_ns=START_NS + round(time * 1e9),
+                    segment=segment,
+                    orientation=quaternion,
+                    orientation_stddev=np.full(3, 0.02),
+                    angular_velocity=rate,
+                )
+            )
+    return samples
+
+
+def merged(*lists):
+    return sorted((sample for each in lists for sample in each), key=lambda s: s.stamp_ns)
+
+
+def truth_at(estimate, t, dof):
+    time = (estimate.stamp_ns - START_NS) * 1e-9
+    return np.array([np.interp(time, t, column) for column in dof.T])
