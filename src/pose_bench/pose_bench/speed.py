@@ -16,7 +16,7 @@ import numpy as np
 from pose_bench.reference.segment_filter import ReferenceFilter
 from pose_bench.reference.textbook_ukf import TextbookFilter
 from pose_common.counters import Counters
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.body.segment_tree import SegmentTree
@@ -28,23 +28,13 @@ from pose_fusion.filters.segment_filter import SegmentFilter
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.preparing import neutral_pose
 from pose_fusion.imu.alignment import SegmentReading
 from pose_fusion.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]
 NOISE = 0.02  # [m] of a joint
-NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up
-    "head": (0.0, 0.0, 0.75),
-    "neck": (0.0, 0.0, 0.52),
-    "torso": (0.0, 0.0, 0.25),
-    "shoulder": (0.0, 0.18, 0.48),
-    "elbow": (0.0, 0.18, 0.2),
-    "hand": (0.0, 0.18, -0.05),
-    "hip": (0.0, 0.09, 0.0),
-    "knee": (0.0, 0.09, -0.43),
-    "foot": (0.0, 0.09, -0.85),
-}
 Step = Callable[[int], object]
 """One update, of the frame with this number."""
 
@@ -143,17 +133,6 @@ def camera_place(index: int) -> FloatArray:
     """Where a camera stands: on a circle around the person."""
     angle = 2.0 * np.pi * index / 16.0
     return np.array([3.0 * np.cos(angle), 3.0 * np.sin(angle), CAMERA_HEIGHT])
-
-
-def neutral_pose() -> FloatArray:
-    """Joints of a body in the neutral pose, shape (15, 3) [m]."""
-    joints = np.zeros((len(JOINTS), 3))
-    for joint, row in JOINT_INDEX.items():
-        side, _, name = joint.partition("_")
-        joints[row] = NEUTRAL[name or side]
-        if side == "right":
-            joints[row, 1] *= -1.0
-    return joints
 
 
 def measure(name: str, step: Step, frames: int, warm_up: int = 5) -> Timing:

@@ -24,6 +24,7 @@ from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observ
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.preparing import prepare
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
 from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
@@ -67,6 +68,7 @@ class FusionPipeline:
         self.model = load_body_model(
             self._estimator_class.BODY_MODEL if is_auto else parameters.body_model
         )
+        prepare(self._estimator_class, self.model.name)
         self.extrinsics: Extrinsics | None = None
         self.shape: BodyShape | None = None
         self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)

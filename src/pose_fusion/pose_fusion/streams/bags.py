@@ -4,6 +4,7 @@ Works on the messages of ``pose_common.bags``, and needs no ROS. Topics are reco
 of their names, in any namespace.
 """
 
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -270,22 +271,23 @@ def imu_sample(message: Any, segment: str) -> ImuSample | None:
 
     Nor does one say anything whose rates or variances are no numbers.
     """
-    orientation = message.orientation
-    quaternion = np.array([orientation.x, orientation.y, orientation.z, orientation.w])
+    orientation, rate = message.orientation, message.angular_velocity
+    quaternion = orientation.x, orientation.y, orientation.z, orientation.w
     # REP 145: a first element of −1 says that there is no orientation.
-    if message.orientation_covariance[0] == -1.0 or not 0.9 < np.linalg.norm(quaternion) < 1.1:
+    covariance = message.orientation_covariance
+    if covariance[0] == -1.0 or not 0.9 < math.hypot(*quaternion) < 1.1:
         return None
-    variance = np.asarray(message.orientation_covariance, float)[[0, 4, 8]]
-    rate = message.angular_velocity
-    rates = np.array([rate.x, rate.y, rate.z])
-    if not (np.isfinite(variance).all() and (np.abs(rates) < FASTEST_RATE).all()):
+    variance = [float(covariance[index]) for index in (0, 4, 8)]
+    rates = rate.x, rate.y, rate.z
+    is_known = all(map(math.isfinite, variance))
+    if not (is_known and all(abs(each) < FASTEST_RATE for each in rates)):  # false of NaN
         return None
     return ImuSample(
         stamp_ns=stamp_ns(message.header),
         segment=segment,
-        orientation=quaternion,
-        orientation_stddev=np.sqrt(np.maximum(variance, 0.0)),
-        angular_velocity=rates,
+        orientation=np.array(quaternion),
+        orientation_stddev=np.array([math.sqrt(max(each, 0.0)) for each in variance]),
+        angular_velocity=np.array(rates),
     )
 
 

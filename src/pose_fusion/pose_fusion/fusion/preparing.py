@@ -1,0 +1,74 @@
+"""Runs an estimator once before anybody is there, so that nobody waits for its kernels later.
+
+Compiling them, at the very first start, takes tens of seconds; loading them takes tenths of one.
+"""
+
+from functools import cache
+
+import numpy as np
+
+from pose_common.counters import Counters
+from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.body.model import BodyModel, load_body_model
+from pose_fusion.calibration.neutral_stand import shape_of
+from pose_fusion.fusion.estimators.estimator import Estimator, Observation
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.kernels.compiling import say_if_compiling
+from pose_fusion.streams.samples import FloatArray
+
+NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about anybody
+    "head": (0.0, 0.0, 0.75),
+    "neck": (0.0, 0.0, 0.52),
+    "torso": (0.0, 0.0, 0.25),
+    "shoulder": (0.0, 0.18, 0.48),
+    "elbow": (0.0, 0.18, 0.2),
+    "hand": (0.0, 0.18, -0.05),
+    "hip": (0.0, 0.09, 0.0),
+    "knee": (0.0, 0.09, -0.43),
+    "foot": (0.0, 0.09, -0.85),
+}
+FRAMES = 3
+PERIOD_NS = 33_333_333
+
+
+def neutral_pose() -> FloatArray:
+    """Joints of a body in the neutral pose, shape (15, 3) [m]."""
+    joints = np.zeros((len(JOINTS), 3))
+    for joint, row in JOINT_INDEX.items():
+        side, _, name = joint.partition("_")
+        joints[row] = NEUTRAL[name or side]
+        if side == "right":
+            joints[row, 1] *= -1.0
+    return joints
+
+
+@cache
+def prepare(kind: type[Estimator], model_name: str) -> None:
+    """Have an estimator's kernels ready; does nothing the second time.
+
+    Args:
+        kind: The estimator.
+        model_name: Of the body model.
+    """
+    say_if_compiling()
+    model = load_body_model(model_name)
+    shape = shape_of(model, neutral_pose())
+    # The estimator that shows one sensor alone wants its name among the sensors'.
+    parameters = FusionParameters(sensors=("left", "right"))
+    estimator = kind(model, shape, parameters, Counters(*kind.COUNTERS))
+    for frame in range(1, FRAMES + 1):
+        estimator.update(_observation(model, frame * PERIOD_NS))
+
+
+def _observation(model: BodyModel, stamp_ns: int) -> Observation:
+    segment = next(iter(model.segments))
+    reading = SegmentReading(R_map_segment=np.eye(3), angular_velocity=np.zeros(3), stddev=0.05)
+    return Observation(
+        stamp_ns=stamp_ns,
+        positions=np.stack([neutral_pose(), neutral_pose()]),
+        tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
+        cameras=np.array([[3.0, 0.0, 1.0], [0.0, 3.0, 1.0]]),
+        offsets=np.zeros((2, len(JOINTS), 3)),
+        readings={segment: reading},
+    )
