@@ -30,7 +30,7 @@ def _sources_hash() -> str:
 def _make_folder() -> Path:
     """The folder of the compiled code: the user's cache, else one that goes with the system."""
     if FOLDER_VARIABLE in os.environ:
-        return Path(os.environ[FOLDER_VARIABLE])
+        return Path(os.environ[FOLDER_VARIABLE]) / _sources_hash()
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
     folder = base / "pose_fusion" / "kernels" / _sources_hash()
     try:
@@ -57,7 +57,7 @@ def say_if_compiling() -> None:
     """One line before the first start, which takes longer than all others."""
     if not any(COMPILED_FOLDER.rglob("*.nbi")):
         logging.getLogger("pose_fusion").warning(
-            "first start: compiling the estimator for this machine, which takes about a minute "
+            "first start: compiling the estimator for this machine, which takes half a minute "
             "(kept in %s)",
             COMPILED_FOLDER,
         )
