@@ -1,9 +1,17 @@
 """Half an hour of an IMU whose world turns away, seen half of the time (synthetic)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+from worn_imus import IMU_SEGMENTS, START_NS, imu_samples, merged
 
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.imu.heading import HeadingAnchor
+from pose_fusion.streams.samples import SkeletonSample
 
 STEP_S = 0.1
 HALF_HOUR_S = 1800.0
@@ -125,3 +133,33 @@ def test_an_upright_segment_says_nothing_of_heading():
         anchor.observe_lean(STEP_S, np.array([0.05, 0.0, 1.0]), np.array([0.0, 0.05, 1.0]))
     assert anchor.heading is None
     assert anchor.stddev == pytest.approx(np.pi)
+
+
+def without_north(samples):
+    """Every IMU's world turned by an angle of its own, which it does not know."""
+    turns = dict(zip(IMU_SEGMENTS, np.radians([90.0, 180.0, -90.0, 140.0, 10.0]), strict=True))
+    stddev = np.array([0.02, 0.02, np.pi])
+    for sample in samples:
+        turned = Rotation.from_euler("z", turns[sample.segment])
+        orientation = (turned * Rotation.from_quat(sample.orientation)).as_quat()
+        yield replace(sample, orientation=orientation, orientation_stddev=stddev)
+
+
+def test_imus_that_know_no_north_are_brought_into_map_each_by_itself():
+    t, dof = motion(14.0)
+    positions = kinematics().pose(dof).positions
+    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
+    worn = list(without_north(imu_samples(t, dof, np.random.default_rng(5))))
+    pipeline = FusionPipeline(FusionParameters(estimator="mean", tracker_delay=0.0), extrinsics())
+    for sample in merged(skeletons, worn):
+        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
+        add(sample)
+    row = int(13.5 * 30)
+    readings = pipeline.imus.read(START_NS + round(t[row] * 1e9))
+    rotations = kinematics().pose(dof[row]).rotations
+    assert set(readings) >= set(IMU_SEGMENTS) - {"torso"}
+    for segment, reading in readings.items():
+        true = Rotation.from_matrix(rotations[MODEL.link_names.index(MODEL.segments[segment])])
+        error = (true.inv() * Rotation.from_matrix(reading.R_map_segment)).magnitude()
+        assert np.degrees(error) < 8.0, segment
+        assert reading.stddev < 0.2  # not the half turn that the IMU says

@@ -4,8 +4,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.imu.alignment import ImuAlignment
-from pose_fusion.imu.track import ImuState, ImuTrack
 from pose_fusion.imu.switching import OcclusionDetector
+from pose_fusion.imu.track import ImuState, ImuTrack
 from pose_fusion.imu.weighting import (
     fixed_weights,
     fuse_limb,

@@ -212,6 +212,12 @@ class ImuAlignment:
                 alignment.anchor.start(math.atan2(cross, dot), COMMON_STDDEV)
 
     @property
+    def heading_restarts(self) -> dict[str, int]:
+        """How often an IMU's world was found to have turned at once, by segment, where it has."""
+        restarts = {name: a.anchor.restarts for name, a in sorted(self._segments.items())}
+        return {name: count for name, count in restarts.items() if count}
+
+    @property
     def known_segments(self) -> list[str]:
         """Segments whose IMU is aligned."""
         return [
