@@ -89,6 +89,7 @@ def _plot(points: dict[str, list[tuple[int, float]]], path: Path) -> None:
         axis.set_xlabel(f"number of {what}")
         axis.set_ylabel("CPU time per second of data [ms]")
         axis.set_ylim(bottom=0.0)
+        axis.xaxis.get_major_locator().set_params(integer=True)
         axis.set_title(f"exponent {exponent(each):.2f}")
         axis.grid(alpha=0.3)
     figure.savefig(path, dpi=110)
