@@ -29,6 +29,26 @@ BENT = {"elbow_flexion": np.radians(60.0)}  # half hidden, hanging arms seem ben
 NOT_BENT = np.radians(30.0)
 LARGEST_OFFSET = 0.12  # [m] beyond which it is no offset but a mistake
 
+TRACKER_STDDEV = 0.010  # [m] of what all sensors of a kind get wrong alike in a joint
+POSTURE_STDDEV = {  # [m] by which people who stand neutrally differ from the neutral pose
+    "hip": 0.004,
+    "torso": 0.01,
+    "neck": 0.01,
+    "head": 0.02,
+    "shoulder": 0.01,
+    "knee": 0.015,
+    "foot": 0.025,
+    "elbow": 0.04,
+    "hand": 0.07,
+}
+COMMON_SHARE = np.array(
+    [
+        TRACKER_STDDEV**2 / (TRACKER_STDDEV**2 + POSTURE_STDDEV[joint.split("_")[-1]] ** 2)
+        for joint in JOINTS
+    ]
+)
+"""(15,): of a joint's place away from the neutral pose, what the trackers are to blame for."""
+
 CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
 
 
@@ -94,7 +114,9 @@ class NeutralStandWatcher:
         heading, root = _placed(mean)
         neutral = neutral_joints((mean - root) @ heading)
         shift = np.mean((mean - root) @ heading - neutral, axis=0)
-        offsets = (median - root) @ heading - shift - neutral
+        own = (median - mean) @ heading
+        common = (mean - root) @ heading - shift - neutral
+        offsets = own + COMMON_SHARE[:, None] * common
         is_offset = np.linalg.norm(offsets, axis=-1) < LARGEST_OFFSET  # false of NaN
         return NeutralStand(
             stamp_ns=stamp_ns,

@@ -22,7 +22,7 @@ from pose_fusion.filters.segment_filter import (
 )
 from pose_fusion.filters.segment_state import SegmentState
 from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
-from pose_fusion.fusion.estimators.handover import Handover
+from pose_fusion.fusion.estimators.handover import Handover, Sources
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
@@ -68,6 +68,7 @@ class SegmentEstimator(Estimator):
         self._filter = SegmentFilter(self._tree)
         self._reader = PoseReader(model, shape)
         self._handover = Handover()
+        self._sources = Sources()
         self._lost = LostLimbs(model)
         self._surprise = Surprise()
         self._stamp_ns = 0
@@ -149,7 +150,10 @@ class SegmentEstimator(Estimator):
         elif lost:
             self.counters.add("limbs_reopened")
             self._filter.reopen(lost)
-        self._handover.follow(before, self._filter.state or state)
+        eventful = self._sources.is_eventful(
+            self._stamp_ns, _names(observation), lost != [] or shown is not state
+        )
+        self._handover.follow(before, self._filter.state or state, eventful)
         return report
 
     def _start(self, observation: Observation) -> bool:
@@ -198,6 +202,12 @@ class SegmentEstimator(Estimator):
             for segment, reading in readings.items()
             if segment in links
         ]
+
+
+def _names(observation: Observation) -> list[str]:
+    """The cameras, by number, and the segments' IMUs that speak of an instant."""
+    seen = np.any(observation.tracking_state > TrackingState.NOT_TRACKED, axis=1)
+    return [*map(str, np.flatnonzero(seen)), *observation.readings]
 
 
 def _sensor_weight(observation: Observation) -> FloatArray:
