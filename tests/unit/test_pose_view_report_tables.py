@@ -174,7 +174,9 @@ def test_numbers_have_a_true_minus_and_no_signed_zero():
 
 
 @pytest.mark.parametrize(
-    ("judge", "best"), [(smallest, 0), (largest, 2), (nearest_zero, 1)], ids=lambda v: str(v)
+    ("judge", "best"),
+    [(smallest, 0), (largest, 2), (nearest_zero, 1)],
+    ids=["smallest", "largest", "nearest_zero"],
 )
 def test_the_best_is_what_the_judge_says(judge, best):
     row = number_row("x", [-5.0, 1.0, 3.0, np.nan], 1, judge)
