@@ -29,25 +29,8 @@ BENT = {"elbow_flexion": np.radians(60.0)}  # half hidden, hanging arms seem ben
 NOT_BENT = np.radians(30.0)
 LARGEST_OFFSET = 0.12  # [m] beyond which it is no offset but a mistake
 
-TRACKER_STDDEV = 0.010  # [m] of what all sensors of a kind get wrong alike in a joint
-POSTURE_STDDEV = {  # [m] by which people who stand neutrally differ from the neutral pose
-    "hip": 0.004,
-    "torso": 0.01,
-    "neck": 0.01,
-    "head": 0.02,
-    "shoulder": 0.01,
-    "knee": 0.015,
-    "foot": 0.025,
-    "elbow": 0.04,
-    "hand": 0.07,
-}
-COMMON_SHARE = np.array(
-    [
-        TRACKER_STDDEV**2 / (TRACKER_STDDEV**2 + POSTURE_STDDEV[joint.split("_")[-1]] ** 2)
-        for joint in JOINTS
-    ]
-)
-"""(15,): of a joint's place away from the neutral pose, what the trackers are to blame for."""
+TRACKERS_BLAME = (0.03, 0.06)  # [m] a joint that is this far from its neutral place, as all sensors
+# see it, is wholly the trackers' mistake, or wholly the posture of a person who stands otherwise
 
 CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
 
@@ -116,7 +99,10 @@ class NeutralStandWatcher:
         shift = np.mean((mean - root) @ heading - neutral, axis=0)
         own = (median - mean) @ heading
         common = (mean - root) @ heading - shift - neutral
-        offsets = own + COMMON_SHARE[:, None] * common
+        nearest, farthest = TRACKERS_BLAME
+        distance = np.linalg.norm(common, axis=1, keepdims=True)
+        share = np.clip((farthest - distance) / (farthest - nearest), 0.0, 1.0)
+        offsets = own + share * common
         is_offset = np.linalg.norm(offsets, axis=-1) < LARGEST_OFFSET  # false of NaN
         return NeutralStand(
             stamp_ns=stamp_ns,

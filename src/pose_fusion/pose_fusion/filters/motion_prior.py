@@ -37,7 +37,7 @@ class MotionPrior:
             "shank": 0.13,
         }
     )
-    rate_memory: float = 0.2  # [s] in which rates die away
+    rate_memory: float = 0.12  # [s] in which rates die away
     slide_stddev: float = 0.02  # [m] of the shoulders on the clavicles
     slide_memory: float = 0.5  # [s]
     start_position_stddev: float = 0.03  # [m]

@@ -47,8 +47,8 @@ class TrackerNoise:
     inferred_factor: float = 3.66  # [-] how much worse an inferred joint is
     correlation_factor: float = 2.44  # [-] errors are slow: many samples count as one
     student_dof: float = 13.3  # [-] of Student's t
-    inertia: float = 0.6  # [-] a_max
-    quick: float = 1.31  # [m/s] v_q
+    inertia: float = 0.2  # [-] a_max
+    quick: float = 2.6  # [m/s] v_q
     inertia_foreshortened: float = 0.5  # [-] c_f
     inertia_inferred: float = 0.11  # [-] c_h
     memory: float = 1.15  # [s] time constant of m
