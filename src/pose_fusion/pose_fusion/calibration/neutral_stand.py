@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 from pose_fusion.body.joint_angles import joint_angles
+from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import mid_hip, standing_heading
@@ -57,7 +58,11 @@ class NeutralStandWatcher:
         self._checked_ns = 0
 
     def add(
-        self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]
+        self,
+        stamp_ns: int,
+        positions: FloatArray,
+        tracking_state: NDArray[np.uint8],
+        shape: BodyShape | None = None,
     ) -> NeutralStand | None:
         """Take the sensors' joints of one instant.
 
@@ -65,6 +70,7 @@ class NeutralStandWatcher:
             stamp_ns: The instant.
             positions: In map, shape (sensors, 15, 3) [m]; NaN unseen.
             tracking_state: Shape (sensors, 15).
+            shape: The person's measures, where they are known already: they stay.
 
         Returns:
             The stand, once it has lasted for long enough.
@@ -79,9 +85,9 @@ class NeutralStandWatcher:
         if not is_long or abs(stamp_ns - self._checked_ns) < CHECK_EVERY_NS:
             return None
         self._checked_ns = stamp_ns
-        return self._stand(stamp_ns)
+        return self._stand(stamp_ns, shape)
 
-    def _stand(self, stamp_ns: int) -> NeutralStand | None:
+    def _stand(self, stamp_ns: int, shape: BodyShape | None) -> NeutralStand | None:
         views = np.stack([positions for _, positions in self._samples])  # (n, sensors, 15, 3)
         count = np.isfinite(views[..., 0]).sum(axis=0)
         with np.errstate(invalid="ignore"):
@@ -96,6 +102,9 @@ class NeutralStandWatcher:
             return None
         heading, root = _placed(mean)
         neutral = neutral_joints((mean - root) @ heading)
+        if shape is not None:
+            upright = np.zeros(self._model.size)
+            neutral = ForwardKinematics(self._model, shape.offsets).pose(upright).positions
         shift = np.mean((mean - root) @ heading - neutral, axis=0)
         own = (median - mean) @ heading
         common = (mean - root) @ heading - shift - neutral
@@ -106,7 +115,7 @@ class NeutralStandWatcher:
         is_offset = np.linalg.norm(offsets, axis=-1) < LARGEST_OFFSET  # false of NaN
         return NeutralStand(
             stamp_ns=stamp_ns,
-            shape=shape_of(self._model, neutral),
+            shape=shape or shape_of(self._model, neutral),
             offsets=np.where(is_offset[..., None], offsets, 0.0),
         )
 

@@ -229,16 +229,17 @@ class FusionPipeline:
     def _watch_for_neutral(
         self, stamp_ns: int, measured: FloatArray, state: NDArray[np.uint8]
     ) -> None:
-        """Take the trackers' offsets, and better measures, from the first neutral stand."""
+        """Take the trackers' offsets, and measures if there are none, from a neutral stand."""
         if self._neutral_watcher is None or self._estimator_class.NEEDS_ALIGNED_FRAMES:
             return
-        stand = self._neutral_watcher.add(stamp_ns, measured, state)
+        stand = self._neutral_watcher.add(stamp_ns, measured, state, self.shape)
         if stand is None:
             return
         self._neutral_watcher = None
         self._offsets = stand.offsets
         self.counters.add("neutral_stands")
-        self.use_shape(stand.shape)
+        if self.shape is None:
+            self.use_shape(stand.shape)
 
     def _process(self, frame: AlignedFrame) -> list[BodyEstimate]:
         estimator = self._estimator
