@@ -39,6 +39,8 @@ METHODS: tuple[Method, ...] = (
     Method(name="default", estimator="default"),
     Method(name="default+imus", estimator="default", use_imus=True),
     Method(name="imu", estimator="imu", use_imus=True),
+    Method(name="smoothed", estimator="smoothed"),
+    Method(name="smoothed+imus", estimator="smoothed", use_imus=True),
 )
 """In the order of every table."""
 
