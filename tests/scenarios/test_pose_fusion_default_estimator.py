@@ -191,10 +191,11 @@ def test_a_late_frame_is_used_but_its_instant_is_not_told_again():
         [(s.stamp_ns, s) for s in left] + [(s.stamp_ns + 2 * FRAME_NS, s) for s in right],
         key=lambda pair: pair[0],
     )
-    _, estimates = run([s for _, s in late])
+    pipeline, estimates = run([s for _, s in late])
     stamps = [e.stamp_ns for e in estimates]
     assert np.all(np.diff(stamps) > 0)
     assert len(estimates) > 80
+    assert pipeline.counters["frames_late_but_used"] > 80
 
 
 def test_a_recording_that_loops_goes_on_after_the_jump_back():

@@ -81,10 +81,6 @@ class SegmentFilter:
             covariance=np.diag(stddev**2),
         )
 
-    def take_over(self, before: "SegmentFilter") -> None:
-        """Go on with another filter's state, of the same model."""
-        self.state, self._memory = before.state, before._memory
-
     def predict(self, dt_s: float) -> None:
         """Go on by ``dt_s`` [s]."""
         state, motion, layout = self._known_state(), self.motion, self.layout

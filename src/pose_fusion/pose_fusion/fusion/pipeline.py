@@ -288,10 +288,7 @@ class FusionPipeline:
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""
         self.shape = shape
-        before = self._estimator
         self._estimator = self._estimator_class(self.model, shape, self.parameters, self.counters)
-        if before is not None:
-            self._estimator.take_over(before)
 
     def _estimate(
         self,

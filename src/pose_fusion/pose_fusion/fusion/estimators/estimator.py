@@ -101,9 +101,6 @@ class Estimator(ABC):
         """What is left to be told when nothing comes any more."""
         return []
 
-    def take_over(self, before: "Estimator") -> None:  # noqa: B027 (most begin anew)
-        """Go on where the same estimator with other measures has been."""
-
 
 def timed(pose: FusedPose, observation: Observation) -> TimedPose:
     """A pose of an observation's instant."""

@@ -30,10 +30,6 @@ class PoseReader:
         self._numbers = model_numbers(model, shape.offsets)
         self._previous = np.zeros(model.size)
 
-    def take_over(self, before: "PoseReader") -> None:
-        """Go on with the angles of another reader of the same model."""
-        self._previous = before._previous
-
     def read(
         self, state: SegmentState, report: UpdateReport, sensor_weight: FloatArray
     ) -> FusedPose:

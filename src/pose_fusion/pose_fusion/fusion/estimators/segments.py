@@ -49,6 +49,7 @@ class SegmentEstimator(Estimator):
         "filter_restarts_numerical",
         "frames_without_trunk",
         "frames_too_late",
+        "frames_late_but_used",
         "limbs_reopened",
         "limbs_turned_back",
         "sides_swapped",
@@ -96,8 +97,11 @@ class SegmentEstimator(Estimator):
             self._stamp_ns = observation.stamp_ns
         report = self._correct(observation, max(-ahead_s, 0.0), shown)
         state = self._filter.state
-        if report is None or state is None or -JUMP_BACK_S < ahead_s < 0.0:
-            return None  # a late frame has been used; its instant has been told already
+        if report is None or state is None:
+            return None
+        if -JUMP_BACK_S < ahead_s < 0.0:
+            self.counters.add("frames_late_but_used")  # its instant has been told already
+            return None
         self._surprise.note(max(ahead_s, 0.0), report.distance)
         scale = self._surprise.variance_scale(bool(observation.readings))
         return self._read(self._handover.shown(state), scale, report, observation)
@@ -110,14 +114,6 @@ class SegmentEstimator(Estimator):
         visible.covariance *= scale
         visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
         return self._reader.read(visible, report, _sensor_weight(observation))
-
-    def take_over(self, before: Estimator) -> None:
-        """Go on where the same estimator with other measures has been."""
-        if isinstance(before, SegmentEstimator):
-            self._filter.take_over(before._filter)
-            self._reader.take_over(before._reader)
-            self._handover, self._surprise = before._handover, before._surprise
-            self._stamp_ns = before._stamp_ns
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None
