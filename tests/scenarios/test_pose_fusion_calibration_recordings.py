@@ -5,6 +5,7 @@ import pytest
 
 from kinect_bridge.formats import read_recording
 from kinect_bridge.timeline import make_timeline
+from pose_fusion.calibration.clocks import on_reference_clock
 from pose_fusion.calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform,
@@ -44,10 +45,12 @@ def read(shared_data, name):
     return sorted(samples, key=lambda sample: sample.stamp_ns)
 
 
-def views(samples, clock_offset_ns):
+def views(samples, clocks):
     """Both views at common instants, (n, 15, 3) each."""
-    aligner = TimeAligner(SENSORS, clock_offset_ns=clock_offset_ns)
-    frames = [frame for sample in samples for frame in aligner.add(sample)] + aligner.flush()
+    aligner = TimeAligner(SENSORS)
+    frames = [
+        frame for sample in samples for frame in aligner.add(on_reference_clock(sample, clocks))
+    ] + aligner.flush()
     both = [frame.samples for frame in frames if len(frame.samples) == 2]
     return tuple(np.array([samples[name].positions for samples in both]) for name in SENSORS)
 
@@ -68,7 +71,7 @@ def test_the_first_half_calibrates_the_second_about_as_well_as_the_second_itself
     second = [sample for sample in samples if sample.stamp_ns >= middle_ns]
 
     extrinsics = calibrate(first, SENSORS).extrinsics
-    left, right = views(second, extrinsics.clock_offset_ns)
+    left, right = views(second, extrinsics.clocks)
     calibrated = distances(left, transformed(extrinsics.T_reference_sensor["right"], right))
     known = np.isfinite(left + right).all(axis=2)
     T_best, _ = estimate_rigid_transform(right[known], left[known])

@@ -95,7 +95,7 @@ def test_a_damaged_cache_is_made_anew(session, tmp_path):
 def test_a_clock_offset_is_in_the_stamps_and_in_the_true_extrinsics(session):
     late = bench_session(replace(SPEC, clock_offset_s=0.08), imus=False)
 
-    assert late.extrinsics.clock_offset_ns == {"left": 0, "right": 80_000_000}
+    assert late.extrinsics.clocks["right"].offset_ns == 80_000_000
     stamps = {
         name: [s.stamp_ns for s in each.skeletons if s.sensor == "right"][5:50]
         for name, each in (("as it is", session), ("late", late))

@@ -59,7 +59,7 @@ def test_until_then_it_says_what_to_do_and_how_far_it_is():
 def test_clock_offsets_are_found_and_taken_off():
     calibration = LiveCalibration(LiveCalibrationParameters(collect_duration=20.0))
     feed(calibration, samples(duration_s=25.0, offset_s={"right": 0.3}))
-    found_ns = calibration.extrinsics.clock_offset_ns["right"]
+    found_ns = calibration.extrinsics.clocks["right"].offset_ns
     assert found_ns == pytest.approx(300_000_000, abs=6_000_000)
     assert angle_deg(calibration.extrinsics.T_reference_sensor["right"], TRUE) < 0.4
 

@@ -1,11 +1,14 @@
 """The YAML file of a calibration."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import yaml
 from walking_person import POSES, frames
 
 from pose_common.errors import InputError
+from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_fusion.calibration.extrinsics_file import (
@@ -42,7 +45,7 @@ def test_what_is_saved_is_loaded(extrinsics, tmp_path):
     loaded = load_extrinsics(path)
     assert loaded.sensors == extrinsics.sensors
     assert loaded.reference == "left"
-    assert loaded.clock_offset_ns == {"left": 0, "right": 0}
+    assert loaded.clocks == {}
     for name in loaded.sensors:
         np.testing.assert_allclose(
             loaded.T_map_sensor(name), extrinsics.T_map_sensor(name), atol=2e-6
@@ -74,15 +77,27 @@ def test_residuals_and_source_are_there_for_people(document):
     assert document["sensors"]["right"]["residuals"]["median"] > 0.0
 
 
-def test_clock_offsets_survive(document, tmp_path):
+def test_clocks_survive(extrinsics, tmp_path):
+    clock = Clock(offset_ns=-21_500_000, drift=-3.2e-5, at_ns=1_700_000_000_123_456_789)
+    path = tmp_path / "session.yaml"
+    save_extrinsics(path, replace(extrinsics, clocks={"right": clock, "imus": Clock(offset_ns=7)}))
+    loaded = load_extrinsics(path).clocks
+    assert loaded["right"].offset_ns == clock.offset_ns
+    assert loaded["right"].at_ns == clock.at_ns
+    assert loaded["right"].drift == pytest.approx(clock.drift)
+    assert loaded["imus"].offset_ns == 7
+
+
+def test_the_clock_offsets_of_version_2_are_read(document, tmp_path):
+    document["version"] = 2
     document["sensors"]["right"]["clock_offset_ns"] = -21_500_000
-    assert load(document, tmp_path).clock_offset_ns["right"] == -21_500_000
+    assert load(document, tmp_path).clocks["right"].offset_ns == -21_500_000
 
 
 def test_a_file_by_hand_needs_no_residuals(document, tmp_path):
     right = document["sensors"]["right"]
     document["sensors"]["right"] = {key: right[key] for key in ("translation", "rotation")}
-    assert load(document, tmp_path).clock_offset_ns["right"] == 0
+    assert load(document, tmp_path).clocks == {}
 
 
 def test_saving_replaces_and_leaves_nothing_else(extrinsics, tmp_path):
@@ -154,13 +169,40 @@ def no_unit_quaternion(document):
 
 
 def offset_in_seconds(document):
-    document["sensors"]["right"]["clock_offset_ns"] = 0.02
-    return "clock_offset_ns is 0.02, expected an integer"
+    document["clocks"] = {"right": {"offset_ns": 0.02}}
+    return "clocks/right/offset_ns is 0.02, expected an integer"
+
+
+def clock_of_a_stranger(document):
+    document["clocks"] = {"top": {"offset_ns": 1}}
+    return "clocks name 'top', expected some of right, imus: the clock of 'left' is the one"
+
+
+def clock_of_the_reference(document):
+    document["clocks"] = {"left": {"offset_ns": 1}}
+    return "clocks name 'left', expected some of right, imus"
+
+
+def clock_in_other_words(document):
+    document["clocks"] = {"right": {"offset": 1}}
+    return "clocks/right has offset, expected 'offset_ns' and"
+
+
+def drift_of_a_broken_clock(document):
+    document["clocks"] = {"right": {"offset_ns": 1, "drift_ppm": 4000.0}}
+    return "clocks/right/drift_ppm is 4000.0, expected a number from -1000 to 1000"
+
+
+def clocks_as_a_list(document):
+    document["clocks"] = [1]
+    return r"'clocks' is \[1\], expected a mapping"
 
 
 WRONG = [
     *(no_version, no_sensors, no_map, no_reference, reference_twice),
     *(short_translation, word_in_rotation, no_unit_quaternion, offset_in_seconds),
+    *(clock_of_a_stranger, clock_of_the_reference, clock_in_other_words),
+    *(drift_of_a_broken_clock, clocks_as_a_list),
 ]
 
 

@@ -193,13 +193,6 @@ def test_a_joint_without_both_ends_is_not_tracked():
     assert np.isfinite(b.positions).all(axis=1).sum() == len(JOINTS) - 2
 
 
-def test_a_clock_offset_is_subtracted_from_the_stamps():
-    aligner = TimeAligner(["a", "b"], clock_offset_ns={"b": 1_000_000_000})
-    (frame,) = feed(aligner, sample("a", 7), sample("b", 1007))
-    assert sensors([frame]) == ["ab"]
-    assert frame.samples["b"].stamp_ns == 7 * MS
-
-
 def test_a_sensor_of_twice_the_rate_is_paired_once_a_frame():
     aligner = TimeAligner(["a", "b"])
     feed(aligner, sample("a", 0), sample("b", 0))

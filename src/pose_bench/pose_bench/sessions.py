@@ -7,7 +7,7 @@ at the host; beyond that, nothing knows of anything but their stamps.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kinect_bridge.timeline import make_timeline
 from pose_bench.imu_samples import imu_samples
 from pose_common.joints import JOINTS, TrackingState
+from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries
@@ -150,10 +151,5 @@ def _true_angles(session: Session) -> dict[str, FloatArray]:
 def _true_extrinsics(session: Session) -> Extrinsics:
     placed = extrinsics_from_map(session.sensor_poses)
     late_ns = round(session.settings.kinect.clock_offset * 1e9)
-    offsets = {name: 0 if name == placed.reference else late_ns for name in placed.sensors}
-    return Extrinsics(
-        reference=placed.reference,
-        T_reference_sensor=placed.T_reference_sensor,
-        T_map_reference=placed.T_map_reference,
-        clock_offset_ns=offsets,
-    )
+    clocks = {name: Clock(offset_ns=late_ns) for name in placed.sensors if name != placed.reference}
+    return replace(placed, clocks=clocks)

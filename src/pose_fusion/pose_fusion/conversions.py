@@ -19,6 +19,7 @@ from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.kinematics import rotation_from_vector
 from pose_fusion.body.model import ROOT_DOF, BodyModel
 from pose_fusion.body.urdf import chain_frames, end_joints, joint_frame, link_frame
+from pose_fusion.calibration.clocks import IMUS, Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.streams.samples import FloatArray
@@ -252,15 +253,15 @@ def to_extrinsics_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[Transf
     return _sensor_transforms(header, others)
 
 
-def to_clock_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[TimeReference]:
-    """What each sensor's clock shows at an instant of the reference's, one message a sensor."""
+def to_clock_messages(clocks: Clocks, stamp_ns: int) -> list[TimeReference]:
+    """What each source's clock shows at an instant of the reference's, one message a source."""
     return [
         TimeReference(
-            header=to_header(stamp_ns, sensor_frame(sensor)),
-            time_ref=ns_to_stamp(stamp_ns + offset_ns),
-            source=sensor,
+            header=to_header(stamp_ns, "" if source == IMUS else sensor_frame(source)),
+            time_ref=ns_to_stamp(stamp_ns + clock.ahead_ns(stamp_ns + clock.offset_ns)),
+            source=source,
         )
-        for sensor, offset_ns in extrinsics.clock_offset_ns.items()
+        for source, clock in clocks.items()
     ]
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.floor import FloorEstimate
 from pose_fusion.calibration.rigid_transform import inverse
 from pose_fusion.streams.samples import FloatArray
@@ -56,7 +57,7 @@ class Extrinsics:
     residuals: Mapping[str, PairResiduals] = field(default_factory=dict)  # without the reference
     board: Mapping[str, BoardResiduals] = field(default_factory=dict)  # the same, of a board
     floor: FloorEstimate | None = None  # how T_map_reference was found
-    clock_offset_ns: Mapping[str, int] = field(default_factory=dict)  # to subtract from stamps
+    clocks: Mapping[str, Clock] = field(default_factory=dict)  # by source, those that differ
     view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
     """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
     axes that turn with the body (x forward, y left, z up)."""
@@ -82,5 +83,4 @@ def extrinsics_from_map(T_map_sensor: Mapping[str, FloatArray]) -> Extrinsics:
             for name, T in T_map_sensor.items()
         },
         T_map_reference=T_map_sensor[reference],
-        clock_offset_ns=dict.fromkeys(T_map_sensor, 0),
     )

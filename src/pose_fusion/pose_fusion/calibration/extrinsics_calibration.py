@@ -120,7 +120,6 @@ class ExtrinsicsCalibrator:
             T_map_reference=floor.T_map_reference,
             residuals=residuals,
             floor=floor,
-            clock_offset_ns=dict.fromkeys(names, 0),
             view_offsets=offsets,
         )
 

@@ -2,7 +2,7 @@
 
 .. code-block:: yaml
 
-    version: 2
+    version: 3
     reference: left
     map:  # T_map_reference: the reference sensor in the world, z up, floor at z = 0
       translation: [0.0, 0.0, 1.21]  # [m]
@@ -12,8 +12,9 @@
       right:  # T_reference_sensor
         translation: [1.52, -0.04, 0.61]
         rotation: [0.01, -0.38, 0.02, 0.92]
-        clock_offset_ns: 21500000  # subtract from its stamps
         residuals: {frames: 1843, median: 0.032, ...}
+    clocks:  # how far each source's clock is ahead of the reference's, at its own stamp at_ns
+      right: {offset_ns: 21500000, drift_ppm: 0.0, at_ns: 1700000012345678900, stddev_ms: 2.1}
     view_offsets:  # [m] where trackers see joints, in the body's axes
       left: {head: [0.004, -0.002, 0.011], ...}
     body: {...}  # further sections, see session_file
@@ -33,12 +34,13 @@ from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
+from pose_fusion.calibration.clocks_section import clocks_document, read_clocks
 from pose_fusion.calibration.extrinsics import BoardResiduals, Extrinsics, PairResiduals
 from pose_fusion.streams.samples import FloatArray
 
-VERSION = 2
-READABLE = (1, 2)  # 1 had no view offsets and no sections
-OWN_KEYS = ("version", "reference", "date", "map", "sensors", "view_offsets")
+VERSION = 3
+READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
+OWN_KEYS = ("version", "reference", "date", "map", "sensors", "clocks", "view_offsets")
 UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
 METRE_DIGITS = 6
 QUATERNION_DIGITS = 9
@@ -131,12 +133,10 @@ def load_extrinsics(path: Path) -> Extrinsics:
             "are relative to it: remove one"
         )
     T_reference_sensor = {reference: np.eye(4)}
-    clock_offset_ns = {reference: 0}
     view_offsets = {}
     for name in sensors:
         entry = _mapping(path, sensors, name)
         T_reference_sensor[str(name)] = _transform(path, name, entry)
-        clock_offset_ns[str(name)] = _integer(path, f"sensors/{name}/clock_offset_ns", entry)
     offsets = document.get("view_offsets")
     if offsets is not None:
         view_offsets = _view_offsets(path, _mapping(path, document, "view_offsets"))
@@ -144,7 +144,7 @@ def load_extrinsics(path: Path) -> Extrinsics:
         reference=reference,
         T_reference_sensor=T_reference_sensor,
         T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
-        clock_offset_ns=clock_offset_ns,
+        clocks=read_clocks(path, document, tuple(T_reference_sensor)),
         view_offsets=view_offsets,
     )
 
@@ -177,7 +177,6 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
         if name == extrinsics.reference:
             continue
         entry: dict[str, Any] = _pose(extrinsics.T_reference_sensor[name])
-        entry["clock_offset_ns"] = int(extrinsics.clock_offset_ns.get(name, 0))
         if name in extrinsics.residuals:
             entry["residuals"] = _residuals(extrinsics.residuals[name])
         if name in extrinsics.board:
@@ -187,6 +186,8 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
     if date:
         document["date"] = date
     document = {**document, "map": world, "sensors": sensors}
+    if extrinsics.clocks:
+        document["clocks"] = clocks_document(extrinsics.clocks)
     if extrinsics.view_offsets:
         document["view_offsets"] = {
             name: {
@@ -284,10 +285,3 @@ def _numbers(path: Path, name: Any, entry: Mapping[Any, Any], key: str, count: i
     if numbers.shape != (count,) or not np.isfinite(numbers).all():
         raise InputError(f"{path}: the {key} of '{name}' is {value!r}, expected {count} numbers")
     return numbers
-
-
-def _integer(path: Path, name: str, entry: Mapping[Any, Any]) -> int:
-    value = entry.get("clock_offset_ns", 0)
-    if not isinstance(value, int) or isinstance(value, bool):
-        raise InputError(f"{path}: {name} is {value!r}, expected an integer")
-    return value

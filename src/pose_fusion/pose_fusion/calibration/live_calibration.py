@@ -7,6 +7,7 @@ from enum import Enum
 
 from pose_common.counters import Counters
 from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_offset
+from pose_fusion.calibration.clocks import Clock, Clocks, moved_most_ns, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_fusion.calibration.gravity import AccelerometerGravity
@@ -68,29 +69,28 @@ class LiveCalibration:
     def _begin(self) -> None:
         self.clock_offsets = {}
         self._buffer: deque[SkeletonSample] = deque(maxlen=LONGEST_BUFFER)
-        self._use_offsets({})
+        self._use_clocks({})
         self._attempt_at_s = self.parameters.minimum_duration
         self._refusal = ""
         self._missing, self._progress = "", 0.0
         self.moved: Moved | None = None
         self._watchdog: Watchdog | None = None
 
-    def _use_offsets(self, offset_ns: dict[str, int]) -> None:
-        """Align by these clock offsets from now on, and all that was seen again."""
+    def _use_clocks(self, clocks: Clocks) -> None:
+        """Align by these clocks from now on, and all that was seen again."""
         parameters = self.parameters
-        self._offset_ns = offset_ns
+        self._clocks = clocks
         self.aligner = TimeAligner(
             parameters.sensors,
             max_skew_s=parameters.max_skew,
             max_gap_s=parameters.max_gap,
             max_wait_s=parameters.max_wait,
-            clock_offset_ns=offset_ns,
         )
         self.calibrator = ExtrinsicsCalibrator(
             parameters.sensors, parameters.limits, parameters.known_mounting
         )
-        ordered = sorted(self._buffer, key=lambda s: s.stamp_ns - offset_ns.get(s.sensor, 0))
-        for sample in ordered:
+        corrected = (on_reference_clock(sample, clocks) for sample in self._buffer)
+        for sample in sorted(corrected, key=lambda s: s.stamp_ns):
             for frame in self.aligner.add(sample):
                 self.calibrator.add(frame)
 
@@ -148,7 +148,7 @@ class LiveCalibration:
         sample = self.selector.select(persons)
         if sample is None:
             return None
-        frames = self.aligner.add(sample)
+        frames = self.aligner.add(on_reference_clock(sample, self._clocks))
         if self._watchdog is not None:
             for frame in frames:
                 self._note(self._watchdog.add(frame))
@@ -167,7 +167,7 @@ class LiveCalibration:
         return {} if self._watchdog is None else dict(self._watchdog.displacement)
 
     def _watch(self, extrinsics: Extrinsics) -> None:
-        self._use_offsets({name: ns for name, ns in extrinsics.clock_offset_ns.items() if ns})
+        self._use_clocks(extrinsics.clocks)
         if self.parameters.watch and len(extrinsics.sensors) > 1:
             self._watchdog = Watchdog(extrinsics)
 
@@ -194,8 +194,8 @@ class LiveCalibration:
             return None
         self.counters.add("solutions")
         self._refusal = ""
-        offset_ns = {name: self._offset_ns.get(name, 0) for name in found.sensors}
-        self.extrinsics = replace(found, clock_offset_ns=offset_ns)
+        clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
+        self.extrinsics = replace(found, clocks=clocks)
         self._conclude(self.extrinsics, observed_s)
         return self.extrinsics
 
@@ -234,11 +234,12 @@ class LiveCalibration:
             )
             for name in others
         }
-        offset_ns = {name: one.offset_ns for name, one in self.clock_offsets.items()}
-        changed = any(
-            abs(ns - self._offset_ns.get(name, 0)) > SAME_OFFSET_NS
-            for name, ns in offset_ns.items()
-        )
+        clocks = {
+            name: Clock(offset_ns=one.offset_ns, stddev_s=one.stddev_s)
+            for name, one in self.clock_offsets.items()
+            if one.offset_ns
+        }
+        changed = moved_most_ns(self._clocks, clocks, 0) > SAME_OFFSET_NS
         if changed:
-            self._use_offsets({name: ns for name, ns in offset_ns.items() if ns})
+            self._use_clocks(clocks)
         return changed

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_offset
+from pose_fusion.calibration.clocks import Clock, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_calibration import CalibrationLimits, ExtrinsicsCalibrator
 from pose_fusion.calibration.floor import KnownMounting
@@ -65,12 +66,16 @@ def calibrate(
         for name in sensors[1:]
         if find_clock_offsets
     }
-    offset_ns = {name: offsets[name].offset_ns if name in offsets else 0 for name in sensors}
-    aligner = TimeAligner(sensors, clock_offset_ns=offset_ns)
+    clocks = {
+        name: Clock(offset_ns=one.offset_ns, stddev_s=one.stddev_s)
+        for name, one in offsets.items()
+        if one.offset_ns
+    }
+    aligner = TimeAligner(sensors)
     calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
     ordered = sorted(
-        (one for ones in by_sensor.values() for one in ones),
-        key=lambda one: one.stamp_ns - offset_ns[one.sensor],
+        (on_reference_clock(one, clocks) for ones in by_sensor.values() for one in ones),
+        key=lambda one: one.stamp_ns,
     )
     for sample in ordered:
         for frame in aligner.add(sample):
@@ -78,7 +83,7 @@ def calibrate(
     for frame in aligner.flush():
         calibrator.add(frame)
     return SessionCalibration(
-        extrinsics=replace(calibrator.solve(), clock_offset_ns=offset_ns),
+        extrinsics=replace(calibrator.solve(), clocks=clocks),
         clock_offsets=offsets,
         samples={name: len(ones) for name, ones in by_sensor.items()},
         frames=aligner.counters["frames"],

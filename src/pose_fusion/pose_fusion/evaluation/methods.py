@@ -7,6 +7,8 @@ from operator import attrgetter
 import numpy as np
 
 from pose_common.bags import BagReader
+from pose_fusion.calibration.clock_messages import read_clocks
+from pose_fusion.calibration.clocks import Clocks, series_on_reference_clock
 from pose_fusion.evaluation.scores import known_joints
 from pose_fusion.streams.bags import (
     body_topic,
@@ -22,17 +24,29 @@ MEAN = "mean"
 FUSED = "fused"
 
 
-def methods_of_bag(bag: BagReader, person: str = "", body: str = "") -> dict[str, SkeletonSeries]:
+def methods_of_bag(
+    bag: BagReader, person: str = "", body: str = "", clocks: Clocks | None = None
+) -> dict[str, SkeletonSeries]:
     """Every method's joints by its name, in the order of the tables.
 
     Each raw sensor under its own name and in its own frame; ``mean`` of all sensors and ``fused``
     in ``map``. ``mean`` is absent if the bag does not hold all sensors' extrinsics, or holds one
     sensor only; ``fused`` if it holds no fused skeleton.
 
+    Args:
+        bag: An open bag.
+        person: The id of the person to follow in all sensors.
+        body: The id of the fused body; the first one if empty.
+        clocks: The sensors' clocks; those that the bag tells of if None.
+
     Raises:
         InputError: If the bag holds no sensors' skeletons.
     """
-    sensors = read_sensor_series(bag, person)
+    clocks = read_clocks(bag) if clocks is None else clocks
+    sensors = {
+        name: series_on_reference_clock(series, clocks.get(name))
+        for name, series in read_sensor_series(bag, person).items()
+    }
     methods = dict(sensors)
     extrinsics = read_extrinsics(bag)
     if len(sensors) > 1 and set(sensors) <= set(extrinsics):

@@ -7,7 +7,6 @@ frame as it comes. What comes out depends on the samples alone, never on a clock
 """
 
 from collections import deque
-from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +16,7 @@ from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
+from pose_fusion.calibration.clocks import Clocks, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
 from pose_fusion.fusion.estimates import BodyEstimate
@@ -70,9 +70,15 @@ class FusionPipeline:
         )
         prepare(self._estimator_class, self.model.name)
         self.extrinsics: Extrinsics | None = None
+        self.clocks: Clocks = {}
         self.shape: BodyShape | None = None
         self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
-        self.aligner = self._make_aligner({})
+        self.aligner = TimeAligner(
+            parameters.sensors,
+            max_skew_s=parameters.max_skew,
+            max_gap_s=parameters.max_gap,
+            max_wait_s=parameters.max_wait,
+        )
         self.imus = ImuSet(self.model, parameters.tracker_delay)
         self._neutral_watcher: NeutralStandWatcher | None = NeutralStandWatcher(self.model)
         self._offsets = np.zeros((len(parameters.sensors), len(JOINTS), 3))
@@ -90,16 +96,13 @@ class FusionPipeline:
             self.use_shape(shape)
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
-        """Use these extrinsics, and their clock offsets, from now on.
+        """Use these extrinsics, and their clocks, from now on.
 
         What the last half minute held, since the first sample, is caught up on: the body's measures
         and the IMUs' alignment are learnt from it, for nobody stands still in the neutral pose a
         second time. Estimates of the past are not made.
         """
-        before = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
-        offsets = {sensor: ns for sensor, ns in extrinsics.clock_offset_ns.items() if ns}
-        if {sensor: ns for sensor, ns in before.items() if ns} != offsets:
-            self.aligner = self._make_aligner(offsets)
+        self.use_clocks(extrinsics.clocks)
         self.extrinsics = extrinsics
         while self._waiting:
             sample = self._waiting.popleft()
@@ -109,6 +112,10 @@ class FusionPipeline:
                 self._take_skeleton(sample)
             while self._pending and self._is_ready(self._pending[0].stamp_ns):
                 self._learn(self._pending.popleft())
+
+    def use_clocks(self, clocks: Clocks) -> None:
+        """Put stamps right by these clocks from now on; what came before stays where it is."""
+        self.clocks = clocks
 
     @property
     def status(self) -> str:
@@ -151,6 +158,7 @@ class FusionPipeline:
             self._waiting.popleft()
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
+        sample = on_reference_clock(sample, self.clocks)
         if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
             self.counters.add("skeletons_of_unknown_sensors")
             return
@@ -158,15 +166,14 @@ class FusionPipeline:
             self._note_time(sample.stamp_ns)
             self._pending.extend(self.aligner.add(sample))
             return
-        offsets_ns = {} if self.extrinsics is None else self.extrinsics.clock_offset_ns
-        stamp_ns = sample.stamp_ns - offsets_ns.get(sample.sensor, 0)
-        self._note_time(stamp_ns)
-        self._await(AlignedFrame(stamp_ns=stamp_ns, samples={sample.sensor: sample}))
+        self._note_time(sample.stamp_ns)
+        self._await(AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample}))
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
 
     def _take_imu(self, sample: ImuSample) -> None:
+        sample = on_reference_clock(sample, self.clocks)
         if not self.imus.add(sample):
             self.counters.add("imu_samples_out_of_order")
             return
@@ -275,15 +282,6 @@ class FusionPipeline:
             measured[index] = sample.positions @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
             state[index] = np.where(np.isfinite(measured[index, :, 0]), sample.tracking_state, 0)
         return measured, state
-
-    def _make_aligner(self, clock_offset_ns: Mapping[str, int]) -> TimeAligner:
-        return TimeAligner(
-            self.parameters.sensors,
-            max_skew_s=self.parameters.max_skew,
-            max_gap_s=self.parameters.max_gap,
-            max_wait_s=self.parameters.max_wait,
-            clock_offset_ns=clock_offset_ns,
-        )
 
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""

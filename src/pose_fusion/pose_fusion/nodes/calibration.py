@@ -109,7 +109,7 @@ class CalibrationNode(Node):
 
     def _publish(self, extrinsics: Extrinsics) -> None:
         stamp_ns = self.get_clock().now().nanoseconds
-        for message in to_clock_messages(extrinsics, stamp_ns):
+        for message in to_clock_messages(extrinsics.clocks, stamp_ns):
             self._clock_publisher.publish(message)
         for message in to_extrinsics_messages(extrinsics, stamp_ns):
             self._extrinsics_publisher.publish(message)
@@ -207,8 +207,8 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
         values["vertical_stddev_deg"] = f"{np.degrees(floor.up_stddev):.1f}"
         values["sensor_height_m"] = f"{floor.height:.2f}"
         values["sensor_height_stddev_m"] = f"{floor.height_stddev:.2f}"
-    for sensor, ns in extrinsics.clock_offset_ns.items():
-        values[f"clock_offset_ms/{sensor}"] = f"{ns * 1e-6:.1f}"
+    for source, clock in extrinsics.clocks.items():
+        values[f"clock_offset_ms/{source}"] = f"{clock.offset_ns * 1e-6:.1f}"
     return values
 
 

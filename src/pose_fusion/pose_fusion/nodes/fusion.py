@@ -1,5 +1,6 @@
 """The fusion node: skeletons and IMUs in, one person's pose out."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -21,6 +22,7 @@ from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
 from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape
 from pose_fusion.body.urdf import make_urdf
+from pose_fusion.calibration.clock_messages import clock_of
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
 from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
@@ -100,6 +102,7 @@ class FusionNode(Node):
                 )
         if not self._settings.extrinsics_file:
             self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, LATCHED_QOS)
+        self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
         try:
@@ -133,7 +136,10 @@ class FusionNode(Node):
             extrinsics: Extrinsics = extrinsics_from_map(
                 {sensor: placed[sensor] for sensor in self._settings.sensors}
             )
-            self.pipeline.place_sensors(extrinsics)
+            self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
+
+    def _on_clock(self, message: TimeReference) -> None:
+        self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock_of(message)})
 
     def _publish(self, estimates: list[BodyEstimate]) -> None:
         self._announce_shape()
@@ -176,6 +182,10 @@ class FusionNode(Node):
             values={
                 "estimator": self._settings.estimator,
                 "latency_s": f"{self._latency_s:.4f}",
+                **{
+                    f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
+                    for source, clock in self.pipeline.clocks.items()
+                },
                 "imus": ", ".join(self.pipeline.imus.segments) or "none",
                 "imus_aligned": ", ".join(imus.alignment.known_segments) or "none",
                 "imu_headings_found_anew": ", ".join(imus.alignment.heading_restarts) or "none",

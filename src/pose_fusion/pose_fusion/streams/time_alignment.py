@@ -100,7 +100,6 @@ class TimeAligner:
             for jitter (20 ms is half a period at 25 Hz, 0.6 at 30 Hz).
         max_gap_s: Longest gap [s] to interpolate across.
         max_wait_s: Longest silence [s] to wait for.
-        clock_offset_ns: Offset [ns] of each sensor's clock: subtracted from its stamps.
 
     Raises:
         ParameterError: If the limits contradict each other, or no sensor is named.
@@ -116,7 +115,6 @@ class TimeAligner:
         max_skew_s: float = 0.02,
         max_gap_s: float = 0.1,
         max_wait_s: float = 0.2,
-        clock_offset_ns: Mapping[str, int] | None = None,
     ) -> None:
         if not sensors or len(set(sensors)) != len(sensors):
             raise ParameterError(f"sensors = {list(sensors)}: expected one or more different names")
@@ -128,7 +126,6 @@ class TimeAligner:
         self._max_skew_ns = round(max_skew_s * NS_PER_S)
         self._max_gap_ns = round(max_gap_s * NS_PER_S)
         self._max_wait_ns = round(max_wait_s * NS_PER_S)
-        self._clock_offset_ns = dict(clock_offset_ns or {})
         self._streams = {name: _Stream(name) for name in sensors}
         self._last_emitted_ns: int | None = None
         self.counters = Counters(*COUNTS)
@@ -142,9 +139,6 @@ class TimeAligner:
         if sample.sensor not in self._streams:
             raise ValueError(f"sensor '{sample.sensor}' is none of {list(self._streams)}")
         self.counters.add("received")
-        offset_ns = self._clock_offset_ns.get(sample.sensor, 0)
-        if offset_ns:
-            sample = replace(sample, stamp_ns=sample.stamp_ns - offset_ns)
         stream = self._streams[sample.sensor]
         frames: list[AlignedFrame] = []
         if stream.last_ns is not None and sample.stamp_ns <= stream.last_ns:

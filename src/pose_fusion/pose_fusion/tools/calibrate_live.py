@@ -9,6 +9,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_arguments, specs
+from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.calibration.live_calibration import LiveCalibration
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
@@ -55,7 +56,7 @@ def main(arguments: list[str]) -> None:
         extrinsics = calibrate_live(changed, given.timeout, show)
     save_extrinsics(given.output, extrinsics, given.date)
     for name, pair in extrinsics.residuals.items():
-        ahead_ms = extrinsics.clock_offset_ns.get(name, 0) * 1e-6
+        ahead_ms = extrinsics.clocks.get(name, Clock()).offset_ns * 1e-6
         print(
             f"{name}: known to {pair.position_stddev * 100.0:.1f} cm and "
             f"{np.degrees(pair.rotation_stddev):.2f} deg, agrees with '{pair.partner}' within "

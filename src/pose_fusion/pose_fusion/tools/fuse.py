@@ -13,6 +13,7 @@ from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
 from pose_fusion.body.shape import load_body_shape, save_body_shape
 from pose_fusion.body.urdf import make_urdf
+from pose_fusion.calibration.clock_messages import read_clocks
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
 from pose_fusion.calibration.session_calibration import calibrate
@@ -82,8 +83,11 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
         return load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
     placed = read_extrinsics(bag)
     if all(sensor in placed for sensor in parameters.sensors):
-        console.print("extrinsics: from the bag's /tf_static")
-        return extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
+        clocks = read_clocks(bag)
+        told = f", clocks of {', '.join(clocks)} from its clock_offsets" if clocks else ""
+        console.print(f"extrinsics: from the bag's /tf_static{told}")
+        extrinsics = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
+        return replace(extrinsics, clocks=clocks)
     console.print("extrinsics: none in the bag, estimating them from its motion")
     skeletons = (s for s in BagSamples(bag, parameters.person) if isinstance(s, SkeletonSample))
     return calibrate(skeletons, parameters.sensors).extrinsics

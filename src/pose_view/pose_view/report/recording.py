@@ -8,6 +8,7 @@ import numpy as np
 
 from pose_common.bags import BagReader
 from pose_common.errors import InputError, PoseError
+from pose_fusion.calibration.clocks import series_on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
 from pose_fusion.evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
@@ -145,7 +146,7 @@ def _estimate(
     progress: Callable[[float], None],
 ) -> _Estimated:
     """All methods: the sensors, their mean, the estimators, the bag's own result."""
-    own = methods_of_bag(bag, wanted.person, wanted.body)
+    own = methods_of_bag(bag, wanted.person, wanted.body, clocks={})
     sensors = tuple(sensor_topics(bag))
     setups = known_setups(has_imus=has_imus)
     _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
@@ -157,9 +158,12 @@ def _estimate(
         result.notes.append(text)
     else:
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
+        result.methods = {
+            name: series_on_reference_clock(own[name], extrinsics.clocks.get(name))
+            for name in sensors
+        }
         if len(sensors) > 1:
-            mean = own.get(MEAN) or mean_series(result.methods, result.T_map_sensor)
-            result.methods[MEAN] = mean
+            result.methods[MEAN] = mean_series(result.methods, result.T_map_sensor)
         chosen = [s for s in setups if not wanted.methods or s.name in wanted.methods]
         for name, run in _run(bag, wanted, chosen, extrinsics, progress).items():
             result.methods[name], result.estimates[name] = run.series, run.estimates

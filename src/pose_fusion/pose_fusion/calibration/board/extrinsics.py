@@ -53,5 +53,4 @@ def board_extrinsics(
             for name in names[1:]
         },
         floor=floor,
-        clock_offset_ns=dict.fromkeys(names, 0),
     )

@@ -1,0 +1,38 @@
+"""The fusion node takes the calibration's clocks from their topic."""
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import TimeReference
+from synthetic_body import extrinsics
+from tf2_msgs.msg import TFMessage
+
+from pose_fusion.calibration.clocks import IMUS, Clock
+from pose_fusion.conversions import to_clock_messages, to_static_tf
+from pose_fusion.nodes.fusion import FusionNode
+
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def test_clocks_from_the_topic_are_used_shown_and_outlive_new_extrinsics(ros_context):
+    fusion = ros_context.add(FusionNode())
+    reports = ros_context.collect(DiagnosticArray, "/diagnostics", 10)
+    calibration = ros_context.make_node("calibrated")
+    clocks = {"right": Clock(offset_ns=80_000_000), IMUS: Clock(offset_ns=-250_000_000)}
+    publisher = calibration.create_publisher(TimeReference, "clock_offsets", LATCHED)
+    for message in to_clock_messages(clocks, 1_700_000_000 * 10**9):
+        publisher.publish(message)
+    ros_context.spin_until(lambda: len(fusion.pipeline.clocks) == 2, what="the clocks")
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    calibration.create_publisher(TFMessage, "/tf_static", LATCHED).publish(to_static_tf(placed))
+    ros_context.spin_until(lambda: fusion.pipeline.extrinsics is not None, what="extrinsics")
+    assert {s: c.offset_ns for s, c in fusion.pipeline.clocks.items()} == {
+        "right": 80_000_000,
+        IMUS: -250_000_000,
+    }
+
+    def shown():
+        own = [s for report in reports for s in report.status if s.name == "/fusion"]
+        values = {v.key: v.value for v in own[-1].values} if own else {}
+        return values.get("clock_ahead_ms/right"), values.get("clock_ahead_ms/imus")
+
+    ros_context.spin_until(lambda: shown() == ("80.0", "-250.0"), what="the diagnostics")

@@ -1,0 +1,92 @@
+"""Sources on other clocks: their stamps are put right before anything else is made of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+
+from pose_fusion.calibration.clocks import IMUS, Clock, on_reference_clock
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.samples import ImuSample
+
+DRIFT = 1e-4
+CLOCKS = {
+    "right": Clock(offset_ns=80_000_000, drift=DRIFT, at_ns=10**18),
+    IMUS: Clock(offset_ns=-350_000_000),
+}
+
+
+def stamped_by(clock, sample):
+    """A sample as its own clock stamps it: the inverse of what the fusion does."""
+    stamp_ns = sample.stamp_ns
+    for _ in range(3):
+        stamp_ns = sample.stamp_ns + clock.ahead_ns(stamp_ns)
+    return replace(sample, stamp_ns=stamp_ns)
+
+
+@pytest.fixture(scope="module")
+def samples():
+    _, dof = motion(5.0)
+    positions = kinematics().pose(dof).positions
+    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(5), 0.005)
+    imus = [
+        ImuSample(
+            stamp_ns=one.stamp_ns - 4_000_000,
+            segment="torso",
+            orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+            orientation_stddev=np.full(3, 0.02),
+            angular_velocity=np.zeros(3),
+        )
+        for one in skeletons
+    ]
+    return [one for pair in zip(imus, skeletons, strict=True) for one in pair]
+
+
+def run(samples, clocks, estimator="default"):
+    placed = replace(extrinsics(), clocks=clocks)
+    pipeline = FusionPipeline(FusionParameters(estimator=estimator), placed)
+    estimates = []
+    for one in samples:
+        add = pipeline.add_imu if isinstance(one, ImuSample) else pipeline.add_skeleton
+        estimates += add(one)
+    return estimates + pipeline.flush()
+
+
+@pytest.mark.parametrize("estimator", ["default", "li2020"])
+def test_clocks_that_are_put_right_change_nothing(samples, estimator):
+    late = [
+        stamped_by(CLOCKS.get(IMUS if isinstance(one, ImuSample) else one.sensor, Clock()), one)
+        for one in samples
+    ]
+    right, put_right = run(samples, {}, estimator), run(late, CLOCKS, estimator)
+    assert len(right) == len(put_right) > 50
+    for a, b in zip(right, put_right, strict=True):
+        assert a.stamp_ns == b.stamp_ns
+        np.testing.assert_array_equal(a.position, b.position)
+
+
+def test_clocks_may_come_while_it_runs(samples):
+    skeletons = [one for one in samples if not isinstance(one, ImuSample)]
+    late = [stamped_by(CLOCKS["right"], one) if one.sensor == "right" else one for one in skeletons]
+    pipeline = FusionPipeline(FusionParameters(estimator="li2020"), extrinsics())
+    half = len(late) // 2
+    for one in late[:half]:
+        pipeline.add_skeleton(one)
+    pipeline.use_clocks(CLOCKS)
+    estimates = [each for one in late[half:] for each in pipeline.add_skeleton(one)]
+    stamps = [each.stamp_ns for each in estimates]
+    assert stamps == sorted(set(stamps))
+    assert len(estimates) > 0.4 * half
+    assert 0 < pipeline.aligner.counters["backward_stamp"] <= 3  # 80 ms of frames, counted
+
+
+def test_a_stamp_far_from_where_the_drift_was_measured_is_not_extrapolated_to():
+    clock = Clock(offset_ns=1_000, drift=1e-4, at_ns=10**18)
+    assert clock.ahead_ns(10**18 + 10 * 10**9) == 1_001_000
+    assert clock.ahead_ns(10**18 + 86_400 * 10**9) == 180_001_000  # half an hour of drift
+
+
+def test_a_source_without_a_clock_keeps_its_stamps(samples):
+    assert on_reference_clock(samples[0], {"right": Clock(offset_ns=5)}) is samples[0]
