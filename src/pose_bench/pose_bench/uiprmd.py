@@ -1,15 +1,17 @@
 """One real Kinect against a real Vicon: the raw skeleton and what an estimator makes of it.
 
 UI-PRMD (Vakanski et al. 2018, Data 3(1):2): rehabilitation exercises, a file a repetition of two to
-four seconds. An estimator sees all repetitions of a subject one after the other, a second apart, as
-one session; the first of them once more before, so that the body's measures are known. What is
-judged is each repetition by itself: after one time shift of its own and without the mean error,
-since the two systems place joints differently in the body.
+four seconds. An estimator sees all repetitions of a subject one after the other as one session; the
+first of them once more before, so that the body's measures are known. Between two of them nobody is
+seen for a second, then the person stands as in the first frame for another: a file begins in the
+middle of a recording, not with a person who has appeared from nowhere. What is judged is each
+repetition by itself: after one time shift of its own and without the mean error, since the two
+systems place joints differently in the body.
 """
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -23,7 +25,7 @@ from pose_fusion.body.joint_angles import ANGLES, unwrapped, wrapped
 from pose_fusion.evaluation.angle_series import AngleSeries, angle_series, without_sideways_flexion
 from pose_fusion.evaluation.references.uiprmd import read_uiprmd
 from pose_fusion.evaluation.scores import AngleScore, mean_known, score_angle
-from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.samples import FloatArray, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries
 
 FILE = re.compile(r"m(?P<movement>\d\d)_s(?P<subject>\d\d)_e\d\d_positions\.txt(\.gz)?$")
@@ -39,7 +41,9 @@ MOVEMENTS = {
     "09": "shoulder rotation",
     "10": "shoulder scaption",
 }
-PAUSE_NS = 1_000_000_000  # [ns] between repetitions
+UNSEEN_NS = 1_000_000_000  # [ns] between repetitions
+STILL_FRAMES = 30  # of the first, before each
+FRAME_NS = 33_333_333  # [ns]
 MOVING = np.radians(20.0)  # [rad] least range of an angle that takes part in a movement
 MAX_SHIFT_NS = 300_000_000  # [ns] by which the two systems' files may begin apart
 STEP_NS = 10_000_000  # [ns]
@@ -131,7 +135,7 @@ def compare_subject(repetitions: Sequence[Repetition], estimator: str) -> list[A
         samples = [
             sample
             for repetition, start_ns in zip((repetitions[0], *repetitions), starts, strict=True)
-            for sample in repetition.view.shifted(start_ns).samples
+            for sample in _led_in(repetition.view.shifted(start_ns).samples)
         ]
         estimate = run_one_camera(estimator, samples).series
         made = [
@@ -154,11 +158,22 @@ def _cut(estimate: SkeletonSeries, repetition: Repetition, start_ns: int) -> Ske
 
 def _starts(repetitions: Sequence[Repetition]) -> list[int]:
     """When each repetition begins [ns], the first one twice."""
-    starts = [0]
+    pause_ns = UNSEEN_NS + STILL_FRAMES * FRAME_NS
+    starts = [pause_ns]
     for repetition in (repetitions[0], *repetitions[:-1]):
         duration_ns = int(repetition.view.series.stamps_ns[-1])
-        starts.append(starts[-1] + duration_ns + PAUSE_NS)
+        starts.append(starts[-1] + duration_ns + pause_ns)
     return starts
+
+
+def _led_in(samples: Sequence[SkeletonSample]) -> list[SkeletonSample]:
+    """A repetition after its first frame, held."""
+    first = samples[0]
+    still = [
+        replace(first, stamp_ns=first.stamp_ns - ago * FRAME_NS)
+        for ago in range(STILL_FRAMES, 0, -1)
+    ]
+    return [*still, *samples]
 
 
 def _agreements(
