@@ -19,7 +19,7 @@ from pose_fusion.tools.demo_processes import (
     run_to_end,
 )
 from pose_fusion.tools.demo_progress import watch
-from pose_fusion.tools.demo_start import first_lead_s, started_graph
+from pose_fusion.tools.demo_start import first_lead_s, ready_estimator, started_graph
 
 NS_PER_S = 1_000_000_000
 OUT = Path("out")  # under the current directory
@@ -66,6 +66,7 @@ def _demo(options: argparse.Namespace, recording: dict[str, Any] | None, console
     folder = _output_folder(options)
     folder.mkdir(parents=True)
     try:
+        ready_estimator(console)
         if recording is None:
             finished = _run_synthetic(options, folder, console)
         else:

@@ -36,6 +36,15 @@ def first_lead_s() -> float:
     return min(LONGEST_LEAD_S, SPARE_S + REPORT_S + WEIGHT * rounds * one_s)
 
 
+def ready_estimator(console: Console) -> None:
+    """Compile the estimator where nothing is compiled yet: longer than nodes are waited for."""
+    with console.status("readying the estimator; at its first start on a machine it is compiled"):
+        from pose_fusion.fusion.parameters import FusionParameters  # takes a second to load
+        from pose_fusion.fusion.pipeline import FusionPipeline
+
+        FusionPipeline(FusionParameters())
+
+
 @contextmanager
 def started_graph(
     launch_file: str, prepare: Prepare, folder: Path, lead_s: float, console: Console
