@@ -2,23 +2,16 @@
 
 import argparse
 import io
-import re
-import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 
-from ament_index_python.packages import get_package_prefix
 from browser import LocalBrowser, find_browser, start_browser
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
+from viewed_graph import Session, executable, serving, viewed_graph
 
-NS_PER_S = 1_000_000_000
-LEAD_S = 40.0  # [s] for making the session, starting the graph, loading the page
 LIVE_AT_S = 33.0  # [s] of the session, when the live picture is taken, or later
 DURATION_S = 70.0  # [s] of the session
 SIZE = {"width": 1440, "height": 800}
@@ -28,15 +21,15 @@ SLOW_MS = 120_000  # [ms] three dimensions are drawn without a graphics card
 def main() -> None:
     """Take the pictures."""
     options = _parser().parse_args()
-    executable = find_browser()
-    if executable is None:
+    chromium = find_browser()
+    if chromium is None:
         sys.exit("error: found no Chromium: run scripts/install_browser.sh, or set POSE_BROWSER")
     options.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         folder = Path(name)
-        browser = LocalBrowser(start_browser(playwright.chromium, executable))
+        browser = LocalBrowser(start_browser(playwright.chromium, chromium))
         bag = options.bag or _run_graph(options, folder, browser)
-        with _running([_executable("pose_view", "view"), bag, "--port", "0"]) as address:
+        with serving([executable("pose_view", "view"), bag, "--port", "0"]) as (_, address):
             page = _open(browser, address)
             _show_recording(page, options.at)
             _save(page, options.output / "viewer_recording.png")
@@ -44,20 +37,14 @@ def main() -> None:
 
 def _run_graph(options: argparse.Namespace, folder: Path, browser: LocalBrowser) -> Path:
     """A run of the live graph, with its picture; the recording that it leaves."""
-    start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
-
-    def wait_until(page: Page, session_s: float) -> None:
-        left_s = start_at_ns / NS_PER_S + session_s - time.time()
-        page.wait_for_timeout(max(0.0, 1e3 * left_s))
-
-    _generate(options, folder / "session", start_at_ns)
-    with _running(_graph(folder, start_at_ns)) as address:
-        page = _open(browser, address)
-        wait_until(page, LIVE_AT_S)
+    session = Session(choreography=options.choreography, seed=options.seed, duration_s=DURATION_S)
+    with viewed_graph(session, folder) as graph:
+        page = _open(browser, graph.address)
+        page.wait_for_timeout(1e3 * graph.left_s(LIVE_AT_S))
         _save(page, options.output / "viewer_live.png")
-        wait_until(page, DURATION_S)
         page.close()
-    return folder / "bag"
+        time.sleep(graph.left_s(DURATION_S))
+    return graph.bag
 
 
 def _show_recording(page: Page, at: float) -> None:
@@ -89,50 +76,6 @@ def _save(page: Page, path: Path) -> None:
     picture = Image.open(io.BytesIO(page.screenshot(timeout=SLOW_MS))).convert("RGB")
     picture.save(path, optimize=True)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
-
-
-def _generate(options: argparse.Namespace, session: Path, start_at_ns: int) -> None:
-    words: Sequence[str | Path] = [
-        _executable("pose_sim", "generate"),
-        *("--choreography", options.choreography, "--duration", str(DURATION_S)),
-        *("--seed", str(options.seed), "--start-at", str(start_at_ns), "-o", session),
-    ]
-    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
-
-
-def _graph(folder: Path, start_at_ns: int) -> list[str | Path]:
-    return [
-        _executable("pose_common", "up"),
-        "demo.launch.yaml",
-        f"session:={folder / 'session'}",
-        f"start_at:={start_at_ns}",
-        f"bag:={folder / 'bag'}",
-        "view:=true",
-        "page_port:=0",
-    ]
-
-
-@contextmanager
-def _running(command: Sequence[str | Path]) -> Iterator[str]:
-    """A process that serves the page, from its address to its end."""
-    with subprocess.Popen(
-        list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    ) as process:
-        assert process.stdout is not None
-        try:
-            for line in process.stdout:
-                if found := re.search(r"http://127\.0\.0\.1:\d+", line):
-                    yield found[0]
-                    break
-            else:
-                sys.exit(f"error: {command[0]} ended without a page")
-        finally:
-            process.send_signal(signal.SIGINT)
-            process.stdout.read()
-
-
-def _executable(package: str, name: str) -> Path:
-    return Path(get_package_prefix(package)) / "lib" / package / name
 
 
 def _parser() -> argparse.ArgumentParser:

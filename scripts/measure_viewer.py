@@ -1,0 +1,199 @@
+"""How smoothly the live page runs, counted in the browsers; run by ``measure_viewer.sh``."""
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import psutil
+from browser import LocalBrowser, find_browser, start_browser
+from playwright.sync_api import Page, sync_playwright
+from rich.console import Console
+from rich.table import Table
+from viewed_graph import Session, ViewedGraph, viewed_graph
+
+FUSED = "/bodies/subject/pelvis"
+BEGIN_S = 20.0  # [s] of the session: cameras and IMUs are calibrated by then
+SETTLE_S = 4.0  # [s] a page takes to have drawn its first pictures
+SLOW_MS = 60_000  # [ms] three dimensions are drawn without a graphics card
+
+# viser receives in a worker and hands batches of messages to the page, which draws on demand.
+COUNT = """
+window.received = []; window.drawn = [];
+const Plain = window.Worker;
+window.Worker = class extends Plain {
+  constructor(...words) {
+    super(...words);
+    this.addEventListener("message", ({data}) => {
+      if (data.type === "message_batch" && data.messages.some(
+            (m) => m.type === "SetPositionMessage" && m.name === "%s"))
+        window.received.push(performance.now());
+    });
+  }
+};
+const draw = WebGL2RenderingContext.prototype.drawElements;
+WebGL2RenderingContext.prototype.drawElements = function (...words) {
+  const frame = document.timeline.currentTime;
+  if (window.drawn.at(-1) !== frame) window.drawn.push(frame);
+  return draw.apply(this, words);
+};
+"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cadence:
+    """How regularly something came."""
+
+    rate_hz: float
+    p50_ms: float  # of the gaps
+    p99_ms: float
+    longest_ms: float
+
+    @classmethod
+    def of(cls, times_ms: Sequence[float]) -> "Cadence":
+        """Of these times [ms], ascending."""
+        if len(times_ms) < 3:
+            return cls(rate_hz=0.0, p50_ms=np.inf, p99_ms=np.inf, longest_ms=np.inf)
+        gaps = np.diff(times_ms)
+        p50, p99 = np.percentile(gaps, (50, 99))
+        return cls(
+            rate_hz=1e3 * len(gaps) / float(np.sum(gaps)),
+            p50_ms=float(p50),
+            p99_ms=float(p99),
+            longest_ms=float(np.max(gaps)),
+        )
+
+
+def main() -> None:
+    """Measure, and print a table."""
+    options = _parser().parse_args()
+    chromium = find_browser()
+    if chromium is None:
+        sys.exit("error: found no Chromium: run scripts/install_browser.sh, or set POSE_BROWSER")
+    console = Console()
+    stretch_s = SETTLE_S + options.seconds + 3.0
+    session = Session(
+        choreography=options.choreography,
+        seed=options.seed,
+        duration_s=BEGIN_S + stretch_s * (1 + len(options.browsers)) + 10.0,
+    )
+    with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
+        browser = LocalBrowser(start_browser(playwright.chromium, chromium))
+        with viewed_graph(session, Path(name)) as graph:
+            console.print(f"nine IMUs, two Kinects at 30 Hz, synthetic; page on {graph.address}")
+            time.sleep(graph.left_s(BEGIN_S))
+            rows = [(0, _measure(graph, browser, 0, options))]
+            rows += [(n, _measure(graph, browser, n, options)) for n in options.browsers]
+    console.print(_table(rows))
+    if options.output:
+        options.output.write_text(json.dumps(dict(rows), default=vars, indent=1))
+
+
+def _measure(
+    graph: ViewedGraph, browser: LocalBrowser, count: int, options: argparse.Namespace
+) -> dict[str, Any]:
+    """What so many pages receive and draw, and what that costs the graph's processes."""
+    pages = [_open(browser, graph.address, options) for _ in range(count)]
+    _wait(pages, SETTLE_S)
+    for page in pages:
+        page.evaluate("window.received.length = window.drawn.length = 0")
+    before, machine_before, begun_s = _cpu_s(graph), psutil.cpu_times(), time.monotonic()
+    _wait(pages, options.seconds)
+    after, machine, spent_s = _cpu_s(graph), psutil.cpu_times(), time.monotonic() - begun_s
+    found = {
+        "cpu": {name: 100.0 * (after[name] - before.get(name, 0.0)) / spent_s for name in after},
+        "idle": 100.0 * (machine.idle - machine_before.idle) / spent_s,
+        "received": [Cadence.of(page.evaluate("window.received")) for page in pages],
+        "drawn": [Cadence.of(page.evaluate("window.drawn")) for page in pages],
+    }
+    browser.close()
+    return found
+
+
+def _open(browser: LocalBrowser, address: str, options: argparse.Namespace) -> Page:
+    page = browser.open("about:blank", width=options.size[0], height=options.size[1])
+    page.add_init_script(COUNT % FUSED)
+    page.goto(address)
+    page.wait_for_selector("canvas", timeout=SLOW_MS)
+    return page
+
+
+def _wait(pages: Sequence[Page], seconds: float) -> None:
+    """Wait, and let the browser's driver work meanwhile."""
+    if pages:
+        pages[0].wait_for_timeout(1e3 * seconds)
+    else:
+        time.sleep(seconds)
+
+
+def _cpu_s(graph: ViewedGraph) -> dict[str, float]:
+    """CPU time [s] that each node of the graph has taken."""
+    spent: dict[str, float] = {}
+    for process in psutil.Process(graph.process.pid).children(recursive=True):
+        words = [word for word in process.cmdline() if word.startswith("__node:=")]
+        if words:
+            times = process.cpu_times()
+            spent[words[0].removeprefix("__node:=")] = times.user + times.system
+    return spent
+
+
+def _table(rows: Sequence[tuple[int, Mapping[str, Any]]]) -> Table:
+    table = Table(title="The live page, by browsers that look at once")
+    for title in ("browsers", "updates received", "gaps p50 / p99 / longest", "pictures drawn"):
+        table.add_column(title, justify="right")
+    for title in ("gaps p50 / p99 / longest", "CPU of the viewer", "of the other nodes", "idle"):
+        table.add_column(title, justify="right")
+    for count, found in rows:
+        cpu = dict(found["cpu"])
+        viewer = cpu.pop("viewer")
+        table.add_row(
+            str(count),
+            *_cadence(found["received"]),
+            *_cadence(found["drawn"]),
+            f"{viewer:.1f} %",
+            f"{sum(cpu.values()):.0f} %",
+            f"{found['idle']:.0f} %",
+        )
+    table.caption = "the worst of the browsers; CPU in percent of a core"
+    return table
+
+
+def _cadence(each: Sequence[Cadence]) -> tuple[str, str]:
+    """Of the slowest browser."""
+    if not each:
+        return "–", "–"
+    worst = max(each, key=lambda cadence: cadence.p99_ms)
+    gaps = f"{worst.p50_ms:.0f} / {worst.p99_ms:.0f} / {worst.longest_ms:.0f} ms"
+    return f"{worst.rate_hz:.1f} Hz", gaps
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="measure_viewer", description="Measure whether the live page runs smoothly."
+    )
+    parser.add_argument(
+        "--browsers", type=int, nargs="+", default=[1, 3], help="how many look at once"
+    )
+    parser.add_argument("--seconds", type=float, default=15.0, help="of each measurement")
+    parser.add_argument(
+        "--size",
+        type=int,
+        nargs=2,
+        default=(800, 400),
+        metavar=("WIDTH", "HEIGHT"),
+        help="of a page [px]; large ones are slow to draw without a graphics card",
+    )
+    parser.add_argument("--choreography", default="arm_raises", help="what the subject does")
+    parser.add_argument("--seed", type=int, default=3, help="of the synthetic subject")
+    parser.add_argument("-o", "--output", type=Path, help="also write the numbers, as JSON")
+    return parser
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,103 @@
+"""Runs that are looked at: the live graph on the synthetic subject's devices, its page, its end."""
+
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ament_index_python.packages import get_package_prefix
+
+NS_PER_S = 1_000_000_000
+LEAD_S = 40.0  # [s] for making the session, starting the graph, loading the page
+
+
+@dataclass(frozen=True, kw_only=True)
+class Session:
+    """What the synthetic subject does."""
+
+    choreography: str
+    seed: int
+    duration_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewedGraph:
+    """A running graph with its page.
+
+    Attributes:
+        process: The launcher.
+        address: Of the page.
+        start_at_ns: When the session begins [ns since 1970].
+        bag: What is being recorded.
+    """
+
+    process: "subprocess.Popen[str]"
+    address: str
+    start_at_ns: int
+    bag: Path
+
+    def left_s(self, session_s: float) -> float:
+        """How long it is until an instant of the session [s], at least 0."""
+        return max(0.0, self.start_at_ns / NS_PER_S + session_s - time.time())
+
+
+@contextmanager
+def viewed_graph(session: Session, folder: Path) -> Iterator[ViewedGraph]:
+    """Make the session, start its devices and the graph with the page; stop them at the end.
+
+    Args:
+        session: What the subject does.
+        folder: For the session and the bag.
+    """
+    start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
+    words: Sequence[str | Path] = [
+        executable("pose_sim", "generate"),
+        *("--choreography", session.choreography, "--duration", str(session.duration_s)),
+        *("--seed", str(session.seed), "--start-at", str(start_at_ns), "-o", folder / "session"),
+    ]
+    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+    launch: Sequence[str | Path] = [
+        executable("pose_common", "up"),
+        "demo.launch.yaml",
+        f"session:={folder / 'session'}",
+        f"start_at:={start_at_ns}",
+        f"bag:={folder / 'bag'}",
+        "view:=true",
+        "page_port:=0",
+    ]
+    with serving(launch) as (process, address):
+        yield ViewedGraph(
+            process=process, address=address, start_at_ns=start_at_ns, bag=folder / "bag"
+        )
+
+
+@contextmanager
+def serving(command: Sequence[str | Path]) -> "Iterator[tuple[subprocess.Popen[str], str]]":
+    """A process that serves the page, and the page's address; interrupted at the end."""
+    with subprocess.Popen(
+        list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as process:
+        assert process.stdout is not None
+        try:
+            for line in process.stdout:
+                if found := re.search(r"http://127\.0\.0\.1:\d+", line):
+                    # What it says is read on, or the pipe fills and it waits.
+                    threading.Thread(target=process.stdout.read, daemon=True).start()
+                    yield process, found[0]
+                    break
+            else:
+                sys.exit(f"error: {command[0]} ended without a page")
+        finally:
+            process.send_signal(signal.SIGINT)
+            process.wait()
+
+
+def executable(package: str, name: str) -> Path:
+    """The executable that ``ros2 run PACKAGE NAME`` finds."""
+    return Path(get_package_prefix(package)) / "lib" / package / name
