@@ -10,6 +10,7 @@ from pose_fusion.body.model import load_body_model
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.track import ImuState
 from pose_fusion.streams.bags import imu_sample, skeleton_sample, transforms_to_map
+from pose_fusion.streams.samples import block_of
 
 TYPES = make_typestore().types
 HEADER = TYPES["std_msgs/msg/Header"](
@@ -100,7 +101,7 @@ def test_a_bad_transform_of_a_sensor_is_refused(values):
 
 def test_a_bone_without_length_does_not_spoil_the_alignment_for_good():
     imus = ImuSet(load_body_model("li2020"))
-    imus.add(imu_sample(imu(), "left_shank"))
+    imus.add(block_of(imu_sample(imu(), "left_shank")))
     positions = np.full((len(JOINTS), 3), np.nan)
     for joint, place in {
         "left_hip": (0.0, 0.1, 1.0),

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
@@ -5,14 +7,14 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.imu.alignment import ImuAlignment
 from pose_fusion.imu.switching import OcclusionDetector
-from pose_fusion.imu.track import ImuState, ImuTrack
+from pose_fusion.imu.track import ImuState, ImuTracks
 from pose_fusion.imu.weighting import (
     fixed_weights,
     fuse_limb,
     fuse_trunk,
     minimum_variance_weights,
 )
-from pose_fusion.streams.samples import ImuSample
+from pose_fusion.streams.samples import ImuSample, block_of, joined
 
 MS = 1_000_000
 
@@ -71,39 +73,74 @@ def test_with_all_weight_a_limb_is_the_imus():
     np.testing.assert_allclose(fused, imu.as_matrix(), atol=1e-12)
 
 
+def tracks_of(*samples):
+    tracks = ImuTracks()
+    for each in samples:
+        assert tracks.add(block_of(each)) == 0
+    return tracks
+
+
+def only(states):
+    (state,) = states.values()
+    return state
+
+
 def test_a_track_interpolates_between_samples():
-    track = ImuTrack()
-    track.add(sample(0, Rotation.identity(), (0.0, 0.0, 1.0)))
-    track.add(sample(10 * MS, Rotation.from_rotvec([0.0, 0.0, 0.1]), (0.0, 0.0, 3.0)))
-    read = track.at(4 * MS)
+    tracks = tracks_of(
+        sample(0, Rotation.identity(), (0.0, 0.0, 1.0)),
+        sample(10 * MS, Rotation.from_rotvec([0.0, 0.0, 0.1]), (0.0, 0.0, 3.0)),
+    )
+    read = only(tracks.at(4 * MS))
     angle = Rotation.from_matrix(read.R_world_sensor).as_rotvec()
     np.testing.assert_allclose(angle, [0.0, 0.0, 0.04], atol=1e-12)
     np.testing.assert_allclose(read.angular_velocity, [0.0, 0.0, 1.8])
 
 
 def test_a_late_sample_is_made_up_for_by_the_gyroscope():
-    track = ImuTrack()
-    track.add(sample(0, Rotation.from_rotvec([0.3, 0.0, 0.0]), (0.0, 2.0, 0.0)))
-    read = Rotation.from_matrix(track.at(50 * MS).R_world_sensor)
+    tracks = tracks_of(sample(0, Rotation.from_rotvec([0.3, 0.0, 0.0]), (0.0, 2.0, 0.0)))
+    read = Rotation.from_matrix(only(tracks.at(50 * MS)).R_world_sensor)
     expected = Rotation.from_rotvec([0.3, 0.0, 0.0]) * Rotation.from_rotvec([0.0, 0.1, 0.0])
     assert (read.inv() * expected).magnitude() < 1e-12
 
 
+def test_a_rate_goes_on_as_it_was_changing_until_the_next_sample_comes():
+    def about_z(stamp_ns):  # from rest, by 20 rad/s²
+        t = stamp_ns * 1e-9
+        return sample(stamp_ns, Rotation.from_rotvec([0.0, 0.0, 10.0 * t * t]), (0, 0, 20.0 * t))
+
+    read = only(tracks_of(*(about_z(each * MS) for each in range(0, 50, 10))).at(55 * MS))
+    np.testing.assert_allclose(read.angular_velocity, [0.0, 0.0, 1.1])
+    angle = Rotation.from_matrix(read.R_world_sensor).as_rotvec()
+    np.testing.assert_allclose(angle, [0.0, 0.0, 10.0 * 0.055**2], atol=1e-12)
+
+
 def test_a_track_says_nothing_across_a_gap_or_of_a_dead_imu():
-    track = ImuTrack()
-    track.add(sample(0, Rotation.identity()))
-    assert track.at(200 * MS) is None
-    track.add(sample(500 * MS, Rotation.identity()))
-    assert track.at(250 * MS) is None
+    tracks = tracks_of(sample(0, Rotation.identity()))
+    assert not tracks.at(200 * MS)
+    tracks.add(block_of(sample(500 * MS, Rotation.identity())))
+    assert not tracks.at(250 * MS)
 
 
 def test_a_track_rejects_stamps_that_repeat_and_begins_anew_when_the_clock_is_set_back():
-    track = ImuTrack()
-    assert track.add(sample(10_000 * MS, Rotation.identity()))
-    assert not track.add(sample(10_000 * MS, Rotation.identity()))
-    assert not track.add(sample(9_990 * MS, Rotation.identity()))
-    assert track.add(sample(100 * MS, Rotation.identity()))
-    assert track.newest_ns == 100 * MS
+    tracks = tracks_of(sample(10_000 * MS, Rotation.identity()))
+    again = [sample(stamp * MS, Rotation.identity()) for stamp in (10_000, 9_990, 100)]
+    assert [tracks.add(block_of(each)) for each in again] == [1, 1, 0]
+    assert list(tracks.newest_ns()) == [100 * MS]
+
+
+def test_samples_in_one_block_are_those_given_one_by_one():
+    rng = np.random.default_rng(3)
+    samples = [
+        replace(sample(k * 7 * MS, Rotation.random(random_state=rng)), segment=f"segment_{k % 3}")
+        for k in range(1200)
+    ]
+    together = ImuTracks()
+    together.add(joined([block_of(each) for each in samples]))
+    one_by_one = tracks_of(*samples)
+    for stamp_ns in (8393 * MS, 8300 * MS, 8400 * MS):
+        for name, state in one_by_one.at(stamp_ns).items():
+            same = together.at(stamp_ns)[name]
+            np.testing.assert_array_equal(same.R_world_sensor, state.R_world_sensor)
 
 
 def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():

@@ -10,19 +10,17 @@ it has gained since. A source is a Kinect, by its name, or all IMUs together: on
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pose_fusion.streams.samples import ImuSample, SkeletonSample
+from pose_fusion.streams.samples import ImuBlock, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries
 
 NS_PER_S = 1_000_000_000
 IMUS = "imus"
 """The source that all IMUs are."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from where it was measured, to which a drift is believed
-
-Sample = TypeVar("Sample", SkeletonSample, ImuSample)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,21 +47,33 @@ Clocks = Mapping[str, Clock]
 """Clocks by source; one that is missing agrees with the reference's."""
 
 
-def on_reference_clock(sample: Sample, clocks: Clocks) -> Sample:
+def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample:
     """A sample as if the reference's clock had stamped it."""
-    clock = clocks.get(IMUS if isinstance(sample, ImuSample) else sample.sensor)
+    clock = clocks.get(sample.sensor)
     if clock is None:
         return sample
     return replace(sample, stamp_ns=clock.to_reference(sample.stamp_ns))
+
+
+def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
+    """IMUs' samples as if the reference's clock had stamped them."""
+    clock = clocks.get(IMUS)
+    if clock is None:
+        return block
+    return replace(block, stamps_ns=_stamps_on_reference_clock(block.stamps_ns, clock))
 
 
 def series_on_reference_clock(series: SkeletonSeries, clock: Clock | None) -> SkeletonSeries:
     """A source's joints over time as if the reference's clock had stamped them."""
     if clock is None:
         return series
-    since_ns = np.clip(series.stamps_ns - clock.at_ns, -REACH_NS, REACH_NS)
+    return replace(series, stamps_ns=_stamps_on_reference_clock(series.stamps_ns, clock))
+
+
+def _stamps_on_reference_clock(stamps_ns: NDArray[np.int64], clock: Clock) -> NDArray[np.int64]:
+    since_ns = np.clip(stamps_ns - clock.at_ns, -REACH_NS, REACH_NS)
     ahead_ns = clock.offset_ns + np.rint(clock.drift * since_ns).astype(np.int64)
-    return replace(series, stamps_ns=series.stamps_ns - ahead_ns)
+    return np.asarray(stamps_ns - ahead_ns)
 
 
 def moved_most_ns(before: Clocks, after: Clocks, stamp_ns: int) -> int:

@@ -7,6 +7,7 @@ frame as it comes. What comes out depends on the samples alone, never on a clock
 """
 
 from collections import deque
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,12 @@ from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.calibration.clocks import Clocks, on_reference_clock
+from pose_fusion.calibration.clocks import (
+    Clocks,
+    block_on_reference_clock,
+    moved_most_ns,
+    on_reference_clock,
+)
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
 from pose_fusion.fusion.estimates import BodyEstimate
@@ -26,7 +32,8 @@ from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
 from pose_fusion.imu.imu_set import ImuSet
-from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.frame_order import FrameOrder
+from pose_fusion.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
 
 NS_PER_S = 1_000_000_000
@@ -87,7 +94,8 @@ class FusionPipeline:
         self._measuring = BodyMeasuring(self.model, parameters.shape_duration)
         self._estimator: Estimator | None = None
         self._pending: deque[AlignedFrame] = deque()
-        self._waiting: deque[SkeletonSample | ImuSample] = deque()
+        self._order: FrameOrder[AlignedFrame] = FrameOrder()
+        self._waiting: deque[SkeletonSample | ImuBlock] = deque()
         self._newest_ns = 0
         self._newest_frame_ns = 0
         if extrinsics is not None:
@@ -106,12 +114,16 @@ class FusionPipeline:
         self.extrinsics = extrinsics
         while self._waiting:
             sample = self._waiting.popleft()
-            if isinstance(sample, ImuSample):
-                self._take_imu(sample)
-            else:
+            if isinstance(sample, SkeletonSample):
                 self._take_skeleton(sample)
-            while self._pending and self._is_ready(self._pending[0].stamp_ns):
-                self._learn(self._pending.popleft())
+                self._catch_up()
+                continue
+            for _ in self._take_imus(sample):
+                self._catch_up()
+
+    def _catch_up(self) -> None:
+        while self._pending and self._is_ready(self._pending[0].stamp_ns):
+            self._learn(self._pending.popleft())
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Put stamps right by these clocks from now on; what came before stays where it is."""
@@ -134,27 +146,42 @@ class FusionPipeline:
         self._take_skeleton(sample)
         return self._release()
 
-    def add_imu(self, sample: ImuSample) -> list[BodyEstimate]:
-        """Take one IMU's orientation; returns the estimates that were waiting for it."""
-        self.counters.add("imu_samples")
+    def add_imu(self, samples: ImuSample | ImuBlock) -> list[BodyEstimate]:
+        """Take IMUs' orientations; returns the estimates that were waiting for them."""
+        block = block_of(samples) if isinstance(samples, ImuSample) else samples
+        self.counters.add("imu_samples", len(block))
         if self.extrinsics is None:
-            self._wait(sample)
+            self._wait(block)
             return []
-        self._take_imu(sample)
+        return [estimate for _ in self._take_imus(block) for estimate in self._release()]
+
+    @property
+    def holds_frames(self) -> bool:
+        """Whether a frame waits for another sensor's that should come before it."""
+        return self._order.holds
+
+    def wait_no_longer(self) -> list[BodyEstimate]:
+        """Go on without the frames that others wait for: a live caller's patience has ended."""
+        self._let_go()
         return self._release()
 
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
+        self._let_go()
         self._pending.extend(self.aligner.flush())
         estimates = self._release(everything=True)
         if self._estimator is not None:
             estimates += self._told(self._estimator.flush())
         return estimates
 
-    def _wait(self, sample: SkeletonSample | ImuSample) -> None:
+    def _let_go(self) -> None:
+        for frame in self._order.flush():
+            self._await(frame)
+
+    def _wait(self, sample: SkeletonSample | ImuBlock) -> None:
         """Keep a sample until the sensors' places are known."""
         self._waiting.append(sample)
-        while abs(sample.stamp_ns - self._waiting[0].stamp_ns) > LONGEST_WAIT_NS:
+        while abs(_stamp_ns(sample) - _stamp_ns(self._waiting[0])) > LONGEST_WAIT_NS:
             self._waiting.popleft()
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
@@ -167,21 +194,30 @@ class FusionPipeline:
             self._pending.extend(self.aligner.add(sample))
             return
         self._note_time(sample.stamp_ns)
-        self._await(AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample}))
+        frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
+        for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
+            self._await(ready)
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
 
-    def _take_imu(self, sample: ImuSample) -> None:
-        sample = on_reference_clock(sample, self.clocks)
-        if not self.imus.add(sample):
-            self.counters.add("imu_samples_out_of_order")
-            return
-        self._note_time(sample.stamp_ns)
-        if self._estimator_class.NEEDS_ALIGNED_FRAMES:
-            return
-        if sample.stamp_ns - self._newest_frame_ns > CAMERAS_SILENT_NS:
-            self._await(AlignedFrame(stamp_ns=sample.stamp_ns, samples={}))
+    def _take_imus(self, block: ImuBlock) -> Iterator[None]:
+        """Take IMUs' samples; stops wherever frames may be ready, once at least."""
+        block = block_on_reference_clock(block, self.clocks)
+        start = 0
+        while start < len(block):
+            # While the cameras are silent, the IMUs alone give frames.
+            is_late = block.stamps_ns[start:] - self._newest_frame_ns > CAMERAS_SILENT_NS
+            is_alone = bool(is_late.any()) and not self._estimator_class.NEEDS_ALIGNED_FRAMES
+            stop = start + int(is_late.argmax()) + 1 if is_alone else len(block)
+            part = block.rows(slice(start, stop)) if stop - start < len(block) else block
+            self.counters.add("imu_samples_out_of_order", self.imus.add(part))
+            self._note_time(int(part.stamps_ns.max()))
+            if is_alone:
+                self._let_go()
+                self._await(AlignedFrame(stamp_ns=int(part.stamps_ns[-1]), samples={}))
+            start = stop
+            yield
 
     def _await(self, frame: AlignedFrame) -> None:
         """Put a frame, of one sensor or of none, into the queue."""
@@ -317,3 +353,7 @@ class FusionPipeline:
             T_map_link=transforms,
             sensor_weight=dict(zip(self.parameters.sensors, fused.sensor_weight, strict=True)),
         )
+
+
+def _stamp_ns(sample: SkeletonSample | ImuBlock) -> int:
+    return sample.stamp_ns if isinstance(sample, SkeletonSample) else int(sample.stamps_ns[-1])

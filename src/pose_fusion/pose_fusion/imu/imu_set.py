@@ -9,8 +9,8 @@ from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
 from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
 from pose_fusion.imu.seen_axes import lateral_axes, long_axes
-from pose_fusion.imu.track import NS_PER_S, ImuState, ImuTrack
-from pose_fusion.streams.samples import FloatArray, ImuSample
+from pose_fusion.imu.track import NS_PER_S, ImuState, ImuTracks
+from pose_fusion.streams.samples import FloatArray, ImuBlock
 
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
 
@@ -26,7 +26,7 @@ class ImuSet:
     def __init__(self, model: BodyModel, camera_delay_s: float = 0.0) -> None:
         self._model = model
         self._camera_delay_ns = round(camera_delay_s * NS_PER_S)
-        self._tracks: dict[str, ImuTrack] = {}
+        self._tracks = ImuTracks()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states: dict[str, ImuState] = {}
         self.alignment = ImuAlignment()
@@ -34,17 +34,16 @@ class ImuSet:
     @property
     def segments(self) -> Sequence[str]:
         """Segments that an IMU has spoken for."""
-        return list(self._tracks)
+        return list(self._tracks.segments)
 
-    def add(self, sample: ImuSample) -> bool:
-        """Keep a sample; False if its stamp is not newer than the last one's."""
+    def add(self, block: ImuBlock) -> int:
+        """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         self._states_at = None
-        return self._tracks.setdefault(sample.segment, ImuTrack()).add(sample)
+        return self._tracks.add(block)
 
     def has_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that is alive has a sample at or after an instant."""
-        newest = [track.newest_ns for track in self._tracks.values()]
-        return all(n is None or n >= stamp_ns or n < stamp_ns - ALIVE_NS for n in newest)
+        return all(n >= stamp_ns or n < stamp_ns - ALIVE_NS for n in self._tracks.newest_ns())
 
     def observe(self, stamp_ns: int, positions: FloatArray) -> None:
         """Learn the alignment from what the cameras see.
@@ -54,7 +53,7 @@ class ImuSet:
             positions: Mean of the sensors' tracked joints in map, shape (15, 3) [m]; NaN elsewhere.
         """
         # What is seen is older than its stamp; a limb turns by ten degrees in that time.
-        states = self._at(stamp_ns - self._camera_delay_ns)
+        states = self._tracks.at(stamp_ns - self._camera_delay_ns)
         trunk = trunk_axes(positions)
         if not states or not np.all(np.isfinite(trunk)):
             self.alignment.advance(stamp_ns)
@@ -82,11 +81,6 @@ class ImuSet:
     def _states(self, stamp_ns: int) -> dict[str, ImuState]:
         """Every IMU's interpolated reading; the last instant's are kept, it is asked for twice."""
         if self._states_at != stamp_ns:
-            self._known_states = self._at(stamp_ns)
+            self._known_states = self._tracks.at(stamp_ns)
             self._states_at = stamp_ns
         return self._known_states
-
-    def _at(self, stamp_ns: int) -> dict[str, ImuState]:
-        # In an order of their own: which IMU spoke first must not show, not even in rounding.
-        states = {name: self._tracks[name].at(stamp_ns) for name in sorted(self._tracks)}
-        return {segment: state for segment, state in states.items() if state is not None}

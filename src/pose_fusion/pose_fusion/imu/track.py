@@ -1,16 +1,16 @@
-"""One IMU's recent past, and its orientation at any instant within it."""
+"""The recent past of all IMUs, and their orientations at any instant within it."""
 
-from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from pose_fusion.kernels.imu import interpolate, turn_on
-from pose_fusion.streams.samples import FloatArray, ImuSample
+from pose_fusion.kernels.tracks import NS_PER_S as NS_PER_S
+from pose_fusion.kernels.tracks import Rings, read_rings, take_in
+from pose_fusion.streams.samples import FloatArray, ImuBlock
 
-NS_PER_S = 1_000_000_000
-HISTORY_NS = NS_PER_S
-MAX_GAP_NS = 100_000_000  # nothing is said over a longer silence
+SAMPLES = 512  # of each IMU that are kept: half a second of the fastest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,59 +22,73 @@ class ImuState:
     stddev: FloatArray  # (3,) [rad] about the world's axes
 
 
-class ImuTrack:
-    """Keeps the last second of one IMU, in the order of its stamps."""
+class ImuTracks:
+    """Keeps the last samples of every IMU, in the order of their stamps.
+
+    Between two samples a reading is interpolated; after the last one, the gyroscope carries it on.
+    """
 
     def __init__(self) -> None:
-        self._samples: deque[ImuSample] = deque()
+        self.segments: list[str] = []
+        self._rings = _make_rings(0)
+        self._places: dict[tuple[str, ...], NDArray[np.int64]] = {}
 
-    @property
-    def newest_ns(self) -> int | None:
-        """Stamp of the newest sample."""
-        return self._samples[-1].stamp_ns if self._samples else None
-
-    def add(self, sample: ImuSample) -> bool:
-        """Keep a sample; False if its stamp is not newer than the last one's."""
-        newest = self.newest_ns
-        if newest is not None and sample.stamp_ns <= newest:
-            if newest - sample.stamp_ns < HISTORY_NS:
-                return False
-            self._samples.clear()  # the clock was set back: begin anew
-        self._samples.append(sample)
-        while self._samples[0].stamp_ns < sample.stamp_ns - HISTORY_NS:
-            self._samples.popleft()
-        return True
-
-    def at(self, stamp_ns: int) -> ImuState | None:
-        """The reading at an instant, interpolated; None where there is none nearby."""
-        before = after = None
-        for sample in reversed(self._samples):
-            if sample.stamp_ns >= stamp_ns:
-                after = sample
-            else:
-                before = sample
-                break
-        if after is None or before is None:
-            nearest = after or before
-            if nearest is None or abs(nearest.stamp_ns - stamp_ns) > MAX_GAP_NS:
-                return None
-            # The gyroscope carries the orientation over a sample that is late.
-            turn = nearest.angular_velocity * (stamp_ns - nearest.stamp_ns) / NS_PER_S
-            R_world_sensor = np.empty((3, 3))
-            turn_on(nearest.orientation, turn, R_world_sensor)
-            return ImuState(
-                R_world_sensor=R_world_sensor,
-                angular_velocity=nearest.angular_velocity,
-                stddev=nearest.orientation_stddev,
-            )
-        if after.stamp_ns - before.stamp_ns > MAX_GAP_NS:
-            return None
-        share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-        R_world_sensor = np.empty((3, 3))
-        interpolate(before.orientation, after.orientation, share, R_world_sensor)
-        return ImuState(
-            R_world_sensor=R_world_sensor,
-            angular_velocity=(1.0 - share) * before.angular_velocity
-            + share * after.angular_velocity,
-            stddev=after.orientation_stddev,
+    def add(self, block: ImuBlock) -> int:
+        """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
+        imus = self._places_of(block.segments)[block.segment]
+        return take_in(
+            self._rings,
+            imus,
+            np.ascontiguousarray(block.stamps_ns),
+            np.ascontiguousarray(block.orientation),
+            np.ascontiguousarray(block.orientation_stddev),
+            np.ascontiguousarray(block.angular_velocity),
         )
+
+    def newest_ns(self) -> Iterator[int]:
+        """Stamp of every IMU's newest sample [ns]."""
+        rings = self._rings
+        for stamps_ns, newest in zip(rings.stamps_ns, rings.newest, strict=True):
+            if newest >= 0:
+                yield int(stamps_ns[newest])
+
+    def at(self, stamp_ns: int) -> dict[str, ImuState]:
+        """Every IMU's reading at an instant, by segment; those are left out that have none nearby.
+
+        In an order of their own: which IMU spoke first must not show, not even in rounding.
+        """
+        count = len(self.segments)
+        R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
+        known = np.empty(count, np.bool_)
+        read_rings(self._rings, stamp_ns, R_world_sensor, rate, stddev, known)
+        return {
+            self.segments[i]: ImuState(
+                R_world_sensor=R_world_sensor[i], angular_velocity=rate[i], stddev=stddev[i]
+            )
+            for i in sorted(np.flatnonzero(known).tolist(), key=self.segments.__getitem__)
+        }
+
+    def _places_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
+        """Which ring is whose."""
+        known = self._places.get(segments)
+        if known is None:
+            new = [name for name in segments if name not in self.segments]
+            if new:
+                self.segments += new
+                added = _make_rings(len(new))
+                pairs = zip(self._rings, added, strict=True)
+                self._rings = Rings(*(np.concatenate(pair) for pair in pairs))
+            known = np.array([self.segments.index(name) for name in segments], np.int64)
+            self._places[segments] = known
+        return known
+
+
+def _make_rings(imus: int) -> Rings:
+    return Rings(
+        stamps_ns=np.zeros((imus, SAMPLES), np.int64),
+        orientation=np.zeros((imus, SAMPLES, 4)),
+        stddev=np.zeros((imus, SAMPLES, 3)),
+        rate=np.zeros((imus, SAMPLES, 3)),
+        newest=np.full(imus, -1, np.int64),
+        filled=np.zeros(imus, np.int64),
+    )

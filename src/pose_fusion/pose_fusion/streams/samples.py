@@ -1,6 +1,7 @@
 """What the sensors say, as plain frozen values."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,3 +29,56 @@ class ImuSample:
     orientation: FloatArray  # (4,) quaternion x, y, z, w: R_world_sensor, world z up
     orientation_stddev: FloatArray  # (3,) [rad] about the world's x, y, z
     angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuBlock:
+    """Samples of several IMUs, n rows in the order of their arrival; see :class:`ImuSample`."""
+
+    segments: tuple[str, ...]
+    segment: NDArray[np.int64]  # (n,) index into ``segments``
+    stamps_ns: NDArray[np.int64]  # (n,) [ns]
+    orientation: FloatArray  # (n, 4)
+    orientation_stddev: FloatArray  # (n, 3) [rad]
+    angular_velocity: FloatArray  # (n, 3) [rad/s]
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+    def rows(self, chosen: slice | NDArray[np.intp]) -> "ImuBlock":
+        """Some of the rows."""
+        return replace(
+            self,
+            segment=self.segment[chosen],
+            stamps_ns=self.stamps_ns[chosen],
+            orientation=self.orientation[chosen],
+            orientation_stddev=self.orientation_stddev[chosen],
+            angular_velocity=self.angular_velocity[chosen],
+        )
+
+
+def block_of(sample: ImuSample) -> ImuBlock:
+    """A block of one row."""
+    return ImuBlock(
+        segments=(sample.segment,),
+        segment=np.zeros(1, np.int64),
+        stamps_ns=np.array([sample.stamp_ns], np.int64),
+        orientation=sample.orientation[None],
+        orientation_stddev=sample.orientation_stddev[None],
+        angular_velocity=sample.angular_velocity[None],
+    )
+
+
+def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
+    """The rows of several blocks, one block after the other."""
+    segments = tuple(dict.fromkeys(name for block in blocks for name in block.segments))
+    index = {name: i for i, name in enumerate(segments)}
+    places = [np.array([index[name] for name in block.segments], np.int64) for block in blocks]
+    return ImuBlock(
+        segments=segments,
+        segment=np.concatenate([p[b.segment] for p, b in zip(places, blocks, strict=True)]),
+        stamps_ns=np.concatenate([block.stamps_ns for block in blocks]),
+        orientation=np.concatenate([block.orientation for block in blocks]),
+        orientation_stddev=np.concatenate([block.orientation_stddev for block in blocks]),
+        angular_velocity=np.concatenate([block.angular_velocity for block in blocks]),
+    )

@@ -1,0 +1,163 @@
+"""The recent past of several IMUs, in rings: taking samples in, reading all at an instant."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.imu import interpolate, turn_on
+from pose_fusion.streams.samples import FloatArray
+
+NS_PER_S = 1_000_000_000
+HISTORY_NS = NS_PER_S  # further back than this, a clock was set back
+MAX_GAP_NS = 100_000_000  # nothing is said over a longer silence
+SLOPE_NS = 20_000_000  # over which a rate's slope is taken
+LONGEST_SLOPE_NS = 40_000_000  # for which a rate goes on as it was changing
+
+
+class Rings(NamedTuple):
+    """The last samples of each IMU: ``size`` of them, the newest at ``newest``."""
+
+    stamps_ns: NDArray[np.int64]  # (imus, size) [ns]
+    orientation: FloatArray  # (imus, size, 4)
+    stddev: FloatArray  # (imus, size, 3) [rad]
+    rate: FloatArray  # (imus, size, 3) [rad/s]
+    newest: NDArray[np.int64]  # (imus,)
+    filled: NDArray[np.int64]  # (imus,) how many there are
+
+
+@compiled
+def take_in(
+    rings: Rings,
+    imu: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    orientation: FloatArray,
+    stddev: FloatArray,
+    rate: FloatArray,
+) -> int:
+    """Append samples to their IMUs' rings; how many were not, for their stamps go back."""
+    size = rings.stamps_ns.shape[1]
+    rejected = 0
+    for row in range(len(imu)):
+        i, stamp_ns = imu[row], stamps_ns[row]
+        if rings.filled[i] > 0:
+            newest_ns = rings.stamps_ns[i, rings.newest[i]]
+            if stamp_ns <= newest_ns:
+                if newest_ns - stamp_ns < HISTORY_NS:
+                    rejected += 1
+                    continue
+                rings.filled[i] = 0  # the clock was set back: begin anew
+        at = (rings.newest[i] + 1) % size
+        rings.stamps_ns[i, at] = stamp_ns
+        rings.orientation[i, at] = orientation[row]
+        rings.stddev[i, at] = stddev[row]
+        rings.rate[i, at] = rate[row]
+        rings.newest[i] = at
+        rings.filled[i] = min(rings.filled[i] + 1, size)
+    return rejected
+
+
+@compiled
+def read_rings(
+    rings: Rings,
+    stamp_ns: int,
+    R_world_sensor: FloatArray,
+    rate: FloatArray,
+    stddev: FloatArray,
+    known: NDArray[np.bool_],
+) -> None:
+    """Every IMU's reading at an instant.
+
+    Args:
+        rings: The samples.
+        stamp_ns: The instant.
+        R_world_sensor: Filled, shape (imus, 3, 3).
+        rate: Filled, shape (imus, 3) [rad/s].
+        stddev: Filled, shape (imus, 3) [rad].
+        known: Filled, shape (imus,): whether there is a reading nearby.
+    """
+    size = rings.stamps_ns.shape[1]
+    for i in range(len(rings.filled)):
+        known[i] = False
+        later = 0  # samples at or after the instant
+        while later < rings.filled[i]:
+            if rings.stamps_ns[i, (rings.newest[i] - later) % size] < stamp_ns:
+                break
+            later += 1
+        before = (rings.newest[i] - later) % size
+        after = (before + 1) % size
+        has_before, has_after = later < rings.filled[i], later > 0
+        if has_before and has_after:
+            _between(rings, i, before, after, stamp_ns, R_world_sensor, rate, stddev, known)
+        elif has_before:
+            _beyond(rings, i, before, stamp_ns, R_world_sensor, rate, stddev, known)
+        elif has_after:
+            _beyond(rings, i, after, stamp_ns, R_world_sensor, rate, stddev, known)
+
+
+@compiled
+def _between(
+    rings: Rings,
+    i: int,
+    before: int,
+    after: int,
+    stamp_ns: int,
+    R_world_sensor: FloatArray,
+    rate: FloatArray,
+    stddev: FloatArray,
+    known: NDArray[np.bool_],
+) -> None:
+    """Interpolate between two samples."""
+    interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
+    if interval_ns > MAX_GAP_NS:
+        return
+    share = (stamp_ns - rings.stamps_ns[i, before]) / interval_ns
+    first, second = rings.orientation[i, before], rings.orientation[i, after]
+    interpolate(first, second, share, R_world_sensor[i])
+    for axis in range(3):
+        rate[i, axis] = (1.0 - share) * rings.rate[i, before, axis]
+        rate[i, axis] += share * rings.rate[i, after, axis]
+        stddev[i, axis] = rings.stddev[i, after, axis]
+    known[i] = True
+
+
+@compiled
+def _beyond(
+    rings: Rings,
+    i: int,
+    nearest: int,
+    stamp_ns: int,
+    R_world_sensor: FloatArray,
+    rate: FloatArray,
+    stddev: FloatArray,
+    known: NDArray[np.bool_],
+) -> None:
+    """Go on from the nearest sample: the rate as it was changing, and the orientation with it."""
+    size = rings.stamps_ns.shape[1]
+    missing_ns = stamp_ns - rings.stamps_ns[i, nearest]
+    if abs(missing_ns) > MAX_GAP_NS:
+        return
+    slope = np.zeros(3)
+    if missing_ns > 0:
+        for back in range(1, rings.filled[i]):
+            earlier = (nearest - back) % size
+            interval_ns = rings.stamps_ns[i, nearest] - rings.stamps_ns[i, earlier]
+            if interval_ns > LONGEST_SLOPE_NS:
+                break
+            if interval_ns >= SLOPE_NS:
+                for axis in range(3):
+                    change = rings.rate[i, nearest, axis] - rings.rate[i, earlier, axis]
+                    slope[axis] = change * NS_PER_S / interval_ns
+                break
+    missing_s = missing_ns / NS_PER_S
+    sloping_s = min(missing_ns, LONGEST_SLOPE_NS) / NS_PER_S
+    turn = np.empty(3)
+    for axis in range(3):
+        change = slope[axis] * sloping_s
+        turn[axis] = rings.rate[i, nearest, axis] * missing_s
+        turn[axis] += change * (missing_s - 0.5 * sloping_s)
+        rate[i, axis] = rings.rate[i, nearest, axis] + change
+        stddev[i, axis] = rings.stddev[i, nearest, axis]
+    turn_on(rings.orientation[i, nearest], turn, R_world_sensor[i])
+    known[i] = True

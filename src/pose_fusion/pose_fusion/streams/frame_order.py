@@ -1,0 +1,110 @@
+"""Frames of several sensors in the order of their stamps, waiting as little as can be.
+
+Sensors of one phase deliver their frames within a millisecond, in an order that changes from one
+instant to the next. Every sensor's rhythm, its median period and how much that varies, tells
+whether it still owes a frame from before another's: only then is waited.
+"""
+
+from collections import deque
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+from statistics import median
+from typing import Generic, TypeVar
+
+T = TypeVar("T")
+
+REMEMBERED = 9  # [frames] that a rhythm is the median of
+SILENT_NS = 200_000_000  # [ns] without a frame, after which a sensor owes none
+JUMP_BACK_NS = 1_000_000_000  # [ns] further back than this, a recording has begun anew
+LEAST_JITTER_NS = 500_000  # [ns] by which a stamp may always come early
+LARGEST_JITTER_NS = 5_000_000  # [ns] no waiting for a frame that is expected later
+JITTERS = 3.0  # [-] times the median deviation that a stamp may come early
+
+
+@dataclass
+class Rhythm:
+    """When a sensor's frames come, by their stamps."""
+
+    newest_ns: int
+    intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+
+    def add(self, stamp_ns: int) -> None:
+        """Note a frame."""
+        self.intervals_ns.append(stamp_ns - self.newest_ns)
+        self.newest_ns = stamp_ns
+
+    def owes_until(self, stamp_ns: int) -> bool:
+        """Whether a frame of before an instant is still to come."""
+        missing_ns = stamp_ns - self.newest_ns
+        if not 0 < missing_ns <= SILENT_NS or not self.intervals_ns:
+            return False
+        period_ns = median(self.intervals_ns)
+        deviation_ns = median(abs(each - period_ns) for each in self.intervals_ns)
+        early_ns = min(max(JITTERS * deviation_ns, LEAST_JITTER_NS), LARGEST_JITTER_NS)
+        return missing_ns > period_ns - early_ns
+
+
+class FrameOrder(Generic[T]):
+    """Holds a frame while another sensor owes an earlier one.
+
+    A sensor that has left one out is found out by the next frame of any: everything up to that
+    instant's predecessor goes out then. A live caller that cannot wait as long calls :meth:`flush`.
+    """
+
+    def __init__(self) -> None:
+        self._rhythms: dict[str, Rhythm] = {}
+        self._held: list[tuple[int, int, T]] = []  # a heap by stamp, then by arrival
+        self._count = 0
+        self._told_ns: int | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether a frame is waiting."""
+        return bool(self._held)
+
+    def add(self, sensor: str, stamp_ns: int, frame: T) -> list[T]:
+        """Take a frame and return those whose turn has come, in the order of their stamps.
+
+        One that comes later than the others have waited for passes at once.
+        """
+        ready = []
+        rhythm = self._rhythms.get(sensor)
+        if rhythm is not None and stamp_ns < rhythm.newest_ns - JUMP_BACK_NS:
+            ready = self.flush()
+            self._rhythms.clear()
+            self._told_ns = rhythm = None
+        if rhythm is None:
+            self._rhythms[sensor] = Rhythm(stamp_ns)
+        elif stamp_ns > rhythm.newest_ns:
+            # By its own next frame, a sensor says that it owes nothing from before.
+            ready += self._release_before(rhythm.newest_ns)
+            rhythm.add(stamp_ns)
+        if self._told_ns is not None and stamp_ns < self._told_ns:
+            return [*ready, frame]
+        self._count += 1
+        heappush(self._held, (stamp_ns, self._count, frame))
+        return ready + self._release()
+
+    def flush(self) -> list[T]:
+        """Everything that is held: nothing is waited for."""
+        return [self._pop() for _ in range(len(self._held))]
+
+    def _release_before(self, stamp_ns: int) -> list[T]:
+        ready = []
+        while self._held and self._held[0][0] <= stamp_ns:
+            ready.append(self._pop())
+        return ready
+
+    def _release(self) -> list[T]:
+        ready = []
+        while self._held and not self._is_owed(self._held[0][0]):
+            ready.append(self._pop())
+        return ready
+
+    def _is_owed(self, stamp_ns: int) -> bool:
+        return any(rhythm.owes_until(stamp_ns) for rhythm in self._rhythms.values())
+
+    def _pop(self) -> T:
+        stamp_ns, _, frame = heappop(self._held)
+        self._told_ns = stamp_ns
+        return frame

@@ -1,0 +1,95 @@
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from pose_fusion.streams.frame_order import SILENT_NS, FrameOrder
+
+MS = 1_000_000
+PERIOD_NS = 33_333_333
+
+
+def frames(sensor, phase_ns, count=60, jitter_ns=0, rng=None):
+    """Stamps of one sensor."""
+    noise = rng.normal(0.0, jitter_ns, count) if rng is not None else np.zeros(count)
+    return [(sensor, 10**18 + k * PERIOD_NS + phase_ns + round(noise[k])) for k in range(count)]
+
+
+def told(order, arrivals):
+    """The stamps that come out of each arrival."""
+    return [[stamp for _, stamp in order.add(*each, each)] for each in arrivals]
+
+
+def in_turns(one, other, rng):
+    """Both sensors' frames, each pair in either order."""
+    pairs = [rng.permutation(2) for _ in one]
+    return [
+        (first, second)[i] for p, first, second in zip(pairs, one, other, strict=True) for i in p
+    ]
+
+
+@pytest.mark.parametrize("phase_ns", [-400_000, 0, 300_000, 900_000])
+def test_sensors_of_one_phase_come_out_in_the_order_of_stamps_whichever_arrives_first(phase_ns):
+    rng = np.random.default_rng(1)
+    arrivals = in_turns(
+        frames("left", 0, jitter_ns=100_000, rng=rng),
+        frames("right", phase_ns, jitter_ns=100_000, rng=rng),
+        rng,
+    )
+    order = FrameOrder()
+    out = [stamp for each in told(order, arrivals) for stamp in each] + [
+        stamp for _, stamp in order.flush()
+    ]
+    assert Counter(out) == Counter(stamp for _, stamp in arrivals)
+    learnt = out[6:]  # nobody knows a sensor's rhythm from its first frames
+    assert learnt == sorted(learnt)
+
+
+def test_nothing_waits_longer_than_for_the_other_frame_of_its_instant():
+    rng = np.random.default_rng(2)
+    arrivals = in_turns(frames("left", 0), frames("right", 200_000), rng)
+    order = FrameOrder()
+    for index, stamps in enumerate(told(order, arrivals)):
+        if index % 2:
+            assert not order.holds
+            assert stamps
+
+
+def test_sensors_of_opposite_phases_never_wait():
+    arrivals = sorted(frames("left", 0) + frames("right", 15 * MS), key=lambda each: each[1])
+    order = FrameOrder()
+    assert all(len(each) == 1 for each in told(order, arrivals))
+
+
+def test_a_frame_left_out_holds_the_others_up_until_the_next_one():
+    left, right = frames("left", 0, 12), frames("right", 100_000, 12)
+    order = FrameOrder()
+    told(order, [each for pair in zip(left[:10], right[:10], strict=True) for each in pair])
+    assert told(order, [left[10]]) == [[]]
+    assert told(order, [left[11]]) == [[left[10][1]]]
+    assert told(order, [right[11]]) == [[left[11][1], right[11][1]]]
+
+
+def test_a_sensor_that_has_gone_is_not_waited_for():
+    left, right = frames("left", 0, 40), frames("right", 100_000, 10)
+    order = FrameOrder()
+    told(order, [each for pair in zip(left[:10], right, strict=True) for each in pair])
+    gone = 10 + SILENT_NS // PERIOD_NS
+    told(order, left[10 : gone + 1])
+    assert told(order, left[gone + 1 :])[1:] == [[stamp] for _, stamp in left[gone + 2 :]]
+
+
+def test_a_frame_that_comes_too_late_passes_at_once():
+    left, right = frames("left", 0, 12), frames("right", 100_000, 11)
+    order = FrameOrder()
+    told(order, [each for pair in zip(left[:10], right[:10], strict=True) for each in pair])
+    told(order, left[10:])
+    order.flush()
+    assert told(order, [right[10]]) == [[right[10][1]]]
+
+
+def test_a_recording_that_begins_anew_is_taken_up():
+    order = FrameOrder()
+    stamps = [10**18 + k * PERIOD_NS for k in range(60)]
+    told(order, [("left", stamp) for stamp in stamps])
+    assert told(order, [("left", stamp) for stamp in stamps[:3]]) == [[s] for s in stamps[:3]]
