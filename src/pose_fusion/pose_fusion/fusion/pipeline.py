@@ -20,7 +20,6 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.clocks import (
     Clocks,
     block_on_reference_clock,
-    moved_most_ns,
     on_reference_clock,
 )
 from pose_fusion.calibration.extrinsics import Extrinsics
