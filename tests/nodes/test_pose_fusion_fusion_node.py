@@ -4,7 +4,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
@@ -108,6 +108,58 @@ def test_live_output_is_the_offline_chains_to_the_last_bit(
     assert by_child["left_shank_subject"] == "body_subject"
     ros_context.spin_until(lambda: urdfs, what="the URDF")
     assert "left_knee_flexion" in urdfs[0].data
+
+
+def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor_comes_first(
+    ros_context, make_fusion, feed, tmp_path
+):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics())
+    fusion = make_fusion(extrinsics_file=str(path))
+    states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
+    _, dof = motion(4.0)
+    seen = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), phase=0.01)
+    rng = np.random.default_rng(41)
+    pairs = [seen[k : k + 2] for k in range(0, len(seen), 2)]
+    feed(fusion, [pair[i] for pair in pairs for i in rng.permutation(2)])
+    counts = fusion.pipeline.counters
+    told = len(seen) - counts["frames_measuring_the_body"]
+    ros_context.spin_until(lambda: len(states) >= told - 1, what="a joint state of each frame")
+    stamps = [stamp_to_ns(state.header.stamp) for state in states]
+    assert stamps == sorted(stamps)
+    assert counts["frames_late_but_used"] == 0
+
+
+def test_a_frame_whose_counterpart_stays_out_is_used_all_the_same(
+    ros_context, make_fusion, feed, tmp_path
+):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics())
+    fusion = make_fusion(extrinsics_file=str(path))
+    states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
+    _, dof = motion(4.0)
+    seen = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), phase=0.01)
+    feed(fusion, seen[:-1])  # the last of the right one has been lost
+    last = seen[-2].stamp_ns
+    ros_context.spin_until(
+        lambda: states and stamp_to_ns(states[-1].header.stamp) == last, what="the last frame's"
+    )
+
+
+def test_what_imus_have_sent_is_taken_with_the_next_frame_and_by_itself(
+    ros_context, make_fusion, feed, samples
+):
+    fusion = make_fusion()
+    node = ros_context.make_node("imus")
+    publisher = node.create_publisher(Imu, "imu_torso/data", qos_profile_sensor_data)
+    ros_context.spin_until(publisher.get_subscription_count, what="discovery")
+    message = Imu()
+    message.orientation.w = 1.0
+    for k in range(30):
+        message.header.stamp.nanosec = k * 10_000_000
+        publisher.publish(message)
+    counts = fusion.pipeline.counters
+    ros_context.spin_until(lambda: counts["imu_samples"] == 30, what="the IMU's samples")
 
 
 def test_extrinsics_may_come_later_by_static_transforms(ros_context, make_fusion, feed, samples):

@@ -87,7 +87,7 @@ def extrinsics():
     )
 
 
-def skeleton_samples(positions, placed, rng=None, noise=0.0, start_ns=10**18):
+def skeleton_samples(positions, placed, rng=None, noise=0.0, start_ns=10**18, phase=0.4):
     """What both sensors see, each at its own phase, in the order of capture.
 
     Args:
@@ -96,19 +96,20 @@ def skeleton_samples(positions, placed, rng=None, noise=0.0, start_ns=10**18):
         rng: Of the noise.
         noise: Standard deviation [m].
         start_ns: First stamp.
+        phase: By how much of a period the second sensor is later.
     """
     samples = []
     count = len(positions)
-    for phase, sensor in ((0.0, "left"), (0.4, "right")):
+    for share, sensor in ((0.0, "left"), (phase, "right")):
         T_sensor_map = np.linalg.inv(placed.T_map_sensor(sensor))
         for k in range(count - 1):
-            seen = (1.0 - phase) * positions[k] + phase * positions[k + 1]
+            seen = (1.0 - share) * positions[k] + share * positions[k + 1]
             seen = seen @ T_sensor_map[:3, :3].T + T_sensor_map[:3, 3]
             if rng is not None:
                 seen = seen + rng.normal(0.0, noise, seen.shape)
             samples.append(
                 SkeletonSample(
-                    stamp_ns=start_ns + round((k + phase) * FRAME_NS),
+                    stamp_ns=start_ns + round((k + share) * FRAME_NS),
                     sensor=sensor,
                     person="1",
                     positions=seen,

@@ -9,10 +9,11 @@ from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.body.model import load_body_model
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.track import ImuState
-from pose_fusion.streams.bags import imu_sample, skeleton_sample, transforms_to_map
-from pose_fusion.streams.samples import block_of
+from pose_fusion.streams.bags import skeleton_sample, transforms_to_map
+from pose_fusion.streams.imu_bytes import imu_block
 
-TYPES = make_typestore().types
+TYPESTORE = make_typestore()
+TYPES = TYPESTORE.types
 HEADER = TYPES["std_msgs/msg/Header"](
     stamp=TYPES["builtin_interfaces/msg/Time"](sec=1, nanosec=0), frame_id="map"
 )
@@ -42,6 +43,10 @@ def imu(variance=0.01, rate=0.1):
         linear_acceleration=vector(x=0.0, y=0.0, z=9.8),
         linear_acceleration_covariance=covariance,
     )
+
+
+def serialized(messages):
+    return [bytes(TYPESTORE.serialize_cdr(each, each.__msgtype__)) for each in messages]
 
 
 def transform(child, parent="map", rotation=IDENTITY, x=0.0):
@@ -82,8 +87,9 @@ def test_an_unknown_tracking_state_is_refused():
     ],
 )
 def test_an_imu_whose_numbers_are_none_says_nothing(name, value):
-    assert imu_sample(imu(), "torso") is not None
-    assert imu_sample(imu(**{name: value}), "torso") is None
+    block, kept = imu_block(serialized([imu(), imu(**{name: value}), imu()]), "torso")
+    assert kept.tolist() == [0, 2]
+    assert len(block) == 2
 
 
 def test_a_bad_transform_of_another_frame_does_not_matter():
@@ -101,7 +107,7 @@ def test_a_bad_transform_of_a_sensor_is_refused(values):
 
 def test_a_bone_without_length_does_not_spoil_the_alignment_for_good():
     imus = ImuSet(load_body_model("li2020"))
-    imus.add(block_of(imu_sample(imu(), "left_shank")))
+    imus.add(imu_block(serialized([imu()]), "left_shank")[0])
     positions = np.full((len(JOINTS), 3), np.nan)
     for joint, place in {
         "left_hip": (0.0, 0.1, 1.0),

@@ -14,7 +14,7 @@ from pose_fusion.streams.bags import (
     read_sensor_series,
     sensor_topics,
 )
-from pose_fusion.streams.samples import ImuSample, SkeletonSample
+from pose_fusion.streams.samples import ImuBlock, SkeletonSample
 
 TYPES = make_typestore().types
 MS = 1_000_000
@@ -96,7 +96,7 @@ def test_samples_come_in_the_order_of_recording_whatever_their_stamps(make_bag):
         ("/kinect_right/skeletons", seen(20 * MS, skeleton(20 * MS)), 70 * MS),
     )
     order = [
-        sample.sensor if isinstance(sample, SkeletonSample) else sample.segment
+        sample.sensor if isinstance(sample, SkeletonSample) else sample.segments[sample.imu[0]]
         for sample in BagSamples(bag)
     ]
     assert order == ["left", "torso", "right"]
@@ -126,11 +126,25 @@ def test_an_imu_keeps_its_orientation_and_its_uncertainty(make_bag):
         ("/imu_left_thigh/data", imu(7 * MS), 8 * MS),
         ("/imu_left_thigh/data_raw", imu(7 * MS), 8 * MS),
     )
-    (sample,) = (s for s in BagSamples(bag) if isinstance(s, ImuSample))
-    assert sample.segment == "left_thigh"
-    assert sample.orientation == pytest.approx([0.0, 0.0, 0.6, 0.8])
-    assert sample.orientation_stddev == pytest.approx([0.2, 0.2, 0.2])
-    assert sample.angular_velocity == pytest.approx([1.0, 2.0, 3.0])
+    (block,) = (s for s in BagSamples(bag) if isinstance(s, ImuBlock))
+    assert block.segments == ("left_thigh",)
+    assert block.stamps_ns == [7 * MS]
+    assert block.orientation[0] == pytest.approx([0.0, 0.0, 0.6, 0.8])
+    assert block.orientation_stddev[0] == pytest.approx([0.2, 0.2, 0.2])
+    assert block.angular_velocity[0] == pytest.approx([1.0, 2.0, 3.0])
+
+
+def test_what_imus_sent_between_two_frames_comes_as_one_block(make_bag):
+    entries = [("/kinect_left/skeletons", seen(k * MS, skeleton(k * MS)), k * MS) for k in (0, 30)]
+    times = [*range(1, 60, 10)]
+    entries += [("/imu_torso/data", imu(k * MS), k * MS) for k in times]
+    entries += [("/imu_left_shank/data", imu(k * MS), k * MS + 1) for k in times]
+    samples = list(BagSamples(make_bag(*sorted(entries, key=lambda entry: entry[2]))))
+    assert [type(each) for each in samples] == [SkeletonSample, ImuBlock] * 2
+    names = [block.segments[i] for block in samples[1::2] for i in block.imu]
+    assert names == ["torso", "left_shank"] * len(times)
+    stamps = [stamp for block in samples[1::2] for stamp in block.stamps_ns]
+    assert stamps == [k * MS for k in times for _ in range(2)]
 
 
 def test_an_imu_without_orientation_is_counted_and_left_out(make_bag):

@@ -10,6 +10,7 @@ import sqlite3
 import tempfile
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -18,6 +19,7 @@ from ament_index_python.packages import PackageNotFoundError, get_package_share_
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import (
     Connection,
+    Nodetype,
     Qos,
     QosDurability,
     QosHistory,
@@ -26,13 +28,18 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
+from pose_common import mcap
 from pose_common.errors import InputError
+from pose_common.mcap import Entry
 
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
 OWN_PACKAGES = ("pose_msgs",)
+BATCH = 2000  # [messages] that are read at a time where there are no chunks
 INFINITE = QosTime(9223372036, 854775807)  # RMW_DURATION_INFINITE
 
 
@@ -97,6 +104,7 @@ class BagReader:
     def __init__(self, path: Path, reader: AnyReader) -> None:
         self.path = path
         self._reader = reader
+        self._ours = reader.default_typestore or make_typestore()
         self.topics: dict[str, Topic] = {}
         for connection in reader.connections:
             known = self.topics.get(connection.topic)
@@ -122,6 +130,21 @@ class BagReader:
         Raises:
             InputError: If the bag turns out to be damaged.
         """
+        for batch in self.batches(topics):
+            for connection, stamp_ns, data in batch:
+                yield BagMessage(
+                    topic=connection.topic,
+                    msgtype=connection.msgtype,
+                    stamp_ns=stamp_ns,
+                    data=data,
+                )
+
+    def batches(self, topics: Collection[str] | None = None) -> Iterator[list[Entry]]:
+        """The same some thousand at a time: connection (topic and type), stamp [ns], bytes.
+
+        Raises:
+            InputError: If the bag turns out to be damaged.
+        """
         connections = [
             connection
             for connection in self._reader.connections
@@ -130,13 +153,13 @@ class BagReader:
         if not connections:  # rosbags takes an empty list for "all"
             return
         try:
-            for connection, stamp_ns, data in self._reader.messages(connections):
-                yield BagMessage(
-                    topic=connection.topic,
-                    msgtype=connection.msgtype,
-                    stamp_ns=stamp_ns,
-                    data=data,
-                )
+            storage = _indexed_mcap(self._reader)
+            if storage is not None:
+                yield from mcap.batches(storage, connections)
+                return
+            entries = self._reader.messages(connections)
+            while batch := list(islice(entries, BATCH)):
+                yield batch
         except Exception as error:  # whatever a parser meets in damaged bytes
             raise InputError(
                 f"{self.path} is damaged: {_one_line(error)}: record it again, or mend it with "
@@ -159,6 +182,31 @@ class BagReader:
             raise InputError(
                 f"{self.path}: a message of {message.topic} is not a {message.msgtype}: "
                 f"{_one_line(error)}"
+            ) from error
+
+    def is_defined_as_ours(self, msgtype: str) -> bool:
+        """Whether the bag's messages of a type have the bytes that ours have."""
+        theirs, ours = self._reader.typestore.fielddefs, self._ours.fielddefs
+        names = [msgtype]
+        for name in names:  # grows
+            if name not in theirs or theirs[name][1] != ours[name][1]:
+                return False
+            names += [part for part in _parts(ours[name][1]) if part not in names]
+        return True
+
+    def in_our_bytes(self, message: BagMessage) -> bytes:
+        """A message of another definition as ours would be written.
+
+        Raises:
+            InputError: If the bytes are not such a message, or a field is missing.
+        """
+        content = self.deserialize(message)
+        try:
+            return bytes(self._ours.serialize_cdr(content, message.msgtype))
+        except Exception as error:  # whatever a field that is missing or another leads to
+            raise InputError(
+                f"{self.path} defines {message.msgtype} otherwise, and its messages do not fit "
+                f"ours: {_one_line(error)}"
             ) from error
 
     def close(self) -> None:
@@ -370,6 +418,27 @@ def write_bag(
     with BagWriter(path, storage=storage, typestore=typestore) as bag:
         for topic, message, stamp_ns in sorted(messages, key=lambda entry: entry[2]):
             bag.write(topic, message, stamp_ns)
+
+
+def _indexed_mcap(reader: AnyReader) -> McapReader | None:
+    """The one file of a bag, if it is MCAP with an index and packed by chunks, or not at all."""
+    storage = getattr(reader.readers[0], "storage", None)
+    if isinstance(storage, DirectoryReader):
+        if len(storage.storages) != 1 or storage.metadata.compression_mode == "message":
+            return None
+        (storage,) = storage.storages
+    return storage if isinstance(storage, McapReader) and storage.chunks else None
+
+
+def _parts(fields: Any) -> set[str]:
+    """The messages that a definition's fields are made of."""
+    parts = set()
+    for _, (kind, detail) in fields:
+        while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            kind, detail = detail[0]
+        if kind == Nodetype.NAME:
+            parts.add(detail)
+    return parts
 
 
 def _qos(*, latched: bool, reliable: bool, depth: int) -> Qos:

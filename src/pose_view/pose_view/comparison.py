@@ -10,7 +10,7 @@ from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.bags import BagSamples, imu_topics
-from pose_fusion.streams.samples import ImuSample
+from pose_fusion.streams.samples import SkeletonSample
 from pose_view.messages import estimate_snapshot
 from pose_view.recorded import Recorded
 from pose_view.snapshot import BodySnapshot
@@ -49,10 +49,10 @@ def compute_body(
     pipeline = FusionPipeline(parameters, extrinsics_from_map(placed))
     estimates = []
     for sample in samples:
-        if isinstance(sample, ImuSample):
-            estimates += pipeline.add_imu(sample)
-        else:
+        if isinstance(sample, SkeletonSample):
             estimates += pipeline.add_skeleton(sample)
+        else:
+            estimates += pipeline.add_imu(sample)
     estimates += pipeline.flush()
     if not estimates:
         raise PoseError(pipeline.status)

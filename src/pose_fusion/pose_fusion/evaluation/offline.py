@@ -12,7 +12,7 @@ from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.bags import EstimateSeries
-from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries, series_from_samples
 
 IMU_ALONE = "imu"
@@ -57,7 +57,7 @@ def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
 
 
 def run_methods(
-    samples: Iterable[SkeletonSample | ImuSample],
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
     setups: Sequence[MethodSetup],
     sensors: Sequence[str],
     extrinsics: Extrinsics,
@@ -88,12 +88,12 @@ def run_methods(
     with_imus = [setup.name for setup in setups if setup.use_imus]
     estimates: dict[str, list[BodyEstimate]] = {name: [] for name in pipelines}
     for sample in samples:
-        if isinstance(sample, ImuSample):
-            for name in with_imus:
-                estimates[name] += pipelines[name].add_imu(sample)
-        else:
+        if isinstance(sample, SkeletonSample):
             for name, pipeline in pipelines.items():
                 estimates[name] += pipeline.add_skeleton(sample)
+        else:
+            for name in with_imus:
+                estimates[name] += pipelines[name].add_imu(sample)
     for name, pipeline in pipelines.items():
         estimates[name] += pipeline.flush()
     return {name: run_of_estimates(each) for name, each in estimates.items()}

@@ -35,7 +35,7 @@ class ImuTracks:
 
     def add(self, block: ImuBlock) -> int:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
-        imus = self._places_of(block.segments)[block.segment]
+        imus = self._places_of(block.segments)[block.imu]
         return take_in(
             self._rings,
             imus,

@@ -30,13 +30,21 @@ from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.bags import imu_sample, skeleton_samples, transforms_to_map
+from pose_fusion.streams.bags import transforms_to_map
+from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
+from pose_fusion.streams.samples import joined
+from pose_fusion.streams.skeleton_bytes import SkeletonReader
 
 NS_PER_S = 1_000_000_000
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
 SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
+IMU_QUEUE = 200  # [messages] of each IMU
+IMU_QOS = QoSProfile(depth=IMU_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
+IMU_PERIOD_S = 0.03  # [s] after which IMUs' samples are taken, at the latest
+PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
 LATCHED_QOS = latched(QUEUE)
 
 
@@ -74,6 +82,14 @@ class FusionNode(Node):
             topic: self.create_publisher(message_type, topic, 10)
             for topic, message_type in body_topics(self._body_id).items()
         }
+        self._readers = {sensor: SkeletonReader(sensor) for sensor in self._settings.sensors}
+        segments = SEGMENTS if self._settings.use_imus else ()
+        topics = {segment: f"imu_{segment}/data" for segment in segments}
+        self._imus = Inbox(self, Imu, topics, IMU_QOS)
+        if topics:
+            self.create_timer(IMU_PERIOD_S, self._take_imus)  # cameras may be silent
+        self._patience = self.create_timer(PATIENCE_S, self._on_patience_ended)
+        self._patience.cancel()
         self._load_files()
         self._subscribe()
         self._diagnostics = DiagnosticsPublisher(self, self._report)
@@ -94,34 +110,42 @@ class FusionNode(Node):
                 f"kinect_{sensor}/skeletons",
                 partial(self._on_skeletons, sensor),
                 SENSOR_QOS,
+                raw=True,
             )
-        if self._settings.use_imus:
-            for segment in SEGMENTS:
-                self.create_subscription(
-                    Imu, f"imu_{segment}/data", partial(self._on_imu, segment), SENSOR_QOS
-                )
         if not self._settings.extrinsics_file:
             self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, LATCHED_QOS)
         self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
 
-    def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
-        try:
-            sample = self._selector.select(skeleton_samples(message, sensor))
-        except InputError as error:
+    def _on_skeletons(self, sensor: str, data: bytes) -> None:
+        # What the IMUs have sent until now is known first.
+        self._take_imus()
+        (persons,) = self._readers[sensor].read([data])
+        if isinstance(persons, InputError):
             self._counters.add("malformed_skeletons")
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            self.get_logger().warning(str(persons), throttle_duration_sec=5.0)
             return
+        sample = self._selector.select(persons)
         if sample is not None:
             missing = int(np.sum(sample.tracking_state == TrackingState.NOT_TRACKED))
             self._counters.add("joints_not_tracked", missing)
             self._publish(self.pipeline.add_skeleton(sample))
+        if self.pipeline.holds_frames:
+            self._patience.reset()
 
-    def _on_imu(self, segment: str, message: Imu) -> None:
-        sample = imu_sample(message, segment)
-        if sample is None:
-            self._counters.add("imu_without_orientation")
-            return
-        self._publish(self.pipeline.add_imu(sample))
+    def _on_patience_ended(self) -> None:
+        self._patience.cancel()
+        self._take_imus()
+        self._publish(self.pipeline.wait_no_longer())
+
+    def _take_imus(self) -> None:
+        blocks = []
+        for segment, datas in self._imus.take().items():
+            block, kept = imu_block(datas, segment)
+            self._counters.add("imu_without_orientation", len(datas) - len(kept))
+            blocks.append(block)
+        if blocks:
+            block = joined(blocks)
+            self._publish(self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns))))
 
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:

@@ -4,8 +4,8 @@ Works on the messages of ``pose_common.bags``, and needs no ROS. Topics are reco
 of their names, in any namespace.
 """
 
-import math
 import re
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,21 +14,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pose_common.bags import BagReader
+from pose_common.bags import BagMessage, BagReader
 from pose_common.counters import Counters
 from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_common.mcap import Entry
+from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
-from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample, joined
 from pose_fusion.streams.series import SkeletonSeries, series_from_samples
+from pose_fusion.streams.skeleton_bytes import Persons, SkeletonReader, clean_joints
 
 NS_PER_S = 1_000_000_000
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
 WORLD_FRAME = "map"
-LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
-FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
 
 Progress = Callable[[float], None]
 """Called with the share of the bag that has been read, 0 to 1."""
@@ -103,42 +104,83 @@ class BagSamples:
         self._selector = selector or PersonSelector(person)
         self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
         self.person_counters = self._selector.counters
+        self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
+        topics = (*self._sensors, *self._imus)
+        self._as_ours = {t for t in topics if bag.is_defined_as_ours(bag.topics[t].msgtype)}
         if not self._sensors:
             raise InputError(
                 f"{bag.path} holds no skeletons: expected topics kinect_<name>/skeletons of "
                 f"pose_msgs/SkeletonArray, found {', '.join(sorted(bag.topics))}"
             )
 
-    def __iter__(self) -> Iterator[SkeletonSample | ImuSample]:
+    def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
         span_ns = max(1, self._bag.end_ns - self._bag.start_ns)
-        for index, message in enumerate(self._bag.messages([*self._sensors, *self._imus])):
-            if index % 64 == 0:
-                self._progress((message.stamp_ns - self._bag.start_ns) / span_ns)
-            content = self._bag.deserialize(message)
-            sample: SkeletonSample | ImuSample | None
-            if message.topic in self._imus:
-                sample = self._imu(content, self._imus[message.topic])
-            else:
-                sample = self._skeleton(content, self._sensors[message.topic])
-            if sample is not None:
-                yield sample
+        for batch in self._bag.batches([*self._sensors, *self._imus]):
+            self._progress((batch[0][1] - self._bag.start_ns) / span_ns)
+            yield from self._in_turns(batch)
         self._progress(1.0)
 
-    def _skeleton(self, content: Any, sensor: str) -> SkeletonSample | None:
+    def _in_turns(self, batch: list[Entry]) -> Iterator[SkeletonSample | ImuBlock]:
+        """The batch's samples: IMUs' that came between two frames together."""
+        places: dict[str, list[int]] = defaultdict(list)
+        for place, (connection, _, _) in enumerate(batch):
+            places[connection.topic].append(place)
+        block, block_places = self._imu_rows(batch, places)
+        frames = sorted(
+            (place, persons)
+            for topic in self._sensors
+            for place, persons in self._frames(topic, batch, places[topic])
+        )
+        stops = np.searchsorted(block_places, [place for place, _ in frames]).tolist()
+        start = 0
+        for stop, (_, persons) in zip(stops, frames, strict=True):
+            if start < stop:
+                yield block.rows(slice(start, stop))
+                start = stop
+            sample = self._person(persons)
+            if sample is not None:
+                yield sample
+        if start < len(block):
+            yield block.rows(slice(start, None))
+
+    def _imu_rows(
+        self, batch: list[Entry], places: Mapping[str, list[int]]
+    ) -> tuple[ImuBlock, NDArray[np.intp]]:
+        """All IMUs' samples in the order of their recording, and their places in the batch."""
+        blocks, kept = [], []
+        for topic, segment in self._imus.items():
+            own = np.array(places.get(topic, []), np.intp)
+            block, rows = imu_block(self._bytes(topic, batch, own.tolist()), segment)
+            self.counters.add("imu", len(own))
+            self.counters.add("imu_without_orientation", len(own) - len(rows))
+            blocks.append(block)
+            kept.append(own[rows])
+        place = np.concatenate([np.zeros(0, np.intp), *kept])
+        order = np.argsort(place)
+        return joined(blocks).rows(order), place[order]
+
+    def _frames(
+        self, topic: str, batch: list[Entry], places: list[int]
+    ) -> Iterable[tuple[int, Persons | InputError]]:
+        datas = self._bytes(topic, batch, places)
+        return zip(places, self._readers[topic].read(datas), strict=True)
+
+    def _person(self, persons: Persons | InputError) -> SkeletonSample | None:
         self.counters.add("frames")
-        try:
-            persons = skeleton_samples(content, sensor)
-        except InputError:
+        if isinstance(persons, InputError):
             self.counters.add("malformed_frames")
             return None
         return self._selector.select(persons)
 
-    def _imu(self, content: Any, segment: str) -> ImuSample | None:
-        self.counters.add("imu")
-        sample = imu_sample(content, segment)
-        if sample is None:
-            self.counters.add("imu_without_orientation")
-        return sample
+    def _bytes(self, topic: str, batch: list[Entry], places: list[int]) -> list[bytes]:
+        """The messages of a topic; those of another definition as ours would be."""
+        if topic in self._as_ours:
+            return [batch[place][2] for place in places]
+        messages = (
+            BagMessage(topic=topic, msgtype=each.msgtype, stamp_ns=stamp_ns, data=data)
+            for each, stamp_ns, data in (batch[place] for place in places)
+        )
+        return [self._bag.in_our_bytes(message) for message in messages]
 
 
 def read_sensor_series(bag: BagReader, person: str = "") -> dict[str, SkeletonSeries]:
@@ -244,50 +286,17 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
             f"skeleton '{message.id}' has the tracking state {min(strange)}: expected 0 (not "
             "tracked), 1 (inferred) or 2 (tracked)"
         )
-    positions = np.full((len(JOINTS), 3), np.nan)
-    state = np.full(len(JOINTS), TrackingState.NOT_TRACKED, np.uint8)
-    for name, point, tracked in zip(
-        message.name, message.position, message.tracking_state, strict=True
-    ):
-        index = JOINT_INDEX.get(name)
-        if index is not None and tracked != TrackingState.NOT_TRACKED:
-            positions[index] = point.x, point.y, point.z
-            state[index] = tracked
-    known = (np.abs(positions) < LONGEST_RANGE).all(axis=1)  # false of NaN
-    unknown = ~known | ~positions.any(axis=1)  # trackers send (0, 0, 0) for what they have lost
-    positions[unknown] = np.nan
-    state[unknown] = TrackingState.NOT_TRACKED
+    ours = {JOINT_INDEX[n]: index for index, n in enumerate(message.name) if n in JOINT_INDEX}
+    named = list(ours.values())
+    xyz = np.array([(p.x, p.y, p.z) for p in message.position], float).reshape(1, -1, 3)
+    states = np.array(message.tracking_state, np.uint8).reshape(1, -1)
+    (positions,), (state,) = clean_joints(xyz[:, named], states[:, named], np.array([*ours], int))
     return SkeletonSample(
         stamp_ns=stamp_ns(message.header),
         sensor=sensor,
         person=message.id,
         positions=positions,
         tracking_state=state,
-    )
-
-
-def imu_sample(message: Any, segment: str) -> ImuSample | None:
-    """A ``sensor_msgs/Imu`` (of ROS or of rosbags); None if it says no orientation.
-
-    Nor does one say anything whose rates or variances are no numbers.
-    """
-    orientation, rate = message.orientation, message.angular_velocity
-    quaternion = orientation.x, orientation.y, orientation.z, orientation.w
-    # REP 145: a first element of −1 says that there is no orientation.
-    covariance = message.orientation_covariance
-    if covariance[0] == -1.0 or not 0.9 < math.hypot(*quaternion) < 1.1:
-        return None
-    variance = [float(covariance[index]) for index in (0, 4, 8)]
-    rates = rate.x, rate.y, rate.z
-    is_known = all(map(math.isfinite, variance))
-    if not (is_known and all(abs(each) < FASTEST_RATE for each in rates)):  # false of NaN
-        return None
-    return ImuSample(
-        stamp_ns=stamp_ns(message.header),
-        segment=segment,
-        orientation=np.array(quaternion),
-        orientation_stddev=np.array([math.sqrt(max(each, 0.0)) for each in variance]),
-        angular_velocity=np.array(rates),
     )
 
 

@@ -36,7 +36,7 @@ class ImuBlock:
     """Samples of several IMUs, n rows in the order of their arrival; see :class:`ImuSample`."""
 
     segments: tuple[str, ...]
-    segment: NDArray[np.int64]  # (n,) index into ``segments``
+    imu: NDArray[np.int64]  # (n,) index into ``segments``
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     orientation: FloatArray  # (n, 4)
     orientation_stddev: FloatArray  # (n, 3) [rad]
@@ -49,7 +49,7 @@ class ImuBlock:
         """Some of the rows."""
         return replace(
             self,
-            segment=self.segment[chosen],
+            imu=self.imu[chosen],
             stamps_ns=self.stamps_ns[chosen],
             orientation=self.orientation[chosen],
             orientation_stddev=self.orientation_stddev[chosen],
@@ -61,7 +61,7 @@ def block_of(sample: ImuSample) -> ImuBlock:
     """A block of one row."""
     return ImuBlock(
         segments=(sample.segment,),
-        segment=np.zeros(1, np.int64),
+        imu=np.zeros(1, np.int64),
         stamps_ns=np.array([sample.stamp_ns], np.int64),
         orientation=sample.orientation[None],
         orientation_stddev=sample.orientation_stddev[None],
@@ -71,14 +71,26 @@ def block_of(sample: ImuSample) -> ImuBlock:
 
 def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
     """The rows of several blocks, one block after the other."""
+    if not blocks:
+        return _NO_SAMPLES
     segments = tuple(dict.fromkeys(name for block in blocks for name in block.segments))
     index = {name: i for i, name in enumerate(segments)}
     places = [np.array([index[name] for name in block.segments], np.int64) for block in blocks]
     return ImuBlock(
         segments=segments,
-        segment=np.concatenate([p[b.segment] for p, b in zip(places, blocks, strict=True)]),
+        imu=np.concatenate([p[b.imu] for p, b in zip(places, blocks, strict=True)]),
         stamps_ns=np.concatenate([block.stamps_ns for block in blocks]),
         orientation=np.concatenate([block.orientation for block in blocks]),
         orientation_stddev=np.concatenate([block.orientation_stddev for block in blocks]),
         angular_velocity=np.concatenate([block.angular_velocity for block in blocks]),
     )
+
+
+_NO_SAMPLES = ImuBlock(
+    segments=(),
+    imu=np.zeros(0, np.int64),
+    stamps_ns=np.zeros(0, np.int64),
+    orientation=np.zeros((0, 4)),
+    orientation_stddev=np.zeros((0, 3)),
+    angular_velocity=np.zeros((0, 3)),
+)

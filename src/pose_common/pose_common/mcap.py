@@ -1,0 +1,74 @@
+"""MCAP files read a chunk at a time: the same messages as rosbags gives, with less ado for each."""
+
+from collections.abc import Collection, Iterator
+from operator import itemgetter
+from struct import Struct
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
+
+RECORD = Struct("<BQ")  # kind and size of a record
+MESSAGE = Struct("<BQHIQQ")  # of a message: channel, sequence, recorded at, published at
+MESSAGE_KIND = 5
+CHUNK_HEAD = Struct("<QQQI")  # after the record's own: first and last stamp, size, checksum
+COMPRESSION = Struct("<I")
+
+Entry = tuple[Connection, int, bytes]
+"""A message: its connection, when it was recorded [ns], its bytes."""
+
+
+def batches(storage: McapReader, connections: Collection[Connection]) -> Iterator[list[Entry]]:
+    """The messages of some connections in the order of their stamps, about a chunk at a time.
+
+    Args:
+        storage: An open reader of a file with an index of its chunks.
+        connections: Those of the file that are wanted.
+    """
+    wanted = {connection.id: connection for connection in connections}
+    chunks = sorted(storage.chunks, key=itemgetter(0))
+    chunks = [chunk for chunk in chunks if any(chunk.channel_count.get(id_) for id_ in wanted)]
+    held: list[Entry] = []
+    for index, chunk in enumerate(chunks):
+        held += _entries(_content(storage, chunk), wanted)
+        held.sort(key=itemgetter(1))
+        if index + 1 == len(chunks):
+            break
+        # What is later than the next chunk's begin may have to stand among its messages.
+        next_ns = chunks[index + 1].message_start_time
+        later = len(held)
+        while later and held[later - 1][1] >= next_ns:
+            later -= 1
+        if later:
+            yield held[:later]
+        held = held[later:]
+    if held:
+        yield held
+
+
+def _content(storage: McapReader, chunk: ChunkInfo) -> bytes:
+    """A chunk's records, checked and unpacked."""
+    file = storage.bio
+    assert file is not None
+    file.seek(chunk.chunk_start_offset + RECORD.size)
+    *_, checksum = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
+    file.seek(COMPRESSION.size + len(chunk.compression) + 8, 1)
+    packed = file.read(chunk.compressed_size)
+    if len(packed) != chunk.compressed_size:
+        raise ValueError(f"a chunk is cut off after {len(packed)} bytes")
+    return decompress(packed, chunk.compression, chunk.uncompressed_size, checksum)
+
+
+def _entries(content: bytes, wanted: dict[int, Connection]) -> Iterator[Entry]:
+    at, end = 0, len(content)
+    head, message, size_of_head = RECORD.unpack_from, MESSAGE.unpack_from, RECORD.size
+    while at < end:
+        kind, size = head(content, at)
+        stop = at + size_of_head + size
+        if stop > end:
+            raise ValueError(f"a record of {size} bytes reaches beyond its chunk")
+        if kind == MESSAGE_KIND:
+            _, _, channel, _, stamp_ns, _ = message(content, at)
+            connection = wanted.get(channel)
+            if connection is not None:
+                yield connection, stamp_ns, content[at + MESSAGE.size : stop]
+        at = stop

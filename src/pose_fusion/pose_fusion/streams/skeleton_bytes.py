@@ -1,0 +1,199 @@
+"""Persons from the bytes of ``pose_msgs/SkeletonArray``, many messages at once.
+
+A tracker's messages are alike but for their numbers: as long, and with the same names. Where the
+numbers lie is found once for each such form.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_common.errors import InputError
+from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.streams.cdr_layout import ByteRows, Walker, byte_rows, numbers, stamps
+from pose_fusion.streams.samples import FloatArray, SkeletonSample
+
+WHAT = "pose_msgs/msg/SkeletonArray"
+LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
+FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
+
+Persons = list[SkeletonSample]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Person:
+    id: str
+    stamp_at: int
+    positions_at: int
+    states_at: int
+    count: int
+    named: NDArray[np.intp]  # which of the joints are ours
+    joints: NDArray[np.intp]  # and which ours they are
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Form:
+    order: str
+    fixed: NDArray[np.bool_]  # (bytes,)
+    texts: NDArray[np.uint8]  # the fixed bytes
+    persons: tuple[_Person, ...]
+
+    def fits(self, rows: ByteRows) -> NDArray[np.bool_]:
+        return np.asarray((rows[:, self.fixed] == self.texts).all(axis=1))
+
+
+class SkeletonReader:
+    """Reads one sensor's messages.
+
+    Args:
+        sensor: Its name.
+    """
+
+    def __init__(self, sensor: str) -> None:
+        self._sensor = sensor
+        self._forms: dict[int, list[_Form]] = defaultdict(list)
+
+    def read(self, datas: Sequence[bytes]) -> list[Persons | InputError]:
+        """The persons of each message, or what is wrong with it.
+
+        What a message does not name or place is NaN and not tracked.
+        """
+        result: list[Persons | InputError] = [[] for _ in datas]
+        by_length: dict[int, list[int]] = defaultdict(list)
+        for index, data in enumerate(datas):
+            by_length[len(data)].append(index)
+        for length, indices in by_length.items():
+            self._read_alike(length, datas, indices, result)
+        return result
+
+    def _read_alike(
+        self,
+        length: int,
+        datas: Sequence[bytes],
+        indices: list[int],
+        result: list[Persons | InputError],
+    ) -> None:
+        """Read messages of one length, form by form."""
+        left = np.array(indices, np.intp)
+        if length <= len(b"\0\1\0\0"):
+            for index in indices:
+                result[index] = InputError(f"a {WHAT} has {length} bytes: expected more")
+            return
+        rows = byte_rows([datas[i] for i in indices])
+        known = list(self._forms[length])
+        while len(left):
+            try:
+                form = known.pop() if known else self._new_form(datas[left[0]])
+            except InputError as error:
+                result[left[0]] = error
+                left, rows = left[1:], rows[1:]
+                continue
+            fits = form.fits(rows)
+            for index, persons in zip(
+                left[fits].tolist(), _persons(form, rows[fits], self._sensor), strict=True
+            ):
+                result[index] = persons
+            left, rows = left[~fits], rows[~fits]
+
+    def _new_form(self, data: bytes) -> _Form:
+        form = _form_of(data)
+        forms = self._forms[len(data)]
+        forms.append(form)
+        del forms[:-FORMS_KEPT]
+        return form
+
+
+def _form_of(data: bytes) -> _Form:
+    walker = Walker(data, WHAT)
+    walker.skip(4, 2)
+    walker.string()
+    persons = tuple(_person(walker) for _ in range(walker.length()))
+    texts = np.frombuffer(data, np.uint8)[-len(walker.fixed) :][walker.fixed]
+    return _Form(order=walker.order, fixed=walker.fixed, texts=texts, persons=persons)
+
+
+def _person(walker: Walker) -> _Person:
+    stamp_at = walker.skip(4, 2)
+    walker.string()
+    person = walker.string()
+    names = [walker.string() for _ in range(walker.length())]
+    positions = walker.length()
+    positions_at = walker.skip(8, 3 * positions)
+    states = walker.length()
+    states_at = walker.skip(1, states)
+    if not len(names) == positions == states:
+        raise InputError(
+            f"skeleton '{person}' has {len(names)} names, {positions} positions and "
+            f"{states} tracking states: expected as many of each"
+        )
+    ours = {JOINT_INDEX[name]: index for index, name in enumerate(names) if name in JOINT_INDEX}
+    return _Person(
+        id=person,
+        stamp_at=stamp_at,
+        positions_at=positions_at,
+        states_at=states_at,
+        count=len(names),
+        named=np.array(list(ours.values()), np.intp),
+        joints=np.array(list(ours), np.intp),
+    )
+
+
+def _persons(form: _Form, rows: ByteRows, sensor: str) -> list[Persons | InputError]:
+    """The persons of messages of one form."""
+    result: list[Persons | InputError] = [[] for _ in rows]
+    for person in form.persons:
+        states = numbers(rows, person.states_at, person.count, "u1")
+        xyz = numbers(rows, person.positions_at, 3 * person.count, f"{form.order}f8")
+        positions, state = clean_joints(
+            xyz.reshape(len(rows), person.count, 3)[:, person.named],
+            states[:, person.named],
+            person.joints,
+        )
+        strange = states.max(axis=1, initial=0) > max(TrackingState)
+        stamps_ns = stamps(rows, person.stamp_at, form.order).tolist()
+        for index, stamp_ns in enumerate(stamps_ns):
+            before = result[index]
+            if isinstance(before, InputError):
+                continue
+            if strange[index]:
+                result[index] = InputError(
+                    f"skeleton '{person.id}' has the tracking state {states[index].max()}: "
+                    "expected 0 (not tracked), 1 (inferred) or 2 (tracked)"
+                )
+                continue
+            before.append(
+                SkeletonSample(
+                    stamp_ns=stamp_ns,
+                    sensor=sensor,
+                    person=person.id,
+                    positions=positions[index],
+                    tracking_state=state[index],
+                )
+            )
+    return result
+
+
+def clean_joints(
+    xyz: FloatArray, states: NDArray[np.uint8], joints: NDArray[np.intp]
+) -> tuple[FloatArray, NDArray[np.uint8]]:
+    """Joints as sensors give them, brought to our 15; what is no position is NaN, not tracked.
+
+    Args:
+        xyz: Positions, shape (n, k, 3) [m].
+        states: Values of :class:`TrackingState`, shape (n, k).
+        joints: Which of our joints the k are, shape (k,).
+
+    Returns:
+        Positions, shape (n, 15, 3) [m], and states, shape (n, 15).
+    """
+    positions = np.full((len(xyz), len(JOINTS), 3), np.nan)
+    state = np.full((len(xyz), len(JOINTS)), TrackingState.NOT_TRACKED, np.uint8)
+    # Trackers send (0, 0, 0) for what they have lost.
+    known = (np.abs(xyz) < LONGEST_RANGE).all(axis=2) & xyz.any(axis=2)  # false of NaN
+    known &= states != TrackingState.NOT_TRACKED
+    positions[:, joints] = np.where(known[..., None], xyz, np.nan)
+    state[:, joints] = np.where(known, states, TrackingState.NOT_TRACKED)
+    return positions, state
