@@ -25,6 +25,11 @@ class FusionParameters(Li2020Parameters):
         ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
     )
     extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: from /tf_static")
+    imus_file: str = parameter(
+        "",
+        doc="YAML of the session whose `imus` say how the IMUs sit; empty: `extrinsics_file`; "
+        "where there are none: from a neutral pose",
+    )
     shape_file: str = parameter(
         "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"
     )

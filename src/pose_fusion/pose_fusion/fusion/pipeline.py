@@ -31,6 +31,7 @@ from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
 from pose_fusion.imu.imu_set import ImuSet
+from pose_fusion.imu.mounting import Mountings
 from pose_fusion.streams.frame_order import FrameOrder
 from pose_fusion.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
@@ -123,6 +124,10 @@ class FusionPipeline:
     def _catch_up(self) -> None:
         while self._pending and self._is_ready(self._pending[0].stamp_ns):
             self._learn(self._pending.popleft())
+
+    def use_mountings(self, mountings: Mountings) -> None:
+        """Take how these IMUs sit from a calibration, instead of from a neutral pose."""
+        self.imus.alignment.use_mountings(mountings)
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Put stamps right by these clocks from now on; what came before stays where it is."""

@@ -11,6 +11,9 @@ into map. The segment's long axis needs no Y: in the sensor it is R_ws(0)ᵀ e_z
 whenever the person moves, from the angle between where the IMU and where the cameras see that axis
 lean: :mod:`pose_fusion.imu.heading`. Until an IMU's own segment has leant, IMUs that all know north
 lend it their common heading.
+
+Where a calibration has found the mounting :math:`M = R_{sensor,segment}` already, the segment is
+:math:`Y R_{ws} M`, and no neutral pose is waited for.
 """
 
 import math
@@ -21,6 +24,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_fusion.imu.heading import HeadingAnchor
+from pose_fusion.imu.mounting import Mounting, Mountings
 from pose_fusion.imu.seen_axes import Seen
 from pose_fusion.imu.track import ImuState
 from pose_fusion.kernels.imu import read_segment
@@ -55,6 +59,12 @@ class SegmentAlignment:
         self.R_world_sensor_neutral: FloatArray | None = None
         self.body_heading = 0.0  # [rad] in map, while the pose was neutral
         self.anchor = HeadingAnchor()
+
+    def use_mounting(self, mounting: Mounting) -> None:
+        """Take the mounting as it is, from a calibration; only the heading is sought."""
+        self.R_world_sensor_neutral = mounting.R_sensor_segment.T
+        self.body_heading = 0.0
+        self.anchor = HeadingAnchor(is_mounting_known=True)
 
     def collect_neutral(self, state: ImuState) -> None:
         """Remember a reading of the neutral pose."""
@@ -113,6 +123,11 @@ class ImuAlignment:
         self._still_since_ns: int | None = None
         self._still_angles: list[Mapping[str, float]] = []
         self._still_headings: list[float] = []
+
+    def use_mountings(self, mountings: Mountings) -> None:
+        """Take these segments' mountings from a calibration; the others' are still sought."""
+        for segment, mounting in mountings.items():
+            self._segments.setdefault(segment, SegmentAlignment()).use_mounting(mounting)
 
     def observe(
         self,

@@ -42,9 +42,15 @@ TURNED = np.array([1.0, 0.0, -1.0, 1.0])  # what a lateral axis measures
 
 
 class HeadingAnchor:
-    """Heading of one IMU's world, its drift, and the heading at the neutral pose."""
+    """Heading of one IMU's world, its drift, and the heading at the neutral pose.
 
-    def __init__(self) -> None:
+    Args:
+        is_mounting_known: Whether the mounting rests on a calibration: then no heading at a neutral
+            pose is sought, it is zero.
+    """
+
+    def __init__(self, *, is_mounting_known: bool = False) -> None:
+        self._is_mounting_known = is_mounting_known
         self._state: FloatArray | None = None  # y, drift [rad/s], y₀, lateral error [rad]
         self._covariance = np.zeros((4, 4))
         self._dot = self._cross = 0.0  # [s] recent sums of a leaning axis' products
@@ -58,7 +64,9 @@ class HeadingAnchor:
 
     @property
     def neutral_heading(self) -> float | None:
-        """The same turn [rad] at the neutral pose."""
+        """The same turn [rad] at the neutral pose; 0 where the mounting is known otherwise."""
+        if self._is_mounting_known:
+            return 0.0
         return None if self._state is None else float(self._state[2])
 
     @property
@@ -76,6 +84,8 @@ class HeadingAnchor:
         self._state = np.array([heading, 0.0, heading, 0.0])
         self._covariance = np.diag([stddev**2, DRIFT_STDDEV**2, stddev**2, LATERAL_STDDEV**2])
         self._covariance[0, 2] = self._covariance[2, 0] = stddev**2
+        if self._is_mounting_known:
+            self._state[2] = self._covariance[2] = self._covariance[:, 2] = 0.0
         self._contradicted_s = 0.0
 
     def predict(self, dt_s: float) -> None:
@@ -129,7 +139,13 @@ class HeadingAnchor:
         """
         dot, cross, lean = _compare(axis_world, axis_map)
         lean *= sharpness
-        if self._state is not None and lean > LEAST_LEAN:
+        if not lean > LEAST_LEAN:  # false of NaN
+            return
+        if self._state is None and self._is_mounting_known:
+            # Before any lean: as good as the cameras see this line beside its place.
+            self.start(math.atan2(cross, dot), math.hypot(LATERAL_STDDEV, AXIS_STDDEV / lean))
+            self._covariance[0, 3] = self._covariance[3, 0] = -(LATERAL_STDDEV**2)
+        elif self._state is not None:
             self._correct(min(dt_s, LONGEST_STEP_S), math.atan2(cross, dot), lean, TURNED)
 
     def _correct(self, dt_s: float, angle: float, lean: float, H: FloatArray) -> None:

@@ -25,6 +25,7 @@ from pose_fusion.body.urdf import make_urdf
 from pose_fusion.calibration.clock_messages import clock_of
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
+from pose_fusion.calibration.imus.section import load_mountings_if_any
 from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.registry import estimator_class
@@ -102,6 +103,11 @@ class FusionNode(Node):
         if parameters.shape_file and Path(parameters.shape_file).exists():
             pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
             self._announce_shape()
+        name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
+        pipeline.use_mountings(mountings)
+        if name:
+            known = ", ".join(mountings) or "none: each waits for a neutral pose"
+            self.get_logger().info(f"IMUs whose mounting {name} tells: {known}")
 
     def _subscribe(self) -> None:
         for sensor in self._settings.sensors:

@@ -1,7 +1,7 @@
 """``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand.
 
 ``./pose calibrate board`` does it with images of a board, ``./pose calibrate live`` with the
-running sensors.
+running sensors. ``./pose calibrate imu`` finds how the IMUs sit on the body.
 """
 
 import argparse
@@ -27,9 +27,13 @@ from pose_fusion.calibration.session_calibration import SessionCalibration, cali
 from pose_fusion.streams.bags import BagSamples, sensor_topics
 from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
-from pose_fusion.tools import calibrate_board, calibrate_live
+from pose_fusion.tools import calibrate_board, calibrate_imu, calibrate_live
 
-SUBCOMMANDS = {"board": calibrate_board.main, "live": calibrate_live.main}
+SUBCOMMANDS = {
+    "board": calibrate_board.main,
+    "imu": calibrate_imu.main,
+    "live": calibrate_live.main,
+}
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:

@@ -16,6 +16,7 @@ from pose_fusion.body.urdf import make_urdf
 from pose_fusion.calibration.clock_messages import read_clocks
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
+from pose_fusion.calibration.imus.section import load_mountings_if_any
 from pose_fusion.calibration.session_calibration import calibrate
 from pose_fusion.conversions import (
     body_topics,
@@ -155,6 +156,10 @@ def fuse(
     pipeline = FusionPipeline(parameters, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
         pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
+    name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
+    pipeline.use_mountings(mountings)
+    if mountings:
+        console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
     columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
         BagWriter(out_bag, storage) as writer,

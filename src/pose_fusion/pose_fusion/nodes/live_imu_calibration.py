@@ -1,0 +1,160 @@
+"""The IMUs' calibration with the running sensors, for ``./pose calibrate imu``."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import rclpy
+from geometry_msgs.msg import TransformStamped
+from pose_msgs.msg import SkeletonArray
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.qos import qos_profile_sensor_data
+from sensor_msgs.msg import Imu, TimeReference
+from tf2_msgs.msg import TFMessage
+
+from pose_common.counters import Counters
+from pose_common.errors import InputError
+from pose_common.joints import SEGMENTS
+from pose_fusion.calibration.clock_messages import clock_of
+from pose_fusion.calibration.clocks import Clock
+from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
+from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
+from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.nodes.inbox import Inbox
+from pose_fusion.nodes.qos import latched
+from pose_fusion.streams.bags import skeleton_samples, transforms_to_map
+from pose_fusion.streams.imu_bytes import imu_block
+from pose_fusion.streams.samples import joined
+from pose_fusion.streams.single_person import SinglePersonSelector
+
+SPIN_S = 0.1
+DEPTH = 50  # [messages]
+
+
+class ImuCalibrationNode(Node):
+    """Feeds an :class:`ImuCalibration`, once it is known where the Kinects are.
+
+    Args:
+        parameters: Of the calibration.
+        extrinsics: Where the Kinects are; None: as the calibration node publishes it.
+    """
+
+    def __init__(
+        self, parameters: ImuCalibrationParameters, extrinsics: Extrinsics | None = None
+    ) -> None:
+        super().__init__("imu_calibration")
+        self._parameters = parameters
+        self.extrinsics = extrinsics
+        self.calibration: ImuCalibration | None = None
+        self.counters = Counters("malformed_frames", "imu_without_orientation")
+        self._selector = SinglePersonSelector(parameters.person)
+        self._transforms: dict[str, TransformStamped] = {}
+        self._clocks: dict[str, Clock] = {}
+        self._imus = Inbox(
+            self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, qos_profile_sensor_data
+        )
+        for sensor in parameters.sensors:
+            self.create_subscription(
+                SkeletonArray,
+                f"kinect_{sensor}/skeletons",
+                partial(self._on_skeletons, sensor),
+                qos_profile_sensor_data,
+            )
+        if extrinsics is None:
+            self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, latched(DEPTH))
+            self.create_subscription(TimeReference, "clock_offsets", self._on_clock, latched(DEPTH))
+        else:
+            self.calibration = ImuCalibration(parameters, extrinsics)
+
+    @property
+    def missing(self) -> str:
+        """What the person, or somebody, should do now."""
+        if self.calibration is None:
+            return (
+                "waiting to be told where the Kinects are: run the calibration node, or name a "
+                "calibrated session with -o"
+            )
+        return self.calibration.missing
+
+    @property
+    def progress(self) -> float:
+        """How much of what is wanted has been seen, 0 to 1."""
+        return 0.0 if self.calibration is None else self.calibration.progress
+
+    def _on_tf_static(self, message: TFMessage) -> None:
+        for transform in message.transforms:
+            self._transforms[transform.child_frame_id] = transform
+        placed = transforms_to_map(self._transforms.values())
+        sensors = self._parameters.sensors
+        if self.calibration is None and all(sensor in placed for sensor in sensors):
+            found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+            self.extrinsics = replace(found, clocks=dict(self._clocks))
+            self.calibration = ImuCalibration(self._parameters, self.extrinsics)
+
+    def _on_clock(self, message: TimeReference) -> None:
+        self._clocks[message.source] = clock_of(message)
+
+    def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
+        blocks = []
+        for segment, datas in self._imus.take().items():
+            block, kept = imu_block(datas, segment)
+            self.counters.add("imu_without_orientation", len(datas) - len(kept))
+            blocks.append(block)
+        try:
+            sample = self._selector.select(skeleton_samples(message, sensor))
+        except InputError as error:
+            self.counters.add("malformed_frames")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
+        if self.calibration is None:
+            return
+        if blocks:
+            block = joined(blocks)
+            self.calibration.add(block.rows(np.argsort(block.stamps_ns, kind="stable")))
+        if sample is not None:
+            self.calibration.add(sample)
+
+
+def calibrate_imus_live(
+    parameters: ImuCalibrationParameters,
+    extrinsics: Extrinsics | None,
+    timeout_s: float,
+    on_progress: Callable[[float, str], None],
+) -> tuple[ImuCalibrationResult, Extrinsics]:
+    """Calibrate the IMUs with the running sensors.
+
+    Args:
+        parameters: Of the calibration.
+        extrinsics: Where the Kinects are; None: as the calibration node publishes it.
+        timeout_s: How long to wait [s] in all.
+        on_progress: Told now and then how far it is, 0 to 1, and what is missing.
+
+    Returns:
+        The result, and where the Kinects are.
+
+    Raises:
+        CalibrationError: If nothing could be found in time; the message says what was missing.
+    """
+    rclpy.init(args=[])
+    node = None
+    try:
+        node = ImuCalibrationNode(parameters, extrinsics)
+        deadline = time.monotonic() + timeout_s
+        while time.monotonic() < deadline:
+            rclpy.spin_once(node, timeout_sec=SPIN_S)
+            on_progress(node.progress, node.missing)
+            if node.calibration is not None and node.calibration.phase is Phase.DONE:
+                break
+        if node.calibration is None or node.extrinsics is None:
+            raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {node.missing}")
+        return node.calibration.finish(), node.extrinsics
+    except ExternalShutdownException:
+        raise KeyboardInterrupt from None
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()

@@ -1,0 +1,180 @@
+"""``./pose calibrate imu [IN_BAG] -o FILE``: how the IMUs sit. Stand still, move, done.
+
+With the running sensors, or on a bag of such a session.
+"""
+
+import argparse
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from pose_common.bags import BagReader, open_bag
+from pose_common.errors import InputError
+from pose_common.parameters import add_arguments, from_arguments
+from pose_fusion.calibration.clock_messages import read_clocks
+from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
+from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_fusion.calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
+from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
+from pose_fusion.calibration.imus.section import save_mountings
+from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.calibration.session_calibration import calibrate
+from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
+from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.single_person import SinglePersonSelector
+
+Show = Callable[[float, str], None]
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="pose calibrate imu", description=__doc__)
+    parser.add_argument("in_bag", type=Path, nargs="?", help="a bag (default: the running sensors)")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="the session's YAML: of a calibration that exists, where the Kinects are is read and "
+        "kept; else it is made",
+    )
+    parser.add_argument(
+        "--timeout", type=float, default=180.0, help="give up after so long [s] (default: 180)"
+    )
+    parser.add_argument(
+        "--keep-going",
+        action="store_true",
+        help="save the other sensors although some are at fault",
+    )
+    parser.add_argument("--date", default="", help="noted in a new file, for people")
+    add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
+    return parser
+
+
+def known_extrinsics(path: Path, sensors: tuple[str, ...]) -> Extrinsics | None:
+    """Where the Kinects are, by the session's file; None if there is no such file yet."""
+    return load_extrinsics_of(path, sensors) if path.exists() else None
+
+
+def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extrinsics:
+    """Where the Kinects are, by the bag's transforms, else by its motion."""
+    sensors, placed = parameters.sensors, read_extrinsics(bag)
+    if all(sensor in placed for sensor in sensors):
+        found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
+        return replace(found, clocks=read_clocks(bag))
+    selector = SinglePersonSelector(parameters.person)
+    samples = BagSamples(bag, selector=selector, imus=False)
+    skeletons = (sample for sample in samples if isinstance(sample, SkeletonSample))
+    return calibrate(skeletons, sensors).extrinsics
+
+
+def calibrate_bag(
+    bag: BagReader, parameters: ImuCalibrationParameters, extrinsics: Extrinsics, show: Show
+) -> ImuCalibrationResult:
+    """Calibrate the IMUs of a recorded session.
+
+    Raises:
+        CalibrationError: If it does not determine the calibration.
+        InputError: If the bag is damaged, or lacks a sensor.
+    """
+    found = sensor_topics(bag)
+    missing = [name for name in parameters.sensors if name not in found]
+    if missing:
+        raise InputError(
+            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has "
+            f"{', '.join(found) or 'none'}; name them with --sensors"
+        )
+    calibration = ImuCalibration(parameters, extrinsics)
+    selector = SinglePersonSelector(parameters.person)
+    samples = BagSamples(bag, progress=lambda share: show(share, "reading"), selector=selector)
+    for sample in samples:
+        calibration.add(sample)
+    return calibration.finish()
+
+
+def residual_table(result: ImuCalibrationResult) -> Table:
+    """How well each sensor's place is known, and how well it agrees with the cameras."""
+    table = Table(title="how well each IMU's place is known", show_edge=False)
+    table.add_column("segment")
+    for heading in ("tilt", "turn", "against the cameras"):
+        table.add_column(heading, justify="right")
+    for segment, mounting in result.mountings.items():
+        tilt, turn = np.degrees(mounting.stddev[:2].max()), np.degrees(mounting.stddev[2])
+        residual = np.degrees(mounting.residual)
+        table.add_row(segment, f"{tilt:.1f}°", f"{turn:.1f}°", f"{residual:.1f}°")
+    return table
+
+
+def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalibrationResult:
+    console = Console(stderr=True)
+    columns = (BarColumn(), TextColumn("{task.percentage:.0f} %  {task.description}"))
+    with Progress(
+        *columns, console=console, transient=True, disable=not console.is_terminal
+    ) as progress:
+        task = progress.add_task("", total=1.0)
+        told = ""
+
+        def show(share: float, text: str) -> None:
+            nonlocal told
+            progress.update(task, completed=share, description=text)
+            words = text.split(" (")[0]
+            if not console.is_terminal and words != told:
+                told = words
+                console.print(f"{share:.0%}  {text}", soft_wrap=True)
+
+        return work(show)
+
+
+def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
+    """Say what was found, and stop where a sensor is at fault."""
+    console = Console(soft_wrap=True)
+    console.print(residual_table(result))
+    for finding in (*result.faults, *result.remarks):
+        console.print(f"{'fault' if finding.is_fault else 'note'}: {finding.text}")
+    if result.faults and not keep_going:
+        raise CalibrationError(
+            f"nothing saved, {len(result.faults)} at fault: {result.faults[0].text} (--keep-going "
+            "saves the others)"
+        )
+    if not result.usable:
+        raise CalibrationError("nothing saved: no IMU was heard while the person stood still")
+
+
+def main(arguments: list[str]) -> None:
+    """Run with the arguments that follow ``imu``."""
+    given = make_parser().parse_args(arguments)
+    if not given.output.parent.is_dir():
+        raise InputError(f"cannot write {given.output}: its folder does not exist")
+    parameters = from_arguments(ImuCalibrationParameters, given)
+    extrinsics = known_extrinsics(given.output, parameters.sensors)
+    if given.in_bag is not None:
+        with open_bag(given.in_bag) as bag:
+            placed = extrinsics or bag_extrinsics(bag, parameters)
+            result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
+    else:
+        result, placed = _live(parameters, extrinsics, given.timeout)
+    _report(result, given.keep_going)
+    if extrinsics is None:
+        save_extrinsics(given.output, placed, given.date)
+    save_mountings(given.output, result.usable)
+    print(f"{given.output}: {', '.join(result.usable)}")
+
+
+def _live(
+    parameters: ImuCalibrationParameters, extrinsics: Extrinsics | None, timeout_s: float
+) -> tuple[ImuCalibrationResult, Extrinsics]:
+    from pose_fusion.nodes.live_imu_calibration import calibrate_imus_live  # ROS only where wanted
+
+    found: list[Extrinsics] = []
+
+    def work(show: Show) -> ImuCalibrationResult:
+        result, placed = calibrate_imus_live(parameters, extrinsics, timeout_s, show)
+        found.append(placed)
+        return result
+
+    return _run_with_progress(work), found[0]
