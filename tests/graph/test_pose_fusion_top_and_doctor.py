@@ -70,4 +70,4 @@ def test_a_bad_option_is_said(start_process, command):
     process = start_process([*command, "--listen", "-1"])
 
     assert process.wait() == 2
-    assert "--listen -1 s is outside" in process.output
+    assert "--listen: -1 s is outside" in process.output

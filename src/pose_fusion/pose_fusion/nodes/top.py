@@ -12,10 +12,12 @@ from rich.live import Live
 
 from pose_common.nodes.running import run_node
 from pose_fusion.nodes.listener import GraphListener
+from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.terminal import page
 
 PERIOD_S = 0.5  # [s] between pages
 LISTEN_S = 3.0  # [s] before the one page of --once
+SHORTEST_S = 0.5  # [s] in which a rate can be told
 PLAIN_WIDTH = 80  # [columns] where no terminal tells
 
 
@@ -70,17 +72,10 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         action="store_true",
         help="print one page and end, for scripts; so it does where there is no terminal",
     )
-    parser.add_argument(
-        "--listen",
-        type=float,
-        default=LISTEN_S,
-        metavar="S",
-        help=f"how long --once listens first [s] (default: {LISTEN_S:g})",
+    add_listen_option(
+        parser, "how long --once listens first", default_s=LISTEN_S, least_s=SHORTEST_S
     )
-    options = parser.parse_args(words)
-    if not 0.5 <= options.listen <= 600.0:
-        parser.error(f"--listen {options.listen:g} s is outside [0.5, 600]")
-    return options
+    return parser.parse_args(words)
 
 
 def main() -> None:

@@ -13,6 +13,7 @@ from rich.text import Text
 from pose_common.command_line import run_tool
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
 from pose_fusion.watching.findings import Finding, Verdict, graph_findings
+from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.machine import machine_findings
 
 LISTEN_S = 4.0  # [s] diagnostics come once a second
@@ -31,17 +32,10 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         epilog="Exit code: 0 if nothing is wrong, 1 if something is.",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
-    parser.add_argument(
-        "--listen",
-        type=float,
-        default=LISTEN_S,
-        metavar="S",
-        help=f"how long to listen to the graph [s], 0: not at all (default: {LISTEN_S:g})",
+    add_listen_option(
+        parser, "how long to listen to the graph; 0: not at all", default_s=LISTEN_S, least_s=0.0
     )
-    options = parser.parse_args(arguments)
-    if not 0.0 <= options.listen <= 600.0:
-        parser.error(f"--listen {options.listen:g} s is outside [0, 600]")
-    return options
+    return parser.parse_args(arguments)
 
 
 def look_at_graph(duration_s: float) -> list[Finding]:
