@@ -12,7 +12,6 @@ The order of the three rotations was found from the data: this one keeps the fee
 squat on the floor, and agrees with the Vicon's hip angles; the others do not.
 """
 
-import zlib
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +22,7 @@ from kinect_bridge.joint_maps import FloatArray, JointMap
 from kinect_bridge.recording import Recording, make_recording, make_stream
 from pose_common.errors import InputError
 from pose_common.joints import SIDES, TrackingState
+from pose_common.number_tables import read_numbers
 
 FRAME_RATE = 30.0  # [Hz] of a Kinect v2
 NS_PER_S = 1_000_000_000
@@ -86,8 +86,8 @@ def read(path: Path) -> Recording:
     Raises:
         InputError: If one of them is missing or not what it should be.
     """
-    offsets = _read_numbers(path)
-    angles = _read_numbers(angles_path(path))
+    offsets = _read_triples(path)
+    angles = _read_triples(angles_path(path))
     if len(offsets) != len(angles):
         raise InputError(
             f"{path} has {len(offsets)} frames, {angles_path(path)} {len(angles)}: "
@@ -148,22 +148,12 @@ def joint_places(offsets: FloatArray, angles: FloatArray) -> FloatArray:
     return places
 
 
-def _read_numbers(path: Path) -> FloatArray:
-    if not path.is_file():
-        raise InputError(f"found no file {path}: a repetition has positions and angles")
-    try:
-        numbers = np.loadtxt(path, delimiter=",", ndmin=2)
-    except (OSError, EOFError, ValueError, zlib.error) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{path} is no table of numbers: {reason}") from error
-    if numbers.size == 0 or numbers.shape[1] != 3 * len(PARENTS):
-        raise InputError(
-            f"{path} has {numbers.shape[1] if numbers.size else 0} columns, expected "
-            f"{3 * len(PARENTS)}: 22 joints × 3"
-        )
+def _read_triples(path: Path) -> FloatArray:
+    """Three finite numbers for each joint, shape (n, 22, 3)."""
+    numbers = read_numbers(path, 3 * len(PARENTS), "22 joints × 3, positions or angles")
     if not np.isfinite(numbers).all():
         raise InputError(f"{path} holds NaN or infinity: expected numbers alone")
-    return numbers.reshape(len(numbers), len(PARENTS), 3).astype(np.float64)
+    return numbers.reshape(len(numbers), len(PARENTS), 3)
 
 
 FORMAT = Format(key_columns=frozenset(), read=read)

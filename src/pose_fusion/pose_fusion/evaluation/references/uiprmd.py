@@ -9,15 +9,13 @@ all angles are measured on them, as on every other skeleton. The Vicon's own ang
 its hip flexion is that against the pelvis, ours that against the trunk, which bends further.
 """
 
-import zlib
 from pathlib import Path
 
 import numpy as np
 
-from pose_common.errors import InputError
+from pose_common.number_tables import read_numbers
 from pose_fusion.evaluation.references.markers import MarkerSeries, plain, skeleton_of_markers
 from pose_fusion.evaluation.references.reference import Reference, reference_of_skeleton
-from pose_fusion.streams.samples import FloatArray
 
 RATE = 100.0  # [Hz]
 MARKERS = (
@@ -38,7 +36,7 @@ def read_uiprmd(path: Path) -> Reference:
     Raises:
         InputError: If it is not what it should be.
     """
-    markers = _read_numbers(path).reshape(-1, len(MARKERS), 3)
+    markers = read_numbers(path, COLUMNS, "39 markers × 3").reshape(-1, len(MARKERS), 3)
     positions = 0.001 * markers
     positions[np.all(markers == 0.0, axis=2)] = np.nan  # not seen
     skeleton = skeleton_of_markers(
@@ -49,19 +47,3 @@ def read_uiprmd(path: Path) -> Reference:
         str(path),
     )
     return reference_of_skeleton("Vicon (UI-PRMD)", skeleton)
-
-
-def _read_numbers(path: Path) -> FloatArray:
-    if not path.is_file():
-        raise InputError(f"found no file {path}")
-    try:
-        numbers = np.loadtxt(path, delimiter=",", ndmin=2)
-    except (OSError, EOFError, ValueError, zlib.error) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{path} is no table of numbers: {reason}") from error
-    if numbers.size == 0 or numbers.shape[1] != COLUMNS:
-        raise InputError(
-            f"{path} has {numbers.shape[1] if numbers.size else 0} columns, expected {COLUMNS}: "
-            "39 markers × 3"
-        )
-    return numbers.astype(np.float64)
