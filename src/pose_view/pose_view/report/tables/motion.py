@@ -112,4 +112,4 @@ def cycle_table(
 
 
 def _plus_minus(mean: float, sd: float, digits: int) -> str:
-    return f"{number(mean, digits)} ± {number(sd, digits)}"
+    return f"{number(mean, digits)} ±\N{NO-BREAK SPACE}{number(sd, digits)}"
