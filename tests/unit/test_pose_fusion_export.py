@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from pose_common.bags import BagWriter, open_bag
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.export.motion import read_motion
+from pose_fusion.export.motion import chosen_body, read_motion
 from pose_fusion.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
 from pose_fusion.tools.export import FORMATS, main
 
@@ -174,7 +174,10 @@ def test_a_bag_without_a_fused_pose_says_what_to_do(tmp_path, monkeypatch, capsy
 
 
 def test_an_unknown_person_is_named(recorded):
-    with open_bag(recorded[0]) as bag, pytest.raises(InputError, match="bodies/other/estimate"):
+    with (
+        open_bag(recorded[0]) as bag,
+        pytest.raises(InputError, match=r"no 'other': choose among \w+"),
+    ):
         read_motion(bag, "other")
 
 
@@ -185,6 +188,19 @@ def test_of_several_persons_one_has_to_be_chosen(tmp_path):
             bag.write(f"/humans/bodies/{body}/urdf", text, 1)
     with open_bag(tmp_path / "bag") as bag, pytest.raises(InputError, match=r"anna, ben.*--body"):
         read_motion(bag)
+
+
+def test_bodies_fused_for_comparison_are_not_asked_about(recorded, tmp_path):
+    with open_bag(recorded[0]) as bag:
+        body = chosen_body(bag, "")
+    with BagWriter(tmp_path / "bag") as bag:
+        text = bag.typestore.types["std_msgs/msg/String"](data="x")
+        for name in (f"{body}_imu", body, f"{body}_kinect"):
+            bag.write(f"/humans/bodies/{name}/urdf", text, 1)
+
+    with open_bag(tmp_path / "bag") as bag:
+        assert chosen_body(bag, "") == body
+        assert chosen_body(bag, f"{body}_imu") == f"{body}_imu"
 
 
 def test_a_missing_folder_is_one_line(recorded, tmp_path, monkeypatch, capsys):

@@ -21,6 +21,7 @@ from pose_fusion.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
 NS_PER_S = 1_000_000_000
 SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
 BODIES = "/humans/bodies/"
+COMPARED = ("_kinect", "_imu")  # of the bodies that are fused beside one for comparison
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,7 +120,7 @@ def read_motion(
     Raises:
         InputError: If the bag lacks either, holds several persons, or no body model fits.
     """
-    body = body or only_body(bag)
+    body = chosen_body(bag, body)
     topics = {leaf: body_topic(bag, leaf, body) for leaf in ("estimate", "skeleton")}
     missing = [f"{BODIES}{body}/{leaf}" for leaf, topic in topics.items() if topic is None]
     if missing:
@@ -142,11 +143,16 @@ def read_motion(
     return _assemble(bag, body, estimates, skeletons)
 
 
-def only_body(bag: BagReader) -> str:
-    """The id of the person whose estimates a bag holds.
+def chosen_body(bag: BagReader, body: str) -> str:
+    """The id of the person to export.
+
+    Args:
+        bag: What holds the estimates.
+        body: The id that was asked for; empty: the only one, not counting those that the viewer
+            has fused from one kind of sensor alone for comparison.
 
     Raises:
-        InputError: If it holds those of several, or of none.
+        InputError: If there is no such person, or none, or several to choose from.
     """
     bodies = sorted(
         {topic[len(BODIES) :].split("/")[0] for topic in bag.topics if topic.startswith(BODIES)}
@@ -156,9 +162,13 @@ def only_body(bag: BagReader) -> str:
             f"{bag.path} holds no fused pose ({BODIES}<id>/estimate): fuse it first, with "
             f"'./pose fuse {bag.path} OUT', and export OUT"
         )
-    if len(bodies) > 1:
+    if body and body not in bodies:
+        raise InputError(f"{bag.path} holds no '{body}': choose among {', '.join(bodies)}")
+    compared = {f"{other}{ending}" for other in bodies for ending in COMPARED}
+    whole = [other for other in bodies if other not in compared]
+    if not body and len(whole) > 1:
         raise InputError(f"{bag.path} holds {', '.join(bodies)}: choose one with --body")
-    return bodies[0]
+    return body or whole[0]
 
 
 def model_of_angles(names: tuple[str, ...]) -> BodyModel:

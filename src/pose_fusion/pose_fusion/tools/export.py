@@ -45,7 +45,11 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument(
         "-o", "--output", type=Path, required=True, help="the file to write; replaced if it exists"
     )
-    parser.add_argument("--body", default="", help="the person's id (default: the only one)")
+    parser.add_argument(
+        "--body",
+        default="",
+        help="the person's id (default: the only one; bodies fused for comparison do not count)",
+    )
     parser.add_argument(
         "--rate",
         type=_rate,
