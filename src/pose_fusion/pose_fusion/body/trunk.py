@@ -43,6 +43,19 @@ def trunk_axes(positions: FloatArray) -> FloatArray:
     return np.stack([np.cross(y, z), y, z], axis=-1)
 
 
+def heading_axes(positions: FloatArray) -> FloatArray:
+    """Rotation ``R_map_heading`` about the vertical that turns with the trunk, (3, 3).
+
+    Args:
+        positions: Joint positions [m] in map, shape (15, 3); all is NaN if the trunk is not seen.
+    """
+    x, y = trunk_axes(positions)[:2, 0]
+    length = np.hypot(x, y)
+    c, s = x / length, y / length
+    zero = 0.0 * c  # NaN where the others are
+    return np.array([[c, -s, zero], [s, c, zero], [zero, zero, 1.0 + zero]])
+
+
 def standing_heading(positions: FloatArray) -> float:
     """Where a person in the neutral pose looks, about map's z from its x [rad].
 

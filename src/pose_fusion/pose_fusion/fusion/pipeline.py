@@ -17,6 +17,7 @@ from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
+from pose_fusion.body.trunk import heading_axes
 from pose_fusion.calibration.clocks import (
     Clocks,
     block_on_reference_clock,
@@ -256,7 +257,7 @@ class FusionPipeline:
         if self.parameters.use_imus:
             tracked = (state == TrackingState.TRACKED)[..., None]
             self._keep_latest(frame, np.where(tracked, measured, np.nan))
-            self.imus.observe(frame.stamp_ns, mean_of_sensors(self._latest))
+            self.imus.observe(frame.stamp_ns, self._seen_now())
         self._watch_for_neutral(frame.stamp_ns, measured, state)
         if self.shape is None:
             self.counters.add("frames_measuring_the_body")
@@ -264,6 +265,13 @@ class FusionPipeline:
             if shape is not None:
                 self.use_shape(shape)
         return measured, state
+
+    def _seen_now(self) -> FloatArray:
+        """Mean of the sensors' tracked joints, without their trackers' offsets, (15, 3) [m]."""
+        R_map_heading = heading_axes(mean_of_sensors(self._latest))
+        if np.isnan(R_map_heading[0, 0]):
+            return mean_of_sensors(self._latest)
+        return mean_of_sensors(self._latest - self._offsets @ R_map_heading.T)
 
     def _keep_latest(self, frame: AlignedFrame, tracked: FloatArray) -> None:
         """Remember what each sensor saw last, a short while ago at most."""

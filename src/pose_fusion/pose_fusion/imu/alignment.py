@@ -36,6 +36,7 @@ NEUTRAL_ELBOW = np.radians(60.0)  # hanging arms, half hidden by the trunk, seem
 LEAST_ANGLES_SEEN = 8  # [-] of the twelve, to call a pose neutral
 JUMP_BACK_NS = 1_000_000_000  # further back than this, a recording has begun anew
 STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
+STANDING_STDDEV = math.radians(4.0)  # [rad] by which people stand beside a segment's heading
 COMMON_STDDEV = math.radians(15.0)  # [rad] of the common heading, for one IMU
 OBSERVED_S = 0.1  # [s] of an axis fully horizontal after which the common heading is lent
 NORTH_STDDEV = math.radians(45.0)  # [rad] of its own heading beyond which an IMU knows no north
@@ -59,9 +60,12 @@ class SegmentAlignment:
         self.R_world_sensor_neutral: FloatArray | None = None
         self.body_heading = 0.0  # [rad] in map, while the pose was neutral
         self.anchor = HeadingAnchor()
+        self.mounting: Mounting | None = None  # where a calibration has found it
+        self.has_stood = False
 
     def use_mounting(self, mounting: Mounting) -> None:
         """Take the mounting as it is, from a calibration; only the heading is sought."""
+        self.mounting = mounting
         self.R_world_sensor_neutral = mounting.R_sensor_segment.T
         self.body_heading = 0.0
         self.anchor = HeadingAnchor(is_mounting_known=True)
@@ -79,6 +83,13 @@ class SegmentAlignment:
         if not self._neutral:
             return
         mean = Rotation.from_matrix(np.stack(self._neutral)).mean()
+        self.has_stood = True
+        if self.mounting is not None:
+            x, y, _ = (mean.as_matrix() @ self.mounting.R_sensor_segment)[:, 0]
+            turn = math.remainder(body_heading - math.atan2(y, x), 2.0 * math.pi)
+            self.anchor.observe_standing(turn, STANDING_STDDEV)
+            self._neutral.clear()
+            return
         self.R_world_sensor_neutral = np.asarray(mean.as_matrix())
         self.body_heading = body_heading
         self.anchor = HeadingAnchor()
@@ -174,9 +185,9 @@ class ImuAlignment:
         return dt_s
 
     def awaits_neutral(self, segments: Iterable[str]) -> bool:
-        """Whether the mounting of any of these is still to be found."""
+        """Whether any of these has not been heard in a neutral stand yet."""
         known = self._segments
-        return any(s not in known or known[s].R_world_sensor_neutral is None for s in segments)
+        return any(s not in known or not known[s].has_stood for s in segments)
 
     def reading(self, segment: str, state: ImuState) -> SegmentReading | None:
         """The segment's rotation; None until mounting and heading are known."""
@@ -258,7 +269,7 @@ class ImuAlignment:
         self._still_angles.append(joint_angles)
         self._still_headings.append(body_heading)
         for segment, state in states.items():
-            if self._segments[segment].R_world_sensor_neutral is None:
+            if not self._segments[segment].has_stood:
                 self._segments[segment].collect_neutral(state)
         if self._still_since_ns is None or stamp_ns - self._still_since_ns < NEUTRAL_DURATION_NS:
             return

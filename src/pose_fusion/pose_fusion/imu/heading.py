@@ -29,6 +29,7 @@ HEADING_WALK = math.radians(0.5) ** 2 / 60.0  # [rad²/s] random part of the dri
 DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
 DRIFT_WALK = (math.radians(1.0) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
 LATERAL_STDDEV = math.radians(15.0)  # [rad] of shoulders' and hips' lines, and of hinges
+LEAN_BIAS_STDDEV = math.radians(6.0)  # [rad] of headings by leaning limbs, that lasts
 FIRST_LEAN_S = 0.1  # [s] of an axis fully horizontal, after which there is a first value
 RECENT_S = 5.0  # [s] of observation that the quick estimate remembers
 RECENT_LEAST_S = 1.0  # [s] of an axis fully horizontal, before it may contradict
@@ -39,6 +40,9 @@ SETTLED = math.radians(5.0)  # [rad] stddev of y₀ below which a contradiction 
 
 Y = np.array([1.0, 0.0, 0.0, 0.0])  # what a leaning axis measures
 TURNED = np.array([1.0, 0.0, -1.0, 1.0])  # what a lateral axis measures
+LEANING = np.array([1.0, 0.0, 1.0, 0.0])  # the same two where the mounting is known
+BESIDE = np.array([1.0, 0.0, 0.0, 1.0])
+STANDING = np.array([1.0, 0.0, 0.0, 0.0])  # and what a neutral stand measures then
 
 
 class HeadingAnchor:
@@ -66,7 +70,7 @@ class HeadingAnchor:
     def neutral_heading(self) -> float | None:
         """The same turn [rad] at the neutral pose; 0 where the mounting is known otherwise."""
         if self._is_mounting_known:
-            return 0.0
+            return 0.0  # the mounting rests on no neutral pose
         return None if self._state is None else float(self._state[2])
 
     @property
@@ -85,8 +89,27 @@ class HeadingAnchor:
         self._covariance = np.diag([stddev**2, DRIFT_STDDEV**2, stddev**2, LATERAL_STDDEV**2])
         self._covariance[0, 2] = self._covariance[2, 0] = stddev**2
         if self._is_mounting_known:
-            self._state[2] = self._covariance[2] = self._covariance[:, 2] = 0.0
+            self._begin_with_bias(stddev)
         self._contradicted_s = 0.0
+
+    def _begin_with_bias(self, stddev: float) -> None:
+        """Where the mounting is known, y₀ makes room for what the cameras lastingly see beside."""
+        if self._state is None:
+            return
+        self._state[2] = 0.0
+        bias = LEAN_BIAS_STDDEV**2
+        self._covariance[0, 0] = stddev**2 + bias
+        self._covariance[2, 2] = bias
+        self._covariance[0, 2] = self._covariance[2, 0] = -bias  # only their sum has been seen
+
+    def observe_standing(self, heading: float, stddev: float) -> None:
+        """Take the heading [rad] that a neutral stand tells, where the mounting is known."""
+        if self._state is None:
+            self.start(heading, stddev)
+            self._covariance[0, 0], self._covariance[0, 2] = stddev**2, 0.0
+            self._covariance[2, 0] = 0.0
+            return
+        self._update(_wrapped(heading - float(self._state[0])), STANDING, stddev**2)
 
     def predict(self, dt_s: float) -> None:
         """Let the heading drift on for ``dt_s`` [s]."""
@@ -144,6 +167,8 @@ class HeadingAnchor:
         if self._state is None and self._is_mounting_known:
             # Before any lean: as good as the cameras see this line beside its place.
             self.start(math.atan2(cross, dot), math.hypot(LATERAL_STDDEV, AXIS_STDDEV / lean))
+            self._covariance[0, 0] = LATERAL_STDDEV**2 + (AXIS_STDDEV / lean) ** 2
+            self._covariance[0, 2] = self._covariance[2, 0] = 0.0
             self._covariance[0, 3] = self._covariance[3, 0] = -(LATERAL_STDDEV**2)
         elif self._state is not None:
             self._correct(min(dt_s, LONGEST_STEP_S), math.atan2(cross, dot), lean, TURNED)
@@ -151,15 +176,24 @@ class HeadingAnchor:
     def _correct(self, dt_s: float, angle: float, lean: float, H: FloatArray) -> None:
         if self._state is None or dt_s <= 0.0:
             return
+        is_lateral = H is TURNED
+        if self._is_mounting_known:
+            H = BESIDE if is_lateral else LEANING
         noise = (AXIS_STDDEV / lean) ** 2 * CORRELATION_S / dt_s
         # y₀ has been taken up already where the axis was brought into the world.
-        expected = float(self._state[0]) + (float(self._state[3]) if H is TURNED else 0.0)
+        expected = float(self._state[0]) + (float(self._state[3]) if is_lateral else 0.0)
+        if H is LEANING:
+            expected += float(self._state[2])
+        # The angle itself errs by σ/l, however short the instant: that is where it is limited.
+        limit = LIMIT * math.sqrt(float(H @ self._covariance @ H) + (AXIS_STDDEV / lean) ** 2)
+        innovation = _wrapped(angle - expected)
+        self._update(min(max(innovation, -limit), limit), H, noise)
+
+    def _update(self, innovation: float, H: FloatArray, noise: float) -> None:
+        if self._state is None:
+            return
         PH = self._covariance @ H
         variance = float(H @ PH) + noise
-        # The angle itself errs by σ/l, however short the instant: that is where it is limited.
-        limit = LIMIT * math.sqrt(float(H @ PH) + (AXIS_STDDEV / lean) ** 2)
-        innovation = _wrapped(angle - expected)
-        innovation = min(max(innovation, -limit), limit)
         self._state = self._state + PH * (innovation / variance)
         self._covariance -= np.outer(PH, PH) / variance
 
@@ -178,6 +212,8 @@ class HeadingAnchor:
         neutral, P = float(self._state[2]), float(self._covariance[2, 2])
         self.start(recent, RESTART_STDDEV)
         self.restarts += 1
+        if self._is_mounting_known:
+            return
         if P < SETTLED**2 and self._state is not None:
             # The mounting has been known well: it is the IMU's world that has turned.
             self._state[2] = neutral

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
-from pose_fusion.body.trunk import standing_heading, trunk_axes
+from pose_fusion.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_fusion.calibration.clocks import block_on_reference_clock, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.neutral_stand import (
@@ -194,7 +194,7 @@ class ObservationRecorder:
                 if segment in instant.readings:
                     R_world_sensor[k, i] = instant.readings[segment].R_world_sensor
                     rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
-            R_map_heading[k] = _heading_axes(_mean(instant.views))
+            R_map_heading[k] = heading_axes(_mean(instant.views))
             # Where each tracker sees the joints beside their place is known from the stand.
             joints = _mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
             _see(self._model, segments, joints, axes[:, k])
@@ -226,14 +226,6 @@ def _see(model: BodyModel, segments: Sequence[str], joints: FloatArray, axes: Fl
         if segment in segments:
             line = joints[JOINT_INDEX[end]] - joints[JOINT_INDEX[start]]
             axes[1, segments.index(segment)] = line / np.linalg.norm(line)
-
-
-def _heading_axes(joints: FloatArray) -> FloatArray:
-    """Axes that turn with the body about the vertical, (3, 3); NaN if the trunk is not seen."""
-    x, y = trunk_axes(joints)[:2, 0]
-    length = np.hypot(x, y)
-    c, s = x / length, y / length
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0 * c, 0.0 * c, 1.0 + 0.0 * c]])
 
 
 def _mean(views: FloatArray) -> FloatArray:
