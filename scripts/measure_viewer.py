@@ -2,10 +2,13 @@
 
 import argparse
 import json
+import signal
+import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,10 +19,10 @@ from browser import LocalBrowser, find_browser, start_browser
 from playwright.sync_api import Page, sync_playwright
 from rich.console import Console
 from rich.table import Table
-from viewed_graph import Session, ViewedGraph, viewed_graph
+from viewed_graph import Session, executable, serving, viewed_graph
 
-FUSED = "/bodies/subject/pelvis"
 BEGIN_S = 20.0  # [s] of the session: cameras and IMUs are calibrated by then
+SLOWEST_S = 30.0  # [s] for opening pages
 SETTLE_S = 4.0  # [s] a page takes to have drawn its first pictures
 SLOW_MS = 60_000  # [ms] three dimensions are drawn without a graphics card
 
@@ -32,17 +35,20 @@ window.Worker = class extends Plain {
     super(...words);
     this.addEventListener("message", ({data}) => {
       if (data.type === "message_batch" && data.messages.some(
-            (m) => m.type === "SetPositionMessage" && m.name === "%s"))
+            (m) => m.type === "SetPositionMessage" && m.name.startsWith("/bodies/")))
         window.received.push(performance.now());
     });
   }
 };
-const draw = WebGL2RenderingContext.prototype.drawElements;
-WebGL2RenderingContext.prototype.drawElements = function (...words) {
-  const frame = document.timeline.currentTime;
-  if (window.drawn.at(-1) !== frame) window.drawn.push(frame);
-  return draw.apply(this, words);
-};
+const gl = WebGL2RenderingContext.prototype;
+for (const name of ["drawElements", "drawArrays", "drawElementsInstanced", "drawArraysInstanced"]) {
+  const draw = gl[name];
+  gl[name] = function (...words) {
+    const frame = document.timeline.currentTime;
+    if (window.drawn.at(-1) !== frame) window.drawn.push(frame);
+    if (RASTER) draw.apply(this, words);
+  };
+}
 """
 
 
@@ -70,36 +76,71 @@ class Cadence:
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class LookedAt:
+    """A running viewer.
+
+    Attributes:
+        address: Of its page.
+        processes: It, and all that runs for it.
+    """
+
+    address: str
+    processes: tuple[int, ...]
+
+
 def main() -> None:
     """Measure, and print a table."""
     options = _parser().parse_args()
     chromium = find_browser()
     if chromium is None:
         sys.exit("error: found no Chromium: run scripts/install_browser.sh, or set POSE_BROWSER")
-    console = Console()
-    stretch_s = SETTLE_S + options.seconds + 3.0
-    session = Session(
-        choreography=options.choreography,
-        seed=options.seed,
-        duration_s=BEGIN_S + stretch_s * (1 + len(options.browsers)) + 10.0,
-    )
+    console = Console(width=None if sys.stdout.isatty() else 120)
     with tempfile.TemporaryDirectory() as name, sync_playwright() as playwright:
         browser = LocalBrowser(start_browser(playwright.chromium, chromium))
-        with viewed_graph(session, Path(name)) as graph:
-            console.print(f"nine IMUs, two Kinects at 30 Hz, synthetic; page on {graph.address}")
-            time.sleep(graph.left_s(BEGIN_S))
-            rows = [(0, _measure(graph, browser, 0, options))]
-            rows += [(n, _measure(graph, browser, n, options)) for n in options.browsers]
+        run = _live(options, Path(name)) if options.bag is None else _played(options.bag)
+        with run as looked_at:
+            rows = [
+                (count, _measure(looked_at, browser, count, options))
+                for count in (0, *options.browsers)
+            ]
     console.print(_table(rows))
     if options.output:
         options.output.write_text(json.dumps(dict(rows), default=vars, indent=1))
 
 
+@contextmanager
+def _live(options: argparse.Namespace, folder: Path) -> Iterator[LookedAt]:
+    """The synthetic subject's devices and the whole graph, once everything is calibrated."""
+    session = Session(
+        choreography=options.choreography,
+        seed=options.seed,
+        duration_s=BEGIN_S + (options.seconds + SLOWEST_S) * (1 + len(options.browsers)),
+    )
+    with viewed_graph(session, folder) as graph:
+        time.sleep(graph.left_s(BEGIN_S))
+        yield LookedAt(address=graph.address, processes=(graph.process.pid,))
+
+
+@contextmanager
+def _played(bag: Path) -> Iterator[LookedAt]:
+    """The viewer alone, and a recording of all three bodies played to it."""
+    viewer = [executable("pose_view", "viewer"), "--ros-args", "-p", "port:=0"]
+    play = [str(executable("pose_fusion", "player")), str(bag), "--loop"]
+    with serving(viewer) as (process, address), subprocess.Popen(play) as player:
+        try:
+            yield LookedAt(address=address, processes=(process.pid, player.pid))
+        finally:
+            player.send_signal(signal.SIGINT)
+
+
 def _measure(
-    graph: ViewedGraph, browser: LocalBrowser, count: int, options: argparse.Namespace
+    graph: LookedAt, browser: LocalBrowser, count: int, options: argparse.Namespace
 ) -> dict[str, Any]:
     """What so many pages receive and draw, and what that costs the graph's processes."""
     pages = [_open(browser, graph.address, options) for _ in range(count)]
+    for page in pages:
+        page.wait_for_function("window.received.length > 0", timeout=SLOW_MS)
     _wait(pages, SETTLE_S)
     for page in pages:
         page.evaluate("window.received.length = window.drawn.length = 0")
@@ -118,7 +159,8 @@ def _measure(
 
 def _open(browser: LocalBrowser, address: str, options: argparse.Namespace) -> Page:
     page = browser.open("about:blank", width=options.size[0], height=options.size[1])
-    page.add_init_script(COUNT % FUSED)
+    raster = "true" if options.raster else "false"
+    page.add_init_script(COUNT.replace("RASTER", raster))
     page.goto(address)
     page.wait_for_selector("canvas", timeout=SLOW_MS)
     return page
@@ -132,23 +174,27 @@ def _wait(pages: Sequence[Page], seconds: float) -> None:
         time.sleep(seconds)
 
 
-def _cpu_s(graph: ViewedGraph) -> dict[str, float]:
-    """CPU time [s] that each node of the graph has taken."""
+def _cpu_s(graph: LookedAt) -> dict[str, float]:
+    """CPU time [s] that each process has taken, by the node's name."""
     spent: dict[str, float] = {}
-    for process in psutil.Process(graph.process.pid).children(recursive=True):
-        words = [word for word in process.cmdline() if word.startswith("__node:=")]
-        if words:
+    for root in map(psutil.Process, graph.processes):
+        for process in (root, *root.children(recursive=True)):
+            words = process.cmdline()
+            named = [word for word in words if word.startswith("__node:=")]
+            name = named[0].removeprefix("__node:=") if named else Path(words[1]).name
             times = process.cpu_times()
-            spent[words[0].removeprefix("__node:=")] = times.user + times.system
+            spent[name] = times.user + times.system
     return spent
 
 
 def _table(rows: Sequence[tuple[int, Mapping[str, Any]]]) -> Table:
     table = Table(title="The live page, by browsers that look at once")
-    for title in ("browsers", "updates received", "gaps p50 / p99 / longest", "pictures drawn"):
-        table.add_column(title, justify="right")
-    for title in ("gaps p50 / p99 / longest", "CPU of the viewer", "of the other nodes", "idle"):
-        table.add_column(title, justify="right")
+    table.add_column("browsers", justify="right")
+    for what in ("updates received", "pictures drawn"):
+        table.add_column(f"{what} [Hz]", justify="right")
+        table.add_column("gaps p50, p99, longest [ms]", justify="right")
+    for what in ("CPU of the viewer", "of the other nodes", "idle"):
+        table.add_column(f"{what} [% of a core]", justify="right")
     for count, found in rows:
         cpu = dict(found["cpu"])
         viewer = cpu.pop("viewer")
@@ -156,11 +202,11 @@ def _table(rows: Sequence[tuple[int, Mapping[str, Any]]]) -> Table:
             str(count),
             *_cadence(found["received"]),
             *_cadence(found["drawn"]),
-            f"{viewer:.1f} %",
-            f"{sum(cpu.values()):.0f} %",
-            f"{found['idle']:.0f} %",
+            f"{viewer:.1f}",
+            f"{sum(cpu.values()):.0f}",
+            f"{found['idle']:.0f}",
         )
-    table.caption = "the worst of the browsers; CPU in percent of a core"
+    table.caption = "of several browsers, the worst"
     return table
 
 
@@ -169,13 +215,19 @@ def _cadence(each: Sequence[Cadence]) -> tuple[str, str]:
     if not each:
         return "–", "–"
     worst = max(each, key=lambda cadence: cadence.p99_ms)
-    gaps = f"{worst.p50_ms:.0f} / {worst.p99_ms:.0f} / {worst.longest_ms:.0f} ms"
-    return f"{worst.rate_hz:.1f} Hz", gaps
+    gaps = f"{worst.p50_ms:.0f}, {worst.p99_ms:.0f}, {worst.longest_ms:.0f}"
+    return f"{worst.rate_hz:.1f}", gaps
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="measure_viewer", description="Measure whether the live page runs smoothly."
+    )
+    parser.add_argument(
+        "--bag",
+        type=Path,
+        help="play this recording of three bodies to the viewer alone, on machines that are too"
+        " slow for the whole graph and a browser",
     )
     parser.add_argument(
         "--browsers", type=int, nargs="+", default=[1, 3], help="how many look at once"
@@ -187,7 +239,13 @@ def _parser() -> argparse.ArgumentParser:
         nargs=2,
         default=(800, 400),
         metavar=("WIDTH", "HEIGHT"),
-        help="of a page [px]; large ones are slow to draw without a graphics card",
+        help="of a page [px]; large ones are slow to fill without a graphics card",
+    )
+    parser.add_argument(
+        "--raster",
+        action="store_true",
+        help="also let the browsers fill the pixels; without a graphics card, that is what is"
+        " measured then",
     )
     parser.add_argument("--choreography", default="arm_raises", help="what the subject does")
     parser.add_argument("--seed", type=int, default=3, help="of the synthetic subject")

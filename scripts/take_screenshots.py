@@ -15,7 +15,15 @@ from viewed_graph import Session, executable, serving, viewed_graph
 LIVE_AT_S = 33.0  # [s] of the session, when the live picture is taken, or later
 DURATION_S = 70.0  # [s] of the session
 SIZE = {"width": 1440, "height": 800}
+SETTLE_MS = 5_000  # [ms] that a new page takes to be there
 SLOW_MS = 120_000  # [ms] three dimensions are drawn without a graphics card
+# Without a graphics card, drawing takes the processor from the graph: two pictures a second, once
+# the page is there.
+SELDOM = """
+const soon = window.requestAnimationFrame;
+window.requestAnimationFrame = (draw) =>
+  window.seldom ? setTimeout(() => draw(performance.now()), 500) : soon(draw);
+"""
 
 
 def main() -> None:
@@ -36,13 +44,16 @@ def main() -> None:
 
 
 def _run_graph(options: argparse.Namespace, folder: Path, browser: LocalBrowser) -> Path:
-    """A run of the live graph, with its picture; the recording that it leaves."""
+    """The picture of a live graph; the recording of another run, which no browser slows down."""
     session = Session(choreography=options.choreography, seed=options.seed, duration_s=DURATION_S)
-    with viewed_graph(session, folder) as graph:
+    with viewed_graph(session, folder / "live", "record:=false") as graph:
         page = _open(browser, graph.address)
+        page.wait_for_timeout(SETTLE_MS)
+        page.evaluate("window.seldom = true")
         page.wait_for_timeout(1e3 * graph.left_s(LIVE_AT_S))
         _save(page, options.output / "viewer_live.png")
         page.close()
+    with viewed_graph(session, folder / "recorded") as graph:
         time.sleep(graph.left_s(DURATION_S))
     return graph.bag
 
@@ -65,7 +76,9 @@ def _show_recording(page: Page, at: float) -> None:
 
 
 def _open(browser: LocalBrowser, address: str) -> Page:
-    page = browser.open(address, **SIZE)
+    page = browser.open("about:blank", **SIZE)
+    page.add_init_script(SELDOM)
+    page.goto(address)
     page.wait_for_selector("canvas", timeout=SLOW_MS)
     page.locator(".mantine-Notification-closeButton").first.click(timeout=SLOW_MS)
     return page

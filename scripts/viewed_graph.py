@@ -48,12 +48,13 @@ class ViewedGraph:
 
 
 @contextmanager
-def viewed_graph(session: Session, folder: Path) -> Iterator[ViewedGraph]:
+def viewed_graph(session: Session, folder: Path, *arguments: str) -> Iterator[ViewedGraph]:
     """Make the session, start its devices and the graph with the page; stop them at the end.
 
     Args:
         session: What the subject does.
         folder: For the session and the bag.
+        *arguments: More of the launch file's, as ``name:=value``.
     """
     start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
     words: Sequence[str | Path] = [
@@ -70,6 +71,7 @@ def viewed_graph(session: Session, folder: Path) -> Iterator[ViewedGraph]:
         f"bag:={folder / 'bag'}",
         "view:=true",
         "page_port:=0",
+        *arguments,
     ]
     with serving(launch) as (process, address):
         yield ViewedGraph(
