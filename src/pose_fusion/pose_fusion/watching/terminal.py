@@ -108,19 +108,18 @@ def _is_known(share: FloatArray) -> bool:
 
 def _tracking_table(tracked: dict[str, FloatArray]) -> Table:
     """Per joint, for each source the left and the right one."""
-    table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
-    table.add_column(Text("tracked [%]"), no_wrap=True)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="bold")
+    table.add_column(Text("tracked [%]\nleft right"), no_wrap=True)
     for name in tracked:
-        short = _short(name)
-        table.add_column(f"{short} L", justify="right", no_wrap=True)
-        table.add_column("R", justify="right", no_wrap=True, width=4)
+        # Two lines, so that five sources fit into 80 columns.
+        first, _, second = _short(name).partition("_")
+        table.add_column(Text(f"{first}\n{second}"), justify="right", no_wrap=True)
     for joint in (*MIDDLE, *PAIRED):
-        cells: list[Text | str] = []
-        for share in tracked.values():
-            if joint in MIDDLE:
-                cells += [_share(share[JOINT_INDEX[joint]]), ""]
-            else:
-                cells += [_share(share[JOINT_INDEX[f"{side}_{joint}"]]) for side in SIDES]
+        names = (joint,) if joint in MIDDLE else tuple(f"{side}_{joint}" for side in SIDES)
+        cells = [
+            Text(" ").join(_share(share[JOINT_INDEX[name]]) for name in names)
+            for share in tracked.values()
+        ]
         table.add_row(joint, *cells)
     return table
 
@@ -132,7 +131,7 @@ def _short(topic: str) -> str:
 
 def _share(share: float) -> Text:
     style = "green" if share >= GOOD_SHARE else "yellow" if share >= FAIR_SHARE else "red"
-    return Text(f"{100.0 * share:.0f}", style)
+    return Text(f"{100.0 * share:3.0f}", style)
 
 
 def _warnings(statuses: Sequence[NodeStatus], lines: int) -> Table:
