@@ -248,10 +248,10 @@ def test_view_offsets_are_saved_by_joint_and_loaded(extrinsics, document, tmp_pa
 def test_sections_are_kept_when_the_calibration_is_replaced(extrinsics, tmp_path):
     path = tmp_path / "session.yaml"
     save_extrinsics(path, extrinsics)
-    assert load_section(path, "body") is None
-    save_section(path, "body", {"bone_lengths": {"left_thigh": 0.43}, "joints": ["head"]})
+    assert load_section(path, "straps") is None
+    save_section(path, "straps", {"bone_lengths": {"left_thigh": 0.43}, "joints": ["head"]})
     save_extrinsics(path, extrinsics_from_map(POSES))
-    assert load_section(path, "body") == {
+    assert load_section(path, "straps") == {
         "bone_lengths": {"left_thigh": 0.43},
         "joints": ["head"],
     }

@@ -1,22 +1,21 @@
 r"""The offset between two sensors' clocks, from the motion that both saw.
 
-The offset is the shift :math:`\tau` of one sensor's stamps under which its skeletons agree best
-with the other's, each shift with the rigid transform that suits it best:
-
-.. math:: \min_\tau \min_{R, t} \sum \rho(\| a(s) - (R\,b(s + \tau) + t) \|)
-
-and then refined by each joint's own delay (:mod:`joint_delays`).
+First the shift :math:`\tau` of one sensor's stamps under which what moves quickly in the two views
+differs least, :math:`\min_\tau \overline{| a(s) - R\,b(s + \tau) |^2}`, for all shifts at once by
+the Fourier transform; then each joint's own delay (:mod:`joint_delays`).
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
+from scipy import fft
+from scipy.ndimage import uniform_filter1d
 
-from pose_common.joints import JOINTS, TrackingState
-from pose_fusion.calibration.joint_delays import CORRELATION_S, Delay, estimate_delay
+from pose_fusion.calibration.clock_drift import Measured, clock_from
+from pose_fusion.calibration.clocks import Clock
+from pose_fusion.calibration.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
+from pose_fusion.calibration.motion_track import NS_PER_S, Track, track_of, without_slow
 from pose_fusion.calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform_robustly,
@@ -24,20 +23,21 @@ from pose_fusion.calibration.rigid_transform import (
 )
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
-NS_PER_S = 1_000_000_000
-COARSE_STEP_S = 0.04  # [s] about a frame
-FINE_REACH_S = 0.08  # [s] about the best coarse shift
-FINE_TOLERANCE_S = 0.0005  # [s]
-MAX_FRAMES = 300  # [-] of the reference that are compared
-MIN_FRAMES = 30  # [-] compared under every shift
-UNKNOWN_M = 1000.0  # [m] a residual worse than any, and finite for the search
-KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
-MAX_GAP_S = 0.1  # [s] to interpolate across
-REFINEMENTS = 3  # [-] of the offset by the joints' delays
-JOINT_ERROR_M = 0.02  # [m] that no calibration removes
-SPEED_REACH = 5  # [-] samples to either side: a shorter way is mostly noise
+GRID_RATE = 50.0  # [Hz] of the search for the shift
+FIT_SHIFTS_S = (0.0, -0.3, 0.3)  # [s] under which the sensors' turn is tried
+COARSE_SLOW_S = 3.0  # [s] differences that last longer count for nothing
+LEAST_WHOLE = 0.8  # [-] of that time, in which a joint must be known
+LEAST_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
+AMBIGUOUS = 1.1  # [-] of the least difference: another shift that agrees as well leaves it open
+APART_S = 0.15  # [s] a shift nearer to the best one is the same
+BEYOND_S = 0.1  # [s] that are searched beyond the largest offset: a best one there is none
+MIN_FRAMES = 30  # [-] of each sensor
+REFINEMENTS = 2  # [-] of the offset by the joints' delays
+FINE_REACH_S = 0.08  # [s] about the best shift
 OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: beyond, no offset is better than a wrong one
-SIGNIFICANT = 2.0  # [-] standard deviations; a smaller offset is taken for none
+SEARCHED_S = 60.0  # [s] of a longer recording: drifting clocks blur the rest
+WINDOW_S = 20.0  # [s] in which a delay is measured, for the drift
+MOST_WINDOWS = 40  # [-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,47 +46,21 @@ class ClockOffset:
 
     estimate_s: float  # [s]
     stddev_s: float  # [s] infinite where too little was seen
+    clock: Clock | None = None  # with its drift; None where too little was seen
 
     @property
     def observable(self) -> bool:
         """Whether the motion sufficed to tell."""
         return self.stddev_s <= OBSERVABLE_STDDEV_S
 
-    @property
-    def offset_ns(self) -> int:
-        """What to subtract from the sensor's stamps [ns]: 0 unless it is significant."""
-        is_significant = abs(self.estimate_s) > SIGNIFICANT * self.stddev_s
-        return round(self.estimate_s * NS_PER_S) if self.observable and is_significant else 0
-
 
 UNKNOWN_OFFSET = ClockOffset(estimate_s=0.0, stddev_s=np.inf)
-
-
-@dataclass(frozen=True)
-class _Track:
-    """One sensor's joints over time."""
-
-    stamps: FloatArray  # (n,) [s]
-    positions: FloatArray  # (n, 15, 3) [m], NaN if not tracked
-
-    def at(self, stamps: FloatArray) -> FloatArray:
-        """Joints at other instants [s], interpolated; NaN in gaps and outside, shape (m, 15, 3)."""
-        after = np.clip(np.searchsorted(self.stamps, stamps), 1, len(self.stamps) - 1)
-        before = after - 1
-        step = self.stamps[after] - self.stamps[before]
-        share = (stamps - self.stamps[before]) / step
-        positions = self.positions[before] + share[:, None, None] * (
-            self.positions[after] - self.positions[before]
-        )
-        outside = (share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)
-        positions[outside] = np.nan
-        return positions
 
 
 def estimate_clock_offset(
     reference: Sequence[SkeletonSample], other: Sequence[SkeletonSample], max_offset_s: float = 0.5
 ) -> ClockOffset:
-    """Find how far another sensor's clock is ahead of the reference's.
+    """Find how far another sensor's clock is ahead of the reference's, and what it gains.
 
     Args:
         reference: One person's samples, stamps ascending.
@@ -94,38 +68,37 @@ def estimate_clock_offset(
         max_offset_s: Largest offset [s] to look for.
 
     Returns:
-        The offset; of infinite deviation where the person moved too little or was seen too briefly.
+        The offset; of infinite deviation where the person moved too little or was seen too briefly,
+        or where the motion repeats itself so evenly that several shifts agree alike.
     """
-    if not reference or not other:
+    if min(len(reference), len(other)) < MIN_FRAMES:
         return UNKNOWN_OFFSET
     begin_ns = reference[0].stamp_ns
-    a, b = _track(reference, begin_ns), _track(other, begin_ns)
+    a, b = track_of(reference, begin_ns), track_of(other, begin_ns)
     if min(len(a.stamps), len(b.stamps)) < MIN_FRAMES:
         return UNKNOWN_OFFSET
-    compared = _moving_frames(a)
-    shifts = np.arange(-max_offset_s, max_offset_s + 0.5 * COARSE_STEP_S, COARSE_STEP_S)
-    medians = [_median_residual(a, b, compared, shift) for shift in shifts]
-    best = shifts[int(np.argmin(medians))]
-    fine = minimize_scalar(
-        lambda shift: _median_residual(a, b, compared, float(shift)),
-        bounds=(best - FINE_REACH_S, best + FINE_REACH_S),
-        method="bounded",
-        options={"xatol": FINE_TOLERANCE_S},
-    )
-    if fine.fun >= UNKNOWN_M or abs(fine.x) > max_offset_s:  # a best at the edge is none
+    begin_s = _liveliest(a, SEARCHED_S)
+    searched = a.between(begin_s, begin_s + SEARCHED_S)
+    coarse = find_shift(searched, b, max_offset_s)
+    if coarse is None:
         return UNKNOWN_OFFSET
-    offset, stddev = float(fine.x), _stddev(a, compared, float(fine.fun))
-    if stddev > OBSERVABLE_STDDEV_S:
-        return ClockOffset(estimate_s=offset, stddev_s=stddev)
+    offset, delay = coarse, Delay(estimate_s=0.0, stddev_s=np.inf)
     for _ in range(REFINEMENTS):
-        delay = _delay(a, b, offset)
-        offset, stddev = offset + delay.estimate_s, delay.stddev_s
-    if abs(offset - fine.x) > FINE_REACH_S:
+        delay = measure_delay(searched, b, offset)
+        offset += delay.estimate_s
+    if abs(offset - coarse) > FINE_REACH_S or abs(offset) > max_offset_s:
         return UNKNOWN_OFFSET
-    return ClockOffset(estimate_s=offset, stddev_s=stddev)
+    found = ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s)
+    if not found.observable:
+        return found
+    measured = _over_time(a, b, offset, begin_s)
+    clock = Clock(offset_ns=round(offset * NS_PER_S), stddev_s=delay.stddev_s)
+    if measured:
+        clock = clock_from(measured, begin_ns, LAG_SPREAD_S)
+    return ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s, clock=clock)
 
 
-def _delay(a: _Track, b: _Track, offset: float) -> Delay:
+def measure_delay(a: Track, b: Track, offset: float) -> Delay:
     """What is left of the other's delay after an offset [s] has been taken off."""
     moved = b.at(a.stamps + offset)
     known = np.isfinite(a.positions + moved).all(axis=2)
@@ -140,71 +113,124 @@ def _delay(a: _Track, b: _Track, offset: float) -> Delay:
     return estimate_delay(a.stamps, positions, transformed(fit.T_target_source, moved))
 
 
-def _track(samples: Sequence[SkeletonSample], begin_ns: int) -> _Track:
-    stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples])
-    positions = np.array([sample.positions for sample in samples])
-    state = np.array([sample.tracking_state for sample in samples])
-    positions[state != TrackingState.TRACKED] = np.nan
-    ascending = np.concatenate([[True], np.diff(stamps_ns) > 0])
-    return _smoothed(stamps_ns[ascending] / NS_PER_S, positions[ascending])
+def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
+    """The shift [s] of the other's stamps under which the motions agree best; None without one.
 
-
-def _smoothed(stamps: FloatArray, positions: FloatArray) -> _Track:
-    """Weighted means of neighbouring samples, and of their stamps.
-
-    Interpolation halfway between two noisy samples halves the variance of their noise: without
-    smoothing, shifts that lead there for most samples would agree best, whatever the motion.
+    Args:
+        a: The reference's view, a minute at most.
+        b: The other's.
+        max_offset_s: Largest shift to look for [s].
     """
-    count = len(stamps) - len(KERNEL) + 1
-    if count < 1:
-        return _Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
-    windows = [slice(first, first + count) for first in range(len(KERNEL))]
-    mean_stamps = sum(w * stamps[part] for w, part in zip(KERNEL, windows, strict=True))
-    mean = sum(w * positions[part] for w, part in zip(KERNEL, windows, strict=True))
-    pause = np.maximum.reduce([np.diff(stamps)[part] for part in windows[:-1]]) > MAX_GAP_S
-    mean = np.where(pause[:, None, None], np.nan, mean)
-    return _Track(np.asarray(mean_stamps), mean)
+    turned = _turned_alike(a, b)
+    if turned is None:
+        return None
+    reach = round((max_offset_s + BEYOND_S) * GRID_RATE)
+    grid = np.arange(a.stamps[0], a.stamps[-1], 1.0 / GRID_RATE)
+    if len(grid) <= 2 * reach:
+        return None
+    difference = _mean_squares(a.at(grid), turned.at(grid), reach)
+    shifts = np.arange(-reach, reach + 1) / GRID_RATE
+    if not np.isfinite(difference).any():
+        return None
+    best = int(np.nanargmin(difference))
+    apart = np.abs(shifts - shifts[best]) > APART_S
+    elsewhere = np.nanmin(np.where(apart, difference, np.inf))
+    if abs(shifts[best]) > max_offset_s or elsewhere < AMBIGUOUS * difference[best]:
+        return None
+    return float(shifts[best])
 
 
-def _moving_frames(track: _Track) -> NDArray[np.intp]:
-    """The frames in which the body moves most, in the order of time: the others tell nothing."""
-    speed = _speeds(track)
-    fastest = np.argsort(-np.nan_to_num(speed), kind="stable")[: 2 * MAX_FRAMES]
-    return np.sort(fastest)[:: max(1, len(fastest) // MAX_FRAMES)]
+def _turned_alike(a: Track, b: Track) -> Track | None:
+    """The other's view in the reference's frame, as well as an unknown shift lets it be fitted."""
+    fits = []
+    for shift in FIT_SHIFTS_S:
+        moved = b.at(a.stamps + shift)
+        known = np.isfinite(a.positions + moved).all(axis=2)
+        try:
+            fit = estimate_rigid_transform_robustly(moved[known], a.positions[known])
+        except CalibrationError:
+            continue
+        fits.append((float(np.median(fit.residuals)), fit.T_target_source))
+    if not fits:
+        return None
+    _, T = min(fits, key=lambda each: each[0])
+    return Track(b.stamps, transformed(T, b.positions))
 
 
-def _speeds(track: _Track) -> FloatArray:
-    """RMS speed of the tracked joints [m/s] about each frame, over a third of a second."""
-    ahead, behind = 2 * SPEED_REACH, len(track.stamps) - 2 * SPEED_REACH
-    squares = ((track.positions[ahead:] - track.positions[:behind]) ** 2).sum(axis=2)
-    step = track.stamps[ahead:] - track.stamps[:behind]
-    known = np.isfinite(squares)
-    mean = np.where(known, squares, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-    speed = np.where(step <= ahead * MAX_GAP_S, np.sqrt(mean) / step, 0.0)
-    return np.concatenate([np.zeros(SPEED_REACH), speed, np.zeros(SPEED_REACH)])
+def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
+    """Mean squared difference [m²] of quick movements under shifts of -reach to reach samples.
+
+    Where one of them is not known, it does not count (Padfield, 2012, IEEE TIP 21(5), for images).
+
+    Args:
+        a: Joints on a grid, (n, 15, 3) [m], NaN where unknown.
+        b: The same of the other view.
+        reach: Largest shift [samples].
+    """
+    width = round(COARSE_SLOW_S * GRID_RATE)
+    quick, known = [], []
+    for positions in (a, b):
+        is_known = np.asarray(np.isfinite(positions).all(axis=2))
+        filled = np.where(is_known[..., None], positions, 0.0)
+        # A mean over less than the whole width is another one in the other view.
+        is_whole = uniform_filter1d(is_known.astype(float), width, axis=0, mode="constant")
+        quick.append(without_slow(filled, is_known, width).reshape(len(positions), -1))
+        is_known &= is_whole > LEAST_WHOLE
+        quick[-1][~np.repeat(is_known, 3, axis=1)] = 0.0
+        known.append(np.repeat(is_known, 3, axis=1).astype(float))
+
+    def correlation(one: FloatArray, other: FloatArray) -> FloatArray:
+        size = fft.next_fast_len(len(one) + reach + 1)
+        product = np.conj(fft.rfft(one, size, axis=0)) * fft.rfft(other, size, axis=0)
+        summed = fft.irfft(product.sum(axis=1), size)
+        return np.asarray(np.concatenate([summed[-reach:], summed[: reach + 1]]))
+
+    count = correlation(known[0], known[1])
+    squares = correlation(quick[0] ** 2, known[1]) + correlation(known[0], quick[1] ** 2)
+    squares -= 2.0 * correlation(quick[0], quick[1])
+    enough = count > 3.0 * LEAST_OVERLAP_S * GRID_RATE
+    return np.where(enough, squares / np.maximum(count, 1.0), np.nan)
 
 
-def _median_residual(a: _Track, b: _Track, compared: NDArray[np.intp], shift: float) -> float:
-    """Median distance [m] of a joint in the two views under a shift."""
-    target = a.positions[compared]
-    source = b.at(a.stamps[compared] + shift)
-    known = np.asarray(np.isfinite(source + target).all(axis=2))
-    if np.count_nonzero(known.any(axis=1)) < MIN_FRAMES:
-        return UNKNOWN_M
-    try:
-        fit = estimate_rigid_transform_robustly(source[known], target[known])
-    except CalibrationError:
-        return UNKNOWN_M
-    return float(np.median(fit.residuals))
+def _liveliest(track: Track, duration_s: float) -> float:
+    """Where the stretch of that length [s] begins in which most moves [s]."""
+    begin, end = float(track.stamps[0]), float(track.stamps[-1])
+    if end - begin <= duration_s:
+        return begin
+    ways = np.nan_to_num(np.abs(np.diff(track.positions, axis=0))).sum(axis=(1, 2))
+    travelled = np.concatenate([[0.0], np.cumsum(ways)])
+    starts = np.arange(begin, end - duration_s, 0.5 * duration_s)
+    first, last = (np.interp(starts + d, track.stamps, travelled) for d in (0.0, duration_s))
+    return float(starts[int(np.argmax(last - first))])
 
 
-def _stddev(track: _Track, compared: NDArray[np.intp], residual: float) -> float:
-    """Standard deviation [s] of a shift that moves joints by their speed against their error."""
-    speed = _speeds(track)[compared]
-    periods = np.unique(np.floor(track.stamps[compared] / CORRELATION_S))
-    observations = len(periods) * len(JOINTS)
-    mean_square = float(np.mean(speed**2)) / 3.0  # along the one direction of motion
-    information = observations * mean_square
-    if information == 0.0:
-        return np.inf
-    return max(residual, JOINT_ERROR_M) / float(np.sqrt(information))
+def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measured]:
+    """Delays in windows all over the recording, outwards from where the offset is known."""
+    first, last = float(a.stamps[0]), float(a.stamps[-1])
+    every = max(WINDOW_S, (last - first) / MOST_WINDOWS)
+    starts = np.arange(first, last - 0.5 * WINDOW_S, every)
+    later, earlier = starts[starts >= begin_s], starts[starts < begin_s][::-1]
+    measured = []
+    for direction in (later, earlier):
+        known = offset
+        for start in direction:
+            one = measure_window(a.between(start, start + WINDOW_S), b, known)
+            if one is not None:
+                measured.append(one)
+                known = one.offset_s
+    return sorted(measured, key=lambda one: one.at_s)
+
+
+def measure_window(a: Track, b: Track, offset: float) -> Measured | None:
+    """The offset in one stretch, near a known one [s]; None if nothing moves enough in it."""
+    if len(a.stamps) < MIN_FRAMES:
+        return None
+    delay = measure_delay(a, b, offset)
+    if not delay.stddev_s <= OBSERVABLE_STDDEV_S or abs(delay.estimate_s) > FINE_REACH_S:
+        return None
+    return Measured(
+        at_s=float(a.stamps.mean()) + offset,
+        offset_s=offset + delay.estimate_s,
+        noise_s=delay.noise_s,
+        stddev_s=delay.stddev_s,
+    )

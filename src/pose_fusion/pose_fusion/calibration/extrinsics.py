@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_fusion.calibration.body_section import SessionBody
 from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.floor import FloorEstimate
 from pose_fusion.calibration.rigid_transform import inverse
@@ -58,6 +59,7 @@ class Extrinsics:
     board: Mapping[str, BoardResiduals] = field(default_factory=dict)  # the same, of a board
     floor: FloorEstimate | None = None  # how T_map_reference was found
     clocks: Mapping[str, Clock] = field(default_factory=dict)  # by source, those that differ
+    body: SessionBody | None = None  # the person's measures, where they were taken
     view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
     """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
     axes that turn with the body (x forward, y left, z up)."""

@@ -17,7 +17,8 @@
       right: {offset_ns: 21500000, drift_ppm: 0.0, at_ns: 1700000012345678900, stddev_ms: 2.1}
     view_offsets:  # [m] where trackers see joints, in the body's axes
       left: {head: [0.004, -0.002, 0.011], ...}
-    body: {...}  # further sections, see session_file
+    body: {...}  # the person's measures, see body_section
+    imus: {...}  # further sections, see session_file
 
 ``residuals`` and what the map came from are for people: a file by hand does without.
 """
@@ -34,6 +35,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
+from pose_fusion.calibration.body_section import body_document, read_body
 from pose_fusion.calibration.clocks_section import clocks_document, read_clocks
 from pose_fusion.calibration.extrinsics import BoardResiduals, Extrinsics, PairResiduals
 from pose_fusion.streams.samples import FloatArray
@@ -59,7 +61,10 @@ def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
     Raises:
         InputError: If it cannot be written.
     """
-    write_document(path, {**_document(extrinsics, date), **_sections_of(path)})
+    sections = _sections_of(path)
+    if extrinsics.body is not None:
+        sections["body"] = body_document(extrinsics.body)
+    write_document(path, {**_document(extrinsics, date), **sections})
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
@@ -146,6 +151,7 @@ def load_extrinsics(path: Path) -> Extrinsics:
         T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
         clocks=read_clocks(path, document, tuple(T_reference_sensor)),
         view_offsets=view_offsets,
+        body=read_body(path, document.get("body")),
     )
 
 

@@ -9,15 +9,13 @@ delays are weighed as samples of one clock's offset with that spread.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
+from pose_fusion.calibration.motion_track import SLOW_S, without_slow
 from pose_fusion.streams.samples import FloatArray
 
 LAG_SPREAD_S = 0.012  # [s] between the lags with which a tracker follows different joints
 CORRELATION_S = 0.4  # [s] after which a joint's error is another one
 REACH_S = 0.07  # [s] to either side: a velocity over less is noise, which hides the delay
-SLOW_S = 3.0  # [s] differences that last longer are no delay
 FAR = 3.0  # [-] deviations from the median joint beyond which one counts for less
 LEAST_SIGNAL = 0.5  # [-] of a joint's velocities: one that stands still tells no delay
 MIN_SAMPLES = 30  # [-] of a joint
@@ -29,6 +27,7 @@ class Delay:
 
     estimate_s: float  # [s]
     stddev_s: float  # [s] infinite where nothing moved
+    noise_s: float = np.inf  # [s] of it, what another stretch of motion would give otherwise
 
 
 def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
@@ -47,8 +46,8 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     velocity = _velocity(stamps, 0.5 * (a + b), reach)
     apart = _velocity(stamps, a - b, reach)
     known = np.asarray(np.isfinite(velocity + a - b).all(axis=2))
-    quick = _without_slow(np.where(known[..., None], a - b, 0.0), known, width)
-    v = _without_slow(np.where(known[..., None], velocity, 0.0), known, width)
+    quick = without_slow(np.where(known[..., None], a - b, 0.0), known, width)
+    v = without_slow(np.where(known[..., None], velocity, 0.0), known, width)
     measured = (v**2).sum(axis=(0, 2))
     # Noise in the velocities would make every delay too small. Independent noise of the two views
     # gives their difference four times the energy that it gives their mean.
@@ -62,12 +61,14 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     # What moves most is tracked worst: the error's weight follows the motion's.
     share = (v**2).sum(axis=2) / measured[usable]
     noise = (left.sum(axis=2) * share).sum(axis=0) / 3.0
-    variance = noise / energy * max(1.0, CORRELATION_S / step) + LAG_SPREAD_S**2
+    random = noise / energy * max(1.0, CORRELATION_S / step)
+    variance = random + LAG_SPREAD_S**2
     off = np.abs(delay - np.median(delay)) / np.sqrt(variance)
     weight = np.minimum(1.0, FAR / np.maximum(off, 1e-9)) / variance
     return Delay(
         estimate_s=float((weight * delay).sum() / weight.sum()),
         stddev_s=float(1.0 / np.sqrt(weight.sum())),
+        noise_s=float(np.sqrt((weight**2 * random).sum()) / weight.sum()),
     )
 
 
@@ -77,11 +78,3 @@ def _velocity(stamps: FloatArray, positions: FloatArray, reach: int) -> FloatArr
     step = (stamps[2 * reach :] - stamps[: -2 * reach])[:, None, None]
     velocity[reach:-reach] = (positions[2 * reach :] - positions[: -2 * reach]) / step
     return velocity
-
-
-def _without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> FloatArray:
-    """Values (n, joints, 3) less their moving mean over the known ones, 0 where unknown."""
-    count = uniform_filter1d(known.astype(float), width, axis=0, mode="nearest")
-    mean = uniform_filter1d(values, width, axis=0, mode="nearest")
-    mean = mean / np.maximum(count, 1e-6)[..., None]
-    return np.where(known[..., None], values - mean, 0.0)

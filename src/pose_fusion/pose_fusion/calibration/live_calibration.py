@@ -6,23 +6,29 @@ from dataclasses import replace
 from enum import Enum
 
 from pose_common.counters import Counters
+from pose_fusion.calibration.body_section import measure_body
+from pose_fusion.calibration.clock_following import ClockFollower
 from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_offset
-from pose_fusion.calibration.clocks import Clock, Clocks, moved_most_ns, on_reference_clock
+from pose_fusion.calibration.clocks import IMUS, Clocks, moved_most_ns, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
-from pose_fusion.calibration.gravity import AccelerometerGravity
+from pose_fusion.calibration.gravity import AccelerometerGravity, Gravity
 from pose_fusion.calibration.guidance import what_is_missing
+from pose_fusion.calibration.imu_clock import ImuFindings, imu_findings
+from pose_fusion.calibration.imu_motion import ImuMemory
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.calibration.watchdog import Moved, Watchdog
-from pose_fusion.streams.samples import FloatArray, SkeletonSample
+from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
-from pose_fusion.streams.time_alignment import TimeAligner
+from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
 
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
 LONGEST_BUFFER = 4_000  # [samples] that clock offsets are sought in: a minute of two sensors
 SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
+FOLLOWED_NS = 500_000  # [ns] by which a clock moves before it is told
+IMU_REACH_NS = 90_000_000_000  # [ns] of what the IMUs felt, that is remembered
 
 
 class CalibrationState(Enum):
@@ -57,6 +63,8 @@ class LiveCalibration:
         self.selector = SinglePersonSelector(parameters.person)
         self.accelerometer = AccelerometerGravity()
         self.clock_offsets: dict[str, ClockOffset] = {}
+        self.imu_memory = ImuMemory(IMU_REACH_NS)
+        self.imus: ImuFindings | None = None
         self._begin()
         if known is not None:
             self._watch(known)
@@ -68,6 +76,9 @@ class LiveCalibration:
 
     def _begin(self) -> None:
         self.clock_offsets = {}
+        self.imus = None
+        self._follower: ClockFollower | None = None
+        self._new_clocks: Clocks | None = None
         self._buffer: deque[SkeletonSample] = deque(maxlen=LONGEST_BUFFER)
         self._use_clocks({})
         self._attempt_at_s = self.parameters.minimum_duration
@@ -80,19 +91,27 @@ class LiveCalibration:
         """Align by these clocks from now on, and all that was seen again."""
         parameters = self.parameters
         self._clocks = clocks
-        self.aligner = TimeAligner(
+        self.aligner = self._make_aligner()
+        self.calibrator = ExtrinsicsCalibrator(
+            parameters.sensors, parameters.limits, parameters.known_mounting
+        )
+        for frame in self._aligned_buffer(self.aligner):
+            self.calibrator.add(frame)
+
+    def _make_aligner(self) -> TimeAligner:
+        parameters = self.parameters
+        return TimeAligner(
             parameters.sensors,
             max_skew_s=parameters.max_skew,
             max_gap_s=parameters.max_gap,
             max_wait_s=parameters.max_wait,
         )
-        self.calibrator = ExtrinsicsCalibrator(
-            parameters.sensors, parameters.limits, parameters.known_mounting
-        )
-        corrected = (on_reference_clock(sample, clocks) for sample in self._buffer)
-        for sample in sorted(corrected, key=lambda s: s.stamp_ns):
-            for frame in self.aligner.add(sample):
-                self.calibrator.add(frame)
+
+    def _aligned_buffer(self, aligner: TimeAligner) -> list[AlignedFrame]:
+        """What is kept of the past, at common instants."""
+        corrected = [on_reference_clock(sample, self._clocks) for sample in self._buffer]
+        corrected.sort(key=lambda sample: sample.stamp_ns)
+        return [frame for sample in corrected for frame in aligner.add(sample)]
 
     @property
     def is_finished(self) -> bool:
@@ -141,6 +160,23 @@ class LiveCalibration:
         """Take the reference's own accelerometer, (3,) [m/s²] in its optical frame."""
         self.accelerometer.add(acceleration)
 
+    def add_imus(self, block: ImuBlock) -> None:
+        """Take what body-worn IMUs felt."""
+        self.imu_memory.add(block)
+
+    def take_clocks(self) -> Clocks | None:
+        """The clocks, once after each time that they were found to have moved."""
+        clocks, self._new_clocks = self._new_clocks, None
+        return clocks
+
+    def _follow(self, sample: SkeletonSample) -> None:
+        clocks = None if self._follower is None else self._follower.add(sample, self.imu_memory)
+        if clocks is None or self.extrinsics is None:
+            return
+        if moved_most_ns(self._clocks, clocks, sample.stamp_ns) > FOLLOWED_NS:
+            self._clocks = self._new_clocks = dict(clocks)
+            self.extrinsics = replace(self.extrinsics, clocks=self._clocks)
+
     def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
         """Take all that a sensor saw in one frame; returns a new calibration, if this gives one."""
         if self.is_finished and not self.parameters.watch:
@@ -148,6 +184,7 @@ class LiveCalibration:
         sample = self.selector.select(persons)
         if sample is None:
             return None
+        self._follow(sample)
         frames = self.aligner.add(on_reference_clock(sample, self._clocks))
         if self._watchdog is not None:
             for frame in frames:
@@ -168,6 +205,8 @@ class LiveCalibration:
 
     def _watch(self, extrinsics: Extrinsics) -> None:
         self._use_clocks(extrinsics.clocks)
+        if self.parameters.watch:
+            self._follower = ClockFollower(extrinsics, self.parameters.max_offset)
         if self.parameters.watch and len(extrinsics.sensors) > 1:
             self._watchdog = Watchdog(extrinsics)
 
@@ -195,12 +234,36 @@ class LiveCalibration:
         self.counters.add("solutions")
         self._refusal = ""
         clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
-        self.extrinsics = replace(found, clocks=clocks)
+        self.extrinsics = self._with_imus(replace(found, clocks=clocks))
         self._conclude(self.extrinsics, observed_s)
         return self.extrinsics
 
-    def _solve(self) -> Extrinsics:
-        return self.calibrator.solve(allow_missing=True, gravity=self.accelerometer.gravity())
+    def _solve(self, gravity: Gravity | None = None) -> Extrinsics:
+        gravity = self.accelerometer.gravity() or gravity
+        return self.calibrator.solve(allow_missing=True, gravity=gravity)
+
+    def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
+        """The calibration with what body-worn IMUs add to it, where there are any."""
+        if not self.imu_memory.segments:
+            return extrinsics
+        by_sensor = self._by_sensor()
+        skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
+        limit_s = self.parameters.max_offset
+        self.imus = imu_findings(extrinsics, skeletons, self.imu_memory, limit_s)
+        clocks = dict(extrinsics.clocks)
+        if self.imus.clock is not None:
+            clocks[IMUS] = self.imus.clock
+        if self.imus.gravity is not None and self.accelerometer.gravity() is None:
+            extrinsics = self._solve(self.imus.gravity)
+        self._clocks = clocks
+        return replace(extrinsics, clocks=clocks)
+
+    def _by_sensor(self) -> dict[str, list[SkeletonSample]]:
+        """What is kept of the past by sensor, as it came."""
+        by_sensor: dict[str, list[SkeletonSample]] = {}
+        for sample in self._buffer:
+            by_sensor.setdefault(sample.sensor, []).append(sample)
+        return by_sensor
 
     def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> None:
         """Decide whether that was the last solution."""
@@ -215,8 +278,11 @@ class LiveCalibration:
         complete = set(extrinsics.sensors) == set(parameters.sensors)
         if complete and (not self._missing or observed_s >= parameters.collect_duration):
             self.state = CalibrationState.REFINED
+            T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+            frames = self._aligned_buffer(self._make_aligner())
+            self.extrinsics = replace(extrinsics, body=measure_body(frames, T_map_sensor))
             self._buffer.clear()
-            self._watch(extrinsics)
+            self._watch(self.extrinsics)
         else:
             self.state = CalibrationState.CALIBRATED
             later_s = max(parameters.collect_duration, observed_s + ATTEMPT_EVERY_S)
@@ -224,9 +290,7 @@ class LiveCalibration:
 
     def _find_clocks(self) -> bool:
         """Find the clocks' offsets in what was seen; whether they have changed what was aligned."""
-        by_sensor: dict[str, list[SkeletonSample]] = {}
-        for sample in self._buffer:
-            by_sensor.setdefault(sample.sensor, []).append(sample)
+        by_sensor = self._by_sensor()
         reference, *others = self.parameters.sensors
         self.clock_offsets = {
             name: estimate_clock_offset(
@@ -234,12 +298,9 @@ class LiveCalibration:
             )
             for name in others
         }
-        clocks = {
-            name: Clock(offset_ns=one.offset_ns, stddev_s=one.stddev_s)
-            for name, one in self.clock_offsets.items()
-            if one.offset_ns
-        }
-        changed = moved_most_ns(self._clocks, clocks, 0) > SAME_OFFSET_NS
+        clocks = {n: one.clock for n, one in self.clock_offsets.items() if one.clock is not None}
+        newest_ns = max((sample.stamp_ns for sample in self._buffer), default=0)
+        changed = moved_most_ns(self._clocks, clocks, newest_ns) > SAME_OFFSET_NS
         if changed:
             self._use_clocks(clocks)
         return changed

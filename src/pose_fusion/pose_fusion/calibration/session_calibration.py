@@ -1,4 +1,4 @@
-"""A whole recording in, its calibration out: clock offsets, extrinsics, floor.
+"""A whole recording in, its calibration out: clocks, extrinsics, floor, the person's measures.
 
 What ``./pose calibrate`` and ``./pose fuse`` do with a recorded session.
 """
@@ -6,29 +6,33 @@ What ``./pose calibrate`` and ``./pose fuse`` do with a recorded session.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from pose_fusion.calibration.body_section import measure_body
 from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_offset
-from pose_fusion.calibration.clocks import Clock, on_reference_clock
+from pose_fusion.calibration.clocks import IMUS, Clocks, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_calibration import CalibrationLimits, ExtrinsicsCalibrator
 from pose_fusion.calibration.floor import KnownMounting
+from pose_fusion.calibration.imu_clock import ImuFindings, imu_findings
+from pose_fusion.calibration.imu_motion import ImuMemory
 from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.time_alignment import TimeAligner
+from pose_fusion.streams.samples import ImuBlock, SkeletonSample
+from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
 
 
 @dataclass(frozen=True, kw_only=True)
 class SessionCalibration:
     """What a recording tells of its sensors."""
 
-    extrinsics: Extrinsics  # with the clock offsets
+    extrinsics: Extrinsics  # with the clocks and the person's measures
     clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference
+    imus: ImuFindings | None  # None where there were none
     samples: Mapping[str, int]  # [-] skeletons by sensor
     frames: int  # [-] aligned instants
     counts: Mapping[str, int]  # of the time alignment, by reason
 
 
 def calibrate(
-    samples: Iterable[SkeletonSample],
+    samples: Iterable[SkeletonSample | ImuBlock],
     sensors: Sequence[str],
     *,
     limits: CalibrationLimits | None = None,
@@ -39,20 +43,59 @@ def calibrate(
     """Calibrate a recorded session.
 
     Args:
-        samples: One person's skeletons of all sensors; each sensor's in the order of time.
+        samples: One person's skeletons of all sensors, each sensor's in the order of time, and the
+            IMUs' samples if they are to be used.
         sensors: The sensors' names, the reference first; samples of others are left out. With a
             single one, only the floor is found.
         limits: What the calibration has to reach.
         mounting: What is known of the reference sensor's mounting.
-        find_clock_offsets: Also find the offsets between the sensors' clocks.
+        find_clock_offsets: Also find the offsets between the sources' clocks.
         max_clock_offset_s: Largest offset [s] to look for.
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
     """
+    by_sensor, memory = _sorted(samples, sensors)
+    offsets = {
+        name: estimate_clock_offset(by_sensor[sensors[0]], by_sensor[name], max_clock_offset_s)
+        for name in sensors[1:]
+        if find_clock_offsets
+    }
+    clocks = {name: one.clock for name, one in offsets.items() if one.clock is not None}
+    aligner = TimeAligner(sensors)
+    frames = _aligned(aligner, by_sensor, clocks)
+    calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
+    for frame in frames:
+        calibrator.add(frame)
+    extrinsics = replace(calibrator.solve(), clocks=clocks)
+    found = None
+    if memory.segments:
+        found = imu_findings(extrinsics, by_sensor, memory, max_clock_offset_s)
+        if found.gravity is not None:
+            extrinsics = replace(calibrator.solve(gravity=found.gravity), clocks=clocks)
+        if found.clock is not None and find_clock_offsets:
+            extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
+    T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+    return SessionCalibration(
+        extrinsics=replace(extrinsics, body=measure_body(frames, T_map_sensor)),
+        clock_offsets=offsets,
+        imus=found,
+        samples={name: len(ones) for name, ones in by_sensor.items()},
+        frames=aligner.counters["frames"],
+        counts=aligner.counters.as_dict(),
+    )
+
+
+def _sorted(
+    samples: Iterable[SkeletonSample | ImuBlock], sensors: Sequence[str]
+) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
+    """The samples by sensor, stamps ascending, and what the IMUs felt."""
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
+    memory = ImuMemory()
     for sample in samples:
-        if sample.sensor in by_sensor:
+        if isinstance(sample, ImuBlock):
+            memory.add(sample)
+        elif sample.sensor in by_sensor:
             by_sensor[sample.sensor].append(sample)
     for name, ones in by_sensor.items():
         ones.sort(key=lambda one: one.stamp_ns)
@@ -60,32 +103,15 @@ def calibrate(
             raise CalibrationError(
                 f"found no skeletons of '{name}', expected some from each of {', '.join(sensors)}"
             )
-    reference = by_sensor[sensors[0]]
-    offsets = {
-        name: estimate_clock_offset(reference, by_sensor[name], max_clock_offset_s)
-        for name in sensors[1:]
-        if find_clock_offsets
-    }
-    clocks = {
-        name: Clock(offset_ns=one.offset_ns, stddev_s=one.stddev_s)
-        for name, one in offsets.items()
-        if one.offset_ns
-    }
-    aligner = TimeAligner(sensors)
-    calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
+    return by_sensor, memory
+
+
+def _aligned(
+    aligner: TimeAligner, by_sensor: Mapping[str, Sequence[SkeletonSample]], clocks: Clocks
+) -> list[AlignedFrame]:
     ordered = sorted(
         (on_reference_clock(one, clocks) for ones in by_sensor.values() for one in ones),
         key=lambda one: one.stamp_ns,
     )
-    for sample in ordered:
-        for frame in aligner.add(sample):
-            calibrator.add(frame)
-    for frame in aligner.flush():
-        calibrator.add(frame)
-    return SessionCalibration(
-        extrinsics=replace(calibrator.solve(), clocks=clocks),
-        clock_offsets=offsets,
-        samples={name: len(ones) for name, ones in by_sensor.items()},
-        frames=aligner.counters["frames"],
-        counts=aligner.counters.as_dict(),
-    )
+    frames = [frame for sample in ordered for frame in aligner.add(sample)]
+    return frames + aligner.flush()

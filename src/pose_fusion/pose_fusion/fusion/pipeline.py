@@ -113,6 +113,9 @@ class FusionPipeline:
         """
         self.use_clocks(extrinsics.clocks)
         self.extrinsics = extrinsics
+        body = extrinsics.body
+        if self.shape is None and body is not None and body.model == self.model.name:
+            self.use_shape(body.shape)
         while self._waiting:
             sample = self._waiting.popleft()
             if isinstance(sample, SkeletonSample):

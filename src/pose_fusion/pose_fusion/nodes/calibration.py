@@ -8,7 +8,7 @@ import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -18,8 +18,10 @@ from pose_common.errors import InputError
 from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
+from pose_fusion.calibration.clocks import Clock, Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_fusion.calibration.imu_motion import BONES
 from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.conversions import (
@@ -28,8 +30,14 @@ from pose_fusion.conversions import (
     to_extrinsics_messages,
     to_static_tf,
 )
+from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.bags import skeleton_samples
+from pose_fusion.streams.imu_bytes import imu_block
+
+# What may wait while a solution is sought, for two seconds.
+IMU_QOS = QoSProfile(depth=250, reliability=ReliabilityPolicy.BEST_EFFORT)
+EVERY_OTHER = 2  # [-] of the IMUs' samples suffices, at the 100 Hz that they have
 
 
 class CalibrationNode(Node):
@@ -52,7 +60,9 @@ class CalibrationNode(Node):
         self._calibration = LiveCalibration(parameters, known)
         follow = self._calibration.selector.follow
         accept_changes(self, LiveCalibrationParameters, {"person": follow})
-        self._counters = Counters("malformed_frames", "accelerations_in_other_frames")
+        self._counters = Counters(
+            "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
+        )
         self._trouble = ""
         self._extrinsics_publisher = self.create_publisher(
             TransformStamped, "extrinsics", latched(len(parameters.sensors))
@@ -60,6 +70,7 @@ class CalibrationNode(Node):
         self._clock_publisher = self.create_publisher(
             TimeReference, "clock_offsets", latched(len(parameters.sensors))
         )
+        self._told_clocks: tuple[str, ...] = ()
         self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", latched(1))
         for sensor in parameters.sensors:
             self.create_subscription(
@@ -75,6 +86,8 @@ class CalibrationNode(Node):
             self._on_acceleration,
             qos_profile_sensor_data,
         )
+        topics = {segment: f"imu_{segment}/data" for segment in BONES}
+        self._imus = Inbox(self, Imu, topics, IMU_QOS)
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
         self.create_service(Trigger, "~/progress", self._on_progress)
         self.create_service(Trigger, "~/save", self._on_save)
@@ -94,11 +107,21 @@ class CalibrationNode(Node):
             self._counters.add("malformed_frames")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
+        self._take_imus()
         extrinsics = self._calibration.add(persons)
+        clocks = self._calibration.take_clocks()
+        if clocks is not None:
+            self._publish_clocks(clocks)
         if extrinsics is not None:
             self._publish(extrinsics)
             if self._file is not None:
                 self._save(self._file, extrinsics)
+
+    def _take_imus(self) -> None:
+        for segment, datas in self._imus.take().items():
+            block, kept = imu_block(datas[::EVERY_OTHER], segment)
+            self._counters.add("imu_without_orientation", len(datas[::EVERY_OTHER]) - len(kept))
+            self._calibration.add_imus(block)
 
     def _on_acceleration(self, message: Imu) -> None:
         if message.header.frame_id != self._reference_frame:
@@ -109,13 +132,20 @@ class CalibrationNode(Node):
 
     def _publish(self, extrinsics: Extrinsics) -> None:
         stamp_ns = self.get_clock().now().nanoseconds
-        for message in to_clock_messages(extrinsics.clocks, stamp_ns):
-            self._clock_publisher.publish(message)
+        self._publish_clocks(extrinsics.clocks)
         for message in to_extrinsics_messages(extrinsics, stamp_ns):
             self._extrinsics_publisher.publish(message)
         placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in extrinsics.sensors}
         self._tf_publisher.publish(to_static_tf(placed))
         self.get_logger().info(self._calibration.status)
+
+    def _publish_clocks(self, clocks: Clocks) -> None:
+        # A source that was told of before, and agrees by now, is told of again.
+        told = {source: Clock() for source in self._told_clocks} | dict(clocks)
+        self._told_clocks = tuple(told)
+        stamp_ns = self.get_clock().now().nanoseconds
+        for message in to_clock_messages(told, stamp_ns):
+            self._clock_publisher.publish(message)
 
     def _save(self, file: Path, extrinsics: Extrinsics) -> bool:
         try:
@@ -180,6 +210,8 @@ class CalibrationNode(Node):
                     f" ± {offset.stddev_s * 1e3:.1f}"
                     for sensor, offset in calibration.clock_offsets.items()
                 },
+                "imus": ", ".join(calibration.imu_memory.segments) or "none",
+                **_imus_told(calibration),
                 "accelerometer_readings": calibration.accelerometer.readings,
                 "accelerometer_left_out": calibration.accelerometer.left_out,
                 **calibration.counters.as_dict(),
@@ -188,6 +220,17 @@ class CalibrationNode(Node):
                 **calibration.aligner.counters.as_dict("alignment/"),
             },
         )
+
+
+def _imus_told(calibration: LiveCalibration) -> dict[str, object]:
+    """How the IMUs' clock was found to stand, also where it is taken to agree."""
+    imus = calibration.imus
+    if imus is None:
+        return {}
+    if not np.isfinite(imus.offset_stddev_s):
+        return {"clock_ahead_ms/imus": "unknown"}
+    ahead_ms, stddev_ms = imus.offset_s * 1e3, imus.offset_stddev_s * 1e3
+    return {"clock_ahead_ms/imus": f"{ahead_ms:.1f} ± {stddev_ms:.1f}"}
 
 
 def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
@@ -209,6 +252,8 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
         values["sensor_height_stddev_m"] = f"{floor.height_stddev:.2f}"
     for source, clock in extrinsics.clocks.items():
         values[f"clock_offset_ms/{source}"] = f"{clock.offset_ns * 1e-6:.1f}"
+        values[f"clock_offset_stddev_ms/{source}"] = f"{clock.stddev_s * 1e3:.1f}"
+        values[f"clock_drift_ppm/{source}"] = f"{clock.drift * 1e6:.0f}"
     return values
 
 

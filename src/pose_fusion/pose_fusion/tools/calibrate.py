@@ -25,7 +25,6 @@ from pose_fusion.calibration.parameters import CalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.calibration.session_calibration import SessionCalibration, calibrate
 from pose_fusion.streams.bags import BagSamples, sensor_topics
-from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
 from pose_fusion.tools import calibrate_board, calibrate_imu, calibrate_live
 
@@ -114,13 +113,12 @@ def calibrate_bag(
             bag,
             progress=lambda share: progress.update(task, completed=share),
             selector=SinglePersonSelector(parameters.person),
-            imus=False,
         )
-        skeletons = [sample for sample in samples if isinstance(sample, SkeletonSample)]
+        everything = list(samples)
         progress.update(task, description="solving", total=None)
         try:
             return calibrate(
-                skeletons,
+                everything,
                 sensors,
                 limits=parameters.limits,
                 mounting=parameters.known_mounting,
@@ -173,7 +171,22 @@ def _ahead(session: SessionCalibration, sensor: str) -> str:
     if not offset.observable:
         return "not observable"
     text = f"{offset.estimate_s * 1e3:.0f} ± {offset.stddev_s * 1e3:.0f} ms"
-    return text if offset.offset_ns else f"{text}, taken as 0"
+    drift = offset.clock.drift * 1e6 if offset.clock is not None else 0.0
+    return f"{text}, {drift:+.0f} ppm"
+
+
+def imus_line(session: SessionCalibration) -> str:
+    """One line about the IMUs' clock; empty where there are none."""
+    imus = session.imus
+    if imus is None:
+        return ""
+    if not np.isfinite(imus.offset_stddev_s):
+        return "the IMUs' clock: the motion does not tell it"
+    taken = "" if imus.clock is not None else ", taken as 0: trackers' lags differ by as much"
+    return (
+        f"the IMUs' clock is {imus.offset_s * 1e3:.0f} ± {imus.offset_stddev_s * 1e3:.0f} ms "
+        f"ahead{taken}"
+    )
 
 
 def floor_line(session: SessionCalibration) -> str:
@@ -207,6 +220,8 @@ def run() -> None:
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
     print(floor_line(session))
+    if session.imus is not None:
+        print(imus_line(session))
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")
 
 

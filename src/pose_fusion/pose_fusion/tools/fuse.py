@@ -26,12 +26,12 @@ from pose_fusion.conversions import (
     type_name,
     urdf_topic,
 )
+from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
 from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.tools.estimate_bytes import EstimateBytes
 
 NS_PER_S = 1_000_000_000
 TF_STATIC = "/tf_static"
@@ -90,8 +90,7 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
         extrinsics = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
         return replace(extrinsics, clocks=clocks)
     console.print("extrinsics: none in the bag, estimating them from its motion")
-    skeletons = (s for s in BagSamples(bag, parameters.person) if isinstance(s, SkeletonSample))
-    return calibrate(skeletons, parameters.sensors).extrinsics
+    return calibrate(BagSamples(bag, parameters.person), parameters.sensors).extrinsics
 
 
 class EstimateWriter:
@@ -118,7 +117,7 @@ class EstimateWriter:
         if self._bytes is None:
             model, typestore = self._pipeline.model, self._writer.typestore
             self._bytes = EstimateBytes(model, self._body_id, typestore, estimate)
-        for topic, data in self._bytes.write(estimate, latency_s).items():
+        for topic, data in self._bytes.write(estimate, latency_s):
             self._writer.write_serialized(topic, self._bytes.types[topic], data, estimate.stamp_ns)
 
     def _write_latched(self, stamp_ns: int) -> None:
