@@ -6,10 +6,10 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_common.bags import make_typestore
 from pose_fusion.conversions import to_bag_message, to_messages
+from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.message_template import MessageTemplate
-from pose_fusion.tools.estimate_bytes import EstimateBytes
 
 
 @pytest.mark.parametrize("estimator", ["default", "left"])
@@ -24,7 +24,7 @@ def test_bytes_are_those_of_the_messages(estimator):
     fast = EstimateBytes(pipeline.model, "someone", typestore, estimates[0])
     for estimate in (estimates[0], estimates[-1]):
         estimate.tracking_state[:3] = 0, 1, 2
-        found = fast.write(estimate, 0.25)
+        found = dict(fast.write(estimate, 0.25))
         messages = to_messages(estimate, pipeline.model, "someone", 0.25)
         assert found.keys() == messages.keys()
         for topic, message in messages.items():

@@ -16,9 +16,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from pose_common.conversions import ns_to_stamp
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_fusion.body.kinematics import rotation_from_vector
+from pose_fusion.body.frames import BodyFrames
 from pose_fusion.body.model import ROOT_DOF, BodyModel
-from pose_fusion.body.urdf import chain_frames, end_joints, joint_frame, link_frame
 from pose_fusion.calibration.clocks import IMUS, Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate
@@ -134,55 +133,15 @@ def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> 
 
 def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     """The body in map, and every frame of its URDF in the body."""
-    frames, T_parent_frame = tf_places(estimate, model, body_id)
-    in_map, in_body = (to_header(estimate.stamp_ns, parent) for parent in (WORLD_FRAME, frames[0]))
+    frames = BodyFrames(model, body_id)
+    places = frames.places(estimate.T_map_link, estimate.position, estimate.joints).tolist()
+    in_map, in_body = (to_header(estimate.stamp_ns, f) for f in (WORLD_FRAME, frames.names[0]))
     transforms: list[TransformStamped] = []
-    for frame, place in zip(frames, _places(T_parent_frame), strict=True):
+    for frame, place in zip(frames.names, places, strict=True):
         stamped = TransformStamped(header=in_body if transforms else in_map, child_frame_id=frame)
-        _set_transform(stamped.transform, place)
+        _set_transform(stamped.transform, (place[:3], place[3:]))
         transforms.append(stamped)
     return TFMessage(transforms=transforms)
-
-
-def tf_places(
-    estimate: BodyEstimate, model: BodyModel, body_id: str
-) -> tuple[list[str], FloatArray]:
-    """The frames of :func:`to_tf` and their places, (n, 4, 4): the body in map, the rest in it."""
-    T_map_link = np.stack([estimate.T_map_link[name] for name in model.link_names])
-    T_body_map = np.linalg.inv(T_map_link[0])
-    frames, T_map_frame = _frames_between(estimate, model, body_id)
-    T_parent_frame = T_body_map @ np.concatenate([T_map_link, T_map_frame])
-    T_parent_frame[0] = T_map_link[0]
-    frames = [*(link_frame(link, body_id) for link in model.links.values()), *frames]
-    return frames, T_parent_frame
-
-
-def _frames_between(
-    estimate: BodyEstimate, model: BodyModel, body_id: str
-) -> tuple[list[str], FloatArray]:
-    """Frames of the URDF that are no links of the model, with ``T_map_frame``, (n, 4, 4).
-
-    RViz wants a transform for each: those inside a joint's chain, and the ends of limbs.
-    """
-    dofs = [dof for link in model.links.values() for dof in link.dof]
-    angles = estimate.position[[model.dof_index[dof.name] for dof in dofs]]
-    back = rotation_from_vector(np.array([dof.axis for dof in dofs]) * -angles[:, None])
-    turn_back = {dof.name: R for dof, R in zip(dofs, back, strict=True)}
-    names, transforms = [], []
-    for link in model.links.values():
-        T = estimate.T_map_link[link.name]
-        frames = chain_frames(link, body_id)
-        for index in range(len(frames) - 2, -1, -1):
-            T = T.copy()
-            T[:3, :3] @= turn_back[link.dof[index + 1].name]
-            names.append(frames[index])
-            transforms.append(T)
-    for joint in end_joints(model):
-        T = estimate.T_map_link[model.joints[joint].link].copy()
-        T[:3, 3] = estimate.joints[JOINT_INDEX[joint]]
-        names.append(joint_frame(model, joint, body_id))
-        transforms.append(T)
-    return names, np.stack(transforms)
 
 
 def to_transforms(T: FloatArray) -> list[Transform]:

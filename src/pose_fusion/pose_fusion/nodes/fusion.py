@@ -14,6 +14,7 @@ from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+from pose_common.bags import make_typestore
 from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import SEGMENTS, TrackingState
@@ -26,7 +27,8 @@ from pose_fusion.calibration.clock_messages import clock_of
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
 from pose_fusion.calibration.imus.section import load_mountings_if_any
-from pose_fusion.conversions import body_topics, to_messages, to_string, urdf_topic
+from pose_fusion.conversions import body_topics, to_string, urdf_topic
+from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
@@ -76,6 +78,8 @@ class FusionNode(Node):
         )
         self._static_transforms: dict[str, TransformStamped] = {}
         self._announced_shape: BodyShape | None = None
+        self._typestore = make_typestore()
+        self._bytes: EstimateBytes | None = None
         self._reported_estimates = 0
         self._latency_s = 0.0
         self._urdf_publisher = self.create_publisher(String, urdf_topic(self._body_id), LATCHED_QOS)
@@ -176,9 +180,11 @@ class FusionNode(Node):
         for estimate in estimates:
             now_ns = self.get_clock().now().nanoseconds
             self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
-            messages = to_messages(estimate, self.pipeline.model, self._body_id, self._latency_s)
-            for topic, message in messages.items():
-                self._publishers_by_topic[topic].publish(message)
+            if self._bytes is None:
+                model, body_id = self.pipeline.model, self._body_id
+                self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)
+            for topic, data in self._bytes.write(estimate, self._latency_s):
+                self._publishers_by_topic[topic].publish(data)
 
     def _announce_shape(self) -> None:
         """Publish the person's tree, and save the measures, once they are known."""
