@@ -9,9 +9,9 @@ import numpy as np
 import rclpy
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
@@ -32,7 +32,9 @@ from pose_fusion.streams.samples import joined
 from pose_fusion.streams.single_person import SinglePersonSelector
 
 SPIN_S = 0.1
+SHOW_S = 0.3  # [s] between two looks at what is missing
 DEPTH = 50  # [messages]
+SENSOR_QOS = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class ImuCalibrationNode(Node):
@@ -54,15 +56,13 @@ class ImuCalibrationNode(Node):
         self._selector = SinglePersonSelector(parameters.person)
         self._transforms: dict[str, TransformStamped] = {}
         self._clocks: dict[str, Clock] = {}
-        self._imus = Inbox(
-            self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, qos_profile_sensor_data
-        )
+        self._imus = Inbox(self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
             self.create_subscription(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
                 partial(self._on_skeletons, sensor),
-                qos_profile_sensor_data,
+                SENSOR_QOS,
             )
         if extrinsics is None:
             self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, latched(DEPTH))
@@ -140,13 +140,18 @@ def calibrate_imus_live(
         CalibrationError: If nothing could be found in time; the message says what was missing.
     """
     rclpy.init(args=[])
+    executor = SingleThreadedExecutor()
     node = None
     try:
         node = ImuCalibrationNode(parameters, extrinsics)
+        executor.add_node(node)
         deadline = time.monotonic() + timeout_s
-        while time.monotonic() < deadline:
-            rclpy.spin_once(node, timeout_sec=SPIN_S)
-            on_progress(node.progress, node.missing)
+        show_at = 0.0
+        while (now := time.monotonic()) < deadline:
+            executor.spin_once(timeout_sec=SPIN_S)
+            if now >= show_at:
+                show_at = now + SHOW_S
+                on_progress(node.progress, node.missing)
             if node.calibration is not None and node.calibration.phase is Phase.DONE:
                 break
         if node.calibration is None or node.extrinsics is None:
@@ -155,6 +160,7 @@ def calibrate_imus_live(
     except ExternalShutdownException:
         raise KeyboardInterrupt from None
     finally:
+        executor.shutdown()
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

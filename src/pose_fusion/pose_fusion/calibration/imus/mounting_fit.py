@@ -102,6 +102,7 @@ class _Fit:
         for i, row in enumerate(self._rows):
             u = self._R_ws_neutral[i].T @ Z
             self._y[i] = _turn_between(self._R_ws[:, i] @ u, o.long_axis[:, row])
+        self._first_y = self._y.copy()
         turn = _about_z(self._psi - self._y)
         self._M = self._R_ws_neutral.swapaxes(1, 2) @ turn
         self._normal = np.zeros((OWN * count + 1, OWN * count + 1))
@@ -203,9 +204,10 @@ class _Fit:
         return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
 
     def _prior(self, i: int) -> _Measured:
-        stddev = np.array([DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
-        columns = self._columns(i, slice(0, OWN))[[1, 5, 6, 7]]
-        residual = np.append(self._d[i], self._b[i]) / stddev
+        stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
+        columns = self._columns(i, slice(0, OWN))[[0, 1, 5, 6, 7]]
+        heading = self._y[i] - self._first_y[i]  # of a segment that never leans, nothing tells it
+        residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
         jacobian = np.diag(1.0 / stddev)
         return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
 
