@@ -146,6 +146,23 @@ def test_a_frame_whose_counterpart_stays_out_is_used_all_the_same(
     )
 
 
+def test_with_an_output_rate_the_pose_of_now_is_published(ros_context, make_fusion, feed, tmp_path):
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics())
+    fusion = make_fusion(extrinsics_file=str(path), output_rate=100.0, forget_after=60.0)
+    states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
+    _, dof = motion(3.0)
+    start_ns = fusion.get_clock().now().nanoseconds - 5 * 10**9
+    positions = kinematics().pose(dof).positions
+    seen = skeleton_samples(positions, extrinsics(), start_ns=start_ns)
+    feed(fusion, seen)
+    before = len(states)
+    ros_context.spin_until(lambda: len(states) > before + 10, what="predictions")
+    stamps = [stamp_to_ns(state.header.stamp) for state in states]
+    assert stamps == sorted(set(stamps))
+    assert stamps[0] > seen[-1].stamp_ns  # frames give none of their own
+
+
 def test_what_imus_have_sent_is_taken_with_the_next_frame_and_by_itself(
     ros_context, make_fusion, feed, samples
 ):
@@ -202,6 +219,7 @@ def test_a_broken_skeleton_is_counted_and_shown_in_diagnostics(
     [
         ({"extrinsics_file": "/nowhere.yaml"}, InputError, "/nowhere.yaml"),
         ({"max_gap": -1.0}, ParameterError, "max_gap"),
+        ({"estimator": "joint_kf", "output_rate": 50.0}, ParameterError, "joint_kf cannot predict"),
         ({"estimator": "magic"}, ParameterError, "'magic' is not one of"),
     ],
 )

@@ -12,6 +12,7 @@ in :mod:`pose_fusion.kernels`.
 """
 
 from collections.abc import Sequence
+from copy import copy
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotri
@@ -83,7 +84,7 @@ class SegmentFilter:
 
     def predict(self, dt_s: float) -> None:
         """Go on by ``dt_s`` [s]."""
-        state, motion, layout = self._known_state(), self.motion, self.layout
+        state, motion, layout = self.known_state, self.motion, self.layout
         keep = float(np.exp(-dt_s / motion.rate_memory))
         keep_slide = float(np.exp(-dt_s / motion.slide_memory))
         reach_s = motion.rate_memory * (1.0 - keep)
@@ -97,9 +98,17 @@ class SegmentFilter:
         forgotten = 1.0 - float(np.exp(-dt_s / self.noise.memory))
         remember(self.tree.numbers, pose, forgotten, self._memory)
 
+    def ahead(self, dt_s: float) -> "SegmentFilter":
+        """The filter ``dt_s`` [s] later, as it would be if nothing were seen until then."""
+        other = copy(self)
+        other.state, other._memory = self.known_state.copy(), self._memory.copy()
+        if dt_s > 0.0:
+            other.predict(dt_s)
+        return other
+
     def reopen(self, links: Sequence[int]) -> None:
         """Forget what is known of some links' rotations: they are elsewhere."""
-        P = self._known_state().covariance
+        P = self.known_state.covariance
         for link in links:
             for where, stddev in (
                 (self.layout.rotation(link), LARGEST_STDDEV),
@@ -110,7 +119,7 @@ class SegmentFilter:
 
     def joints(self) -> FloatArray:
         """Joint positions [m] in map, shape (15, 3), with the shoulders' slides."""
-        return self.tree.joints(self._known_state().pose)
+        return self.tree.joints(self.known_state.pose)
 
     def update(
         self, cameras: Sequence[CameraLook] = (), imus: Sequence[LinkLook] = ()
@@ -120,7 +129,7 @@ class SegmentFilter:
         Raises:
             numpy.linalg.LinAlgError: If the covariance lost its positive definiteness.
         """
-        state, layout = self._known_state(), self.layout
+        state, layout = self.known_state, self.layout
         pose = state.pose
         information = np.zeros((layout.size, layout.size))
         vector = np.zeros(layout.size)
@@ -184,7 +193,13 @@ class SegmentFilter:
         own_blocks(information, blocks)
         return blocks
 
-    def _known_state(self) -> SegmentState:
+    @property
+    def known_state(self) -> SegmentState:
+        """The state.
+
+        Raises:
+            RuntimeError: If there is none yet.
+        """
         if self.state is None:
             raise RuntimeError("the filter has not been started")
         return self.state

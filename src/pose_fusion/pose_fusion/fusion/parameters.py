@@ -45,6 +45,13 @@ class FusionParameters(Li2020Parameters):
     max_wait: float = parameter(
         0.2, unit="s", low=0.05, high=2.0, doc="longest silence of a sensor to wait for"
     )
+    output_rate: float = parameter(
+        0.0,
+        unit="Hz",
+        low=0.0,
+        high=240.0,
+        doc="rate at which the pose is predicted to now and published; 0: once for each frame",
+    )
     restart_after: float = parameter(
         0.5, unit="s", low=0.1, high=10.0, doc="gap after which the filter starts anew"
     )

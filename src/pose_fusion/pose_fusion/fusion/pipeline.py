@@ -173,6 +173,21 @@ class FusionPipeline:
         self._let_go()
         return self._release()
 
+    def predict(self, stamp_ns: int) -> BodyEstimate | None:
+        """The pose at an instant that no frame has come of yet; changes nothing.
+
+        Args:
+            stamp_ns: The instant [ns], on the reference sensor's clock.
+
+        Returns:
+            None while there is no pose, or none any more.
+        """
+        if self._estimator is None:
+            return None
+        readings = self.imus.read(stamp_ns) if self.parameters.use_imus else {}
+        told = self._estimator.predicted(stamp_ns, readings)
+        return None if told is None else self._estimate(stamp_ns, told.pose, told.tracking_state)
+
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
         self._let_go()

@@ -67,6 +67,12 @@ class FusionNode(Node):
                 f"estimator = {self._settings.estimator} looks ahead, which a live node cannot: "
                 "choose another, or use ./pose fuse on a bag"
             )
+        can_predict = estimator_class(self._settings.estimator).CAN_PREDICT
+        if self._settings.output_rate > 0.0 and not can_predict:
+            raise ParameterError(
+                f"estimator = {self._settings.estimator} cannot predict: choose default or imu, or "
+                "leave output_rate at 0"
+            )
         self.pipeline = FusionPipeline(self._settings)
         self._selector = PersonSelector(self._settings.person)
         accept_changes(self, FusionParameters, {"person": self._selector.follow})
@@ -95,6 +101,8 @@ class FusionNode(Node):
             self.create_timer(IMU_PERIOD_S, self._take_imus)  # cameras may be silent
         self._patience = self.create_timer(PATIENCE_S, self._on_patience_ended)
         self._patience.cancel()
+        if self._settings.output_rate > 0.0:
+            self.create_timer(1.0 / self._settings.output_rate, self._publish_prediction)
         self._load_files()
         self._subscribe()
         self._diagnostics = DiagnosticsPublisher(self, self._report)
@@ -175,8 +183,18 @@ class FusionNode(Node):
     def _on_clock(self, message: TimeReference) -> None:
         self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock_of(message)})
 
+    def _publish_prediction(self) -> None:
+        self._take_imus()
+        estimate = self.pipeline.predict(self.get_clock().now().nanoseconds)
+        if estimate is not None:
+            self._send([estimate])
+
     def _publish(self, estimates: list[BodyEstimate]) -> None:
         self._announce_shape()
+        if self._settings.output_rate == 0.0:
+            self._send(estimates)
+
+    def _send(self, estimates: list[BodyEstimate]) -> None:
         for estimate in estimates:
             now_ns = self.get_clock().now().nanoseconds
             self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S

@@ -70,6 +70,8 @@ class Estimator(ABC):
     """Whether it wants all sensors interpolated to common instants, or each as it comes."""
     NEEDS_FUTURE: ClassVar[bool] = False
     """Whether it looks ahead, which only a recording allows."""
+    CAN_PREDICT: ClassVar[bool] = False
+    """Whether :meth:`predicted` tells the pose at instants that nothing was seen at."""
 
     def __init__(
         self,
@@ -96,6 +98,16 @@ class Estimator(ABC):
         """The poses that an observation completes: its own, unless the estimator looks ahead."""
         pose = self.update(observation)
         return [] if pose is None else [timed(pose, observation)]
+
+    def predicted(self, stamp_ns: int, readings: Mapping[str, SegmentReading]) -> TimedPose | None:
+        """The pose at a later instant, as far as it is known; leaves everything as it is.
+
+        Args:
+            stamp_ns: The instant [ns].
+            readings: Of the aligned IMUs at that instant, carried on by their gyroscopes.
+        """
+        del stamp_ns, readings
+        return None
 
     def flush(self) -> list[TimedPose]:
         """What is left to be told when nothing comes any more."""

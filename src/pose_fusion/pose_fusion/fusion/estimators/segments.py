@@ -1,12 +1,13 @@
 """``default``: rotations of the body's links on the manifold, every sensor's frame as it comes."""
 
 from collections.abc import Mapping
+from copy import copy
 from typing import ClassVar
 
 import numpy as np
 
 from pose_common.counters import Counters
-from pose_common.joints import TrackingState
+from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.body.hinge_plane import turned_into_hinge_planes
 from pose_fusion.body.inverse_kinematics import dof_from_positions
 from pose_fusion.body.kinematics import ForwardKinematics
@@ -21,7 +22,7 @@ from pose_fusion.filters.segment_filter import (
     UpdateReport,
 )
 from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation, TimedPose
 from pose_fusion.fusion.estimators.handover import Handover, Sources
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
@@ -56,6 +57,7 @@ class SegmentEstimator(Estimator):
     )
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
+    CAN_PREDICT: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -73,6 +75,8 @@ class SegmentEstimator(Estimator):
         self._lost = LostLimbs(model)
         self._surprise = Surprise()
         self._stamp_ns = 0
+        self._told: FusedPose | None = None  # the last pose, and how each joint was tracked
+        self._tracking_state = np.zeros(len(JOINTS), np.uint8)
 
     def update(self, observation: Observation) -> FusedPose | None:
         """Predict to the instant and take everything that is known of it."""
@@ -104,7 +108,30 @@ class SegmentEstimator(Estimator):
             return None
         self._surprise.note(max(ahead_s, 0.0), report.distance)
         scale = self._surprise.variance_scale(bool(observation.readings))
-        return self._read(self._handover.shown(state), scale, report, observation)
+        self._told = self._read(self._handover.shown(state), scale, report, observation)
+        self._tracking_state = observation.tracking_state.max(axis=0)
+        return self._told
+
+    def predicted(self, stamp_ns: int, readings: Mapping[str, SegmentReading]) -> TimedPose | None:
+        """The state gone on to the instant; what the IMUs say of it counts already."""
+        state, told = self._filter.state, self._told
+        ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
+        if state is None or told is None or not 0.0 <= ahead_s < self.parameters.forget_after:
+            return None
+        ahead = self._filter.ahead(ahead_s)
+        report = nothing_seen(self._tree)
+        if readings:
+            try:
+                report = ahead.update([], self._imu_looks(readings))
+            except np.linalg.LinAlgError:
+                return None
+        handover = copy(self._handover)
+        handover.predict(ahead_s)
+        visible = handover.shown(ahead.known_state).copy()
+        visible.covariance *= self._surprise.variance_scale(bool(readings))
+        visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
+        pose = copy(self._reader).read(visible, report, told.sensor_weight)
+        return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
 
     def _read(
         self, state: SegmentState, scale: float, report: UpdateReport, observation: Observation
@@ -198,6 +225,15 @@ class SegmentEstimator(Estimator):
             for segment, reading in readings.items()
             if segment in links
         ]
+
+
+def nothing_seen(tree: SegmentTree) -> UpdateReport:
+    """The report of an instant of which nothing is known."""
+    return UpdateReport(
+        distance=np.full(len(JOINTS), np.nan),
+        information=np.zeros((2, len(tree.parents), 3, 3)),
+        flipped=0,
+    )
 
 
 def _names(observation: Observation) -> list[str]:

@@ -1,0 +1,75 @@
+"""The pose predicted to instants between frames (synthetic motion)."""
+
+import numpy as np
+import pytest
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+
+MS = 1_000_000
+START_NS = 10**18
+
+
+@pytest.fixture(scope="module")
+def moving():
+    t, dof = motion(8.0)
+    positions = kinematics().pose(dof).positions
+    samples = skeleton_samples(positions, extrinsics(), np.random.default_rng(6), 0.003)
+    return t, positions, samples
+
+
+def fed(samples, ask_after_ns=()):
+    """Estimates, and the predictions asked for after each."""
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    estimates, predictions = [], []
+    for sample in samples:
+        new = pipeline.add_skeleton(sample)
+        estimates += new
+        predictions += [[pipeline.predict(e.stamp_ns + ns) for ns in ask_after_ns] for e in new]
+    return estimates, predictions
+
+
+def test_a_prediction_is_nearer_to_the_truth_of_its_instant_than_the_last_output(moving):
+    t, positions, samples = moving
+    late_ns = 20 * MS
+    estimates, predictions = fed(samples, [late_ns])
+    flat = positions.reshape(len(t), -1)
+
+    def error(poses):
+        now_s = np.array([(e.stamp_ns + late_ns - START_NS) * 1e-9 for e in estimates])
+        inside = (now_s > 5.0) & (now_s < t[-1])
+        true = np.stack([np.interp(now_s, t, column) for column in flat.T], axis=1)
+        told = np.array([pose.joints.ravel() for pose in poses])
+        return np.sqrt(np.mean((told - true)[inside] ** 2))
+
+    assert error([p for (p,) in predictions]) < 0.8 * error(estimates)
+
+
+def test_uncertainty_grows_with_how_far_ahead_is_predicted(moving):
+    *_, samples = moving
+    estimates, predictions = fed(samples[:300], [0, 10 * MS, 50 * MS, 200 * MS])
+    for estimate, ahead in zip(estimates[60:], predictions[60:], strict=True):
+        assert [p.stamp_ns - estimate.stamp_ns for p in ahead] == [0, 10 * MS, 50 * MS, 200 * MS]
+        spread = np.array([np.mean(p.position_stddev[6:] ** 2) for p in ahead])
+        assert (np.diff(spread) > 0.0).all()
+        np.testing.assert_allclose(ahead[0].joints, estimate.joints, atol=5e-3)
+        assert (ahead[-1].source == 0).all()  # predicted
+
+
+def test_asking_for_predictions_changes_nothing(moving):
+    *_, samples = moving
+    asked, _ = fed(samples[:200], [5 * MS, 30 * MS])
+    for one, other in zip(asked, fed(samples[:200])[0], strict=True):
+        np.testing.assert_array_equal(one.position, other.position)
+        np.testing.assert_array_equal(one.position_stddev, other.position_stddev)
+
+
+def test_nothing_is_predicted_before_a_pose_is_known_or_long_after_the_last_frame(moving):
+    *_, samples = moving
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    assert pipeline.predict(START_NS) is None
+    last = [e for sample in samples[:200] for e in pipeline.add_skeleton(sample)][-1]
+    assert pipeline.predict(last.stamp_ns + 100 * MS) is not None
+    assert pipeline.predict(last.stamp_ns + 1500 * MS) is None
+    assert pipeline.predict(last.stamp_ns - 10 * MS) is None
