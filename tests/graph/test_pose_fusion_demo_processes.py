@@ -2,8 +2,12 @@
 
 import csv
 import math
+import re
+from pathlib import Path
 
 import pytest
+import yaml
+from ament_index_python.packages import get_package_share_directory
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
@@ -13,6 +17,11 @@ from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.tools.demo_processes import executable
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("demo")]
+
+RVIZ_TYPES = {
+    "rviz_default_plugins/RobotModel": "std_msgs/msg/String",
+    "rviz_default_plugins/MarkerArray": "visualization_msgs/msg/MarkerArray",
+}
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +79,32 @@ def test_another_program_decodes_every_topic_by_the_definitions_in_the_bag(synth
     assert decoded["/kinect_left/skeletons"].header.frame_id == "kinect_left_optical_frame"
     assert "/humans/bodies/subject/estimate" in decoded
     assert "/imu_left_shank/data" in decoded
+
+
+def test_everything_that_rviz_and_foxglove_are_told_to_show_was_in_the_graph(synthetic):
+    _, folder, _ = synthetic
+    share = Path(get_package_share_directory("pose_fusion"))
+    rviz = yaml.safe_load((share / "rviz" / "pose.rviz").read_text())
+    shown = {
+        display.get("Topic", display.get("Description Topic"))["Value"]: RVIZ_TYPES[
+            display["Class"]
+        ]
+        for display in rviz["Visualization Manager"]["Displays"]
+        if display["Class"] in RVIZ_TYPES
+    }
+    assert len(shown) == len(RVIZ_TYPES)
+    layout = (share / "foxglove" / "pose.json").read_text()
+    named = set(re.findall(r'"(/(?:humans|diagnostics)[a-z_/]*)', layout))
+    fields = re.findall(r'"value": "(/[^."]+)[.]([a-z]+)', layout)
+
+    with open_bag(folder / "bag") as bag:
+        types = {name: topic.msgtype for name, topic in bag.topics.items() if topic.count}
+        first = {message.topic: message for message in bag.messages({t for t, _ in fields})}
+        messages = {topic: bag.deserialize(message) for topic, message in first.items()}
+    assert shown.items() <= types.items()
+    assert {"/tf", "/tf_static"} | named <= set(types)
+    assert fields
+    assert all(hasattr(messages[topic], field) for topic, field in fields)
 
 
 def test_the_bag_holds_what_went_in_and_what_came_out(synthetic):
