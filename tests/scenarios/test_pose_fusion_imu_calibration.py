@@ -78,7 +78,7 @@ def test_straps_are_found_to_three_degrees_about_every_axis_that_has_moved(resul
 
 def test_sensors_as_they_should_be_have_no_faults(result):
     assert result.faults == []
-    assert result.remarks == []
+    assert [remark for remark in result.remarks if "upside down" in remark.text] == []
 
 
 def test_exchanged_sensors_are_named(session):
@@ -124,7 +124,8 @@ def test_a_sensor_strapped_on_upside_down_is_remarked_and_allowed_for(session, r
 
     other = calibrated(session, strapped).finish()
     assert other.faults == []
-    assert [remark.segments for remark in other.remarks] == [("left_shank",)]
+    (remark,) = [remark for remark in other.remarks if "upside down" in remark.text]
+    assert remark.segments == ("left_shank",)
     expected = flip.inv().as_matrix() @ result.mountings["left_shank"].R_sensor_segment
     np.testing.assert_allclose(other.mountings["left_shank"].R_sensor_segment, expected, atol=1e-3)
 
@@ -159,6 +160,12 @@ def test_it_leads_from_standing_through_moving_to_done(session):
     done = calibrated(session, collect_duration=15.0)
     assert done.phase is Phase.DONE
     assert (done.progress, done.missing) == (1.0, "")
+
+
+def test_what_has_not_moved_enough_is_said_with_the_motion_that_helps(session):
+    still = calibrated(session, until_s=15.0, enough_stddev=0.03).finish()
+    texts = {remark.segments[0]: remark.text for remark in still.remarks}
+    assert "kick the heel back" in texts["left_shank"]
 
 
 def test_a_person_who_never_stood_still_is_told_so(session):

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_fusion.calibration.imus.explaining import Explanations
+from pose_fusion.calibration.imus.guidance import how_to_move, wanted_stddev
 from pose_fusion.calibration.imus.observations import ImuObservations
 from pose_fusion.imu.mounting import Mounting
 
@@ -68,6 +69,20 @@ def remarks_on(mountings: Mapping[str, Mounting]) -> list[Finding]:
         )
         for i, name in enumerate(names)
         if np.median(cosine[i, usual]) < OPPOSITE
+    ]
+
+
+def uncertain(mountings: Mapping[str, Mounting], enough: float) -> list[Finding]:
+    """Mountings that motion could have told better than ``enough`` [rad]."""
+    return [
+        Finding(
+            segments=(segment,),
+            text=f"{segment} is known to {np.degrees(wanted_stddev(segment, mounting)):.0f} deg "
+            f"only: calibrate again and {how_to_move(segment)}",
+            is_fault=False,
+        )
+        for segment, mounting in mountings.items()
+        if wanted_stddev(segment, mounting) > enough
     ]
 
 

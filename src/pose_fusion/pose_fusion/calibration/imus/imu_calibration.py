@@ -8,7 +8,7 @@ from pose_common.joints import SEGMENTS
 from pose_fusion.body.model import load_body_model
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.imus.explaining import explain
-from pose_fusion.calibration.imus.findings import Finding, faults_of, remarks_on
+from pose_fusion.calibration.imus.findings import Finding, faults_of, remarks_on, uncertain
 from pose_fusion.calibration.imus.guidance import what_is_missing
 from pose_fusion.calibration.imus.mounting_fit import fit_mountings
 from pose_fusion.calibration.imus.observations import ObservationRecorder
@@ -95,12 +95,14 @@ class ImuCalibration:
             return
         explanations = explain(observations)
         mountings = fit_mountings(observations)
-        faults = [*faults_of(observations, explanations), *self._absent()]
+        enough = self.parameters.enough_stddev
         self.result = ImuCalibrationResult(
-            mountings=mountings, faults=faults, remarks=remarks_on(mountings)
+            mountings=mountings,
+            faults=[*faults_of(observations, explanations), *self._absent()],
+            remarks=[*remarks_on(mountings), *uncertain(mountings, enough)],
         )
         self._missing, self._progress = what_is_missing(
-            self.result.usable, explanations.alike, self.parameters.enough_stddev
+            self.result.usable, explanations.alike, enough
         )
         is_over = self.recorder.moved_s >= self.parameters.collect_duration
         if not self._missing or is_over:
