@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from pose_common.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.recording.player_parameters import PlayerParameters
@@ -13,6 +14,7 @@ PACKAGE = Path(__file__).parents[2] / "src" / "pose_fusion"
 NODES = {
     "fusion": FusionParameters,
     "calibration": LiveCalibrationParameters,
+    "imu_calibration": ImuCalibrationParameters,
     "recorder": RecorderParameters,
     "player": PlayerParameters,
 }
