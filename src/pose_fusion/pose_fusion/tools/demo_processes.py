@@ -173,6 +173,12 @@ class LiveGraph:
             signal.signal(signal.SIGINT, before)
 
     @property
+    def pid(self) -> int:
+        """The launcher's process."""
+        assert self._process is not None
+        return self._process.pid
+
+    @property
     def nodes(self) -> dict[str, NodeStatus]:
         """What each node last said."""
         return self.monitor.nodes if self.monitor else {}

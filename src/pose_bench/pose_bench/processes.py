@@ -1,0 +1,59 @@
+"""What running processes take of the machine, from Linux's ``/proc``."""
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+PROC = Path("/proc")
+TICKS_PER_S = os.sysconf("SC_CLK_TCK")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Usage:
+    """One process."""
+
+    name: str  # of its executable
+    cpu_s: float  # [s] since it began
+    memory_mb: float  # [MB] its own and its share of what others use too
+
+
+def descendants(root: int) -> list[int]:
+    """All processes that a process has started, however indirectly."""
+    pids = [int(folder.name) for folder in PROC.glob("[0-9]*")]
+    parents = {pid: _parent(pid) for pid in pids}
+    found = [root]
+    for known in found:  # grows
+        found += [pid for pid, parent in parents.items() if parent == known]
+    return found[1:]
+
+
+def usage(pid: int) -> Usage | None:
+    """What a process has taken until now; None if it has ended."""
+    folder = PROC / str(pid)
+    try:
+        words = (folder / "cmdline").read_text().split("\0")
+        fields = _fields(folder)
+        rollup = (folder / "smaps_rollup").read_text()
+    except OSError:
+        return None
+    script = next((Path(w).name for w in words if "/lib/" in w), Path(words[0]).name)
+    shared_kb = next(
+        int(line.split()[1]) for line in rollup.splitlines() if line.startswith("Pss:")
+    )
+    return Usage(
+        name=script,
+        cpu_s=(int(fields[11]) + int(fields[12])) / TICKS_PER_S,
+        memory_mb=shared_kb * 1024 / 1e6,
+    )
+
+
+def _parent(pid: int) -> int | None:
+    try:
+        return int(_fields(PROC / str(pid))[1])
+    except OSError:  # it has ended meanwhile
+        return None
+
+
+def _fields(folder: Path) -> list[str]:
+    """Of ``stat``, from the state on: the name before it may hold anything."""
+    return (folder / "stat").read_text().rpartition(")")[2].split()

@@ -1,0 +1,78 @@
+"""``./pose bench live``: the whole graph in real processes, watched from outside."""
+
+import argparse
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from pose_bench.speed import machine
+from pose_bench.tables import TextTable, number
+from pose_bench.tools.live_graph import LiveResult, run_live
+from pose_common.errors import InputError
+
+SUMMARY = "the whole graph in real processes: latency, load, memory, what is lost"
+WIDTH = 120  # of the tables where there is no terminal
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--duration", type=float, default=60.0, metavar="S", help="of the session [s] (60)"
+    )
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for live.md")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure and print."""
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    with (
+        tempfile.TemporaryDirectory(prefix="pose_bench_live_") as folder,
+        Console(stderr=True).status(f"running the graph for {arguments.duration:g} s"),
+    ):
+        result = run_live(arguments.duration, Path(folder))
+    tables = [_latency_table(result), _cost_table(result)]
+    for table in tables:
+        console.print(table.rich())
+        console.print()
+    if arguments.output is not None:
+        text = "\n".join(["# Live", "", *(table.markdown() for table in tables)])
+        try:
+            arguments.output.mkdir(parents=True, exist_ok=True)
+            (arguments.output / "live.md").write_text(text)
+        except OSError as error:
+            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+    return 0
+
+
+def _latency_table(result: LiveResult) -> TextTable:
+    table = TextTable(
+        title="From a Kinect's frame to the joint state in another process [ms]",
+        header=["", "median", "99 %", "most", "frames"],
+        note=f"{result.without_state} of {result.frames} frames gave no joint state. Two Kinects "
+        f"at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. {machine()}.",
+    )
+    for name, times_ms in (
+        ("from its publication", result.latency_ms),
+        ("from its stamp", result.from_capture_ms),
+    ):
+        median, p99, most = np.percentile(times_ms, [50.0, 99.0, 100.0]).tolist()
+        row = [name, *(number(each, 1) for each in (median, p99, most)), str(len(times_ms))]
+        table.rows.append(row)
+    return table
+
+
+def _cost_table(result: LiveResult) -> TextTable:
+    table = TextTable(
+        title="The graph's processes, without the virtual IMUs' device",
+        header=["", "load [cores]", "memory [MB]"],
+        note="Memory: what a process has for itself, and its share of what several use.",
+    )
+    for name in sorted(result.load):
+        row = [name, number(result.load[name], 2), number(result.memory_mb[name], 0)]
+        table.rows.append(row)
+    load, memory_mb = sum(result.load.values()), sum(result.memory_mb.values())
+    table.rows.append(["all", number(load, 2), number(memory_mb, 0)])
+    return table

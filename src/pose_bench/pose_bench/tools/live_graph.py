@@ -1,0 +1,117 @@
+"""The whole graph in real processes: how long a frame takes to a joint state, what it all costs."""
+
+import json
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pose_bench.processes import descendants, usage
+from pose_common.errors import InputError
+from pose_fusion.streams.samples import FloatArray
+from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, start, stop
+
+NS_PER_S = 1_000_000_000
+LEAD_S = 12.0  # [s] from the session's making to its first frame: all processes start
+STEADY_S = 18.0  # [s] into the session: calibrated, the body measured, the IMUs aligned
+SIMULATED = ("imu_device",)  # no part of the graph: real IMUs come on a cable
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiveResult:
+    """One run."""
+
+    latency_ms: FloatArray  # (frames,) from publication to the joint state's arrival elsewhere
+    from_capture_ms: FloatArray  # (frames,) from the stamp
+    frames: int  # published while it ran steadily
+    without_state: int  # of these
+    load: dict[str, float]  # [cores] by process
+    memory_mb: dict[str, float]  # [MB] by process
+
+
+def run_live(duration_s: float, folder: Path) -> LiveResult:
+    """Run the demo's graph on a synthetic session and watch it from outside.
+
+    Args:
+        duration_s: Length of the session [s].
+        folder: Where the session, the bag and the log go.
+
+    Raises:
+        PoseError: If the graph fails, or gives no joint states.
+    """
+    if duration_s < STEADY_S + 5.0:
+        raise InputError(f"duration = {duration_s:g} s: expected {STEADY_S + 5.0:g} s or more")
+    session = folder / "session"
+    making_s = 0.2 * duration_s + 5.0
+    start_ns = time.time_ns() + round((making_s + LEAD_S) * NS_PER_S)
+    words = ["--choreography", "leg_lift_march", "--duration", f"{duration_s:g}", "--seed", "1"]
+    tool = executable("pose_sim", "generate")
+    run_to_end([tool, *words, "--start-at", str(start_ns), "-o", session])
+    arguments = {"session": str(session), "bag": str(folder / "bag"), "start_at": str(start_ns)}
+    probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
+    try:
+        with LiveGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
+            _sleep_until(start_ns + round(STEADY_S * NS_PER_S))
+            graph.check()
+            before = _usages(graph.pid)
+            _sleep_until(start_ns + round((duration_s - 1.0) * NS_PER_S))
+            graph.check()
+            after = _usages(graph.pid)
+            graph.stop()
+    finally:
+        stop_output = _stopped(probe)
+    steady_ns = start_ns + round(STEADY_S * NS_PER_S)
+    return _result(json.loads(stop_output), steady_ns, before, after)
+
+
+def _stopped(probe: "subprocess.Popen[str]") -> str:
+    probe.send_signal(2)
+    try:
+        output, _ = probe.communicate(timeout=20.0)
+    except subprocess.TimeoutExpired:
+        stop(probe)
+        raise
+    return str(output)
+
+
+def _sleep_until(when_ns: int) -> None:
+    time.sleep(max(0.0, (when_ns - time.time_ns()) / NS_PER_S))
+
+
+Usages = tuple[float, dict[str, float], dict[str, float]]
+"""When [s]; CPU time [s] and memory [MB] by process."""
+
+
+def _usages(root: int) -> Usages:
+    cpu_s: dict[str, float] = defaultdict(float)
+    memory_mb: dict[str, float] = defaultdict(float)
+    for found in filter(None, map(usage, [root, *descendants(root)])):
+        if found.name not in SIMULATED:
+            cpu_s[found.name] += found.cpu_s
+            memory_mb[found.name] += found.memory_mb
+    return time.monotonic(), cpu_s, memory_mb
+
+
+def _result(
+    noted: dict[str, dict[str, int]], steady_ns: int, before: Usages, after: Usages
+) -> LiveResult:
+    published = {int(k): v for k, v in noted["published"].items() if int(k) >= steady_ns}
+    arrived = {int(k): v for k, v in noted["arrived"].items()}
+    known = sorted(published.keys() & arrived.keys())
+    if not known:
+        raise InputError("no joint states came of the frames: see the graph's log")
+    # The last frames' states may still have been on their way.
+    due = [stamp for stamp in published if stamp <= known[-1]]
+    seconds = after[0] - before[0]
+    return LiveResult(
+        latency_ms=np.array([(arrived[s] - published[s]) * 1e-6 for s in known]),
+        from_capture_ms=np.array([(arrived[s] - s) * 1e-6 for s in known]),
+        frames=len(due),
+        without_state=len(due) - len(known),
+        load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
+        memory_mb=dict(after[2]),
+    )
