@@ -207,14 +207,16 @@ def _liveliest(track: Track, duration_s: float) -> float:
 def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measured]:
     """Delays in windows all over the recording, outwards from where the offset is known."""
     first, last = float(a.stamps[0]), float(a.stamps[-1])
-    every = max(WINDOW_S, (last - first) / MOST_WINDOWS)
-    starts = np.arange(first, last - 0.5 * WINDOW_S, every)
+    count = int(np.clip((last - first) // WINDOW_S, 1, MOST_WINDOWS))
+    every = (last - first) / count
+    width = every if count < MOST_WINDOWS else WINDOW_S
+    starts = first + every * np.arange(count)
     later, earlier = starts[starts >= begin_s], starts[starts < begin_s][::-1]
     measured = []
     for direction in (later, earlier):
         known = offset
         for start in direction:
-            one = measure_window(a.between(start, start + WINDOW_S), b, known)
+            one = measure_window(a.between(start, start + width), b, known)
             if one is not None:
                 measured.append(one)
                 known = one.offset_s

@@ -1,0 +1,78 @@
+"""The vertical from IMUs on limbs that a camera sees (synthetic)."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_fusion.calibration.imu_gravity import BODY_IMUS, gravity_from_imus
+from pose_fusion.calibration.imu_motion import BONES, Felt, View, measure_imu_delay
+from pose_fusion.calibration.motion_track import Track
+
+UP = np.array([0.10, -0.98, -0.17]) / np.linalg.norm([0.10, -0.98, -0.17])
+SEGMENTS = ("left_upper_arm", "right_upper_arm", "left_thigh", "right_thigh")
+SEEN_WRONG = np.radians(3.0)
+PRIOR = np.radians(5.0)
+
+
+def swinging(delay_s=0.0, moves=True, noise=0.005):
+    """A camera's view of four swinging limbs, and what IMUs on them feel ``delay_s`` later."""
+    rng = np.random.default_rng(4)
+    camera, imu = np.arange(0.0, 30.0, 1 / 30), np.arange(-1.0, 31.0, 0.02)
+    joints = np.full((len(camera), len(JOINTS), 3), np.nan)
+    felt = {}
+    for index, segment in enumerate(SEGMENTS):
+
+        def limb(times, index=index):
+            """It swings forwards and sideways: about one axis alone, the vertical stays open."""
+            size = 0.7 if moves else 0.0
+            forwards = size * np.sin((1.5 + 0.3 * index) * times + index)
+            sideways = size * np.sin((0.9 + 0.2 * index) * times)
+            return Rotation.from_rotvec(np.stack([forwards, 0.0 * times, sideways], axis=1))
+
+        hanging = np.array([0.0, 1.0, 0.0])
+        start, end = (JOINT_INDEX[name] for name in BONES[segment])
+        joints[:, start] = [0.2 * index, 0.0, 2.5]
+        joints[:, end] = joints[:, start] + 0.35 * limb(camera).apply(hanging)
+        mounting = Rotation.from_rotvec(rng.normal(size=3))
+        felt[segment] = Felt(imu + delay_s, (limb(imu) * mounting).inv().apply(UP))
+    joints += rng.normal(0.0, noise, joints.shape)
+    return Track(camera, joints), felt
+
+
+def off_by(angle):
+    return Rotation.from_rotvec([angle, 0.0, 0.5 * angle]).apply(UP)
+
+
+def test_the_vertical_is_found_whatever_the_mountings():
+    track, felt = swinging()
+    found = gravity_from_imus([View(track, off_by(SEEN_WRONG))], [np.eye(3)], felt, 0.0, PRIOR)
+    assert found is not None
+    assert found.source == BODY_IMUS
+    error = float(np.arccos(found.up @ UP))
+    assert error < np.radians(0.8)
+    assert error < 3.0 * found.stddev
+    assert found.stddev < 0.85 * PRIOR
+
+
+def test_limbs_that_never_move_add_nothing():
+    track, felt = swinging(moves=False)
+    view = View(track, off_by(SEEN_WRONG))
+    assert gravity_from_imus([view], [np.eye(3)], felt, 0.0, np.radians(1.0)) is None
+
+
+def test_without_imus_there_is_nothing_to_be_found():
+    track, _ = swinging()
+    assert gravity_from_imus([View(track, UP)], [np.eye(3)], {}, 0.0, PRIOR) is None
+
+
+@pytest.mark.parametrize("delay_s", [-0.42, 0.013, 0.31])
+def test_the_delay_is_found_to_5_ms(delay_s):
+    track, felt = swinging(delay_s)
+    found = measure_imu_delay([View(track, UP)], felt, reach_s=0.5)
+    assert found.estimate_s == pytest.approx(delay_s, abs=0.005)
+
+
+def test_limbs_that_never_move_tell_no_delay():
+    track, felt = swinging(0.1, moves=False, noise=0.001)
+    assert measure_imu_delay([View(track, UP)], felt, reach_s=0.5).stddev_s == np.inf
