@@ -28,6 +28,7 @@ from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
 from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
 
+UNKNOWN = np.radians(45.0)  # [rad] of a deviation that says nothing
 Show = Callable[[float, str], None]
 
 
@@ -73,6 +74,17 @@ def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extr
     return calibrate(skeletons, sensors).extrinsics
 
 
+def check_sensors(bag: BagReader, sensors: tuple[str, ...]) -> None:
+    """Raise an :class:`InputError` if the bag lacks one of the Kinects."""
+    found = sensor_topics(bag)
+    missing = [name for name in sensors if name not in found]
+    if missing:
+        raise InputError(
+            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has "
+            f"{', '.join(found) or 'none'}; name them with --sensors"
+        )
+
+
 def calibrate_bag(
     bag: BagReader, parameters: ImuCalibrationParameters, extrinsics: Extrinsics, show: Show
 ) -> ImuCalibrationResult:
@@ -80,15 +92,8 @@ def calibrate_bag(
 
     Raises:
         CalibrationError: If it does not determine the calibration.
-        InputError: If the bag is damaged, or lacks a sensor.
+        InputError: If the bag is damaged.
     """
-    found = sensor_topics(bag)
-    missing = [name for name in parameters.sensors if name not in found]
-    if missing:
-        raise InputError(
-            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has "
-            f"{', '.join(found) or 'none'}; name them with --sensors"
-        )
     calibration = ImuCalibration(parameters, extrinsics)
     selector = SinglePersonSelector(parameters.person)
     samples = BagSamples(bag, progress=lambda share: show(share, "reading"), selector=selector)
@@ -104,10 +109,13 @@ def residual_table(result: ImuCalibrationResult) -> Table:
     for heading in ("tilt", "turn", "against the cameras"):
         table.add_column(heading, justify="right")
     for segment, mounting in result.mountings.items():
-        tilt, turn = np.degrees(mounting.stddev[:2].max()), np.degrees(mounting.stddev[2])
-        residual = np.degrees(mounting.residual)
-        table.add_row(segment, f"{tilt:.1f}°", f"{turn:.1f}°", f"{residual:.1f}°")
+        tilt, turn = mounting.stddev[:2].max(), mounting.stddev[2]
+        table.add_row(segment, *(_degrees(each) for each in (tilt, turn, mounting.residual)))
     return table
+
+
+def _degrees(angle: float) -> str:
+    return f"{np.degrees(angle):.1f}°" if angle < UNKNOWN else "unknown"  # NaN as well
 
 
 def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalibrationResult:
@@ -154,6 +162,7 @@ def main(arguments: list[str]) -> None:
     extrinsics = known_extrinsics(given.output, parameters.sensors)
     if given.in_bag is not None:
         with open_bag(given.in_bag) as bag:
+            check_sensors(bag, parameters.sensors)
             placed = extrinsics or bag_extrinsics(bag, parameters)
             result = _run_with_progress(lambda show: calibrate_bag(bag, parameters, placed, show))
     else:

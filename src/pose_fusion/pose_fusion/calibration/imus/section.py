@@ -43,7 +43,9 @@ def save_mountings(path: Path, mountings: Mountings) -> None:
         quaternion *= np.sign(quaternion[3]) or 1.0  # of the two that mean the same, one
         segments[segment] = {
             "rotation": [_rounded(value, 6) for value in quaternion],
-            "stddev_deg": [_rounded(value, 2) for value in np.degrees(mounting.stddev)],
+            "stddev_deg": [
+                _rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(mounting.stddev)
+            ],
             "residual_deg": _rounded(np.degrees(mounting.residual), 2),
         }
     save_section(path, NAME, {"version": VERSION, "segments": segments})

@@ -1,0 +1,118 @@
+"""``./pose calibrate imu``: a bag in, the session's section out, one line on what is wrong."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+from session_bag import write_session
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+from worn_imus import imu_samples, merged
+
+from pose_common.bags import open_bag
+from pose_fusion.calibration.extrinsics_file import load_extrinsics
+from pose_fusion.calibration.imus.section import load_mountings
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.streams.samples import ImuSample
+from pose_fusion.tools import calibrate
+from pose_fusion.tools.fuse import fuse
+
+DURATION_S = 14.0
+PLACED = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+EXCHANGED = {"left_thigh": "left_upper_arm", "left_upper_arm": "left_thigh"}
+
+
+@pytest.fixture(scope="module")
+def samples():
+    t, dof = motion(DURATION_S)
+    positions = kinematics().pose(dof).positions
+    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
+    return merged(skeletons, imu_samples(t, dof, np.random.default_rng(5)))
+
+
+@pytest.fixture(scope="module")
+def bag(samples, tmp_path_factory):
+    return write_session(tmp_path_factory.mktemp("bags") / "session", samples, PLACED)
+
+
+@pytest.fixture(scope="module")
+def exchanged_bag(samples, tmp_path_factory):
+    def exchange(sample):
+        if not isinstance(sample, ImuSample):
+            return sample
+        return replace(sample, segment=EXCHANGED.get(sample.segment, sample.segment))
+
+    folder = tmp_path_factory.mktemp("bags")
+    return write_session(folder / "exchanged", [exchange(s) for s in samples], PLACED)
+
+
+def run(monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", ["calibrate", "imu", *map(str, arguments)])
+    with pytest.raises(SystemExit) as ending:
+        calibrate.main()
+    return ending.value.code
+
+
+def test_a_bag_gives_mountings_that_the_fusion_uses(bag, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "session.yaml"
+    assert run(monkeypatch, bag, "-o", path) == 0
+    assert "left_shank" in capsys.readouterr().out
+    assert set(load_mountings(path)) == {
+        "torso",
+        "left_upper_arm",
+        "left_forearm",
+        "left_thigh",
+        "left_shank",
+    }
+    np.testing.assert_allclose(
+        load_extrinsics(path).T_map_sensor("right"), PLACED["right"], atol=1e-5
+    )
+    parameters = FusionParameters(imus_file=str(path), estimator="mean")
+    with open_bag(bag) as reader:
+        quiet = Console(stderr=True, quiet=True)
+        pipeline = fuse(reader, tmp_path / "fused", parameters, console=quiet)
+    assert len(pipeline.imus.alignment.known_segments) == 5
+
+
+def test_where_the_kinects_are_is_taken_from_a_file_that_exists(bag, tmp_path, monkeypatch):
+    path = tmp_path / "session.yaml"
+    assert run(monkeypatch, bag, "-o", path) == 0
+    first = path.read_bytes()
+    assert run(monkeypatch, bag, "-o", path) == 0
+    assert path.read_bytes() == first
+
+
+def test_exchanged_sensors_are_named_and_nothing_is_saved(
+    exchanged_bag, tmp_path, monkeypatch, capsys
+):
+    path = tmp_path / "session.yaml"
+    assert run(monkeypatch, exchanged_bag, "-o", path) == 1
+    error = capsys.readouterr().err.strip().splitlines()[-1]
+    assert "the sensors of left_thigh and left_upper_arm are exchanged" in error
+    assert not path.exists()
+
+
+def test_the_other_sensors_are_saved_if_wanted(exchanged_bag, tmp_path, monkeypatch):
+    path = tmp_path / "session.yaml"
+    assert run(monkeypatch, exchanged_bag, "-o", path, "--keep-going") == 0
+    assert set(load_mountings(path)) == {"torso", "left_forearm", "left_shank"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--sensors", "left", "middle"], "holds no skeletons of middle"),
+        (["--worn", "left_wing"], "worn names left_wing"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_one_line(
+    bag, tmp_path, monkeypatch, capsys, arguments, message
+):
+    assert run(monkeypatch, bag, "-o", tmp_path / "session.yaml", *arguments) == 1
+    assert message in capsys.readouterr().err.strip().splitlines()[-1]
+
+
+def test_a_folder_that_does_not_exist_is_refused(tmp_path, monkeypatch, capsys):
+    assert run(monkeypatch, "-o", tmp_path / "none" / "session.yaml") == 1
+    assert "its folder does not exist" in capsys.readouterr().err
