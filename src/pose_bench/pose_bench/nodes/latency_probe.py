@@ -1,6 +1,7 @@
 """The probe: notes when frames were published and when the joint states of their instants arrived.
 
-Prints one JSON object when it is stopped: ``published`` and ``arrived``, stamp [ns] to time [ns].
+Prints one JSON object when it is stopped: ``published/<sensor>`` and ``arrived``, each of which
+gives a time [ns] for a stamp [ns].
 """
 
 import json
@@ -25,26 +26,27 @@ class LatencyProbe(Node):
 
     def __init__(self) -> None:
         super().__init__("latency_probe")
-        self._published: dict[int, int] = {}
-        self._arrived: dict[int, int] = {}
+        self._noted: dict[str, dict[int, int]] = {"arrived": {}}
         for sensor in ("left", "right"):
             topic = f"kinect_{sensor}/skeletons"
+            times = self._noted[f"published/{sensor}"] = {}
+
+            def on_frame(data: bytes, info: dict[str, Any], times: dict[int, int] = times) -> None:
+                times[_stamp_ns(data)] = info["source_timestamp"]
+
             self.create_subscription(
-                SkeletonArray, topic, self._on_frame, qos_profile_sensor_data, raw=True
+                SkeletonArray, topic, on_frame, qos_profile_sensor_data, raw=True
             )
         topic = "/humans/bodies/subject/joint_states"
         self.create_subscription(JointState, topic, self._on_joint_state, 100, raw=True)
 
-    def _on_frame(self, data: bytes, info: dict[str, Any]) -> None:
-        self._published[_stamp_ns(data)] = info["source_timestamp"]
-
     def _on_joint_state(self, data: bytes, info: dict[str, Any]) -> None:
         # The middleware's own note of the arrival is from before this process woke.
-        self._arrived[_stamp_ns(data)] = max(time.time_ns(), info["received_timestamp"])
+        self._noted["arrived"][_stamp_ns(data)] = max(time.time_ns(), info["received_timestamp"])
 
     def destroy_node(self) -> None:
         """Say what has been noted."""
-        json.dump({"published": self._published, "arrived": self._arrived}, sys.stdout)
+        json.dump(self._noted, sys.stdout)
         sys.stdout.flush()
         super().destroy_node()
 

@@ -18,6 +18,8 @@ from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, 
 NS_PER_S = 1_000_000_000
 LEAD_S = 12.0  # [s] from the session's making to its first frame: all processes start
 STEADY_S = 18.0  # [s] into the session: calibrated, the body measured, the IMUs aligned
+HALF_PERIOD_NS = 16_666_667
+SENSORS = ("left", "right")  # the reference first
 SIMULATED = ("imu_device",)  # no part of the graph: real IMUs come on a cable
 
 
@@ -25,9 +27,9 @@ SIMULATED = ("imu_device",)  # no part of the graph: real IMUs come on a cable
 class LiveResult:
     """One run."""
 
-    latency_ms: FloatArray  # (frames,) from publication to the joint state's arrival elsewhere
-    from_capture_ms: FloatArray  # (frames,) from the stamp
-    frames: int  # published while it ran steadily
+    latency_ms: FloatArray  # (n,) of the first Kinect, from publication to the state's arrival
+    from_capture_ms: FloatArray  # (n,) from the stamp
+    frames: int  # of all Kinects, published while it ran steadily
     without_state: int  # of these
     load: dict[str, float]  # [cores] by process
     memory_mb: dict[str, float]  # [MB] by process
@@ -96,22 +98,28 @@ def _usages(root: int) -> Usages:
     return time.monotonic(), cpu_s, memory_mb
 
 
+def _stamps(noted: dict[str, dict[str, int]], name: str) -> dict[int, int]:
+    return {int(stamp): time_ns for stamp, time_ns in noted[name].items()}
+
+
 def _result(
     noted: dict[str, dict[str, int]], steady_ns: int, before: Usages, after: Usages
 ) -> LiveResult:
-    published = {int(k): v for k, v in noted["published"].items() if int(k) >= steady_ns}
-    arrived = {int(k): v for k, v in noted["arrived"].items()}
-    known = sorted(published.keys() & arrived.keys())
+    first, *others = (_stamps(noted, f"published/{name}") for name in SENSORS)
+    arrived = _stamps(noted, "arrived")
+    # The calibration moves the other sensors' stamps to the first one's clock.
+    known = sorted(stamp for stamp in first.keys() & arrived.keys() if stamp >= steady_ns)
     if not known:
         raise InputError("no joint states came of the frames: see the graph's log")
-    # The last frames' states may still have been on their way.
-    due = [stamp for stamp in published if stamp <= known[-1]]
+    begin_ns, end_ns = known[0] + HALF_PERIOD_NS, known[-1] - HALF_PERIOD_NS
+    frames = sum(begin_ns < stamp < end_ns for each in (first, *others) for stamp in each)
+    states = sum(begin_ns < stamp < end_ns for stamp in arrived)
     seconds = after[0] - before[0]
     return LiveResult(
-        latency_ms=np.array([(arrived[s] - published[s]) * 1e-6 for s in known]),
+        latency_ms=np.array([(arrived[s] - first[s]) * 1e-6 for s in known]),
         from_capture_ms=np.array([(arrived[s] - s) * 1e-6 for s in known]),
-        frames=len(due),
-        without_state=len(due) - len(known),
+        frames=frames,
+        without_state=frames - states,
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
         memory_mb=dict(after[2]),
     )

@@ -1,0 +1,90 @@
+"""``./pose bench offline BAG``: how fast ``fuse`` is, and how much memory it takes."""
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from rich.console import Console
+
+from pose_bench.repeated_bag import repeat
+from pose_bench.speed import machine
+from pose_bench.tables import TextTable, number
+from pose_common.bags import open_bag
+from pose_common.errors import InputError
+from pose_fusion.tools.demo_processes import executable
+
+SUMMARY = "how fast ./pose fuse is on bags of several lengths, and how much memory it takes"
+WIDTH = 120  # of the tables where there is no terminal
+MB = 1e6
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("bag", type=Path, help="of some ten seconds, as ./pose demo leaves one")
+    parser.add_argument(
+        "--times",
+        type=int,
+        nargs="+",
+        default=[1, 10],
+        metavar="N",
+        help="how often it is repeated, for each of the bags to make (1 10)",
+    )
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for offline.md")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure and print."""
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    table = TextTable(
+        title="./pose fuse, start-up included",
+        header=["", "CPU time [s]", "times real time (CPU)", "(clock)", "peak memory [MB]"],
+        note=f"{machine()}. The bag repeated, its IMUs left out or not.",
+    )
+    for imus in (False, True):
+        for times in arguments.times:
+            with Console(stderr=True).status(f"{times} times the bag"):
+                table.rows.append(_row(arguments.bag, times, imus))
+    console.print(table.rich())
+    if arguments.output is not None:
+        try:
+            arguments.output.mkdir(parents=True, exist_ok=True)
+            (arguments.output / "offline.md").write_text(f"# Offline\n\n{table.markdown()}")
+        except OSError as error:
+            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+    return 0
+
+
+def _row(path: Path, times: int, imus: bool) -> list[str]:
+    with tempfile.TemporaryDirectory(prefix="pose_bench_offline_") as name:
+        folder = Path(name)
+        with open_bag(path) as bag:
+            duration_s = repeat(bag, folder / "in", times, imus=imus)
+        begin = time.monotonic()
+        cpu_s, memory_mb = _fused(folder / "in", folder / "out")
+        clock_s = time.monotonic() - begin
+    sensors = "two Kinects, nine IMUs" if imus else "two Kinects"
+    return [
+        f"{sensors}, {number(duration_s / 60.0, 1)} min",
+        number(cpu_s, 1),
+        number(duration_s / cpu_s, 1),
+        number(duration_s / clock_s, 1),
+        number(memory_mb, 0),
+    ]
+
+
+def _fused(in_bag: Path, out_bag: Path) -> tuple[float, float]:
+    """CPU time [s] and peak memory [MB] of the tool."""
+    words = [str(executable("pose_fusion", "fuse")), str(in_bag), str(out_bag)]
+    null = os.open(os.devnull, os.O_WRONLY)
+    actions = [(os.POSIX_SPAWN_DUP2, null, 1), (os.POSIX_SPAWN_DUP2, null, 2)]
+    try:
+        pid = os.posix_spawn(words[0], words, os.environ, file_actions=actions)
+    finally:
+        os.close(null)
+    _, status, used = os.wait4(pid, 0)
+    if status != 0:
+        raise InputError(f"fuse failed on {in_bag}: run ./pose fuse on the bag to see why")
+    return used.ru_utime + used.ru_stime, used.ru_maxrss * 1024 / MB
