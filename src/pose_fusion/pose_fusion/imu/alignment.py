@@ -238,6 +238,12 @@ class ImuAlignment:
                 alignment.anchor.start(math.atan2(cross, dot), COMMON_STDDEV)
 
     @property
+    def mountings(self) -> Mountings:
+        """The mountings that a calibration has told."""
+        told = {name: a.mounting for name, a in sorted(self._segments.items())}
+        return {name: mounting for name, mounting in told.items() if mounting is not None}
+
+    @property
     def heading_restarts(self) -> dict[str, int]:
         """How often an IMU's world was found to have turned at once, by segment, where it has."""
         restarts = {name: a.anchor.restarts for name, a in sorted(self._segments.items())}

@@ -242,6 +242,7 @@ class FusionNode(Node):
                 },
                 "imus": ", ".join(self.pipeline.imus.segments) or "none",
                 "imus_aligned": ", ".join(imus.alignment.known_segments) or "none",
+                "imus_calibrated": ", ".join(imus.alignment.mountings) or "none",
                 "imu_headings_found_anew": ", ".join(imus.alignment.heading_restarts) or "none",
                 **counts,
                 **self._counters.as_dict(),

@@ -1,0 +1,109 @@
+"""The IMUs' calibration with the running sensors, and the fusion that is given its file."""
+
+import numpy as np
+import pytest
+from pose_msgs.msg import Skeleton, SkeletonArray
+from rclpy.parameter import Parameter
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sensor_msgs.msg import Imu
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+from tf2_msgs.msg import TFMessage
+from worn_imus import imu_samples
+
+from pose_common.errors import InputError
+from pose_common.joints import JOINTS
+from pose_fusion.calibration.extrinsics_file import save_extrinsics
+from pose_fusion.calibration.imus.imu_calibration import Phase
+from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
+from pose_fusion.calibration.imus.section import save_mountings
+from pose_fusion.conversions import _points, to_header, to_static_tf
+from pose_fusion.imu.mounting import Mounting
+from pose_fusion.nodes.fusion import FusionNode
+from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
+
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+MOUNTING = Mounting(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.03), residual=0.05)
+
+
+@pytest.fixture
+def session_file(tmp_path):
+    path = tmp_path / "session.yaml"
+    save_extrinsics(path, extrinsics())
+    save_mountings(path, {"left_thigh": MOUNTING})
+    return path
+
+
+def skeletons_message(sample):
+    header = to_header(sample.stamp_ns, f"kinect_{sample.sensor}_optical_frame")
+    skeleton = Skeleton(
+        header=header,
+        id=sample.person,
+        name=list(JOINTS),
+        position=_points(sample.positions),
+        tracking_state=sample.tracking_state.tolist(),
+    )
+    return SkeletonArray(header=header, skeletons=[skeleton])
+
+
+def imu_message(sample):
+    message = Imu(header=to_header(sample.stamp_ns, f"imu_{sample.segment}_link"))
+    for vector, values in (
+        (message.orientation, sample.orientation),
+        (message.angular_velocity, sample.angular_velocity),
+    ):
+        for axis, value in zip("xyzw", values.tolist(), strict=False):
+            setattr(vector, axis, value)
+    message.orientation_covariance[0] = 4e-4
+    return message
+
+
+@pytest.mark.parametrize("parameter", ["imus_file", "extrinsics_file"])
+def test_the_fusion_takes_mountings_from_the_sessions_file(ros_context, session_file, parameter):
+    overrides = [Parameter(parameter, value=str(session_file))]
+    node = ros_context.add(FusionNode(parameter_overrides=overrides))
+    assert list(node.pipeline.imus.alignment.mountings) == ["left_thigh"]
+
+
+def test_a_damaged_section_stops_the_fusion_at_the_start(ros_context, session_file):
+    text = session_file.read_text().replace("left_thigh", "left_wing")
+    session_file.write_text(text)
+    with pytest.raises(InputError, match="names left_wing"):
+        FusionNode(parameter_overrides=[Parameter("imus_file", value=str(session_file))])
+
+
+def test_the_calibration_hears_cameras_imus_and_where_the_cameras_are(ros_context):
+    node = ros_context.add(ImuCalibrationNode(ImuCalibrationParameters()))
+    assert "where the Kinects are" in node.missing
+    feeder = ros_context.make_node("feeder")
+    transforms = feeder.create_publisher(TFMessage, "/tf_static", LATCHED)
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    transforms.publish(to_static_tf(placed))
+    ros_context.spin_until(lambda: node.calibration is not None, what="the transforms")
+    assert "no orientation yet" in node.missing
+
+    t, dof = motion(1.0)
+    seen = skeleton_samples(kinematics().pose(dof).positions, extrinsics())[:2]
+    worn = [s for s in imu_samples(t, dof, np.random.default_rng(5)) if s.segment == "torso"][:3]
+    imus = feeder.create_publisher(Imu, "imu_torso/data", qos_profile_sensor_data)
+    cameras = {
+        sensor: feeder.create_publisher(
+            SkeletonArray, f"kinect_{sensor}/skeletons", qos_profile_sensor_data
+        )
+        for sensor in ("left", "right")
+    }
+    everybody = [imus, *cameras.values()]
+    ros_context.spin_until(
+        lambda: all(each.get_subscription_count() for each in everybody), what="discovery"
+    )
+    recorder = node.calibration.recorder
+
+    def heard():
+        for sample in worn:
+            imus.publish(imu_message(sample))
+        for sample in seen:
+            cameras[sample.sensor].publish(skeletons_message(sample))
+        return recorder.segments == ("torso",) and np.isfinite(recorder.seen).any()
+
+    ros_context.spin_until(heard, what="the samples")
+    assert node.calibration.phase is Phase.STAND
+    assert node.missing.startswith("stand still, upright")
