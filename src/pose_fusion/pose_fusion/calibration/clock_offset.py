@@ -31,6 +31,7 @@ LEAST_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
 AMBIGUOUS = 1.1  # [-] of the least difference: another shift that agrees as well leaves it open
 APART_S = 0.15  # [s] a shift nearer to the best one is the same
 BEYOND_S = 0.1  # [s] that are searched beyond the largest offset: a best one there is none
+TOLERANCE_S = 0.02  # [s] by which an offset may exceed the largest one: it is known no better
 MIN_FRAMES = 30  # [-] of each sensor
 REFINEMENTS = 2  # [-] of the offset by the joints' delays
 FINE_REACH_S = 0.08  # [s] about the best shift
@@ -86,7 +87,7 @@ def estimate_clock_offset(
     for _ in range(REFINEMENTS):
         delay = measure_delay(searched, b, offset)
         offset += delay.estimate_s
-    if abs(offset - coarse) > FINE_REACH_S or abs(offset) > max_offset_s:
+    if abs(offset - coarse) > FINE_REACH_S or abs(offset) > max_offset_s + TOLERANCE_S:
         return UNKNOWN_OFFSET
     found = ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s)
     if not found.observable:
@@ -135,7 +136,8 @@ def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
     best = int(np.nanargmin(difference))
     apart = np.abs(shifts - shifts[best]) > APART_S
     elsewhere = np.nanmin(np.where(apart, difference, np.inf))
-    if abs(shifts[best]) > max_offset_s or elsewhere < AMBIGUOUS * difference[best]:
+    at_edge = abs(shifts[best]) > max_offset_s + 0.5 * BEYOND_S
+    if at_edge or elsewhere < AMBIGUOUS * difference[best]:
         return None
     return float(shifts[best])
 

@@ -44,6 +44,7 @@ MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, 
 LEAST_EXPLAINED = 0.75  # [-] of a limb's changes of steepness, by the IMU
 OWN_REACH_S = 0.2  # [s] to either side of the common shift, in which each limb has its own
 LAG_FLOOR_S = 0.006  # [s] between the lags of limbs that are seen well
+LEAST_LIMBS = 3  # [-] in all views together: one may be badly seen
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag from one motion to another
 FINE = 3  # [-] steps of the grid to either side that a parabola is laid through
 JUMP_BACK_NS = 1_000_000_000  # [ns]
@@ -169,7 +170,7 @@ def measure_imu_delay(
     if apart.any() and cost[apart].min() - cost[best] < DECISIVE:
         return unknown
     found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
-    return _combined(np.array(found)) if found else unknown
+    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else unknown
 
 
 def _limb(view: View, segment: str, felt: Felt, reach: int, centre_s: float) -> _Limb | None:
