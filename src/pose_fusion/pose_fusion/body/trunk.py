@@ -20,6 +20,15 @@ PAIRS = np.array(
 """(6, 2): left and right joint of each kind."""
 
 
+def cross(first: FloatArray, second: FloatArray) -> FloatArray:
+    """The cross product along the last axis; of single vectors much faster than numpy's."""
+    a, b, c = first[..., 0], first[..., 1], first[..., 2]
+    x, y, z = second[..., 0], second[..., 1], second[..., 2]
+    product = np.empty(np.broadcast_shapes(first.shape, second.shape))
+    product[..., 0], product[..., 1], product[..., 2] = b * z - c * y, c * x - a * z, a * y - b * x
+    return product
+
+
 def mid_hip(positions: FloatArray) -> FloatArray:
     """Origin of the body frame, midway between the hips; shape (..., 15, 3) to (..., 3) [m]."""
     return 0.5 * (positions[..., LEFT_HIP, :] + positions[..., RIGHT_HIP, :])
@@ -40,7 +49,7 @@ def trunk_axes(positions: FloatArray) -> FloatArray:
         y = lateral / np.linalg.norm(lateral, axis=-1, keepdims=True)
         z = up - np.sum(up * y, axis=-1, keepdims=True) * y
         z = z / np.linalg.norm(z, axis=-1, keepdims=True)
-    return np.stack([np.cross(y, z), y, z], axis=-1)
+    return np.stack([cross(y, z), y, z], axis=-1)
 
 
 def heading_axes(positions: FloatArray) -> FloatArray:

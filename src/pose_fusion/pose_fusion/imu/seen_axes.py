@@ -11,6 +11,7 @@ import numpy as np
 
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
+from pose_fusion.body.trunk import cross
 from pose_fusion.streams.samples import FloatArray
 
 SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
@@ -92,7 +93,7 @@ def _hinge(model: BodyModel, links: tuple[str, str], positions: FloatArray) -> S
     first, second = (_long_axis(model, name, positions, None) for name in links)
     if first is None or second is None:
         return None
-    normal = np.cross(first, second) * model.links[links[1]].dof[0].axis[1]
+    normal = cross(first, second) * model.links[links[1]].dof[0].axis[1]
     sine = math.sqrt(normal @ normal)
     if not sine > LEAST_BEND:
         return None
