@@ -117,7 +117,7 @@ class FusionNode(Node):
             self._announce_shape()
         name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
         pipeline.use_mountings(mountings)
-        if name:
+        if mountings or parameters.imus_file:
             known = ", ".join(mountings) or "none: each waits for a neutral pose"
             self.get_logger().info(f"IMUs whose mounting {name} tells: {known}")
 
