@@ -160,6 +160,17 @@ def segment_steps(scene: Scene, sensors: int, imus: int, kind: type = SegmentFil
     return step
 
 
+def persons_steps(scene: Scene, persons: int) -> Step:
+    """Two Kinects and nine IMUs for each of several persons: each has a filter."""
+    steps = [segment_steps(scene, 2, 9) for _ in range(persons)]
+
+    def step(frame: int) -> None:
+        for each in steps:
+            each(frame)
+
+    return step
+
+
 def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
     """A whole estimator from observation to degrees of freedom."""
     counters = Counters(*estimator_class(name).COUNTERS)
@@ -222,7 +233,11 @@ def growth(frames: int) -> dict[str, list[tuple[int, float]]]:
         (n, 2.0 * per_second * measure("", segment_steps(scene, 1, n), frames).median_ms)
         for n in (0, 1, 2, 4, 9, 17)
     ]
-    return {"sensors": sensors, "IMUs": imus}
+    persons = [
+        (n, per_second * measure("", persons_steps(scene, n), frames).median_ms)
+        for n in (1, 2, 3, 4, 6)
+    ]
+    return {"sensors": sensors, "IMUs": imus, "persons": persons}
 
 
 def exponent(points: list[tuple[int, float]]) -> float:

@@ -71,7 +71,7 @@ def _growth_table(points: dict[str, list[tuple[int, float]]]) -> TextTable:
         title="Growth of the default estimator's filter: CPU time per second [ms]",
         header=["number of", "cost", "exponent"],
         note="Kinects at 30 Hz, all of an instant in one update, with nine IMUs; IMUs with two "
-        "Kinects, each frame an update of its own.",
+        "Kinects, each frame an update of its own; persons with two Kinects and nine IMUs each.",
     )
     for what, each in points.items():
         cost = ", ".join(f"{n}: {number(ms, 1)}" for n, ms in each)
@@ -83,7 +83,7 @@ def _plot(points: dict[str, list[tuple[int, float]]], path: Path) -> None:
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
 
-    figure, axes = plt.subplots(1, 2, figsize=(9.0, 3.5), layout="constrained")
+    figure, axes = plt.subplots(1, len(points), figsize=(12.0, 3.5), layout="constrained")
     for axis, (what, each) in zip(axes, points.items(), strict=True):
         axis.plot(*zip(*each, strict=True), "o-", color="#0072b2")
         axis.set_xlabel(f"number of {what}")

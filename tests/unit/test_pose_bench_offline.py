@@ -1,0 +1,72 @@
+"""The bags that ``./pose bench offline`` repeats, and what ``live`` makes of what it noted."""
+
+import numpy as np
+import pytest
+from session_bag import write_session
+from synthetic_body import FRAME_NS, extrinsics, kinematics, motion, skeleton_samples
+
+from pose_bench.repeated_bag import PAUSE_NS, repeat
+from pose_bench.tools.live_graph import _result
+from pose_common.bags import open_bag
+from pose_common.errors import InputError
+from pose_fusion.streams.bags import BagSamples
+
+S = 10**9
+
+
+@pytest.fixture(scope="module")
+def short_bag(tmp_path_factory):
+    _, dof = motion(2.0)
+    samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics())
+    path = tmp_path_factory.mktemp("bag") / "short"
+    write_session(path, samples)
+    return path, samples
+
+
+def test_a_repeated_bag_goes_on_where_it_ended(short_bag, tmp_path):
+    path, samples = short_bag
+    with open_bag(path) as bag:
+        duration_s = repeat(bag, tmp_path / "long", 3)
+    with open_bag(tmp_path / "long") as bag:
+        found = list(BagSamples(bag))
+    period_ns = round(duration_s * 1e9 / 3)
+    span_ns = samples[-1].stamp_ns - samples[0].stamp_ns
+    assert period_ns == pytest.approx(span_ns + PAUSE_NS, abs=FRAME_NS)
+    expected = [s.stamp_ns + turn * period_ns for turn in range(3) for s in samples]
+    assert [each.stamp_ns for each in found] == expected
+    np.testing.assert_array_equal(found[-1].positions, found[len(samples) - 1].positions)
+
+
+def noted(states):
+    left = {S + k * 33_000_000: S + k * 33_000_000 + 1_000_000 for k in range(10)}
+    right = {stamp + 400_000: time_ns for stamp, time_ns in left.items()}
+    arrived = {stamp: stamp + 3_000_000 for stamp in [*left, *(s - 200_000 for s in right)]}
+    return {
+        "published/left": left,
+        "published/right": right,
+        "arrived": dict(sorted(arrived.items())[:states]),
+    }
+
+
+USAGES = ((0.0, {"fusion": 1.0}, {"fusion": 90.0}), (10.0, {"fusion": 3.0}, {"fusion": 100.0}))
+
+
+def test_latency_load_and_losses_come_from_what_was_noted():
+    text = {name: {str(k): v for k, v in each.items()} for name, each in noted(20).items()}
+    result = _result(text, S, *USAGES)
+    np.testing.assert_allclose(result.latency_ms, 2.0)
+    np.testing.assert_allclose(result.from_capture_ms, 3.0)
+    assert result.without_state == 0
+    assert result.load == {"fusion": pytest.approx(0.2)}
+    assert result.memory_mb == {"fusion": 100.0}
+
+
+def test_a_frame_without_a_joint_state_is_counted():
+    notes = noted(20)
+    del notes["arrived"][sorted(notes["arrived"])[9]]
+    assert _result(notes, S, *USAGES).without_state == 1
+
+
+def test_a_graph_that_says_nothing_is_an_error():
+    with pytest.raises(InputError, match="no joint states"):
+        _result({**noted(20), "arrived": {}}, S, *USAGES)
