@@ -87,7 +87,7 @@ def test_an_unknown_tracking_state_is_refused():
     ],
 )
 def test_an_imu_whose_numbers_are_none_says_nothing(name, value):
-    block, kept = imu_block(serialized([imu(), imu(**{name: value}), imu()]), "torso")
+    block, kept = imu_block({"torso": serialized([imu(), imu(**{name: value}), imu()])})
     assert kept.tolist() == [0, 2]
     assert len(block) == 2
 
@@ -107,7 +107,7 @@ def test_a_bad_transform_of_a_sensor_is_refused(values):
 
 def test_a_bone_without_length_does_not_spoil_the_alignment_for_good():
     imus = ImuSet(load_body_model("li2020"))
-    imus.add(imu_block(serialized([imu()]), "left_shank")[0])
+    imus.add(imu_block({"left_shank": serialized([imu()])})[0])
     positions = np.full((len(JOINTS), 3), np.nan)
     for joint, place in {
         "left_hip": (0.0, 0.1, 1.0),

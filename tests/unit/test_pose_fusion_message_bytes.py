@@ -97,7 +97,7 @@ def test_imus_are_read_whatever_their_frames_are_called():
     rng = np.random.default_rng(3)
     frames = ("imu_torso_link", "torso", "")
     messages = [imu(rng, 7 * S + k, frames[k % 3]) for k in range(12)]
-    block, kept = imu_block([serialized(m) for m in messages], "torso")
+    block, kept = imu_block({"torso": [serialized(m) for m in messages]})
     assert kept.tolist() == [*range(12)]
     assert block.stamps_ns.tolist() == [7 * S + k for k in range(12)]
     for row, message in enumerate(messages):
@@ -111,6 +111,19 @@ def test_imus_are_read_whatever_their_frames_are_called():
 def test_an_imu_message_that_is_cut_off_is_left_out():
     rng = np.random.default_rng(4)
     datas = [serialized(imu(rng, S)), serialized(imu(rng, S))[:50], b""]
-    block, kept = imu_block(datas, "torso")
+    block, kept = imu_block({"torso": datas})
     assert len(block) == 1
     assert kept.tolist() == [0]
+
+
+def test_imus_of_several_segments_are_read_together():
+    rng = np.random.default_rng(5)
+    datas = {
+        name: [serialized(imu(rng, S + k, f"imu_{name}_link")) for k in range(3)]
+        for name in ("torso", "left_shank", "head")
+    }
+    block, kept = imu_block(datas)
+    assert kept.tolist() == [*range(9)]
+    assert [block.segments[i] for i in block.imu] == [n for n in datas for _ in range(3)]
+    assert block.stamps_ns.tolist() == [S, S + 1, S + 2] * 3
+    assert len(imu_block({})[0]) == 0

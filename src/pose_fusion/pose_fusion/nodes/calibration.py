@@ -119,7 +119,7 @@ class CalibrationNode(Node):
 
     def _take_imus(self) -> None:
         for segment, datas in self._imus.take().items():
-            block, kept = imu_block(datas[::EVERY_OTHER], segment)
+            block, kept = imu_block({segment: datas[::EVERY_OTHER]})
             self._counters.add("imu_without_orientation", len(datas[::EVERY_OTHER]) - len(kept))
             self._calibration.add_imus(block)
 

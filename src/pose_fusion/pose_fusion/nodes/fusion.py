@@ -38,7 +38,6 @@ from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.bags import transforms_to_map
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
-from pose_fusion.streams.samples import joined
 from pose_fusion.streams.skeleton_bytes import SkeletonReader
 
 NS_PER_S = 1_000_000_000
@@ -156,13 +155,11 @@ class FusionNode(Node):
         self._publish(self.pipeline.wait_no_longer())
 
     def _take_imus(self) -> None:
-        blocks = []
-        for segment, datas in self._imus.take().items():
-            block, kept = imu_block(datas, segment)
-            self._counters.add("imu_without_orientation", len(datas) - len(kept))
-            blocks.append(block)
-        if blocks:
-            block = joined(blocks)
+        datas = self._imus.take()
+        if datas:
+            block, _ = imu_block(datas)
+            count = sum(map(len, datas.values()))
+            self._counters.add("imu_without_orientation", count - len(block))
             self._publish(self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns))))
 
     def _on_tf_static(self, message: TFMessage) -> None:

@@ -101,7 +101,7 @@ class ImuCalibrationNode(Node):
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
         blocks = []
         for segment, datas in self._imus.take().items():
-            block, kept = imu_block(datas, segment)
+            block, kept = imu_block({segment: datas})
             self.counters.add("imu_without_orientation", len(datas) - len(kept))
             blocks.append(block)
         try:

@@ -21,7 +21,7 @@ from pose_common.joints import JOINT_INDEX, TrackingState
 from pose_common.mcap import Entry
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
-from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample, joined
+from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries, series_from_samples
 from pose_fusion.streams.skeleton_bytes import Persons, SkeletonReader, clean_joints
 
@@ -147,17 +147,14 @@ class BagSamples:
         self, batch: list[Entry], places: Mapping[str, list[int]]
     ) -> tuple[ImuBlock, NDArray[np.intp]]:
         """All IMUs' samples in the order of their recording, and their places in the batch."""
-        blocks, kept = [], []
-        for topic, segment in self._imus.items():
-            own = np.array(places.get(topic, []), np.intp)
-            block, rows = imu_block(self._bytes(topic, batch, own.tolist()), segment)
-            self.counters.add("imu", len(own))
-            self.counters.add("imu_without_orientation", len(own) - len(rows))
-            blocks.append(block)
-            kept.append(own[rows])
-        place = np.concatenate([np.zeros(0, np.intp), *kept])
-        order = np.argsort(place)
-        return joined(blocks).rows(order), place[order]
+        own = {topic: places.get(topic, []) for topic in self._imus}
+        datas = {s: self._bytes(topic, batch, own[topic]) for topic, s in self._imus.items()}
+        block, rows = imu_block(datas)
+        place = np.array([place for each in own.values() for place in each], np.intp)
+        self.counters.add("imu", len(place))
+        self.counters.add("imu_without_orientation", len(place) - len(rows))
+        order = np.argsort(place[rows])
+        return block.rows(order), place[rows][order]
 
     def _frames(
         self, topic: str, batch: list[Entry], places: list[int]

@@ -1,64 +1,75 @@
 """IMUs' orientations from the bytes of ``sensor_msgs/Imu``, many messages at once."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.errors import InputError
-from pose_fusion.streams.cdr_layout import ByteRows, Walker, byte_rows, numbers, stamps
+from pose_fusion.streams.cdr_layout import Walker, byte_rows, numbers, stamps
 from pose_fusion.streams.samples import FloatArray, ImuBlock, joined
 
 WHAT = "sensor_msgs/msg/Imu"
+FRAME_LENGTH = slice(12, 16)  # [bytes] where the length of the frame's name stands
 NUMBERS = 37  # orientation, rate, acceleration, and their covariances
 ORIENTATION, RATE = slice(0, 4), slice(13, 16)
 VARIANCE = [4, 8, 12]  # the diagonal of the orientation's covariance
 FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
 
 
-def imu_block(datas: Sequence[bytes], segment: str) -> tuple[ImuBlock, NDArray[np.intp]]:
-    """One segment's messages as rows, in the order given.
+def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[np.intp]]:
+    """Messages as rows, one segment's after the other's, each in the order given.
 
     Args:
-        datas: Serialised messages.
-        segment: Whose they are.
+        datas: Serialised messages by segment.
 
     Returns:
-        The rows, and which messages they are: those that say no orientation are left out, and
-        those whose rates or variances are no numbers.
+        The rows, and which messages they are, counted through all segments: those that say no
+        orientation are left out, and those whose rates or variances are no numbers.
     """
-    if not datas:
-        return joined([]), np.zeros(0, np.intp)
-    by_length: dict[int, list[int]] = defaultdict(list)
-    for index, data in enumerate(datas):
-        by_length[len(data)].append(index)
+    every = [data for of_one in datas.values() for data in of_one]
+    imu = np.repeat(np.arange(len(datas)), [len(of_one) for of_one in datas.values()])
+    alike: dict[tuple[int, bytes], list[int]] = defaultdict(list)
+    for index, data in enumerate(every):
+        # All that decides where the numbers lie is the length of the frame's name.
+        alike[len(data), data[FRAME_LENGTH] + data[1:2]].append(index)
     blocks, places = [], []
-    for indices in by_length.values():
-        block, kept = _same_length([datas[i] for i in indices], segment)
+    for indices in alike.values():
+        place = np.array(indices, np.intp)
+        block, kept = _same_form([every[i] for i in indices], imu[place], tuple(datas))
         blocks.append(block)
-        places.append(np.array(indices, np.intp)[kept])
+        places.append(place[kept])
     if len(blocks) == 1:
         return blocks[0], places[0]
-    place = np.concatenate(places)
+    place = np.concatenate([np.zeros(0, np.intp), *places])
     order = np.argsort(place)
     return joined(blocks).rows(order), place[order]
 
 
-def _same_length(datas: list[bytes], segment: str) -> tuple[ImuBlock, NDArray[np.intp]]:
+def _same_form(
+    datas: list[bytes], imu: NDArray[np.int64], segments: tuple[str, ...]
+) -> tuple[ImuBlock, NDArray[np.intp]]:
     try:
         walker = Walker(datas[0], WHAT)
         walker.skip(4, 2)
-        walker.string()
+        walker.skip(1, walker.length())
         at = walker.skip(8, NUMBERS)
     except InputError:
         return joined([]), np.zeros(0, np.intp)
     rows = byte_rows(datas)
     values = numbers(rows, at, NUMBERS, f"{walker.order}f8")
-    # Texts of other lengths could, with other padding, make messages of the same length.
-    alike = (rows[:, walker.fixed] == rows[0, walker.fixed]).all(axis=1)
-    kept = np.flatnonzero(alike & _says_something(values))
-    return _block(rows[kept], values[kept], segment, walker.order), kept
+    kept = np.flatnonzero(_says_something(values))
+    values = values[kept]
+    block = ImuBlock(
+        segments=segments,
+        imu=imu[kept],
+        stamps_ns=stamps(rows[kept], 0, walker.order),
+        orientation=values[:, ORIENTATION].astype(float),
+        orientation_stddev=np.sqrt(np.maximum(values[:, VARIANCE], 0.0)),
+        angular_velocity=values[:, RATE].astype(float),
+    )
+    return block, kept
 
 
 def _says_something(values: FloatArray) -> NDArray[np.bool_]:
@@ -70,14 +81,3 @@ def _says_something(values: FloatArray) -> NDArray[np.bool_]:
         is_known = np.isfinite(values[:, VARIANCE]).all(axis=1)
         is_known &= (np.abs(values[:, RATE]) < FASTEST_RATE).all(axis=1)
         return np.asarray(has_orientation & is_known)
-
-
-def _block(rows: ByteRows, values: FloatArray, segment: str, order: str) -> ImuBlock:
-    return ImuBlock(
-        segments=(segment,),
-        imu=np.zeros(len(rows), np.int64),
-        stamps_ns=stamps(rows, 0, order),
-        orientation=values[:, ORIENTATION].astype(float),
-        orientation_stddev=np.sqrt(np.maximum(values[:, VARIANCE], 0.0)),
-        angular_velocity=values[:, RATE].astype(float),
-    )
