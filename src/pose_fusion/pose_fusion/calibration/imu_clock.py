@@ -25,7 +25,7 @@ from pose_fusion.calibration.motion_track import Track, track_of
 from pose_fusion.streams.samples import SkeletonSample
 
 TRACKER_DELAY_S = 0.06  # [s] of trackers' joints behind their stamps, as the fusion takes it
-SIGNIFICANT = 2.0  # [-] standard deviations; a smaller offset is taken for none
+SIGNIFICANT = 3.0  # [-] standard deviations; a smaller offset is taken for none
 SEARCHED_S = 60.0  # [s] of a longer recording: drifting clocks blur the rest
 WINDOW_S = 30.0  # [s] in which a delay is measured, for the drift
 MOST_WINDOWS = 20  # [-]

@@ -41,9 +41,10 @@ LEAST_SWING = 0.03  # [-] standard deviation of a limb's quick changes of steepn
 DECISIVE = 6.0  # [-] in twice the log-likelihood, by which the best shift must beat others
 APART_S = 0.15  # [s] a shift nearer to the best one is the same
 MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, it is badly seen
-LEAST_EXPLAINED = 0.75  # [-] of a limb's changes of steepness, by the IMU
+LEAST_EXPLAINED = 0.5  # [-] of a limb's changes of steepness, by the IMU
 OWN_REACH_S = 0.2  # [s] to either side of the common shift, in which each limb has its own
 LAG_FLOOR_S = 0.006  # [s] between the lags of limbs that are seen well
+UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: a limb seen badly is seen late
 LEAST_LIMBS = 3  # [-] in all views together: one may be badly seen
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag from one motion to another
 FINE = 3  # [-] steps of the grid to either side that a parabola is laid through
@@ -239,10 +240,12 @@ def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float
     if own in (first, last - 1) or curve <= 0.0 or limb.energy <= 0.0:
         return None
     least = float(limb.misfit[near].min())
-    if least > (1.0 - LEAST_EXPLAINED) * limb.misfit.max():
+    unexplained = least / float(limb.misfit.max())
+    if unexplained > 1.0 - LEAST_EXPLAINED:
         return None
     vertex = float(np.clip(-0.5 * slope / curve, x[0], x[-1]))
-    return float(shifts[own]) + vertex, least / (limb.count * limb.energy)
+    variance = least / (limb.count * limb.energy) + (UNEXPLAINED_LAG_S * unexplained) ** 2
+    return float(shifts[own]) + vertex, variance
 
 
 def _combined(found: FloatArray) -> Delay:
