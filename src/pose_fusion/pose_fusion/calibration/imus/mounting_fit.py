@@ -42,6 +42,7 @@ LINE_STDDEV = math.radians(10.0)  # [rad] of the shoulders' and the hips' line
 HINGE_STDDEV = math.radians(2.0)  # [rad] of a knee
 ELBOW_STDDEV = math.radians(3.0)  # [rad] of an elbow's right angle
 TILT_STDDEV = math.radians(3.0)  # [rad] by which people stand beside the neutral pose
+ARM_TILT_STDDEV = math.radians(8.0)  # [rad] the same of arms, which hang aside and bent
 TURN_STDDEV = math.radians(8.0)  # [rad] the same about the vertical: toes and palms turned
 STAND_HEADING_STDDEV = math.radians(8.0)  # [rad] of ψ as the cameras see it
 DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of d
@@ -51,6 +52,7 @@ ITERATIONS = 30
 SETTLED = 1e-5  # [rad] a smaller step ends the iteration
 OWN = 8  # [-] unknowns of an IMU: y, d, the mounting's turn (3), b (3)
 MOVING = slice(0, 5)  # y, d, the mounting: what moves the segment
+ARMS = ("upper_arm", "forearm")
 TRUNK = ("pelvis", "torso", "head")
 X, Y, Z = np.eye(3)
 KNEES = tuple((f"{side}_thigh", f"{side}_shank") for side in SIDES)
@@ -195,7 +197,8 @@ class _Fit:
         return _seen(columns, residual, jacobian)
 
     def _neutral(self, i: int) -> _Measured:
-        stddev = np.array([TILT_STDDEV, TILT_STDDEV, TURN_STDDEV])
+        tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
+        stddev = np.array([tilt, tilt, TURN_STDDEV])
         R = _about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
         up = R[2]  # where turns of the world about the vertical appear in the segment
         jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
