@@ -9,7 +9,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_arguments, specs
-from pose_fusion.calibration.clocks import Clock
+from pose_fusion.calibration.clocks import IMUS, Clock
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.calibration.live_calibration import LiveCalibration
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
@@ -62,4 +62,11 @@ def main(arguments: list[str]) -> None:
             f"{np.degrees(pair.rotation_stddev):.2f} deg, agrees with '{pair.partner}' within "
             f"{pair.median * 100.0:.1f} cm, clock {ahead_ms:.0f} ms ahead"
         )
+    imus = extrinsics.clocks.get(IMUS)
+    if imus is not None:
+        ahead = f"{imus.offset_ns * 1e-6:.0f} ± {imus.stddev_s * 1e3:.0f} ms"
+        print(f"the IMUs' clock is {ahead} ahead")
+    if extrinsics.floor is not None:
+        floor = extrinsics.floor
+        print(f"vertical known to {np.degrees(floor.up_stddev):.1f} deg (from: {floor.source})")
     print(f"{given.output}: {', '.join(extrinsics.sensors)}")
