@@ -6,6 +6,7 @@ from session_bag import write_session
 from synthetic_body import FRAME_NS, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_bench.repeated_bag import PAUSE_NS, repeat
+from pose_bench.tools.bench import run
 from pose_bench.tools.live_graph import _result
 from pose_common.bags import open_bag
 from pose_common.errors import InputError
@@ -70,3 +71,12 @@ def test_a_frame_without_a_joint_state_is_counted():
 def test_a_graph_that_says_nothing_is_an_error():
     with pytest.raises(InputError, match="no joint states"):
         _result({**noted(20), "arrived": {}}, S, *USAGES)
+
+
+def test_a_prediction_is_nearer_to_now_than_the_last_output(tmp_path):
+    words = ["prediction", "--choreographies", "kicks", "--duration", "20", "-o", str(tmp_path)]
+    assert run(words) == 0
+    rows = (tmp_path / "prediction.md").read_text().splitlines()
+    rows = [line.split("|") for line in rows if line.startswith("| kicks")]
+    assert len(rows) == 2
+    assert all(float(row[4]) < 1.0 for row in rows)

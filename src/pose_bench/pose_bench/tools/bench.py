@@ -7,7 +7,7 @@ Adding one means a module in this folder with ``add_arguments`` and ``run``, and
 import argparse
 from collections.abc import Callable
 
-from pose_bench.tools import accuracy, imu, live, offline, speed
+from pose_bench.tools import accuracy, imu, live, offline, prediction, speed
 from pose_common.command_line import run_tool
 
 Benchmark = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[..., int | None]]
@@ -17,6 +17,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     "imu": (imu.SUMMARY, imu.add_arguments, imu.run),
     "live": (live.SUMMARY, live.add_arguments, live.run),
     "offline": (offline.SUMMARY, offline.add_arguments, offline.run),
+    "prediction": (prediction.SUMMARY, prediction.add_arguments, prediction.run),
     "speed": (speed.SUMMARY, speed.add_arguments, speed.run),
 }
 """By name: one line of help, what adds the arguments, and what runs."""
