@@ -104,3 +104,19 @@ def test_the_services_of_the_containers_start_launch_files_with_arguments_they_h
         declared = {a.name for a in Evaluation({}, describe=True).run(file).arguments}
         assert verb == "up"
         assert {word.split(":=")[0] for word in words} <= declared
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, ""),
+        ({"extrinsics_file": "s.yaml"}, "s.yaml"),
+        ({"extrinsics_file": "s.yaml", "imus_file": "i.yaml"}, "i.yaml"),
+    ],
+)
+def test_the_fusion_reads_how_the_imus_sit_from_the_sessions_file(given, expected):
+    graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
+
+    (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]
+    values = [source for source in fusion.parameters if not isinstance(source, Path)]
+    assert [value["imus_file"] for value in values if "imus_file" in value] == [expected]
