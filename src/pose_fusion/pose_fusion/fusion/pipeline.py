@@ -40,6 +40,8 @@ from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeA
 NS_PER_S = 1_000_000_000
 LONGEST_WAIT_NS = 30 * NS_PER_S  # what came earlier, before the extrinsics, is forgotten
 CAMERAS_SILENT_NS = NS_PER_S // 20  # after which the IMUs alone give a frame
+LONGEST_LAG_NS = NS_PER_S // 2  # by which cameras may usually be behind the IMUs
+LAGS = 9  # [frames] of which the least is what is usual
 LATEST_NS = NS_PER_S // 20  # sensors that are this far apart still show the same pose
 COUNTERS = (
     "skeletons",
@@ -48,6 +50,7 @@ COUNTERS = (
     "imu_samples",
     "imu_samples_out_of_order",
     "frames",
+    "frames_of_imus_alone",
     "frames_measuring_the_body",
     "neutral_stands",
     "estimates",
@@ -99,6 +102,9 @@ class FusionPipeline:
         self._waiting: deque[SkeletonSample | ImuBlock] = deque()
         self._newest_ns = 0
         self._newest_frame_ns = 0
+        self._newest_seen_ns = 0  # by a camera
+        self._newest_imu_ns = 0
+        self._lags_ns: deque[int] = deque(maxlen=LAGS)
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -217,6 +223,7 @@ class FusionPipeline:
             self._pending.extend(self.aligner.add(sample))
             return
         self._note_time(sample.stamp_ns)
+        self._note_seen(sample.stamp_ns)
         frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
         for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
             self._await(ready)
@@ -230,17 +237,41 @@ class FusionPipeline:
         start = 0
         while start < len(block):
             # While the cameras are silent, the IMUs alone give frames.
-            is_late = block.stamps_ns[start:] - self._newest_frame_ns > CAMERAS_SILENT_NS
+            is_late = block.stamps_ns[start:] > self._cameras_silent_ns()
             is_alone = bool(is_late.any()) and not self._estimator_class.NEEDS_ALIGNED_FRAMES
             stop = start + int(is_late.argmax()) + 1 if is_alone else len(block)
             part = block.rows(slice(start, stop)) if stop - start < len(block) else block
             self.counters.add("imu_samples_out_of_order", self.imus.add(part))
-            self._note_time(int(part.stamps_ns.max()))
+            self._newest_imu_ns = int(part.stamps_ns.max())
+            self._note_time(self._newest_imu_ns)
             if is_alone:
                 self._let_go()
-                self._await(AlignedFrame(stamp_ns=int(part.stamps_ns[-1]), samples={}))
+                self._go_on_alone(int(part.stamps_ns[-1]))
             start = stop
             yield
+
+    def _note_seen(self, stamp_ns: int) -> None:
+        """A camera's frame has come."""
+        self._lags_ns.append(max(self._newest_imu_ns - stamp_ns, 0))
+        is_set_back = stamp_ns < self._newest_seen_ns - JUMP_BACK_NS
+        self._newest_seen_ns = stamp_ns if is_set_back else max(self._newest_seen_ns, stamp_ns)
+
+    def _usual_lag_ns(self) -> int:
+        """How far the cameras usually are behind the IMUs: no silence yet."""
+        return min(*self._lags_ns, LONGEST_LAG_NS) if self._lags_ns else 0
+
+    def _cameras_silent_ns(self) -> int:
+        """The instant from which on the IMUs alone give the next frame."""
+        seen_ns = self._newest_seen_ns + self._usual_lag_ns()
+        return max(seen_ns, self._newest_frame_ns) + CAMERAS_SILENT_NS
+
+    def _go_on_alone(self, stamp_ns: int) -> None:
+        """Frames of the IMUs alone up to an instant, from where waiting for cameras ended."""
+        first_ns = max(self._newest_frame_ns + CAMERAS_SILENT_NS, stamp_ns - self._usual_lag_ns())
+        between = range(first_ns, stamp_ns - CAMERAS_SILENT_NS // 2, CAMERAS_SILENT_NS)
+        for instant_ns in (*between, stamp_ns):
+            self.counters.add("frames_of_imus_alone")
+            self._await(AlignedFrame(stamp_ns=instant_ns, samples={}))
 
     def _await(self, frame: AlignedFrame) -> None:
         """Put a frame, of one sensor or of none, into the queue."""

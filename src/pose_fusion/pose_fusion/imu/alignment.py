@@ -50,6 +50,7 @@ class SegmentReading:
     R_map_segment: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in map
     stddev: float  # [rad] of the sensor's tilt and heading together
+    age_s: float = 0.0  # [s] for which the gyroscope has carried it on
 
 
 class SegmentAlignment:
@@ -131,6 +132,7 @@ class ImuAlignment:
     def __init__(self) -> None:
         self._segments: dict[str, SegmentAlignment] = {}
         self._stamp_ns: int | None = None
+        self._observed_ns: int | None = None  # of the last observation: cameras may be behind
         self._still_since_ns: int | None = None
         self._still_angles: list[Mapping[str, float]] = []
         self._still_headings: list[float] = []
@@ -160,7 +162,8 @@ class ImuAlignment:
             body_heading: Heading of the body in map [rad], as far as it stands neutrally.
             laterals_map: The y axis of each segment where trunk or hinge shows it now.
         """
-        dt_s = self.advance(stamp_ns)
+        self.advance(stamp_ns)
+        dt_s = self._since_observation(stamp_ns)
         for segment in states:
             self._segments.setdefault(segment, SegmentAlignment())
         if self.awaits_neutral(states):
@@ -173,16 +176,30 @@ class ImuAlignment:
                 self._segments[segment].observe_lateral(dt_s, states[segment], seen)
         self._lend_common_heading(states)
 
-    def advance(self, stamp_ns: int) -> float:
-        """Let the headings drift on to an instant; returns by how much time [s]."""
-        before_ns = stamp_ns if self._stamp_ns is None else self._stamp_ns
-        if before_ns - JUMP_BACK_NS < stamp_ns < before_ns:
-            return 0.0  # the sensors' frames cross
+    def advance(self, stamp_ns: int) -> None:
+        """Let the headings drift on to an instant."""
+        dt_s = _elapsed_s(self._stamp_ns, stamp_ns)
+        if dt_s is None:
+            return
         self._stamp_ns = stamp_ns
-        dt_s = max(stamp_ns - before_ns, 0) * 1e-9
         for alignment in self._segments.values():
             alignment.anchor.predict(dt_s)
+
+    def _since_observation(self, stamp_ns: int) -> float:
+        """Time since the cameras' instant before [s].
+
+        Where they lag behind the IMUs, the headings have drifted on beyond it already.
+        """
+        dt_s = _elapsed_s(self._observed_ns, stamp_ns)
+        if dt_s is None:
+            return 0.0
+        self._observed_ns = stamp_ns
         return dt_s
+
+    def note_gap(self, segment: str, gap_s: float) -> None:
+        """An IMU's samples were missing for so long [s]: its world may have turned meanwhile."""
+        if segment in self._segments:
+            self._segments[segment].anchor.loosen(gap_s)
 
     def awaits_neutral(self, segments: Iterable[str]) -> bool:
         """Whether any of these has not been heard in a neutral stand yet."""
@@ -213,6 +230,7 @@ class ImuAlignment:
             R_map_segment=R_map_segment,
             angular_velocity=angular_velocity,
             stddev=math.sqrt((x * x + y * y + z * z) / 3.0),
+            age_s=state.age_s,
         )
 
     def heading(self, segment: str) -> float | None:
@@ -292,6 +310,15 @@ class ImuAlignment:
         self._still_headings.clear()
         for alignment in self._segments.values():
             alignment.forget_neutral()
+
+
+def _elapsed_s(before_ns: int | None, stamp_ns: int) -> float | None:
+    """Time from an instant to another [s], 0 where a recording begins anew; None: they cross."""
+    if before_ns is None:
+        return 0.0
+    if before_ns - JUMP_BACK_NS < stamp_ns < before_ns:
+        return None
+    return max(stamp_ns - before_ns, 0) * 1e-9
 
 
 def _is_neutral(angles: Sequence[Mapping[str, float]]) -> bool:

@@ -38,6 +38,9 @@ CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
 RESTART_STDDEV = math.radians(20.0)  # [rad] of the quick estimate: some of it is from before
 SETTLED = math.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
 
+TURN_POWER = math.radians(300.0) ** 2  # [(rad/s)²/s] by which a limb's rate wanders unseen
+UNKNOWN = math.pi / math.sqrt(3.0)  # [rad] stddev of a turn that may be any
+
 Y = np.array([1.0, 0.0, 0.0, 0.0])  # what a leaning axis measures
 TURNED = np.array([1.0, 0.0, -1.0, 1.0])  # what a lateral axis measures
 LEANING = np.array([1.0, 0.0, 1.0, 0.0])  # the same two where the mounting is known
@@ -121,6 +124,16 @@ class HeadingAnchor:
         P[:, 0] += dt_s * P[:, 1]
         P[0, 0] += dt_s * HEADING_WALK
         P[1, 1] += dt_s * DRIFT_WALK
+
+    def loosen(self, gap_s: float) -> None:
+        """The IMU's samples were missing for so long [s]: its own filter went on blindly.
+
+        It bridges the gap between two rates that it knows, or begins anew with any heading.
+        """
+        if self._state is not None:
+            # Integral of a Brownian bridge between both rates: q T³/12.
+            unseen = TURN_POWER * gap_s**3 / 12.0
+            self._covariance[0, 0] = min(self._covariance[0, 0] + unseen, UNKNOWN**2)
 
     def observe_lean(self, dt_s: float, axis_world: FloatArray, axis_map: FloatArray) -> None:
         """Compare where IMU and cameras see an axis that the neutral pose made known.

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pose_common.counters import Counters
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
@@ -30,6 +31,7 @@ class ImuSet:
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states: dict[str, ImuState] = {}
         self.alignment = ImuAlignment()
+        self.counters = Counters("imu_gaps", "imu_readings_missing")
 
     @property
     def segments(self) -> Sequence[str]:
@@ -39,7 +41,11 @@ class ImuSet:
     def add(self, block: ImuBlock) -> int:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         self._states_at = None
-        return self._tracks.add(block)
+        rejected = self._tracks.add(block)
+        for segment, gap_ns in self._tracks.gaps_ns.items():
+            self.counters.add("imu_gaps")
+            self.alignment.note_gap(segment, gap_ns / NS_PER_S)
+        return rejected
 
     def has_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that is alive has a sample at or after an instant."""
@@ -72,9 +78,10 @@ class ImuSet:
 
     def read(self, stamp_ns: int) -> dict[str, SegmentReading]:
         """The aligned IMUs' readings at an instant, by segment."""
+        states = self._states(stamp_ns)
+        self.counters.add("imu_readings_missing", len(self._tracks.segments) - len(states))
         readings = {
-            segment: self.alignment.reading(segment, state)
-            for segment, state in self._states(stamp_ns).items()
+            segment: self.alignment.reading(segment, state) for segment, state in states.items()
         }
         return {s: reading for s, reading in readings.items() if reading is not None}
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_fusion.kernels.tracks import MAX_GAP_NS, Rings, read_rings, take_in
 from pose_fusion.kernels.tracks import NS_PER_S as NS_PER_S
-from pose_fusion.kernels.tracks import Rings, read_rings, take_in
 from pose_fusion.streams.samples import FloatArray, ImuBlock
 
 SAMPLES = 512  # of each IMU that are kept: half a second of the fastest
@@ -20,6 +20,7 @@ class ImuState:
     R_world_sensor: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
     stddev: FloatArray  # (3,) [rad] about the world's axes
+    age_s: float = 0.0  # [s] for which the gyroscope has carried it on
 
 
 class ImuTracks:
@@ -31,19 +32,25 @@ class ImuTracks:
     def __init__(self) -> None:
         self.segments: list[str] = []
         self._rings = _make_rings(0)
+        self.gaps_ns: dict[str, int] = {}  # [ns] of the last block, what is longer than bridged
         self._places: dict[tuple[str, ...], NDArray[np.int64]] = {}
 
     def add(self, block: ImuBlock) -> int:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         imus = self._places_of(block.segments)[block.imu]
-        return take_in(
+        gap_ns = np.zeros(len(self.segments), np.int64)
+        rejected = take_in(
             self._rings,
             imus,
             np.ascontiguousarray(block.stamps_ns),
             np.ascontiguousarray(block.orientation),
             np.ascontiguousarray(block.orientation_stddev),
             np.ascontiguousarray(block.angular_velocity),
+            gap_ns,
         )
+        long = np.flatnonzero(gap_ns > MAX_GAP_NS).tolist()
+        self.gaps_ns = {self.segments[i]: int(gap_ns[i]) for i in long}
+        return rejected
 
     def newest_ns(self) -> Iterator[int]:
         """Stamp of every IMU's newest sample [ns]."""
@@ -59,11 +66,14 @@ class ImuTracks:
         """
         count = len(self.segments)
         R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
-        known = np.empty(count, np.bool_)
-        read_rings(self._rings, stamp_ns, R_world_sensor, rate, stddev, known)
+        known, age_ns = np.empty(count, np.bool_), np.empty(count, np.int64)
+        read_rings(self._rings, stamp_ns, R_world_sensor, rate, stddev, known, age_ns)
         return {
             self.segments[i]: ImuState(
-                R_world_sensor=R_world_sensor[i], angular_velocity=rate[i], stddev=stddev[i]
+                R_world_sensor=R_world_sensor[i],
+                angular_velocity=rate[i],
+                stddev=stddev[i],
+                age_s=int(age_ns[i]) / NS_PER_S,
             )
             for i in sorted(np.flatnonzero(known).tolist(), key=self.segments.__getitem__)
         }

@@ -35,8 +35,12 @@ def take_in(
     orientation: FloatArray,
     stddev: FloatArray,
     rate: FloatArray,
+    gap_ns: NDArray[np.int64],
 ) -> int:
-    """Append samples to their IMUs' rings; how many were not, for their stamps go back."""
+    """Append samples to their IMUs' rings; how many were not, for their stamps go back.
+
+    ``gap_ns``, shape (imus,), is raised to the longest time between two samples of each.
+    """
     size = rings.stamps_ns.shape[1]
     rejected = 0
     for row in range(len(imu)):
@@ -48,6 +52,8 @@ def take_in(
                     rejected += 1
                     continue
                 rings.filled[i] = 0  # the clock was set back: begin anew
+            else:
+                gap_ns[i] = max(gap_ns[i], stamp_ns - newest_ns)
         at = (rings.newest[i] + 1) % size
         rings.stamps_ns[i, at] = stamp_ns
         rings.orientation[i, at] = orientation[row]
@@ -66,6 +72,7 @@ def read_rings(
     rate: FloatArray,
     stddev: FloatArray,
     known: NDArray[np.bool_],
+    age_ns: NDArray[np.int64],
 ) -> None:
     """Every IMU's reading at an instant.
 
@@ -76,10 +83,11 @@ def read_rings(
         rate: Filled, shape (imus, 3) [rad/s].
         stddev: Filled, shape (imus, 3) [rad].
         known: Filled, shape (imus,): whether there is a reading nearby.
+        age_ns: Filled, shape (imus,): how far it was carried on, 0 between two samples.
     """
     size = rings.stamps_ns.shape[1]
     for i in range(len(rings.filled)):
-        known[i] = False
+        known[i], age_ns[i] = False, 0
         later = 0  # samples at or after the instant
         while later < rings.filled[i]:
             if rings.stamps_ns[i, (rings.newest[i] - later) % size] < stamp_ns:
@@ -91,8 +99,10 @@ def read_rings(
         if has_before and has_after:
             _between(rings, i, before, after, stamp_ns, R_world_sensor, rate, stddev, known)
         elif has_before:
+            age_ns[i] = stamp_ns - rings.stamps_ns[i, before]
             _beyond(rings, i, before, stamp_ns, R_world_sensor, rate, stddev, known)
         elif has_after:
+            age_ns[i] = rings.stamps_ns[i, after] - stamp_ns
             _beyond(rings, i, after, stamp_ns, R_world_sensor, rate, stddev, known)
 
 

@@ -242,6 +242,7 @@ class FusionNode(Node):
                 "imus_calibrated": ", ".join(imus.alignment.mountings) or "none",
                 "imu_headings_found_anew": ", ".join(imus.alignment.heading_restarts) or "none",
                 **counts,
+                **imus.counters.as_dict(),
                 **self._counters.as_dict(),
                 **self._selector.counters.as_dict("person/"),
                 **self.pipeline.aligner.counters.as_dict("alignment/"),

@@ -3,7 +3,8 @@
 When a sensor comes or goes, a limb is found elsewhere or the filter starts anew, the state jumps.
 What goes out then keeps its place and glides to the state: the difference, beyond a little that
 may show at once, decays. Corrections at other times are quick movements: they show at once, but for
-what no person does.
+what no person does. Late frames correct without anything going out: what may show is counted from
+one pose that goes out to the next.
 """
 
 from collections.abc import Iterable
@@ -58,6 +59,8 @@ class Handover:
     def __init__(self) -> None:
         self._turns: FloatArray | None = None  # (links, 3) [rad] in map: out = exp(turn) state
         self._shift = np.zeros(3)  # [m]
+        self._shown_turns: FloatArray | float = 0.0  # [rad] (links, 1) of corrections at once
+        self._shown_shift = 0.0  # [m] likewise, since a pose went out
 
     def predict(self, dt_s: float) -> None:
         """Glide on for ``dt_s`` [s]."""
@@ -84,13 +87,19 @@ class Handover:
         turns_between(shown, after.rotations, missing)
         rate = np.linalg.norm(before.rates, axis=1, keepdims=True)
         times = 1.0 if eventful else EVER_LARGER
-        self._turns = _beyond(missing, turns, times * (LARGEST_TURN + TURN_TIME_S * rate))
+        largest_turn = times * (LARGEST_TURN + TURN_TIME_S * rate)
+        self._turns = _beyond(missing, turns, np.maximum(largest_turn - self._shown_turns, 0.0))
+        at_once = np.linalg.norm(missing - self._turns, axis=1, keepdims=True)
+        self._shown_turns = self._shown_turns + at_once
         shift = before.position + self._shift - after.position
         largest = LARGEST_SHIFT + SHIFT_TIME_S * np.linalg.norm(before.velocity)
-        self._shift = _beyond(shift[None], self._shift[None], times * largest)[0]
+        left = max(times * float(largest) - self._shown_shift, 0.0)
+        self._shift = _beyond(shift[None], self._shift[None], left)[0]
+        self._shown_shift = self._shown_shift + float(np.linalg.norm(shift - self._shift))
 
     def shown(self, state: SegmentState) -> SegmentState:
         """What goes out for a state."""
+        self._shown_turns = self._shown_shift = 0.0
         if self._turns is None or self._is_over():
             return state
         glided = state.copy()

@@ -38,6 +38,7 @@ LATEST_S = 0.2  # [s] a frame that is later says too little of now
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 IMU_FRAMES = 10.0  # [-] an IMU's errors are slow: so many samples count as one
 GYRO_STDDEV = 0.05  # [rad/s] beside the segment's soft tissue
+HELD_JERK = 100.0  # [rad/s³] of a limb that swings, while its IMU's reading is only carried on
 
 
 class SegmentEstimator(Estimator):
@@ -218,9 +219,13 @@ class SegmentEstimator(Estimator):
             LinkLook(
                 link=names.index(links[segment]),
                 R_map_link=reading.R_map_segment,
-                variance=np.full(3, (reading.stddev**2 + mounting**2) * IMU_FRAMES),
+                variance=np.full(
+                    3,
+                    (reading.stddev**2 + mounting**2) * IMU_FRAMES
+                    + (HELD_JERK * reading.age_s**3 / 3.0) ** 2,
+                ),
                 angular_velocity=reading.angular_velocity,
-                rate_variance=GYRO_STDDEV**2,
+                rate_variance=GYRO_STDDEV**2 + (HELD_JERK * reading.age_s**2) ** 2,
             )
             for segment, reading in readings.items()
             if segment in links
