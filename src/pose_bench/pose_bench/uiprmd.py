@@ -6,7 +6,8 @@ first of them once more before, so that the body's measures are known. Between t
 seen for a second, then the person stands as in the first frame for another: a file begins in the
 middle of a recording, not with a person who has appeared from nowhere. What is judged is each
 repetition by itself: after one time shift of its own and without the mean error, since the two
-systems place joints differently in the body.
+systems place joints differently in the body. The Kinect's files have no stamps and its rate was not
+always 30 Hz: each is stretched to the length that fits the raw view best.
 """
 
 import re
@@ -17,7 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from kinect_bridge.formats import read_recording
-from pose_bench.one_camera import RAW, View, run_one_camera, view_of_stream
+from pose_bench.frame_rate import time_stretch
+from pose_bench.one_camera import RAW, View, run_one_camera, view_of, view_of_stream
 from pose_bench.tables import TextTable, number
 from pose_common.counters import Counters
 from pose_common.errors import InputError
@@ -112,13 +114,24 @@ def read_repetitions(folder: Path) -> Repetitions:
         if abs(repetition.view.series.duration_s - repetition.vicon_s) > CUT_ALIKE_S:
             left_out.add("not_cut_alike")
             continue
-        used.append(repetition)
+        used.append(_in_true_time(repetition))
     if not used:
         raise InputError(
             f"found no repetition of UI-PRMD in {folder}: expected Kinect/Positions/mMM_sSS_eEE_"
             "positions.txt and the same in Vicon/Positions, with Angles beside them"
         )
     return Repetitions(used=tuple(used), left_out=left_out)
+
+
+def _in_true_time(repetition: Repetition) -> Repetition:
+    """A repetition whose view is stamped as fits the Vicon best."""
+    vicon = repetition.vicon
+    stretch = time_stretch(angle_series(repetition.view.series), vicon, _moving(vicon))
+    samples = [
+        replace(sample, stamp_ns=round(stretch * sample.stamp_ns))
+        for sample in repetition.view.samples
+    ]
+    return replace(repetition, view=view_of(samples))
 
 
 def compare_subject(repetitions: Sequence[Repetition], estimator: str) -> list[AngleAgreement]:
@@ -180,8 +193,7 @@ def _agreements(
     repetition: Repetition, series: SkeletonSeries, method: str
 ) -> list[AngleAgreement]:
     """The angles that take part in the movement."""
-    true = without_sideways_flexion(repetition.vicon.angles)
-    moving = [angle for angle in ANGLES if _range(true[angle]) >= MOVING]
+    moving = _moving(repetition.vicon)
     found = agreement(series, repetition.vicon, moving)
     return [
         AngleAgreement(
@@ -223,6 +235,12 @@ def _score(found: FloatArray, true: FloatArray) -> AngleScore:
         return score_angle(found, true)
     mean = float(np.angle(np.mean(np.exp(1j * error))))
     return score_angle(found - mean, true)
+
+
+def _moving(vicon: AngleSeries) -> list[str]:
+    """The angles that take part in a movement."""
+    true = without_sideways_flexion(vicon.angles)
+    return [angle for angle in ANGLES if _range(true[angle]) >= MOVING]
 
 
 def _range(angle: FloatArray) -> float:

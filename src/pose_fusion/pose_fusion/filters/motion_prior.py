@@ -38,7 +38,7 @@ class MotionPrior:
         }
     )
     rate_memory: float = 0.12  # [s] in which rates die away
-    slide_stddev: float = 0.02  # [m] of the shoulders on the clavicles
+    slide_stddev: float = 0.02  # [m] of the joints that slide
     slide_memory: float = 0.5  # [s]
     start_position_stddev: float = 0.03  # [m]
     start_angle_stddev: float = 0.15  # [rad]

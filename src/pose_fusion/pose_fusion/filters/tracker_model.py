@@ -41,13 +41,13 @@ class TrackerNoise:
 
     stddev: float = 0.02  # [m] of a tracked joint, in every direction
     depth_stddev: float = 0.008  # [m] more along the line of sight
-    moving_stddev: float = 0.02  # [m] more at 1 m/s, in every direction
-    lag_stddev: float = 0.0245  # [s] more along the velocity
+    moving_stddev: float = 0.01  # [m] more at 1 m/s, in every direction
+    lag_stddev: float = 0.012  # [s] more along the velocity
     foreshortened_stddev: float = 0.03  # [m] more where the limb points at the camera
     inferred_factor: float = 3.66  # [-] how much worse an inferred joint is
     correlation_factor: float = 2.44  # [-] errors are slow: many samples count as one
     student_dof: float = 13.3  # [-] of Student's t
-    inertia: float = 0.2  # [-] a_max
+    inertia: float = 0.1  # [-] a_max
     quick: float = 2.6  # [m/s] v_q
     inertia_foreshortened: float = 0.5  # [-] c_f
     inertia_inferred: float = 0.11  # [-] c_h

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from copy import copy
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -28,7 +29,7 @@ from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
 from pose_fusion.fusion.estimators.side_swaps import unswapped
-from pose_fusion.fusion.estimators.surprise import Surprise
+from pose_fusion.fusion.estimators.uncertainty import Uncertainty
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.alignment import SegmentReading
 from pose_fusion.streams.samples import FloatArray
@@ -74,7 +75,7 @@ class SegmentEstimator(Estimator):
         self._handover = Handover()
         self._sources = Sources()
         self._lost = LostLimbs(model)
-        self._surprise = Surprise()
+        self._uncertainty = Uncertainty(model)
         self._stamp_ns = 0
         self._told: FusedPose | None = None  # the last pose, and how each joint was tracked
         self._tracking_state = np.zeros(len(JOINTS), np.uint8)
@@ -107,9 +108,10 @@ class SegmentEstimator(Estimator):
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")  # its instant has been told already
             return None
-        self._surprise.note(max(ahead_s, 0.0), report.distance)
-        scale = self._surprise.variance_scale(bool(observation.readings))
-        self._told = self._read(self._handover.shown(state), scale, report, observation)
+        self._uncertainty.note(max(ahead_s, 0.0), report.distance)
+        self._told = self._read(
+            self._handover.shown(state), self._uncertainty.distance, report, observation
+        )
         self._tracking_state = observation.tracking_state.max(axis=0)
         return self._told
 
@@ -129,19 +131,19 @@ class SegmentEstimator(Estimator):
         handover = copy(self._handover)
         handover.predict(ahead_s)
         visible = handover.shown(ahead.known_state).copy()
-        visible.covariance *= self._surprise.variance_scale(bool(readings))
         visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
         pose = copy(self._reader).read(visible, report, told.sensor_weight)
+        pose = replace(pose, variance=self._uncertainty.variance(pose, self._uncertainty.distance))
         return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
 
     def _read(
-        self, state: SegmentState, scale: float, report: UpdateReport, observation: Observation
+        self, state: SegmentState, distance: float, report: UpdateReport, observation: Observation
     ) -> FusedPose:
-        """The degrees of freedom of a state, its variances scaled."""
+        """The degrees of freedom of a state, with the variances that its errors keep to."""
         visible = state.copy()
-        visible.covariance *= scale
         visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
-        return self._reader.read(visible, report, _sensor_weight(observation))
+        pose = self._reader.read(visible, report, _sensor_weight(observation))
+        return replace(pose, variance=self._uncertainty.variance(pose, distance))
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None

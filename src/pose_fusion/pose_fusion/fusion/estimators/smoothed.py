@@ -25,7 +25,7 @@ class _Step:
     observation: Observation
     report: UpdateReport
     filter_step: FilterStep
-    scale: float  # of the variances
+    distance: float  # of the measurements; see Uncertainty
 
 
 class SmoothedEstimator(SegmentEstimator):
@@ -81,7 +81,7 @@ class SmoothedEstimator(SegmentEstimator):
                 observation=observation,
                 report=report,
                 filter_step=step,
-                scale=self._surprise.variance_scale(bool(observation.readings)),
+                distance=self._uncertainty.distance,
             )
         )
         return report
@@ -97,6 +97,6 @@ class SmoothedEstimator(SegmentEstimator):
             if step.observation.stamp_ns <= self._told_ns:
                 continue  # a late frame's instant has been told already
             self._told_ns = step.observation.stamp_ns
-            pose = self._read(state, step.scale, step.report, step.observation)
+            pose = self._read(state, step.distance, step.report, step.observation)
             told.append(timed(pose, step.observation))
         return told

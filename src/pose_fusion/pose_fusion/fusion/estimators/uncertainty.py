@@ -1,0 +1,97 @@
+"""What a filter's variances are worth: published are the ones that the errors then keep to.
+
+A filter's covariance is that of its model. Three things are added: how well its expectations fit
+these sensors and this person (the distances between what it expects and what it sees, against those
+that go with covariances that are right); that the pose is late by something, so that quick joints
+are further off; and that trackers mistake arms by more than legs. The numbers were fitted to the
+errors of synthetic sessions, docs/algorithm.md says to which.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_fusion.body.model import BodyModel
+from pose_fusion.fusion.estimators.estimator import FusedPose
+from pose_fusion.streams.samples import FloatArray
+
+MEMORY_S = 20.0  # [s] time constant
+MOST = 20.0  # [-] a squared Mahalanobis distance that counts no more than that
+AT_FIRST = 0.5
+RANGE = (0.2, 6.0)  # [-] of what the distances scale variances by
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trust:
+    """How a joint's published variance follows from the filter's: f d σ² + (T rate)² + s²."""
+
+    factor: float = 1.0  # [-] f; d is the mean distance over the fitting one
+    late_s: float = 0.0  # [s] T
+    stddev_deg: float = 0.0  # s
+
+
+# Mean squared distances that fit. They are below 3, the measurements' degrees of freedom, for the
+# noise is enlarged to what slow errors leave of it.
+FITTING_KINECT = 1.3
+FITTING_WITH_IMU = 0.5
+KINECT = {
+    "hip": Trust(factor=0.4, late_s=0.15),
+    "knee": Trust(factor=0.4, late_s=0.25),
+    "shoulder": Trust(factor=3.0, late_s=0.2),
+    "elbow": Trust(factor=4.0, late_s=0.25, stddev_deg=12.0),
+}
+WITH_IMU = {
+    "hip": Trust(factor=0.3, late_s=0.04),
+    "knee": Trust(factor=0.4),
+    "shoulder": Trust(factor=2.5),
+    "elbow": Trust(factor=4.0, late_s=0.05, stddev_deg=3.0),
+}
+
+
+class Uncertainty:
+    """Published variances of one body's degrees of freedom.
+
+    Args:
+        model: The body model.
+    """
+
+    def __init__(self, model: BodyModel) -> None:
+        self._distance = AT_FIRST
+        self._kinect = _numbers(model, KINECT, FITTING_KINECT)
+        self._with_imu = _numbers(model, WITH_IMU, FITTING_WITH_IMU)
+
+    @property
+    def distance(self) -> float:
+        """Running mean of the squared Mahalanobis distances."""
+        return self._distance
+
+    def note(self, dt_s: float, distance: FloatArray) -> None:
+        """Take the distances of one update's joints, shape (15,); NaN unseen."""
+        known = distance[np.isfinite(distance)]
+        if len(known) == 0:
+            return
+        share = 1.0 - float(np.exp(-dt_s / MEMORY_S))
+        self._distance += share * (float(np.minimum(known, MOST).mean()) - self._distance)
+
+    def variance(self, pose: FusedPose, distance: float) -> FloatArray:
+        """Of the degrees of freedom, (d,) [m²] or [rad²].
+
+        Args:
+            pose: As read off the filter.
+            distance: The mean distance of its time.
+        """
+        numbers = np.where(pose.weight_imu > 0.0, self._with_imu, self._kinect)
+        factor, fitting, late_s, stddev = numbers
+        scale = factor * np.clip(distance / fitting, *RANGE)
+        return np.asarray(scale * pose.variance + (late_s * pose.velocity) ** 2 + stddev**2)
+
+
+def _numbers(model: BodyModel, trusts: dict[str, Trust], fitting: float) -> FloatArray:
+    """Factor, fitting distance, lateness [s] and deviation [rad], shape (4, d)."""
+    own = [
+        next((trust for joint, trust in trusts.items() if f"_{joint}_" in name), Trust())
+        for name in model.dof_names
+    ]
+    return np.array(
+        [[t.factor, fitting, t.late_s, np.radians(t.stddev_deg)] for t in own], np.float64
+    ).T
