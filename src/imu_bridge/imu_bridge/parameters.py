@@ -74,7 +74,7 @@ class ImuBridgeParameters:
         doc="a sensor at rest for so long gives its gyroscope's bias; 0: no bias is estimated",
     )
     max_gap: float = parameter(
-        1.0,
+        0.3,
         unit="s",
         low=0.01,
         high=60.0,

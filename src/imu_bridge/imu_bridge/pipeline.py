@@ -134,7 +134,7 @@ class ImuPipeline:
         parsers: Sequence[Parser] | None = None,
         filter_name: str = "vqf",
         settings: FilterSettings | None = None,
-        max_gap_s: float = 1.0,
+        max_gap_s: float = 0.3,
         max_drift: float = 1e-3,
         transport_delay_s: float = 0.0,
     ) -> None:

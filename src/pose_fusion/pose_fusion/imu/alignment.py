@@ -196,10 +196,10 @@ class ImuAlignment:
         self._observed_ns = stamp_ns
         return dt_s
 
-    def note_gap(self, segment: str, gap_s: float) -> None:
-        """An IMU's samples were missing for so long [s]: its world may have turned meanwhile."""
+    def lose_heading(self, segment: str) -> None:
+        """An IMU that knows no north has begun anew: its world may have turned to anywhere."""
         if segment in self._segments:
-            self._segments[segment].anchor.loosen(gap_s)
+            self._segments[segment].anchor.lose_heading()
 
     def awaits_neutral(self, segments: Iterable[str]) -> bool:
         """Whether any of these has not been heard in a neutral stand yet."""

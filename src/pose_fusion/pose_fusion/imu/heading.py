@@ -38,9 +38,6 @@ CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
 RESTART_STDDEV = math.radians(20.0)  # [rad] of the quick estimate: some of it is from before
 SETTLED = math.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
 
-TURN_POWER = math.radians(300.0) ** 2  # [(rad/s)²/s] by which a limb's rate wanders unseen
-UNKNOWN = math.pi / math.sqrt(3.0)  # [rad] stddev of a turn that may be any
-
 Y = np.array([1.0, 0.0, 0.0, 0.0])  # what a leaning axis measures
 TURNED = np.array([1.0, 0.0, -1.0, 1.0])  # what a lateral axis measures
 LEANING = np.array([1.0, 0.0, 1.0, 0.0])  # the same two where the mounting is known
@@ -62,6 +59,7 @@ class HeadingAnchor:
         self._covariance = np.zeros((4, 4))
         self._dot = self._cross = 0.0  # [s] recent sums of a leaning axis' products
         self._contradicted_s = 0.0
+        self._neutral: tuple[float, float] | None = None  # y₀ and its variance, kept over a loss
         self.restarts = 0
 
     @property
@@ -93,7 +91,17 @@ class HeadingAnchor:
         self._covariance[0, 2] = self._covariance[2, 0] = stddev**2
         if self._is_mounting_known:
             self._begin_with_bias(stddev)
+        elif self._neutral is not None:
+            self._keep_neutral(*self._neutral)
         self._contradicted_s = 0.0
+
+    def _keep_neutral(self, heading: float, variance: float) -> None:
+        """The mounting has been known before: it is the IMU's world that has turned."""
+        if self._state is None:
+            return
+        self._state[2] = heading
+        self._covariance[0, 2] = self._covariance[2, 0] = 0.0
+        self._covariance[2, 2] = variance
 
     def _begin_with_bias(self, stddev: float) -> None:
         """Where the mounting is known, y₀ makes room for what the cameras lastingly see beside."""
@@ -125,15 +133,13 @@ class HeadingAnchor:
         P[0, 0] += dt_s * HEADING_WALK
         P[1, 1] += dt_s * DRIFT_WALK
 
-    def loosen(self, gap_s: float) -> None:
-        """The IMU's samples were missing for so long [s]: its own filter went on blindly.
-
-        It bridges the gap between two rates that it knows, or begins anew with any heading.
-        """
-        if self._state is not None:
-            # Integral of a Brownian bridge between both rates: q T³/12.
-            unseen = TURN_POWER * gap_s**3 / 12.0
-            self._covariance[0, 0] = min(self._covariance[0, 0] + unseen, UNKNOWN**2)
+    def lose_heading(self) -> None:
+        """The IMU's world may have turned to anywhere; the neutral pose's heading stays known."""
+        if self._state is None:
+            return
+        self._neutral = (float(self._state[2]), float(self._covariance[2, 2]))
+        self._state = None
+        self._dot = self._cross = 0.0
 
     def observe_lean(self, dt_s: float, axis_world: FloatArray, axis_map: FloatArray) -> None:
         """Compare where IMU and cameras see an axis that the neutral pose made known.
@@ -227,11 +233,8 @@ class HeadingAnchor:
         self.restarts += 1
         if self._is_mounting_known:
             return
-        if P < SETTLED**2 and self._state is not None:
-            # The mounting has been known well: it is the IMU's world that has turned.
-            self._state[2] = neutral
-            self._covariance[0, 2] = self._covariance[2, 0] = 0.0
-            self._covariance[2, 2] = P
+        if P < SETTLED**2:
+            self._keep_neutral(neutral, P)
 
 
 def _compare(axis_world: FloatArray, axis_map: FloatArray) -> tuple[float, float, float]:

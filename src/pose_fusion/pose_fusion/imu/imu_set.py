@@ -8,11 +8,12 @@ from pose_common.counters import Counters
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
-from pose_fusion.imu.alignment import ImuAlignment, SegmentReading
+from pose_fusion.imu.alignment import NORTH_STDDEV, ImuAlignment, SegmentReading
 from pose_fusion.imu.seen_axes import lateral_axes, long_axes
 from pose_fusion.imu.track import NS_PER_S, ImuState, ImuTracks
 from pose_fusion.streams.samples import FloatArray, ImuBlock
 
+BEGUN_ANEW_NS = 300_000_000  # a longer gap no orientation filter goes on across
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
 
 
@@ -31,7 +32,7 @@ class ImuSet:
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states: dict[str, ImuState] = {}
         self.alignment = ImuAlignment()
-        self.counters = Counters("imu_gaps", "imu_readings_missing")
+        self.counters = Counters("imu_gaps", "imu_headings_lost", "imu_readings_missing")
 
     @property
     def segments(self) -> Sequence[str]:
@@ -44,7 +45,9 @@ class ImuSet:
         rejected = self._tracks.add(block)
         for segment, gap_ns in self._tracks.gaps_ns.items():
             self.counters.add("imu_gaps")
-            self.alignment.note_gap(segment, gap_ns / NS_PER_S)
+            if gap_ns > BEGUN_ANEW_NS and not knows_north(block, segment):
+                self.counters.add("imu_headings_lost")
+                self.alignment.lose_heading(segment)
         return rejected
 
     def has_reached(self, stamp_ns: int) -> bool:
@@ -91,3 +94,9 @@ class ImuSet:
             self._known_states = self._tracks.at(stamp_ns)
             self._states_at = stamp_ns
         return self._known_states
+
+
+def knows_north(block: ImuBlock, segment: str) -> bool:
+    """Whether an IMU's newest sample in a block has a heading of its own."""
+    rows = np.flatnonzero(block.imu == block.segments.index(segment))
+    return bool(block.orientation_stddev[rows[-1], 2] < NORTH_STDDEV)

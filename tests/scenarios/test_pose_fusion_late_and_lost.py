@@ -1,0 +1,149 @@
+"""IMUs and cameras that come late, in bursts, out of order or not at all (synthetic)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+from worn_imus import IMU_SEGMENTS, START_NS, imu_samples
+
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.samples import SkeletonSample
+
+DURATION_S = 13.0
+JUDGED_S = 7.0  # from then on, the IMUs are aligned
+DISTURBED_S = (8.5, 10.5)
+MS = 1_000_000
+STEP_DEG = 8.0  # beyond the true motion, from one estimate to the next
+ERROR_DEG = 25.0
+ANGLES = ("left_knee_flexion", "left_hip_flexion", "left_elbow_flexion", "left_shoulder_flexion")
+
+
+@pytest.fixture(scope="module")
+def session():
+    t, dof = motion(DURATION_S)
+    positions = kinematics().pose(dof).positions
+    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
+    return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5))
+
+
+def is_disturbed(sample):
+    return DISTURBED_S[0] < (sample.stamp_ns - START_NS) * 1e-9 < DISTURBED_S[1]
+
+
+def is_camera(sample):
+    return isinstance(sample, SkeletonSample)
+
+
+def arriving(samples, delay_ns):
+    """The samples in the order in which they arrive; a delay of None loses one."""
+    timed = [(delay_ns(s), s) for s in samples]
+    kept = [(s.stamp_ns + delay, s) for delay, s in timed if delay is not None]
+    return [s for _, s in sorted(kept, key=lambda pair: pair[0])]
+
+
+def run(samples, **parameters):
+    pipeline = FusionPipeline(FusionParameters(tracker_delay=0.0, **parameters), extrinsics())
+    estimates = []
+    for sample in samples:
+        estimates += (pipeline.add_skeleton if is_camera(sample) else pipeline.add_imu)(sample)
+    return pipeline, estimates + pipeline.flush()
+
+
+def differences_deg(estimates, t, dof):
+    """From the truth, shape (n, angles) [deg], of what is judged."""
+    late = [e for e in estimates if e.stamp_ns > START_NS + JUDGED_S * 1e9]
+    times = np.array([(e.stamp_ns - START_NS) * 1e-9 for e in late])
+    assert len(late) > 50
+    columns = [
+        np.array([e.position[e.dof_names.index(name)] for e in late])
+        - np.interp(times, t, dof[:, MODEL.dof_index[name]])
+        for name in ANGLES
+    ]
+    return np.degrees(np.stack(columns, axis=1))
+
+
+def bursts(period_ns):
+    return lambda sample: -sample.stamp_ns % period_ns
+
+
+CASES = {
+    "imus 50 ms late": lambda s: 0 if is_camera(s) else 50 * MS,
+    "imus 500 ms late for a while": lambda s: 500 * MS * (not is_camera(s) and is_disturbed(s)),
+    "imus in bursts": lambda s: 0 if is_camera(s) else bursts(300 * MS)(s),
+    "imus lost for a while": lambda s: None if not is_camera(s) and is_disturbed(s) else 0,
+    "cameras 150 ms late": lambda s: 150 * MS * is_camera(s),
+    "cameras 400 ms late": lambda s: 400 * MS * is_camera(s),
+    "cameras lost for a while": lambda s: None if is_camera(s) and is_disturbed(s) else 0,
+    "one camera 500 ms late": lambda s: 500 * MS * (is_camera(s) and s.sensor == "right"),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_what_comes_late_or_not_at_all_makes_no_step(case, session):
+    t, dof, skeletons, imus = session
+    _, estimates = run(arriving([*skeletons, *imus], CASES[case]))
+    difference = differences_deg(estimates, t, dof)
+    assert np.abs(np.diff(difference, axis=0)).max() < STEP_DEG
+    assert np.abs(difference).max() < ERROR_DEG
+
+
+@pytest.mark.parametrize("delay_ms", [150, 400])
+def test_cameras_behind_the_imus_still_align_them(delay_ms, session):
+    t, dof, skeletons, imus = session
+    samples = arriving([*skeletons, *imus], lambda s: delay_ms * MS * is_camera(s))
+    pipeline, estimates = run(samples, estimator="imu")
+    assert pipeline.imus.alignment.known_segments == sorted(IMU_SEGMENTS)
+    assert np.abs(differences_deg(estimates, t, dof)).mean() < 8.0
+
+
+def test_the_body_of_the_imus_alone_says_how_little_it_knows_while_they_are_lost(session):
+    *_, skeletons, imus = session
+    samples = arriving([*skeletons, *imus], CASES["imus lost for a while"])
+    pipeline, estimates = run(samples, estimator="imu")
+    knee = MODEL.dof_index["left_knee_flexion"]
+    times = np.array([(e.stamp_ns - START_NS) * 1e-9 for e in estimates])
+    stddev = np.array([e.position_stddev[knee] for e in estimates])
+    before = stddev[(times > JUDGED_S) & (times < DISTURBED_S[0])].max()
+    lost = stddev[(times > DISTURBED_S[0] + 0.5) & (times < DISTURBED_S[1])]
+    assert lost.min() > 2.0 * before
+    assert pipeline.imus.counters["imu_gaps"] == len(IMU_SEGMENTS)
+    assert pipeline.imus.counters["imu_readings_missing"] > 100
+
+
+@pytest.mark.parametrize("estimator", ["default", "imu"])
+def test_an_imu_without_north_that_begins_anew_turned_is_not_believed(estimator, session):
+    """After half a second without samples its world has turned by a right angle."""
+    t, dof, skeletons, imus = session
+    turn = Rotation.from_euler("z", np.pi / 2.0)
+    heading_free = np.array([0.02, 0.02, np.pi])
+    begins_ns = START_NS + 9_000 * MS
+
+    def changed(sample):
+        sample = replace(sample, orientation_stddev=heading_free)
+        if sample.stamp_ns < begins_ns:
+            return sample
+        turned = (turn * Rotation.from_quat(sample.orientation)).as_quat()
+        return replace(sample, orientation=turned)
+
+    kept = [changed(s) for s in imus if not begins_ns - 500 * MS < s.stamp_ns < begins_ns]
+    pipeline, estimates = run(arriving([*skeletons, *kept], lambda _: 0), estimator=estimator)
+    difference = differences_deg(estimates, t, dof)
+    assert pipeline.imus.counters["imu_headings_lost"] == len(IMU_SEGMENTS)
+    assert np.abs(np.diff(difference, axis=0)).max() < STEP_DEG
+    if estimator == "default":
+        assert np.abs(difference).max() < ERROR_DEG
+
+
+def test_samples_out_of_order_are_counted_and_harm_nothing(session):
+    t, dof, skeletons, imus = session
+    rng = np.random.default_rng(3)
+    delays = {id(s): int(rng.integers(0, 100 * MS)) for s in imus}
+    samples = arriving([*skeletons, *imus], lambda s: delays.get(id(s), 0))
+    pipeline, estimates = run(samples)
+    difference = differences_deg(estimates, t, dof)
+    assert pipeline.counters["imu_samples_out_of_order"] > 100
+    assert np.abs(np.diff(difference, axis=0)).max() < STEP_DEG
+    assert np.abs(difference).max() < ERROR_DEG
