@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Sequence
 
 import rclpy
+from rclpy.exceptions import InvalidHandle, NotInitializedException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -37,6 +38,10 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
     except PoseError as error:
         print(f"error: {error}", file=sys.stderr)
         status = 1
+    except (RCLError, InvalidHandle, NotInitializedException):
+        # A signal ends the context at once, also in the midst of a callback that then publishes.
+        if rclpy.ok():
+            raise
     finally:
         # A launcher and the terminal may both send SIGINT: the second must not break the ending.
         signal.signal(signal.SIGINT, signal.SIG_IGN)

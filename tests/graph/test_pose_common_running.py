@@ -1,0 +1,56 @@
+"""How a node's process ends when a signal comes in the midst of its work."""
+
+import signal
+import sys
+
+import pytest
+
+pytestmark = pytest.mark.graph
+
+PROGRAM = """
+import os, signal, sys, time
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+from pose_common.nodes.running import run_node
+
+class Talker(Node):
+    def __init__(self):
+        super().__init__("talker")
+        self.words = self.create_publisher(String, "words", 10)
+        if WHERE == "making":
+            self.say()
+        self.create_timer(0.01, self.say)
+
+    def say(self):
+        if NUMBER:
+            os.kill(os.getpid(), NUMBER)
+            while rclpy.ok():
+                time.sleep(0.001)
+        self.words.publish(String(data="still here"))
+        raise rclpy.exceptions.InvalidHandle("of a node that works")
+
+run_node(Talker)
+"""
+
+
+def start(start_process, number, where):
+    return start_process([sys.executable, "-c", f"{NAMES.format(number, where)}{PROGRAM}"])
+
+
+NAMES = "NUMBER, WHERE = {!r}, {!r}\n"
+
+
+@pytest.mark.parametrize("where", ["making", "publishing"])
+def test_a_sigterm_in_the_midst_of_a_callback_ends_the_process_cleanly(start_process, where):
+    process = start(start_process, int(signal.SIGTERM), where)
+
+    assert process.wait() == 0
+    assert "Traceback" not in process.output
+
+
+def test_the_same_errors_of_a_node_that_nobody_stops_are_not_hidden(start_process):
+    process = start(start_process, 0, "publishing")
+
+    assert process.wait() == 1
+    assert "of a node that works" in process.output
