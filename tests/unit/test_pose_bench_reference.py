@@ -9,9 +9,9 @@ from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.filters.looks import CameraLook, LinkLook
+from pose_fusion.filters.looks import CameraLook, LinkLooks
 from pose_fusion.filters.segment_filter import SegmentFilter
-from pose_fusion.kernels import camera, links, placing, posture, prediction
+from pose_fusion.kernels import camera, inverse, links, placing, posture, prediction
 
 MODEL = load_body_model("default")
 STATE = ("position", "rotations", "slides", "velocity", "rates", "covariance")
@@ -40,16 +40,14 @@ def camera_look(rng, joints, delay_s):
 
 def link_looks(rng, rotations):
     noise = Rotation.from_rotvec(rng.normal(0.0, 0.05, (len(rotations), 3))).as_matrix()
-    return [
-        LinkLook(
-            link=link,
-            R_map_link=noise[link] @ rotations[link],
-            variance=rng.uniform(0.01, 0.1, 3),
-            angular_velocity=rng.normal(0.0, 1.0, 3),
-            rate_variance=0.0025,
-        )
-        for link in range(9)
-    ]
+    links = np.arange(9)
+    return LinkLooks(
+        links=links,
+        R_map_link=(noise @ rotations)[links],
+        variance=rng.uniform(0.01, 0.1, (9, 3)),
+        angular_velocity=rng.normal(0.0, 1.0, (9, 3)),
+        rate_variance=np.full(9, 0.0025),
+    )
 
 
 def run_both(seed, steps, with_imus, delay_s):
@@ -65,7 +63,7 @@ def run_both(seed, steps, with_imus, delay_s):
         dof = dof + rng.normal(0.0, 0.05, MODEL.size)
         truth = pose(dof)
         cameras = [camera_look(rng, truth.positions, delay_s) for _ in range(2)]
-        imus = link_looks(rng, truth.rotations) if with_imus else []
+        imus = link_looks(rng, truth.rotations) if with_imus else None
         dt_s = rng.uniform(0.001, 0.05)
         reports = []
         for each in filters:
@@ -99,7 +97,8 @@ def test_no_kernel_is_compiled_twice():
     run_both(5, 2, True, 0.06)
     kernels = (
         camera.add_camera,
-        links.add_imu,
+        links.add_imus,
+        inverse.invert,
         links.turn_back,
         placing.place_joints,
         posture.add_posture,

@@ -23,7 +23,7 @@ from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.filters.li2020 import Li2020Filter, Li2020Parameters
-from pose_fusion.filters.looks import CameraLook, LinkLook
+from pose_fusion.filters.looks import CameraLook, LinkLooks
 from pose_fusion.filters.segment_filter import SegmentFilter
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import estimator_class
@@ -94,19 +94,16 @@ class Scene:
             for index, positions in enumerate(self.seen(frame, sensors))
         ]
 
-    def imus(self, frame: int, count: int) -> list[LinkLook]:
+    def imus(self, frame: int, count: int) -> LinkLooks:
         """What IMUs say of the links; with more IMUs than links some have two."""
-        rotations = self.rotations[frame]
-        return [
-            LinkLook(
-                link=index % len(rotations),
-                R_map_link=rotations[index % len(rotations)],
-                variance=np.full(3, 0.04),
-                angular_velocity=np.zeros(3),
-                rate_variance=0.0025,
-            )
-            for index in range(count)
-        ]
+        links = np.arange(count) % len(self.rotations[frame])
+        return LinkLooks(
+            links=links,
+            R_map_link=self.rotations[frame][links],
+            variance=np.full((count, 3), 0.04),
+            angular_velocity=np.zeros((count, 3)),
+            rate_variance=np.full(count, 0.0025),
+        )
 
     def observation(self, frame: int, segments: list[str]) -> Observation:
         """Two cameras and some IMUs for a whole estimator."""

@@ -14,7 +14,7 @@ from pose_bench.reference.tracker import covariances, foreshortening, inertia, s
 from pose_common.joints import TrackingState
 from pose_fusion.body.kinematics import rotation_from_vector, skew
 from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.filters.looks import CameraLook, LinkLook, UpdateReport
+from pose_fusion.filters.looks import CameraLook, LinkLooks, UpdateReport
 from pose_fusion.filters.motion_prior import MotionPrior, acceleration_power
 from pose_fusion.filters.posture import PosturePrior
 from pose_fusion.filters.segment_state import Layout, SegmentState
@@ -120,7 +120,7 @@ class ReferenceFilter:
         return np.asarray(state.position + levers.sum(axis=1))
 
     def update(
-        self, cameras: Sequence[CameraLook] = (), imus: Sequence[LinkLook] = ()
+        self, cameras: Sequence[CameraLook] = (), imus: LinkLooks | None = None
     ) -> UpdateReport:
         """Take everything that is known of the filter's instant.
 
@@ -219,16 +219,16 @@ class ReferenceFilter:
         return result
 
     def _add_imus(
-        self, imus: Sequence[LinkLook], information: FloatArray, vector: FloatArray
+        self, imus: LinkLooks | None, information: FloatArray, vector: FloatArray
     ) -> None:
         state, layout = self._known_state(), self.layout
-        for look in imus:
-            turn = Rotation.from_matrix(look.R_map_link @ state.rotations[look.link].T).as_rotvec()
-            where, rate = layout.rotation(look.link), layout.rate(look.link)
-            information[where, where] += np.diag(1.0 / look.variance)
-            vector[where] += turn / look.variance
-            information[rate, rate] += np.eye(3) / look.rate_variance
-            vector[rate] += (look.angular_velocity - state.rates[look.link]) / look.rate_variance
+        for link, R_map_link, variance, speed, rate_variance in zip(*(imus or ()), strict=True):
+            turn = Rotation.from_matrix(R_map_link @ state.rotations[link].T).as_rotvec()
+            where, rate = layout.rotation(link), layout.rate(link)
+            information[where, where] += np.diag(1.0 / variance)
+            vector[where] += turn / variance
+            information[rate, rate] += np.eye(3) / rate_variance
+            vector[rate] += (speed - state.rates[link]) / rate_variance
 
     def _of_links(self, information: FloatArray) -> FloatArray:
         """The links' own blocks, shape (links, 3, 3)."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_fusion.kernels.links import LinkLooks as LinkLooks
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -17,17 +18,6 @@ class CameraLook:
     camera: FloatArray  # (3,) [m] in map
     offsets: FloatArray  # (15, 3) [m] the tracker's own, in the axes of the root's heading
     delay_s: float  # [s] how far before the filter's instant this was
-
-
-@dataclass(frozen=True, kw_only=True)
-class LinkLook:
-    """One IMU's view of its link."""
-
-    link: int
-    R_map_link: FloatArray  # (3, 3)
-    variance: FloatArray  # (3,) [rad²] about map's axes
-    angular_velocity: FloatArray  # (3,) [rad/s] in map
-    rate_variance: float  # [rad²/s²]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,20 +15,19 @@ from collections.abc import Sequence
 from copy import copy
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotri
 
 from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.filters.looks import CameraLook, LinkLook, UpdateReport
+from pose_fusion.filters.looks import CameraLook, LinkLooks, UpdateReport
 from pose_fusion.filters.motion_prior import MotionPrior, acceleration_power
 from pose_fusion.filters.posture import PosturePrior, posture_numbers
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_numbers
 from pose_fusion.kernels.camera import Frame, add_camera
-from pose_fusion.kernels.links import add_imu, own_blocks, turn_back
+from pose_fusion.kernels.inverse import invert
+from pose_fusion.kernels.links import add_imus, own_blocks, turn_back
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.posture import add_posture
 from pose_fusion.kernels.prediction import bound, move, predict_covariance, predict_pose, remember
-from pose_fusion.kernels.small_matrices import mirror
 from pose_fusion.streams.samples import FloatArray
 
 WRONG_BEND = float(np.radians(-35.0))  # a hinge bent further is a limb turned by half a turn
@@ -122,7 +121,7 @@ class SegmentFilter:
         return self.tree.joints(self.known_state.pose)
 
     def update(
-        self, cameras: Sequence[CameraLook] = (), imus: Sequence[LinkLook] = ()
+        self, cameras: Sequence[CameraLook] = (), imus: LinkLooks | None = None
     ) -> UpdateReport:
         """Take everything that is known of the filter's instant.
 
@@ -136,25 +135,18 @@ class SegmentFilter:
         distance = np.full(len(self.tree.offsets), np.nan)
         for look in cameras:
             self._add_camera(look, pose, state.covariance, information, vector, distance)
-        kinect_information = self._of_links(information)
-        for imu in imus:
-            add_imu(
-                pose,
-                imu.link,
-                imu.R_map_link,
-                imu.variance,
-                imu.angular_velocity,
-                imu.rate_variance,
-                information,
-                vector,
-            )
-        imu_information = self._of_links(information) - kinect_information
+        of_kinects, of_imus = of_links = np.zeros((2, layout.links, 3, 3))
+        own_blocks(information, of_kinects)
+        if imus is not None:
+            add_imus(pose, imus, information, vector)
+            own_blocks(information, of_imus)
+            of_imus -= of_kinects
         add_posture(self._posture, state.rotations, information, vector)
-        state.covariance = _updated(state.covariance, information)
+        state.covariance = updated(state.covariance, information)
         move(pose, state.covariance @ vector)
         return UpdateReport(
             distance=distance,
-            information=np.stack([kinect_information, imu_information]),
+            information=of_links,
             flipped=turn_back(state.rotations, *self.tree.hinge_arrays, WRONG_BEND),
         )
 
@@ -187,12 +179,6 @@ class SegmentFilter:
             distance,
         )
 
-    def _of_links(self, information: FloatArray) -> FloatArray:
-        """The links' own blocks, shape (links, 3, 3)."""
-        blocks = np.empty((self.layout.links, 3, 3))
-        own_blocks(information, blocks)
-        return blocks
-
     @property
     def known_state(self) -> SegmentState:
         """The state.
@@ -205,19 +191,14 @@ class SegmentFilter:
         return self.state
 
 
-def _updated(P: FloatArray, information: FloatArray) -> FloatArray:
-    """(P⁻¹ + information)⁻¹, both by Cholesky's factors; P and information are used up."""
-    total = _inverse(P)
-    total += information
-    return _inverse(total)
+def updated(P: FloatArray, information: FloatArray) -> FloatArray:
+    """(P⁻¹ + information)⁻¹; both are used up.
 
-
-def _inverse(A: FloatArray) -> FloatArray:
-    """The inverse of a symmetric positive definite matrix, which is used up."""
-    # LAPACK's columns are our rows: what it calls the lower triangle is our upper one.
-    factor, is_broken = dpotrf(A.T, lower=1, clean=0, overwrite_a=1)
-    if is_broken:
+    Raises:
+        numpy.linalg.LinAlgError: If P is not positive definite.
+    """
+    is_definite = invert(P)
+    P += information
+    if not is_definite or not invert(P):
         raise np.linalg.LinAlgError("the covariance is not positive definite")
-    inverse = dpotri(factor, lower=1, overwrite_c=1)[0].T
-    mirror(inverse)
-    return np.asarray(inverse)
+    return P

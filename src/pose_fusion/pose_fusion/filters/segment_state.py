@@ -7,8 +7,6 @@ nothing breaks when the person turns round or lifts an arm overhead,
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.streams.samples import FloatArray
 
@@ -97,4 +95,4 @@ class SegmentState:
 
     def copy(self) -> "SegmentState":
         """An independent copy."""
-        return SegmentState(**{name: np.array(value) for name, value in vars(self).items()})
+        return SegmentState(**{name: value.copy() for name, value in vars(self).items()})

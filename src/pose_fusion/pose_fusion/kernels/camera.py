@@ -134,17 +134,17 @@ def expected_residual(
 def delayed_covariance(P: FloatArray, tau: float, moving: int, out: FloatArray) -> None:
     """Covariance of the pose of τ ago, e_pose − τ e_rates; rates belong to the first ``moving``."""
     size = len(out)
+    out[:] = P[:size, :size]
+    if tau == 0.0:
+        return
     for i in range(size):
+        for k in range(moving):
+            out[i, k] -= tau * P[i, size + k]
+    for i in range(moving):
         for k in range(size):
-            value = P[i, k]
-            if tau != 0.0:
-                if k < moving:
-                    value -= tau * P[i, size + k]
-                if i < moving:
-                    value -= tau * P[size + i, k]
-                    if k < moving:
-                        value += tau * tau * P[size + i, size + k]
-            out[i, k] = value
+            out[i, k] -= tau * P[size + i, k]
+        for k in range(moving):
+            out[i, k] += tau * tau * P[size + i, size + k]
 
 
 @compiled
@@ -161,10 +161,14 @@ def add_joint(
 ) -> float:
     """Add one joint to the upper triangle of G and to g; returns its squared distance."""
     count, columns = body.column_count[joint], body.columns[joint]
-    S = R.copy()
+    S, PH = R.copy(), np.empty((3, 3))
     for a in range(count):
+        PH[:] = 0.0
         for b in range(count):
-            add_congruent(H[a], P, 3 * columns[a], 3 * columns[b], H[b], S)
+            add_product_transposed(P, 3 * columns[a], 3 * columns[b], H[b], PH)
+        for i in range(3):
+            for k in range(3):
+                S[i, k] += H[a, i, 0] * PH[0, k] + H[a, i, 1] * PH[1, k] + H[a, i, 2] * PH[2, k]
     solved = residual.copy().reshape(3, 1)
     solve(S, solved, 3)
     distance = 0.0
@@ -190,20 +194,17 @@ def add_joint(
 
 
 @compiled
-def add_congruent(
-    A: FloatArray, P: FloatArray, row: int, column: int, B: FloatArray, out: FloatArray
+def add_product_transposed(
+    P: FloatArray, row: int, column: int, B: FloatArray, out: FloatArray
 ) -> None:
-    """Add A P_block Bᵀ, all (3, 3), with P's block from ``row`` and ``column`` on."""
+    """Add P_block Bᵀ, (3, 3), with P's block from ``row`` and ``column`` on."""
     for i in range(3):
         for k in range(3):
-            total = 0.0
-            for m in range(3):
-                total += A[i, m] * (
-                    P[row + m, column] * B[k, 0]
-                    + P[row + m, column + 1] * B[k, 1]
-                    + P[row + m, column + 2] * B[k, 2]
-                )
-            out[i, k] += total
+            out[i, k] += (
+                P[row + i, column] * B[k, 0]
+                + P[row + i, column + 1] * B[k, 1]
+                + P[row + i, column + 2] * B[k, 2]
+            )
 
 
 @compiled

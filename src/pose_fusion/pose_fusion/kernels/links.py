@@ -1,5 +1,7 @@
 """Angles of one link in its parent: flexion of a hinge, twist, and what links' sensors add."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,39 +63,41 @@ def turn_back(
     return count
 
 
+class LinkLooks(NamedTuple):
+    """What IMUs say of their links at one instant, a row each."""
+
+    links: NDArray[np.int64]  # (n,) which
+    R_map_link: FloatArray  # (n, 3, 3)
+    variance: FloatArray  # (n, 3) [rad²] about map's axes
+    angular_velocity: FloatArray  # (n, 3) [rad/s] in map
+    rate_variance: FloatArray  # (n,) [rad²/s²]
+
+
 @compiled
-def add_imu(
-    pose: Pose,
-    link: int,
-    R_map_link: FloatArray,
-    variance: FloatArray,
-    angular_velocity: FloatArray,
-    rate_variance: float,
-    information: FloatArray,
-    vector: FloatArray,
-) -> None:
-    """Add what an IMU says of its link's rotation, (3, 3), and angular velocity [rad/s], in map.
+def add_imus(pose: Pose, imus: LinkLooks, information: FloatArray, vector: FloatArray) -> None:
+    """Add what IMUs say of their links' rotations and angular velocities.
 
     Args:
         pose: What the filter expects.
-        link: Which.
-        R_map_link: The IMU's view of it.
-        variance: About map's axes, (3,) [rad²].
-        angular_velocity: (3,).
-        rate_variance: [rad²/s²].
+        imus: What they say.
         information: Is added to.
         vector: Is added to.
     """
     relative, turn = np.empty((3, 3)), np.empty(3)
-    product_transposed(R_map_link, pose.rotations[link], relative)
-    logarithm(relative, turn)
     rates = 3 + 3 * len(pose.rotations) + 3 * len(pose.slides)
-    for axis in range(3):
-        where, rate = 3 + 3 * link + axis, rates + 3 + 3 * link + axis
-        information[where, where] += 1.0 / variance[axis]
-        vector[where] += turn[axis] / variance[axis]
-        information[rate, rate] += 1.0 / rate_variance
-        vector[rate] += (angular_velocity[axis] - pose.rates[link, axis]) / rate_variance
+    for row in range(len(imus.links)):
+        link = imus.links[row]
+        product_transposed(imus.R_map_link[row], pose.rotations[link], relative)
+        logarithm(relative, turn)
+        rate_variance = imus.rate_variance[row]
+        for axis in range(3):
+            where, rate = 3 + 3 * link + axis, rates + 3 + 3 * link + axis
+            variance = imus.variance[row, axis]
+            information[where, where] += 1.0 / variance
+            vector[where] += turn[axis] / variance
+            information[rate, rate] += 1.0 / rate_variance
+            faster = imus.angular_velocity[row, axis] - pose.rates[link, axis]
+            vector[rate] += faster / rate_variance
 
 
 @compiled

@@ -1,6 +1,7 @@
 """Joint angles, rates and variances from links' rotations: the inverse of the chain."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.forward import ModelNumbers
@@ -174,3 +175,25 @@ def read_link(
         at = dof[k]
         out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
         out[3, at], out[4, at] = known[0], known[1]
+
+
+@compiled
+def share_out(
+    information: FloatArray, least: float, share: FloatArray, source: NDArray[np.uint8]
+) -> None:
+    """Each source's share of what an update knew, and the name for it.
+
+    Args:
+        information: Of Kinects and of IMUs, (2, d).
+        least: Information that counts.
+        share: Filled, (2, d) [-].
+        source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
+    """
+    for at in range(len(source)):
+        total = information[0, at] + information[1, at]
+        source[at] = 0
+        for which in range(2):
+            known = information[which, at]
+            share[which, at] = known / total if total > least else 0.0
+            if known > least:
+                source[at] += which + 1

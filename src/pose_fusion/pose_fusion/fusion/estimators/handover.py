@@ -8,23 +8,27 @@ one pose that goes out to the next.
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
+from math import exp
 
 import numpy as np
 
 from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.kernels.rotations import turn_all, turns_between
-from pose_fusion.streams.samples import FloatArray
+from pose_fusion.kernels.gliding import Limits, is_over, take_up
+from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.rotations import turn_all
 
 DECAY_S = 0.12  # [s] time constant of the glide
 NS_PER_S = 1_000_000_000
 EVENT_NS = NS_PER_S // 10  # [ns] for which an event's corrections come
 ABSENT_NS = NS_PER_S // 5  # [ns] of silence, after which a source that speaks is an event
-LARGEST_TURN = np.radians(2.0)  # [rad] that one update may correct at once, after an event
+AFTER_AN_EVENT = Limits(
+    turn=float(np.radians(2.0)), turn_time_s=0.03, shift=0.02, shift_time_s=0.03
+)
+"""What one update may correct at once, after an event."""
 EVER_LARGER = 12.0  # [-] times as much at other times
-TURN_TIME_S = 0.03  # [s] of a link's own rate, by which that may be more
-LARGEST_SHIFT = 0.02  # [m] likewise, of the root
-SHIFT_TIME_S = 0.03  # [s] likewise, of its velocity
-NEGLIGIBLE_TURN = np.radians(0.05)
+AT_OTHER_TIMES = Limits(*(EVER_LARGER * limit for limit in AFTER_AN_EVENT))
+NEGLIGIBLE_TURN = float(np.radians(0.05))
 NEGLIGIBLE_SHIFT = 0.0005  # [m]
 
 
@@ -54,75 +58,42 @@ class Sources:
 
 
 class Handover:
-    """Follows a filter's states without their jumps."""
+    """Follows a filter's states without their jumps.
 
-    def __init__(self) -> None:
-        self._turns: FloatArray | None = None  # (links, 3) [rad] in map: out = exp(turn) state
+    Args:
+        links: Number of the body's links.
+    """
+
+    def __init__(self, links: int) -> None:
+        self._turns = np.zeros((links, 3))  # [rad] in map: out = exp(turn) state
         self._shift = np.zeros(3)  # [m]
-        self._shown_turns: FloatArray | float = 0.0  # [rad] (links, 1) of corrections at once
-        self._shown_shift = 0.0  # [m] likewise, since a pose went out
+        self._at_once = np.zeros(links + 1)  # [rad], [m] corrections since a pose went out
 
     def predict(self, dt_s: float) -> None:
         """Glide on for ``dt_s`` [s]."""
-        keep = float(np.exp(-dt_s / DECAY_S))
-        if self._turns is not None:
-            self._turns = keep * self._turns
+        keep = exp(-dt_s / DECAY_S)
+        self._turns = keep * self._turns  # not in place: a copy may go on by itself
         self._shift = keep * self._shift
 
-    def follow(self, before: SegmentState | None, after: SegmentState, eventful: bool) -> None:
+    def follow(self, before: Pose | None, after: Pose, eventful: bool) -> None:
         """Take up a correction.
 
         Args:
-            before: The state as predicted, just before; None: nothing has gone out yet.
-            after: The corrected state of the same instant.
+            before: The pose as predicted, just before; None: nothing has gone out yet.
+            after: The corrected pose of the same instant.
             eventful: Whether something has just happened that makes the state jump.
         """
         if before is None:
-            self._turns, self._shift = np.zeros((len(after.rotations), 3)), np.zeros(3)
+            self._turns, self._shift = np.zeros_like(self._turns), np.zeros(3)
             return
-        turns = np.zeros((len(after.rotations), 3)) if self._turns is None else self._turns
-        shown, missing = np.empty_like(before.rotations), np.empty_like(turns)
-        turn_all(turns, 1.0, before.rotations, shown)
-        # What would go out if nothing glided, against what went out.
-        turns_between(shown, after.rotations, missing)
-        rate = np.linalg.norm(before.rates, axis=1, keepdims=True)
-        times = 1.0 if eventful else EVER_LARGER
-        largest_turn = times * (LARGEST_TURN + TURN_TIME_S * rate)
-        self._turns = _beyond(missing, turns, np.maximum(largest_turn - self._shown_turns, 0.0))
-        at_once = np.linalg.norm(missing - self._turns, axis=1, keepdims=True)
-        self._shown_turns = self._shown_turns + at_once
-        shift = before.position + self._shift - after.position
-        largest = LARGEST_SHIFT + SHIFT_TIME_S * np.linalg.norm(before.velocity)
-        left = max(times * float(largest) - self._shown_shift, 0.0)
-        self._shift = _beyond(shift[None], self._shift[None], left)[0]
-        self._shown_shift = self._shown_shift + float(np.linalg.norm(shift - self._shift))
+        limits = AFTER_AN_EVENT if eventful else AT_OTHER_TIMES
+        take_up(before, after, limits, self._turns, self._shift, self._at_once)
 
     def shown(self, state: SegmentState) -> SegmentState:
-        """What goes out for a state."""
-        self._shown_turns = self._shown_shift = 0.0
-        if self._turns is None or self._is_over():
+        """What goes out for a state; shares what is not changed with it."""
+        self._at_once = np.zeros_like(self._at_once)
+        if is_over(self._turns, self._shift, NEGLIGIBLE_TURN, NEGLIGIBLE_SHIFT):
             return state
-        glided = state.copy()
-        turn_all(self._turns, 1.0, state.rotations, glided.rotations)
-        glided.position = state.position + self._shift
-        return glided
-
-    def _is_over(self) -> bool:
-        turns = np.zeros(1) if self._turns is None else np.linalg.norm(self._turns, axis=1)
-        return bool(
-            np.all(turns < NEGLIGIBLE_TURN) and np.linalg.norm(self._shift) < NEGLIGIBLE_SHIFT
-        )
-
-
-def _beyond(missing: FloatArray, gliding: FloatArray, largest: float | FloatArray) -> FloatArray:
-    """What is to glide: all that was gliding, and of each new correction what is beyond a limit.
-
-    Args:
-        missing: Difference between what went out and the state, shape (n, 3).
-        gliding: Of that, what was gliding already, shape (n, 3).
-        largest: New correction that may show at once; a number or shape (n, 1).
-    """
-    correction = missing - gliding
-    size = np.linalg.norm(correction, axis=1, keepdims=True)
-    share = np.maximum(0.0, 1.0 - largest / np.maximum(size, 1e-12))
-    return np.asarray(gliding + share * correction)
+        rotations = np.empty_like(state.rotations)
+        turn_all(self._turns, 1.0, state.rotations, rotations)
+        return replace(state, rotations=rotations, position=state.position + self._shift)

@@ -1,9 +1,8 @@
 """Notices when a filter follows something that is not there: a limb, or the whole person."""
 
 from collections.abc import Sequence
+from math import isfinite
 from statistics import median
-
-import numpy as np
 
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
@@ -50,26 +49,26 @@ class LostLimbs:
         Returns:
             The links of limbs that are lost; None if the whole person is.
         """
-        if self._has_been_far("body", self._body, stamp_ns, distance):
+        distances = distance.tolist()
+        if self._has_been_far("body", self._body, stamp_ns, distances):
             self._since_ns.clear()
             return None
         lost = [
             name
             for name, joints in self._joints.items()
-            if self._has_been_far(name, joints, stamp_ns, distance)
+            if self._has_been_far(name, joints, stamp_ns, distances)
         ]
         for name in lost:
             del self._since_ns[name]
         return [link for name in lost for link in self._links[name]]
 
     def _has_been_far(
-        self, name: str, joints: list[int], stamp_ns: int, distance: FloatArray
+        self, name: str, joints: list[int], stamp_ns: int, distances: list[float]
     ) -> bool:
-        seen = distance[joints]
-        seen = seen[np.isfinite(seen)]
-        if len(seen) == 0:
+        seen = [distances[joint] for joint in joints if isfinite(distances[joint])]
+        if not seen:
             return False
-        if median(seen.tolist()) < FAR:
+        if median(seen) < FAR:
             self._since_ns.pop(name, None)
             return False
         since_ns = self._since_ns.setdefault(name, stamp_ns)

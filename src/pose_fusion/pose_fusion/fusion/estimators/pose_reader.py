@@ -1,7 +1,6 @@
 """The degrees of freedom, their rates and their uncertainty, read off the links' rotations."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_common.joints import JOINTS
 from pose_fusion.body.kinematics import model_numbers
@@ -9,10 +8,9 @@ from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.filters.looks import UpdateReport
 from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.fusion.estimates import Source
 from pose_fusion.fusion.estimators.estimator import FusedPose
 from pose_fusion.kernels.forward import place_links
-from pose_fusion.kernels.reading import read_pose
+from pose_fusion.kernels.reading import read_pose, share_out
 from pose_fusion.streams.samples import FloatArray
 
 NOTHING = 1e-6  # [1/rad²] information that is none
@@ -47,7 +45,8 @@ class PoseReader:
         self._previous = position.copy()
         rotations, joints = np.empty_like(state.rotations), np.empty((len(JOINTS), 3))
         place_links(self._numbers, np.eye(3), position[None], rotations[None], joints[None])
-        weight, source = _shares(read[3:])
+        weight, source = np.empty_like(read[3:]), np.empty(len(position), np.uint8)
+        share_out(read[3:], NOTHING, weight, source)
         return FusedPose(
             position=position,
             velocity=read[1],
@@ -59,14 +58,3 @@ class PoseReader:
             joints=joints,
             sensor_weight=sensor_weight,
         )
-
-
-def _shares(information: FloatArray) -> tuple[FloatArray, NDArray[np.uint8]]:
-    """Each source's share of what the update knew, and the name for it."""
-    total = information.sum(axis=0)
-    known = total > NOTHING
-    share = np.where(known, information / np.where(known, total, 1.0), 0.0)
-    has_kinect, has_imu = information > NOTHING
-    # PREDICTED, KINECT, IMU and FUSED are numbered as the sums of what there is.
-    source = has_kinect * int(Source.KINECT) + has_imu * int(Source.IMU)
-    return share, source.astype(np.uint8)

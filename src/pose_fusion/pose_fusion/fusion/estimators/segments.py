@@ -18,7 +18,7 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import trunk_axes
 from pose_fusion.filters.segment_filter import (
     CameraLook,
-    LinkLook,
+    LinkLooks,
     SegmentFilter,
     UpdateReport,
 )
@@ -32,6 +32,7 @@ from pose_fusion.fusion.estimators.side_swaps import unswapped
 from pose_fusion.fusion.estimators.uncertainty import Uncertainty
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.kernels.placing import Pose
 from pose_fusion.streams.samples import FloatArray
 
 NS_PER_S = 1_000_000_000
@@ -72,8 +73,10 @@ class SegmentEstimator(Estimator):
         self._tree = SegmentTree(model, shape)
         self._filter = SegmentFilter(self._tree)
         self._reader = PoseReader(model, shape)
-        self._handover = Handover()
+        self._handover = Handover(len(self._tree.parents))
         self._sources = Sources()
+        names = model.link_names
+        self._link_of = {name: names.index(link) for name, link in model.segments.items()}
         self._lost = LostLimbs(model)
         self._uncertainty = Uncertainty(model)
         self._stamp_ns = 0
@@ -97,7 +100,7 @@ class SegmentEstimator(Estimator):
                 return None
         elif ahead_s > 0.0:
             self._filter.predict(ahead_s)
-        self._handover.predict(float(np.clip(ahead_s, 0.0, self.parameters.forget_after)))
+        self._handover.predict(min(max(ahead_s, 0.0), self.parameters.forget_after))
         self._stamp_ns = max(self._stamp_ns, observation.stamp_ns)
         if ahead_s <= -JUMP_BACK_S:
             self._stamp_ns = observation.stamp_ns
@@ -125,13 +128,12 @@ class SegmentEstimator(Estimator):
         report = nothing_seen(self._tree)
         if readings:
             try:
-                report = ahead.update([], self._imu_looks(readings))
+                report = ahead.update(imus=self._imu_looks(readings))
             except np.linalg.LinAlgError:
                 return None
         handover = copy(self._handover)
         handover.predict(ahead_s)
-        visible = handover.shown(ahead.known_state).copy()
-        visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
+        visible = self._visible(handover.shown(ahead.known_state))
         pose = copy(self._reader).read(visible, report, told.sensor_weight)
         pose = replace(pose, variance=self._uncertainty.variance(pose, self._uncertainty.distance))
         return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
@@ -140,10 +142,11 @@ class SegmentEstimator(Estimator):
         self, state: SegmentState, distance: float, report: UpdateReport, observation: Observation
     ) -> FusedPose:
         """The degrees of freedom of a state, with the variances that its errors keep to."""
-        visible = state.copy()
-        visible.rotations = turned_into_hinge_planes(self._tree, visible.rotations)
-        pose = self._reader.read(visible, report, _sensor_weight(observation))
+        pose = self._reader.read(self._visible(state), report, _sensor_weight(observation))
         return replace(pose, variance=self._uncertainty.variance(pose, distance))
+
+    def _visible(self, state: SegmentState) -> SegmentState:
+        return replace(state, rotations=turned_into_hinge_planes(self._tree, state.rotations))
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None
@@ -158,10 +161,10 @@ class SegmentEstimator(Estimator):
         state = self._filter.state
         if state is None:
             return None
-        before = shown.copy() if shown is not None else None
+        before = copied(shown.pose) if shown is not None else None
         imus = self._imu_looks(observation.readings)
         # How late the trackers are matters where rates are known: by gyroscopes.
-        delay_s = late_s + (self.parameters.tracker_delay if imus else 0.0)
+        delay_s = late_s + (self.parameters.tracker_delay if imus is not None else 0.0)
         try:
             report = self._filter.update(self._camera_looks(observation, delay_s), imus)
         except np.linalg.LinAlgError:
@@ -179,7 +182,7 @@ class SegmentEstimator(Estimator):
         eventful = self._sources.is_eventful(
             self._stamp_ns, _names(observation), lost != [] or shown is not state
         )
-        self._handover.follow(before, self._filter.state or state, eventful)
+        self._handover.follow(before, (self._filter.state or state).pose, eventful)
         return report
 
     def _start(self, observation: Observation) -> bool:
@@ -198,14 +201,17 @@ class SegmentEstimator(Estimator):
         expected = self._filter.joints()
         looks = []
         for index, state in enumerate(observation.tracking_state):
-            if not np.any(state > TrackingState.NOT_TRACKED):
+            if not state.any():
                 continue
-            order, swaps = unswapped(observation.positions[index], expected)
-            self.counters.add("sides_swapped", swaps)
+            positions = observation.positions[index]
+            order, swaps = unswapped(positions, expected)
+            if swaps:
+                self.counters.add("sides_swapped", swaps)
+                positions, state = positions[order], state[order]
             looks.append(
                 CameraLook(
-                    positions=observation.positions[index, order],
-                    tracking_state=state[order],
+                    positions=positions,
+                    tracking_state=state,
                     camera=observation.cameras[index],
                     offsets=observation.offsets[index],
                     delay_s=delay_s,
@@ -213,25 +219,32 @@ class SegmentEstimator(Estimator):
             )
         return looks
 
-    def _imu_looks(self, readings: Mapping[str, SegmentReading]) -> list[LinkLook]:
-        links = self.model.segments
-        names = self.model.link_names
-        mounting = self.parameters.imu_mounting_stddev
-        return [
-            LinkLook(
-                link=names.index(links[segment]),
-                R_map_link=reading.R_map_segment,
-                variance=np.full(
-                    3,
-                    (reading.stddev**2 + mounting**2) * IMU_FRAMES
-                    + (HELD_JERK * reading.age_s**3 / 3.0) ** 2,
-                ),
-                angular_velocity=reading.angular_velocity,
-                rate_variance=GYRO_STDDEV**2 + (HELD_JERK * reading.age_s**2) ** 2,
-            )
-            for segment, reading in readings.items()
-            if segment in links
+    def _imu_looks(self, readings: Mapping[str, SegmentReading]) -> LinkLooks | None:
+        """What the IMUs say of the model's links; None if nothing."""
+        known = [(self._link_of[s], each) for s, each in readings.items() if s in self._link_of]
+        if not known:
+            return None
+        links, used = zip(*known, strict=True)
+        mounting = self.parameters.imu_mounting_stddev**2
+        held = [(HELD_JERK * each.age_s**3 / 3.0) ** 2 for each in used]
+        variance = [
+            (each.stddev**2 + mounting) * IMU_FRAMES + more
+            for each, more in zip(used, held, strict=True)
         ]
+        return LinkLooks(
+            links=np.array(links),
+            R_map_link=np.concatenate([each.R_map_segment for each in used]).reshape(-1, 3, 3),
+            variance=np.array(variance).repeat(3).reshape(-1, 3),
+            angular_velocity=np.concatenate([r.angular_velocity for r in used]).reshape(-1, 3),
+            rate_variance=np.array(
+                [GYRO_STDDEV**2 + (HELD_JERK * each.age_s**2) ** 2 for each in used]
+            ),
+        )
+
+
+def copied(pose: Pose) -> Pose:
+    """An independent copy."""
+    return Pose(*(array.copy() for array in pose))
 
 
 def nothing_seen(tree: SegmentTree) -> UpdateReport:
@@ -245,8 +258,8 @@ def nothing_seen(tree: SegmentTree) -> UpdateReport:
 
 def _names(observation: Observation) -> list[str]:
     """The cameras, by number, and the segments' IMUs that speak of an instant."""
-    seen = np.any(observation.tracking_state > TrackingState.NOT_TRACKED, axis=1)
-    return [*map(str, np.flatnonzero(seen)), *observation.readings]
+    states = enumerate(observation.tracking_state)
+    return [*(str(index) for index, state in states if state.any()), *observation.readings]
 
 
 def _sensor_weight(observation: Observation) -> FloatArray:

@@ -8,18 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_fusion.kernels.side_swaps import unswap
 from pose_fusion.streams.samples import FloatArray
 
 CLEAR = 0.5  # [-] the swapped joints must lie this much nearer to what is expected
 FAR = 0.12  # [m] joints that are nearer than this on average are not swapped
-GROUPS = (("shoulder", "elbow", "hand"), ("hip", "knee", "foot"))
-
-
-def _pairs(names: tuple[str, ...]) -> NDArray[np.int_]:
-    return np.array([[JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in names])
-
-
-PAIRS = tuple(_pairs(names) for names in GROUPS)
+LIMBS = (("shoulder", "elbow", "hand"), ("hip", "knee", "foot"))
+GROUPS = np.array(
+    [[[JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in names] for names in LIMBS]
+)
+"""(groups, joints, sides): arms and legs may be swapped each for themselves."""
 
 
 def unswapped(seen: FloatArray, expected: FloatArray) -> tuple[NDArray[np.int_], int]:
@@ -34,19 +32,4 @@ def unswapped(seen: FloatArray, expected: FloatArray) -> tuple[NDArray[np.int_],
         (arms, legs) had been swapped.
     """
     order = np.arange(len(JOINTS))
-    count = 0
-    for pairs in PAIRS:
-        as_seen = _distance(seen[pairs], expected[pairs])
-        if not as_seen > FAR:  # of NaN too
-            continue
-        if _distance(seen[pairs[:, ::-1]], expected[pairs]) < CLEAR * as_seen:  # false of NaN
-            order[pairs] = order[pairs[:, ::-1]]
-            count += 1
-    return order, count
-
-
-def _distance(seen: FloatArray, expected: FloatArray) -> float:
-    apart = seen - expected
-    distances = np.sqrt((apart * apart).sum(axis=-1))
-    known = np.isfinite(distances)
-    return float(distances[known].mean()) if known.sum() >= 3 else float("nan")
+    return order, unswap(seen, expected, GROUPS, FAR, CLEAR, order)

@@ -1,0 +1,56 @@
+"""Left taken for right: the distances that ``fusion.estimators.side_swaps`` compares."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.streams.samples import FloatArray
+
+LEAST_JOINTS = 3  # of a group, for a distance to mean something
+
+
+@compiled
+def mean_distance(
+    seen: FloatArray, expected: FloatArray, pairs: NDArray[np.int64], swapped: bool
+) -> float:
+    """How far the joints of both sides are from where they should be [m]; NaN: too few are seen.
+
+    Args:
+        seen: Joints [m], (15, 3); NaN unseen.
+        expected: Where they should be [m], (15, 3).
+        pairs: Left and right joints, (n, 2).
+        swapped: Whether to take left for right.
+    """
+    total, count = 0.0, 0
+    for pair in range(len(pairs)):
+        for side in range(2):
+            a = seen[pairs[pair, 1 - side if swapped else side]]
+            b = expected[pairs[pair, side]]
+            squared = (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
+            if np.isfinite(squared):
+                total += np.sqrt(squared)
+                count += 1
+    return total / count if count >= LEAST_JOINTS else np.nan
+
+
+@compiled
+def unswap(
+    seen: FloatArray,
+    expected: FloatArray,
+    groups: NDArray[np.int64],
+    far: float,
+    clear: float,
+    order: NDArray[np.int64],
+) -> int:
+    """Swap back the groups, (groups, n, 2), in ``order``, (15,), that fit better; how many."""
+    count = 0
+    for group in range(len(groups)):
+        pairs = groups[group]
+        as_seen = mean_distance(seen, expected, pairs, False)
+        if not as_seen > far:  # of NaN too
+            continue
+        if mean_distance(seen, expected, pairs, True) < clear * as_seen:  # false of NaN
+            for left, right in pairs:
+                order[left], order[right] = order[right], order[left]
+            count += 1
+    return count
