@@ -130,6 +130,25 @@ def test_with_the_magnetometer_on_even_a_disturbed_field_is_believed(name: str):
 
 
 @pytest.mark.parametrize("name", REAL)
+def test_with_the_magnetometer_at_the_start_no_later_field_turns_the_heading(name: str):
+    bench = Bench(name, magnetometer="start")
+    assert bench.error_deg(bench.tumble(12.0))[0] < 3.0
+    stddev = bench.filter.heading_stddev[0]
+    bent = Rotation.from_euler("z", 40.0, degrees=True).apply(FIELD)  # strength and dip stay
+    assert bench.error_deg(bench.tumble(25.0, field=bent))[0] < 3.0
+    assert bench.filter.heading_stddev[0] > stddev
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_a_sensor_that_begins_anew_takes_its_heading_from_the_field_again(name: str):
+    bench = Bench(name, magnetometer="start")
+    bench.tumble(12.0)
+    bench.filter.reset(0)
+    assert bench.error_deg(bench.tumble(12.0))[0] < 3.0
+    assert bench.filter.heading_stddev[0] < UNKNOWN_HEADING
+
+
+@pytest.mark.parametrize("name", REAL)
 def test_a_heading_comes_back_after_a_disturbance(name: str):
     bench = Bench(name)
     bench.tumble(20.0)

@@ -40,7 +40,8 @@ class ImuBridgeParameters:
     magnetometer: str = parameter(
         "auto",
         choices=MAGNETOMETER_MODES,
-        doc="`auto`: used where its field looks like the earth's; `on`: always; `off`: never",
+        doc="`start`: sets the heading, the gyroscope carries it on; `auto`: also later, where its "
+        "field looks like the earth's; `on`: always; `off`: never",
     )
     acceleration_tau: float = parameter(
         FilterSettings.acceleration_tau_s,

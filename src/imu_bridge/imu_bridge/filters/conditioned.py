@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from imu_bridge.filters.gyro_bias import RestBiasEstimator
 from imu_bridge.filters.heading import HeadingUncertainty
 from imu_bridge.filters.magnetic_field import FieldCheck
+from imu_bridge.filters.offered_field import OfferedField
 from imu_bridge.filters.orientation_filter import (
     FilterSettings,
     FloatArray,
@@ -28,6 +29,7 @@ class ConditionedFilter(ABC):
     def __init__(self, count: int, settings: FilterSettings) -> None:
         self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
         self._mode = settings.magnetometer
+        self._offered = OfferedField(count, self._mode)
         self._bias = RestBiasEstimator(count, settings.bias_window_s)
         self._field = FieldCheck(count)
         self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
@@ -39,6 +41,7 @@ class ConditionedFilter(ABC):
     def reset(self, index: int) -> None:
         """See :class:`OrientationFilter`."""
         self._bias.restart(index)
+        self._offered.reset(index)
         self._field.reset(index)
         self._heading.reset(index)
         self._orientation[index] = np.nan
@@ -58,10 +61,8 @@ class ConditionedFilter(ABC):
 
     def _believed(self, samples: SampleRound, rate: FloatArray) -> FloatArray:
         """The magnetic fields that shall be used, NaN elsewhere."""
-        field = samples.magnetic_field
-        if self._mode == "off":
-            return np.full_like(field, np.nan)
-        if self._mode == "on":
+        field = self._offered.of(samples)
+        if self._mode in ("off", "on"):
             return field
         index = samples.index
         q = self._orientation[index]

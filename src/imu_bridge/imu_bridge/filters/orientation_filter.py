@@ -10,7 +10,7 @@ FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-MAGNETOMETER_MODES = ("auto", "on", "off")
+MAGNETOMETER_MODES = ("start", "auto", "on", "off")
 """``auto``: only where the field looks like the earth's; ``on``: always; ``off``: never."""
 UNKNOWN_HEADING = np.pi  # [rad] standard deviation that says: any heading
 

@@ -16,6 +16,7 @@ from vqf import VQF
 
 from imu_bridge.filters.gyro_bias import REST_RATE_MEAN
 from imu_bridge.filters.heading import HeadingUncertainty
+from imu_bridge.filters.offered_field import OfferedField
 from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
 
 FIRST_PERIOD_S = 0.01  # [s] of a sensor that has sent one sample
@@ -53,6 +54,7 @@ class VqfOrientation:
         self._settings = settings
         self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
         self.heading_stddev = self._heading.stddev
+        self._offered = OfferedField(count, settings.magnetometer)
         self._sensors: list[_Sensor | None] = [None] * count
         self._verified: NDArray[np.bool_] = np.zeros(count, dtype=bool)
 
@@ -60,20 +62,20 @@ class VqfOrientation:
         """See :class:`OrientationFilter`."""
         self._sensors[index] = None
         self._verified[index] = False
+        self._offered.reset(index)
         self._heading.reset(index)
 
     def update(self, samples: SampleRound) -> FloatArray:
         """See :class:`OrientationFilter`."""
         orientation = np.full((len(samples.index), 4), np.nan)
         corrected = np.zeros(len(samples.index), dtype=bool)
-        has_field = ~np.isnan(samples.magnetic_field[:, 0])
-        if self._settings.magnetometer == "off":
-            has_field[:] = False
+        field = self._offered.of(samples)
+        has_field = ~np.isnan(field[:, 0])
         # The library filters one sensor at a time.
         for row, (i, dt) in enumerate(
             zip(samples.index.tolist(), samples.dt.tolist(), strict=True)
         ):
-            magnetic = samples.magnetic_field[row] if has_field[row] else None
+            magnetic = field[row] if has_field[row] else None
             sample = (dt, samples.angular_velocity[row], samples.acceleration[row], magnetic)
             sensor = self._sensors[i]
             if sensor is None:
@@ -107,7 +109,7 @@ class VqfOrientation:
             period_s,
             tauAcc=s.acceleration_tau_s,
             tauMag=s.magnetometer_tau_s,
-            magDistRejectionEnabled=s.magnetometer == "auto",
+            magDistRejectionEnabled=s.magnetometer != "on",
             motionBiasEstEnabled=s.bias_window_s > 0.0,
             restBiasEstEnabled=s.bias_window_s > 0.0,
             biasClip=float(np.degrees(REST_RATE_MEAN)),
