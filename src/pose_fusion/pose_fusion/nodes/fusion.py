@@ -73,6 +73,8 @@ class FusionNode(Node):
                 "leave output_rate at 0"
             )
         self.pipeline = FusionPipeline(self._settings)
+        if self._settings.output_rate == 0.0:
+            self.pipeline.outlet = self._send
         self._selector = PersonSelector(self._settings.person)
         accept_changes(self, FusionParameters, {"person": self._selector.follow})
         self._counters = Counters(
@@ -145,14 +147,16 @@ class FusionNode(Node):
         if sample is not None:
             missing = int(np.sum(sample.tracking_state == TrackingState.NOT_TRACKED))
             self._counters.add("joints_not_tracked", missing)
-            self._publish(self.pipeline.add_skeleton(sample))
+            self.pipeline.add_skeleton(sample)
         if self.pipeline.holds_frames:
             self._patience.reset()
+        self._learn()
 
     def _on_patience_ended(self) -> None:
         self._patience.cancel()
         self._take_imus()
-        self._publish(self.pipeline.wait_no_longer())
+        self.pipeline.wait_no_longer()
+        self._learn()
 
     def _take_imus(self) -> None:
         datas = self._imus.take()
@@ -160,7 +164,7 @@ class FusionNode(Node):
             block, _ = imu_block(datas)
             count = sum(map(len, datas.values()))
             self._counters.add("imu_without_orientation", count - len(block))
-            self._publish(self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns))))
+            self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns)))
 
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
@@ -184,22 +188,21 @@ class FusionNode(Node):
         self._take_imus()
         estimate = self.pipeline.predict(self.get_clock().now().nanoseconds)
         if estimate is not None:
-            self._send([estimate])
+            self._send(estimate)
 
-    def _publish(self, estimates: list[BodyEstimate]) -> None:
+    def _learn(self) -> None:
+        """What may wait until the estimate has gone out."""
+        self.pipeline.learn()
         self._announce_shape()
-        if self._settings.output_rate == 0.0:
-            self._send(estimates)
 
-    def _send(self, estimates: list[BodyEstimate]) -> None:
-        for estimate in estimates:
-            now_ns = self.get_clock().now().nanoseconds
-            self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
-            if self._bytes is None:
-                model, body_id = self.pipeline.model, self._body_id
-                self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)
-            for topic, data in self._bytes.write(estimate, self._latency_s):
-                self._publishers_by_topic[topic].publish(data)
+    def _send(self, estimate: BodyEstimate) -> None:
+        now_ns = self.get_clock().now().nanoseconds
+        self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
+        if self._bytes is None:
+            model, body_id = self.pipeline.model, self._body_id
+            self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)
+        for topic, data in self._bytes.write(estimate, self._latency_s):
+            self._publishers_by_topic[topic].publish(data)
 
     def _announce_shape(self) -> None:
         """Publish the person's tree, and save the measures, once they are known."""

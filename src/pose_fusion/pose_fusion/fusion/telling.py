@@ -1,0 +1,46 @@
+"""From an estimator's pose to what the fusion says of a person."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pose_common.joints import JOINT_INDEX
+from pose_fusion.body.model import BodyModel
+from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.estimators.estimator import TimedPose
+
+
+def body_estimate(
+    told: TimedPose, model: BodyModel, sensors: Sequence[str], newest_ns: int
+) -> BodyEstimate:
+    """What the fusion says of one person.
+
+    Args:
+        told: The pose and its instant.
+        model: The body model.
+        sensors: Names, in the order of the pose's weights.
+        newest_ns: Stamp of the newest sample of any source [ns].
+    """
+    fused = told.pose
+    transforms = np.zeros((len(model.links), 4, 4))
+    transforms[:, :3, :3] = fused.rotations
+    for T_map_link, link in zip(transforms, model.links.values(), strict=True):
+        T_map_link[:3, 3] = (
+            fused.position[:3] if link.joint is None else fused.joints[JOINT_INDEX[link.joint]]
+        )
+    transforms[:, 3, 3] = 1.0
+    return BodyEstimate(
+        stamp_ns=told.stamp_ns,
+        newest_ns=newest_ns,
+        dof_names=model.dof_names,
+        position=fused.position,
+        velocity=fused.velocity,
+        position_stddev=np.sqrt(fused.variance),
+        weight_kinect=fused.weight_kinect,
+        weight_imu=fused.weight_imu,
+        source=fused.source,
+        joints=fused.joints,
+        tracking_state=told.tracking_state,
+        T_map_link=dict(zip(model.links, transforms, strict=True)),
+        sensor_weight=dict(zip(sensors, fused.sensor_weight, strict=True)),
+    )
