@@ -34,9 +34,6 @@ TRACKERS_BLAME = (0.03, 0.06)  # [m] a joint that is this far from its neutral p
 # see it, is wholly the trackers' mistake, or wholly the posture of a person who stands otherwise
 LEAST_SENSORS = 2  # [-] for that; what one alone says may as well be the posture
 
-ARMS = [JOINT_INDEX[f"{side}_{joint}"] for side in SIDES for joint in ("shoulder", "elbow", "hand")]
-"""People let them hang as they like: no neutral stand tells where they are."""
-
 CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
 
 
@@ -115,7 +112,6 @@ class NeutralStandWatcher:
         nearest, farthest = TRACKERS_BLAME
         distance = np.linalg.norm(common, axis=1, keepdims=True)
         share = np.clip((farthest - distance) / (farthest - nearest), 0.0, 1.0)
-        share[ARMS] = 0.0
         share[np.isfinite(median[..., 0]).sum(axis=0) < LEAST_SENSORS] = 0.0
         offsets = own + share * common
         is_offset = np.linalg.norm(offsets, axis=-1) < LARGEST_OFFSET  # false of NaN
