@@ -75,7 +75,6 @@ def errors_of(kind, start_deg, seed):
     is_bent = np.sin(2 * np.pi * t / 3.0) > 0.5
     is_seen = np.sin(2 * np.pi * t / 120.0) >= 0.0
     anchor, errors = HeadingAnchor(), np.full(len(t), np.nan)
-    anchor.follows_field = kind == "disturbed"
     for k in range(len(t)):
         anchor.predict(STEP_S)
         if is_seen[k]:

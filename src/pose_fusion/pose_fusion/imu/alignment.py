@@ -39,7 +39,6 @@ STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
 STANDING_STDDEV = math.radians(4.0)  # [rad] by which people stand beside a segment's heading
 COMMON_STDDEV = math.radians(15.0)  # [rad] of the common heading, for one IMU
 OBSERVED_S = 0.1  # [s] of an axis fully horizontal after which the common heading is lent
-FIELD_STDDEV = math.radians(15.0)  # [rad] below which an IMU's heading follows a magnetic field
 NORTH_STDDEV = math.radians(45.0)  # [rad] of its own heading beyond which an IMU knows no north
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -165,9 +164,8 @@ class ImuAlignment:
         """
         self.advance(stamp_ns)
         dt_s = self._since_observation(stamp_ns)
-        for segment, state in states.items():
-            anchor = self._segments.setdefault(segment, SegmentAlignment()).anchor
-            anchor.follows_field = bool(state.stddev[2] < FIELD_STDDEV)
+        for segment in states:
+            self._segments.setdefault(segment, SegmentAlignment())
         if self.awaits_neutral(states):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
         for segment, axis in axes_map.items():

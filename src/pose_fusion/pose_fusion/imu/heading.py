@@ -27,8 +27,7 @@ LEAST_LEAN = 0.17  # [-] horizontal part of an axis, ten degrees, below which it
 LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts no more
 HEADING_WALK = math.radians(0.3) ** 2 / 60.0  # [rad²/s] random part of the drift
 DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
-DRIFT_WALK = (math.radians(0.5) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
-FIELD_DRIFT_WALK = (math.radians(1.0) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] and a bent field's
+DRIFT_WALK = (math.radians(1.0) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
 LATERAL_STDDEV = math.radians(15.0)  # [rad] of shoulders' and hips' lines, and of hinges
 LEAN_BIAS_STDDEV = math.radians(6.0)  # [rad] of headings by leaning limbs, that lasts
 FIRST_LEAN_S = 0.1  # [s] of an axis fully horizontal, after which there is a first value
@@ -62,7 +61,6 @@ class HeadingAnchor:
         self._contradicted_s = 0.0
         self._neutral: tuple[float, float] | None = None  # y₀ and its variance, kept over a loss
         self.restarts = 0
-        self.follows_field = False  # the IMU's world: its drift changes sooner then
 
     @property
     def heading(self) -> float | None:
@@ -133,7 +131,7 @@ class HeadingAnchor:
         P[0] += dt_s * P[1]
         P[:, 0] += dt_s * P[:, 1]
         P[0, 0] += dt_s * HEADING_WALK
-        P[1, 1] += dt_s * (FIELD_DRIFT_WALK if self.follows_field else DRIFT_WALK)
+        P[1, 1] += dt_s * DRIFT_WALK
 
     def lose_heading(self) -> None:
         """The IMU's world may have turned to anywhere; the neutral pose's heading stays known."""
