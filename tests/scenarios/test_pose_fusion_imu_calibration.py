@@ -130,16 +130,18 @@ def test_a_sensor_strapped_on_upside_down_is_remarked_and_allowed_for(session, r
     np.testing.assert_allclose(other.mountings["left_shank"].R_sensor_segment, expected, atol=1e-3)
 
 
-@pytest.mark.parametrize("offset_deg", [90.0, 180.0, -90.0])
-def test_a_world_that_is_turned_makes_no_difference(session, result, offset_deg):
-    by = turned(Rotation.from_euler("z", offset_deg, degrees=True), "left_upper_arm")
-    other = calibrated(session, by).finish()
+def test_worlds_that_are_turned_make_no_difference(session, result):
+    offsets_deg = {"left_upper_arm": 90.0, "right_thigh": 180.0, "right_forearm": -90.0}
+
+    def each_by_itself(sample):
+        offset_deg = offsets_deg.get(sample.segment, 0.0)
+        return turned(Rotation.from_euler("z", offset_deg, degrees=True), sample.segment)(sample)
+
+    other = calibrated(session, each_by_itself).finish()
     assert other.faults == []
-    np.testing.assert_allclose(
-        other.mountings["left_upper_arm"].R_sensor_segment,
-        result.mountings["left_upper_arm"].R_sensor_segment,
-        atol=1e-3,
-    )
+    for segment, mounting in result.mountings.items():
+        found = other.mountings[segment].R_sensor_segment
+        np.testing.assert_allclose(found, mounting.R_sensor_segment, atol=1e-3)
 
 
 def test_a_sensor_that_must_be_worn_but_is_silent_is_named(session):
