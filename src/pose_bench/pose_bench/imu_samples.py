@@ -24,6 +24,7 @@ from pose_sim.imu_file import encode_all
 from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES
 
+MAGNETOMETER = "start"  # as the launch file has it, beside cameras
 TimedImuSample = tuple[int, ImuSample]
 """Arrival at the host [ns], and the sample."""
 
@@ -50,7 +51,7 @@ def imu_samples(session: Session, start_ns: int, folder: Path | None) -> list[Ti
 
 def _columns(session: Session) -> dict[str, np.ndarray]:
     """What the bridge makes of the session's bytes; times [ns] are the session's own."""
-    parameters = ImuBridgeParameters()
+    parameters = ImuBridgeParameters(magnetometer=MAGNETOMETER)
     nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
     pipeline = ImuPipeline.from_parameters(nodes, parameters)
     due_ns = session.imus.due_ns
@@ -114,6 +115,7 @@ def _key(session: Session) -> str:
     settings = session.settings
     described = {
         "choreography": session.choreography,
+        "magnetometer": MAGNETOMETER,
         "duration": session.duration,
         "seed": session.seed,
         "scene": asdict(settings.scene),
