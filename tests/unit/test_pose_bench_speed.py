@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.speed import PERIOD_S, Scene, exponent, textbook_of
 from pose_bench.tools.bench import run
 from pose_fusion.body.model import load_body_model
@@ -23,6 +24,15 @@ def test_the_textbook_filter_equals_li2020():
     mean, covariance = fast.state
     np.testing.assert_allclose(plain.ukf.x, mean, atol=1e-6)
     np.testing.assert_allclose(plain.ukf.P, covariance, atol=1e-6)
+
+
+def test_opensim_finds_the_pose_that_its_markers_show():
+    pytest.importorskip("opensim", reason="the package opensim is not installed")
+    scene = Scene(load_body_model("li2020"), 10)
+    ik = OpenSimIk(scene.model, scene.shape, scene.joints, 1.0 / PERIOD_S)
+    for frame in range(1, 10):
+        ik.step(frame)
+    assert ik.worst_distance() < 0.01
 
 
 def test_exponent_of_a_straight_line_through_zero_is_one():

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.segment_filter import ReferenceFilter
 from pose_bench.reference.textbook_ukf import TextbookFilter
 from pose_common.counters import Counters
@@ -35,6 +36,9 @@ from pose_fusion.streams.samples import FloatArray
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]
 NOISE = 0.02  # [m] of a joint
+WHOLE = "default, whole estimator, two Kinects, nine IMUs"
+OPENSIM = "OpenSim's inverse kinematics, 15 joints"
+TEXTBOOK = "filterpy, Python fx and hx"
 Step = Callable[[int], object]
 """One update, of the frame with this number."""
 
@@ -193,6 +197,12 @@ def textbook_steps(scene: Scene) -> Step:
     return lambda frame: filter_.step(PERIOD_S, seen[frame])
 
 
+def opensim_steps(scene: Scene) -> Step:
+    """OpenSim's inverse kinematics on the mean of two cameras' joints."""
+    seen = np.stack([scene.seen(frame, 2).mean(axis=0) for frame in range(len(scene.dof))])
+    return OpenSimIk(scene.model, scene.shape, seen, 1.0 / PERIOD_S).step
+
+
 def textbook_of(scene: Scene, parameters: Li2020Parameters) -> TextbookFilter:
     """The textbook's filter, started as that of li2020 starts."""
     started = Li2020Filter(scene.model, scene.shape, parameters)
@@ -209,13 +219,15 @@ def update_timings(frames: int, slow_frames: int) -> Iterator[Timing]:
     scene, paper = (Scene(load_body_model(name), frames) for name in ("default", "li2020"))
     yield measure("default, two Kinects, nine IMUs", segment_steps(scene, 2, 9), frames)
     yield measure("default, two Kinects", segment_steps(scene, 2, 0), frames)
-    whole = "default, whole estimator, two Kinects, nine IMUs"
-    yield measure(whole, estimator_steps(scene, "default", 9), frames)
+    yield measure(WHOLE, estimator_steps(scene, "default", 9), frames)
     yield measure("li2020, two Kinects", li2020_steps(paper), frames)
     yield measure("joint_kf, two Kinects", estimator_steps(paper, "joint_kf", 0), frames)
+    if util.find_spec("opensim") is not None:
+        few = Scene(paper.model, max(frames // 5, 20))
+        yield measure(OPENSIM, opensim_steps(few), len(few.dof))
     plain = segment_steps(scene, 2, 9, ReferenceFilter)
     yield measure("default in plain numpy, nine IMUs", plain, slow_frames)
-    yield measure("filterpy, Python fx and hx", textbook_steps(paper), slow_frames)
+    yield measure(TEXTBOOK, textbook_steps(paper), slow_frames)
 
 
 def growth(frames: int) -> dict[str, list[tuple[int, float]]]:
@@ -252,5 +264,5 @@ def machine() -> str:
     except (OSError, StopIteration):
         pass
     versions = ", ".join(f"{p} {metadata.version(p)}" for p in ("numpy", "numba", "scipy"))
-    opensim = "there, not measured" if util.find_spec("opensim") else "not installed"
-    return f"{model}; Python {platform.python_version()}, {versions}; OpenSim's package: {opensim}"
+    opensim = metadata.version("opensim") if util.find_spec("opensim") else "not installed"
+    return f"{model}; Python {platform.python_version()}, {versions}; opensim {opensim}"

@@ -1,4 +1,4 @@
-"""``./pose bench WHAT``: benchmarks.
+"""``./pose bench [WHAT]``: benchmarks; without a name, all of ``goals``.
 
 Adding one means a module in this folder with ``add_arguments`` and ``run``, and a line in
 :data:`BENCHMARKS`.
@@ -7,13 +7,14 @@ Adding one means a module in this folder with ``add_arguments`` and ``run``, and
 import argparse
 from collections.abc import Callable
 
-from pose_bench.tools import accuracy, imu, live, offline, prediction, speed
+from pose_bench.tools import accuracy, goals, imu, live, offline, prediction, speed
 from pose_common.command_line import run_tool
 
 Benchmark = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[..., int | None]]
 
 BENCHMARKS: dict[str, Benchmark] = {
     "accuracy": (accuracy.SUMMARY, accuracy.add_arguments, accuracy.run),
+    "goals": (goals.SUMMARY, goals.add_arguments, goals.run),
     "imu": (imu.SUMMARY, imu.add_arguments, imu.run),
     "live": (live.SUMMARY, live.add_arguments, live.run),
     "offline": (offline.SUMMARY, offline.add_arguments, offline.run),
@@ -26,7 +27,9 @@ BENCHMARKS: dict[str, Benchmark] = {
 def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(prog="pose bench", description="Benchmarks.")
-    commands = parser.add_subparsers(dest="benchmark", required=True, metavar="WHAT")
+    commands = parser.add_subparsers(dest="benchmark", metavar="WHAT")
+    parser.set_defaults(benchmark="goals")
+    goals.add_arguments(parser)
     for name, (summary, add_arguments, _) in BENCHMARKS.items():
         add_arguments(commands.add_parser(name, help=summary, description=summary))
     return parser

@@ -5,6 +5,7 @@ import os
 import sys
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
@@ -57,7 +58,18 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _row(path: Path, times: int, imus: bool) -> list[str]:
+@dataclass(frozen=True, kw_only=True)
+class FuseCost:
+    """What one run took."""
+
+    duration_s: float  # of the bag
+    cpu_s: float
+    clock_s: float
+    memory_mb: float  # at its peak
+
+
+def fuse_cost(path: Path, times: int, imus: bool) -> FuseCost:
+    """Fuse a bag that is repeated, its IMUs left out or not."""
     with tempfile.TemporaryDirectory(prefix="pose_bench_offline_") as name:
         folder = Path(name)
         with open_bag(path) as bag:
@@ -65,13 +77,18 @@ def _row(path: Path, times: int, imus: bool) -> list[str]:
         begin = time.monotonic()
         cpu_s, memory_mb = _fused(folder / "in", folder / "out")
         clock_s = time.monotonic() - begin
+    return FuseCost(duration_s=duration_s, cpu_s=cpu_s, clock_s=clock_s, memory_mb=memory_mb)
+
+
+def _row(path: Path, times: int, imus: bool) -> list[str]:
+    cost = fuse_cost(path, times, imus)
     sensors = "two Kinects, nine IMUs" if imus else "two Kinects"
     return [
-        f"{sensors}, {number(duration_s / 60.0, 1)} min",
-        number(cpu_s, 1),
-        number(duration_s / cpu_s, 1),
-        number(duration_s / clock_s, 1),
-        number(memory_mb, 0),
+        f"{sensors}, {number(cost.duration_s / 60.0, 1)} min",
+        number(cost.cpu_s, 1),
+        number(cost.duration_s / cost.cpu_s, 1),
+        number(cost.duration_s / cost.clock_s, 1),
+        number(cost.memory_mb, 0),
     ]
 
 

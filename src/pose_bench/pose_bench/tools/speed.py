@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib
 from rich.console import Console
 
-from pose_bench.speed import Timing, exponent, growth, machine, update_timings
+from pose_bench.speed import TEXTBOOK, Timing, exponent, growth, machine, update_timings
 from pose_bench.tables import TextTable, number
 from pose_common.errors import InputError
 
@@ -15,7 +15,6 @@ SUMMARY = "how long one update takes, against plainly written filters, and how t
 WIDTH = 120  # of the tables where there is no terminal
 FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
 QUICK_SHARE = 20  # of which --quick runs one
-TEXTBOOK = "filterpy, Python fx and hx"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,0 +1,112 @@
+"""OpenSim's inverse kinematics on the same joints: what a user of that package pays per frame.
+
+The body is the model's: a free root, a pin for each hinge, a gimbal for any other link, and a
+marker for each of the 15 joints.
+"""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pose_common.joints import JOINTS
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.streams.samples import FloatArray
+
+ACCURACY = 1e-5  # [-] of the assembly, as in OpenSim's own tool
+
+
+class OpenSimIk:
+    """Tracks markers, a frame after the other.
+
+    Args:
+        model: The body model.
+        shape: The person's measures.
+        positions: Joints of all frames, shape (frames, 15, 3) [m], z up.
+        rate: Of the frames [Hz].
+
+    Raises:
+        ImportError: If the package ``opensim`` is not there.
+    """
+
+    def __init__(
+        self, model: BodyModel, shape: BodyShape, positions: FloatArray, rate: float
+    ) -> None:
+        import opensim
+
+        opensim.Logger.setLevelString("error")
+        self._rate = rate
+        self._model = _make_model(opensim, model, shape)
+        self._state = self._model.initSystem()
+        with tempfile.TemporaryDirectory(prefix="pose_bench_opensim_") as folder:
+            path = Path(folder) / "markers.trc"
+            path.write_text(_trc(positions, rate))
+            weights = opensim.SetMarkerWeights()
+            for joint in JOINTS:
+                weights.cloneAndAppend(opensim.MarkerWeight(joint, 1.0))
+            self._markers = opensim.MarkersReference(str(path), weights)
+        self._coordinates = opensim.SimTKArrayCoordinateReference()
+        self._solver = opensim.InverseKinematicsSolver(
+            self._model, self._markers, self._coordinates, np.inf
+        )
+        self._solver.setAccuracy(ACCURACY)
+        self._state.setTime(0.0)
+        self._solver.assemble(self._state)
+
+    def step(self, frame: int) -> None:
+        """Bring the body to a frame."""
+        self._state.setTime(frame / self._rate)
+        self._solver.track(self._state)
+
+    def worst_distance(self) -> float:
+        """The largest distance of a marker from where it was seen, in the last frame [m]."""
+        return max(float(self._solver.computeCurrentMarkerError(joint)) for joint in JOINTS)
+
+
+def _make_model(opensim: Any, model: BodyModel, shape: BodyShape) -> Any:
+    """The body as OpenSim's joints and markers."""
+    made = opensim.Model()
+    made.setName("body")
+    places = dict(zip(JOINTS, shape.offsets, strict=True))
+    bodies = {}
+    for name, link in model.links.items():
+        body = opensim.Body(name, 1.0, opensim.Vec3(0.0), opensim.Inertia(0.01, 0.01, 0.01))
+        bodies[name] = body
+        made.addBody(body)
+        origin, none = opensim.Vec3(0.0), opensim.Vec3(0.0)
+        if link.parent is None or link.joint is None:
+            joint = opensim.FreeJoint(f"{name}_joint", made.getGround(), body)
+        else:
+            place = opensim.Vec3(*places[link.joint].tolist())
+            is_hinge = len(link.dof) == 1
+            kind = opensim.PinJoint if is_hinge else opensim.GimbalJoint
+            # A pin turns about its z axis, ours about y.
+            turn = opensim.Vec3(np.pi / 2.0, 0.0, 0.0) if is_hinge else none
+            joint = kind(f"{name}_joint", bodies[link.parent], place, turn, body, origin, turn)
+        made.addJoint(joint)
+    for joint_name in JOINTS:
+        body = bodies[model.joints[joint_name].link]
+        place = opensim.Vec3(*places[joint_name].tolist())
+        made.addMarker(opensim.Marker(joint_name, body, place))
+    made.finalizeConnections()
+    return made
+
+
+def _trc(positions: FloatArray, rate: float) -> str:
+    """OpenSim's text file of markers."""
+    frames = len(positions)
+    lines = [
+        "PathFileType\t4\t(X/Y/Z)\tmarkers.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
+        "OrigNumFrames",
+        f"{rate:g}\t{rate:g}\t{frames}\t{len(JOINTS)}\tm\t{rate:g}\t1\t{frames}",
+        "Frame#\tTime\t" + "\t\t\t".join(JOINTS) + "\t\t",
+        "\t\t" + "\t".join(f"{axis}{i + 1}" for i in range(len(JOINTS)) for axis in "XYZ"),
+        "",
+    ]
+    for row, joints in enumerate(positions):
+        numbers = "\t".join(f"{value:.6f}" for value in joints.ravel())
+        lines.append(f"{row + 1}\t{row / rate!r}\t{numbers}")
+    return "\n".join(lines) + "\n"

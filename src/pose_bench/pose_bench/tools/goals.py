@@ -1,0 +1,124 @@
+"""``./pose bench``: speed, live, offline and prediction in one run, against their goals."""
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from pose_bench.prediction import prediction_errors
+from pose_bench.sessions import SessionSpec, bench_session
+from pose_bench.speed import OPENSIM, TEXTBOOK, WHOLE, exponent, growth, machine, update_timings
+from pose_bench.tables import TextTable, number
+from pose_bench.tools.live_graph import LiveResult, run_live
+from pose_bench.tools.offline import fuse_cost
+
+SUMMARY = "all of speed, live, offline and prediction against their goals, in one table"
+WIDTH = 120  # of the table where there is no terminal
+FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
+LIVE_S = 45.0  # [s] of the live session
+REPEATED = 10  # times the live session's bag, for the offline run
+PREDICTION_SEED = 101  # that no parameter was tuned on
+
+Row = tuple[str, str, str, str]
+"""What, measured, goal, whether it is met."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--live-duration",
+        type=float,
+        default=LIVE_S,
+        metavar="S",
+        help=f"of the live session [s] ({LIVE_S:g})",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure all and print one table."""
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    table = TextTable(
+        title="Goals",
+        header=["", "measured", "goal", ""],
+        note=f"{FRAMES} repeats of an update, {SLOW_FRAMES} of filterpy's, CPU time of one thread; "
+        f"live: {arguments.live_duration:g} s in real processes; fuse: that bag {REPEATED} times, "
+        f"start-up included. Synthetic motion. {machine()}.",
+    )
+    with (
+        tempfile.TemporaryDirectory(prefix="pose_bench_goals_") as name,
+        Console(stderr=True).status("measuring one update") as status,
+    ):
+        folder = Path(name)
+        table.rows += _of_updates()
+        status.update("measuring how the cost grows")
+        table.rows += _of_growth()
+        status.update(f"running the graph for {arguments.live_duration:g} s")
+        table.rows += _of_live(run_live(arguments.live_duration, folder))
+        status.update("fusing the recorded bag, repeated")
+        table.rows += _of_fuse(folder / "bag")
+        status.update("predicting to now")
+        table.rows += _of_prediction()
+    console.print(table.rich())
+    return 0
+
+
+def _row(what: str, measured: float, goal: float, digits: int, *, at_least: bool = False) -> Row:
+    is_met = measured >= goal if at_least else measured <= goal
+    sign = "≥" if at_least else "≤"
+    return what, number(measured, digits), f"{sign} {goal:g}", "met" if is_met else "missed"
+
+
+def _of_updates() -> Iterator[Row]:
+    timings = {timing.name: timing for timing in update_timings(FRAMES, SLOW_FRAMES)}
+    textbook, whole = timings[TEXTBOOK].median_ms, timings[WHOLE]
+    yield _row("update with nine IMUs, median [ms]", whole.median_ms, 0.5, 3)
+    yield _row("update with nine IMUs, 99 % [ms]", whole.p99_ms, 1.0, 3)
+    faster = "times faster than filterpy"
+    yield _row(f"that update, {faster}", textbook / whole.median_ms, 50.0, 1, at_least=True)
+    li2020 = timings["li2020, two Kinects"].median_ms
+    yield _row(f"li2020, {faster}", textbook / li2020, 40.0, 1, at_least=True)
+    for name in (OPENSIM, "joint_kf, two Kinects", TEXTBOOK):
+        if name not in timings:
+            yield name, "the package is not installed", "", ""
+        else:
+            yield f"for comparison: {name} [ms]", number(timings[name].median_ms, 3), "", ""
+
+
+def _of_growth() -> Iterator[Row]:
+    for what, points in growth(GROWTH_FRAMES).items():
+        yield _row(f"exponent of the cost by number of {what}", exponent(points), 1.1, 2)
+
+
+def _of_live(result: LiveResult) -> Iterator[Row]:
+    median, p99 = np.percentile(result.latency_ms, [50.0, 99.0]).tolist()
+    yield _row("publication to joint state, median [ms]", median, 3.0, 1)
+    yield _row("publication to joint state, 99 % [ms]", p99, 10.0, 1)
+    yield _row("the whole graph's load [cores]", sum(result.load.values()), 0.8, 2)
+    yield _row("the whole graph's memory [MB]", sum(result.memory_mb.values()), 700.0, 0)
+    lost = f"frames without a joint state, of {result.frames}"
+    yield _row(lost, float(result.without_state), 0.0, 0)
+
+
+def _of_fuse(bag: Path) -> Iterator[Row]:
+    for imus, goal in ((False, 100.0), (True, 50.0)):
+        cost = fuse_cost(bag, REPEATED, imus)
+        name = "fuse, two Kinects and nine IMUs" if imus else "fuse, two Kinects"
+        times = cost.duration_s / cost.clock_s
+        yield _row(f"{name}, times real time", times, goal, 1, at_least=True)
+        yield _row(f"{name}, memory [MB]", cost.memory_mb, 300.0, 0)
+
+
+def _of_prediction() -> Iterator[Row]:
+    spec = SessionSpec(
+        choreography="leg_lift_march", level="typical", seed=PREDICTION_SEED, duration_s=30.0
+    )
+    session = bench_session(spec, cache=None)
+    for use_imus in (False, True):
+        told = prediction_errors(session, use_imus=use_imus)
+        ratio = told.predicted_deg / told.held_deg
+        name = "two Kinects, nine IMUs" if use_imus else "two Kinects"
+        yield _row(f"error predicted to now over last output's, {name}", ratio, 1.0, 2)
