@@ -4,6 +4,7 @@ The body is the model's: a free root, a pin for each hinge, a gimbal for any oth
 marker for each of the 15 joints.
 """
 
+import os
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -34,8 +35,10 @@ class OpenSimIk:
     def __init__(
         self, model: BodyModel, shape: BodyShape, positions: FloatArray, rate: float
     ) -> None:
+        environment = dict(os.environ)
         import opensim
 
+        os.environ.update(environment)  # it puts its own paths there, also for other programs
         opensim.Logger.setLevelString("error")
         self._rate = rate
         self._model = _make_model(opensim, model, shape)

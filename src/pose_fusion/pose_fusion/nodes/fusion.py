@@ -39,6 +39,7 @@ from pose_fusion.streams.bags import transforms_to_map
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
 from pose_fusion.streams.skeleton_bytes import SkeletonReader
+from pose_fusion.watching.stages import LatencyStages
 
 NS_PER_S = 1_000_000_000
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
@@ -89,6 +90,7 @@ class FusionNode(Node):
         self._bytes: EstimateBytes | None = None
         self._reported_estimates = 0
         self._latency_s = 0.0
+        self._stages = LatencyStages()  # of the reference sensor's frames
         self._urdf_publisher = self.create_publisher(String, urdf_topic(self._body_id), LATCHED_QOS)
         self._publishers_by_topic = {
             topic: self.create_publisher(message_type, topic, 10)
@@ -135,7 +137,8 @@ class FusionNode(Node):
             self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, LATCHED_QOS)
         self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
 
-    def _on_skeletons(self, sensor: str, data: bytes) -> None:
+    def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
+        taken_ns = self.get_clock().now().nanoseconds
         # What the IMUs have sent until now is known first.
         self._take_imus()
         (persons,) = self._readers[sensor].read([data])
@@ -145,6 +148,8 @@ class FusionNode(Node):
             return
         sample = self._selector.select(persons)
         if sample is not None:
+            if sensor == self._settings.sensors[0]:
+                self._stages.note_taken(sample.stamp_ns, info["source_timestamp"], taken_ns)
             missing = int(np.sum(sample.tracking_state == TrackingState.NOT_TRACKED))
             self._counters.add("joints_not_tracked", missing)
             self.pipeline.add_skeleton(sample)
@@ -203,6 +208,7 @@ class FusionNode(Node):
             self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)
         for topic, data in self._bytes.write(estimate, self._latency_s):
             self._publishers_by_topic[topic].publish(data)
+        self._stages.note_told(estimate.stamp_ns, self.get_clock().now().nanoseconds)
 
     def _announce_shape(self) -> None:
         """Publish the person's tree, and save the measures, once they are known."""
@@ -236,6 +242,7 @@ class FusionNode(Node):
             values={
                 "estimator": self._settings.estimator,
                 "latency_s": f"{self._latency_s:.4f}",
+                **self._stages.as_dict(),
                 **{
                     f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
                     for source, clock in self.pipeline.clocks.items()

@@ -9,6 +9,7 @@ from pose_fusion.watching.observation import GraphSnapshot, Level, TopicStatus
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
 LONGEST_LATENCY_S = 0.1  # [s] of a stage
+STAGE = "latency_ms/"  # before the stages' names in the diagnostics
 LARGEST_LEAD_S = 0.05  # [s] a stamp may lie in the future
 BODIES = "/humans/bodies/"
 
@@ -131,6 +132,11 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
             yield _wrong("fusion latency", text, "the machine is too busy: fewer nodes, more cores")
         else:
             yield _ok("fusion latency", text)
+    for status in snapshot.statuses:
+        for name, value in status.values.items():
+            if name.startswith(STAGE):
+                stage = name.removeprefix(STAGE).replace("_", " ")
+                yield _ok(f"latency, {stage}", f"median {value} ms")
 
 
 def _statuses(snapshot: GraphSnapshot) -> Iterator[Finding]:

@@ -1,0 +1,39 @@
+"""How late a frame is at each stage of its way through the fusion."""
+
+from collections import deque
+
+import numpy as np
+
+KEPT = 300  # [frames] the last ten seconds
+PENDING = 16  # [frames] that are on their way, at most
+CAPTURE, TRANSPORT, FUSION = STAGES = ("capture_to_publication", "to_the_fusion", "to_the_output")
+
+
+class LatencyStages:
+    """Times of one sensor's last frames, by stage."""
+
+    def __init__(self) -> None:
+        self._times_ms: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in STAGES}
+        self._taken_ns: dict[int, int] = {}
+
+    def note_taken(self, stamp_ns: int, published_ns: int, now_ns: int) -> None:
+        """A frame of this stamp, published at some time, is taken up."""
+        self._times_ms[CAPTURE].append((published_ns - stamp_ns) * 1e-6)
+        self._times_ms[TRANSPORT].append((now_ns - published_ns) * 1e-6)
+        self._taken_ns[stamp_ns] = now_ns
+        if len(self._taken_ns) > PENDING:
+            del self._taken_ns[next(iter(self._taken_ns))]
+
+    def note_told(self, stamp_ns: int, now_ns: int) -> None:
+        """The estimate of this instant goes out."""
+        taken_ns = self._taken_ns.pop(stamp_ns, None)
+        if taken_ns is not None:
+            self._times_ms[FUSION].append((now_ns - taken_ns) * 1e-6)
+
+    def as_dict(self) -> dict[str, str]:
+        """Median and 99th percentile [ms] of each stage that is known."""
+        return {
+            f"latency_ms/{name}": "{:.1f}, p99 {:.1f}".format(*np.percentile(times, [50, 99]))
+            for name, times in self._times_ms.items()
+            if times
+        }
