@@ -5,7 +5,6 @@ from collections import defaultdict
 from typing import Any
 
 import numpy as np
-from scipy.stats import theilslopes
 
 from pose_common.bags import BagReader
 from pose_fusion.calibration.clocks import NS_PER_S, Clock
@@ -41,6 +40,8 @@ def _fitted(clocks: list[Clock]) -> Clock:
     later = [c for c in clocks[len(clocks) // 3 :] if c.at_ns <= last.at_ns]
     if last.at_ns - later[0].at_ns < DRIFT_OVER_NS:
         return last
+    from scipy.stats import theilslopes  # loads for a second, which no node's start can spare
+
     at_s = np.array([(c.at_ns - last.at_ns) / NS_PER_S for c in later])
     slope, intercept, *_ = theilslopes([float(c.offset_ns) for c in later], at_s)
     return Clock(offset_ns=round(float(intercept)), drift=float(slope) / NS_PER_S, at_ns=last.at_ns)
