@@ -7,7 +7,6 @@ measurement noise comes from the data (12), (13) and weights the sensors (14), (
 from dataclasses import dataclass
 
 import numpy as np
-from filterpy.common import Q_discrete_white_noise
 
 from pose_common.parameters import parameter
 from pose_fusion.body.inverse_kinematics import dof_from_positions
@@ -154,6 +153,8 @@ class Li2020Filter:
         return _describe_step(noise, fused - measurement.mean, measured.shape)
 
     def _process_noise(self) -> FloatArray:
+        from filterpy.common import Q_discrete_white_noise  # loads scipy.stats, see unscented
+
         d = self._size
         acceleration = np.full(d, self._parameters.angular_acceleration)
         acceleration[:3] = self._parameters.root_acceleration

@@ -7,7 +7,6 @@ matrices here, since filterpy makes them, and calls the models, once a point.
 from dataclasses import dataclass
 
 import numpy as np
-from filterpy.kalman import MerweScaledSigmaPoints
 from scipy.linalg import cho_factor, cho_solve, cholesky
 
 from pose_fusion.streams.samples import FloatArray
@@ -37,6 +36,9 @@ class UnscentedTransform:
     def __init__(
         self, size: int, *, alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0
     ) -> None:
+        # Loads all of scipy.stats for a second, which only this filter's users should wait for.
+        from filterpy.kalman import MerweScaledSigmaPoints
+
         weights = MerweScaledSigmaPoints(size, alpha, beta, kappa)
         self._mean_weights: FloatArray = weights.Wm
         self._covariance_weights: FloatArray = weights.Wc
