@@ -38,6 +38,10 @@ ROOT = Path(__file__).resolve().parents[1]
 DOMAINS = range(1, 102)
 """Above 101 the ports of a domain reach into Linux's ephemeral range."""
 POLL_S = 0.02
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    # A shell's background job ignores SIGINT, and so would every process that tests start.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 STOP_TIMEOUT_S = 15.0
 PROCESS_MARK = "POSE_TEST_PROCESS"
 

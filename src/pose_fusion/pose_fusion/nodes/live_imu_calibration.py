@@ -49,7 +49,7 @@ class ImuCalibrationNode(Node):
         self, parameters: ImuCalibrationParameters, extrinsics: Extrinsics | None = None
     ) -> None:
         super().__init__("imu_calibration")
-        self._parameters = parameters
+        self._settings = parameters
         self.extrinsics = extrinsics
         self.calibration: ImuCalibration | None = None
         self.counters = Counters("malformed_frames", "imu_without_orientation")
@@ -89,11 +89,11 @@ class ImuCalibrationNode(Node):
         for transform in message.transforms:
             self._transforms[transform.child_frame_id] = transform
         placed = transforms_to_map(self._transforms.values())
-        sensors = self._parameters.sensors
+        sensors = self._settings.sensors
         if self.calibration is None and all(sensor in placed for sensor in sensors):
             found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
             self.extrinsics = replace(found, clocks=dict(self._clocks))
-            self.calibration = ImuCalibration(self._parameters, self.extrinsics)
+            self.calibration = ImuCalibration(self._settings, self.extrinsics)
 
     def _on_clock(self, message: TimeReference) -> None:
         self._clocks[message.source] = clock_of(message)
