@@ -8,7 +8,7 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from pose_common.bags import BagWriter
+from pose_common.bag_writer import BagWriter
 from pose_common.errors import InputError, ParameterError
 from pose_fusion.nodes.player import Player, overrides_from_arguments
 

@@ -7,7 +7,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 from synthetic_body import body_offsets
 
-from pose_common.bags import BagWriter
+from pose_common.bag_writer import BagWriter
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import ROOT_DOF, available_models, load_body_model, parse_body_model

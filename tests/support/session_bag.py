@@ -3,8 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_common.bags import BagWriter, make_typestore
+from pose_common.bag_writer import BagWriter
 from pose_common.joints import JOINTS
+from pose_common.typestore import make_typestore
 from pose_fusion.streams.samples import ImuSample
 
 TYPES = make_typestore().types

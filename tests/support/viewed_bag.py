@@ -5,7 +5,7 @@ from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.bags import BagWriter
+from pose_common.bag_writer import BagWriter
 from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
 

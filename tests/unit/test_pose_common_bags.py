@@ -3,8 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pose_common.bags import BagWriter, make_typestore, open_bag, write_bag
+from pose_common.bag_writer import BagWriter, write_bag
+from pose_common.bags import open_bag
 from pose_common.errors import InputError
+from pose_common.typestore import make_typestore
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import sqlite3
 
 import pytest
 
-from pose_common.bags import BagWriter
+from pose_common.bag_writer import BagWriter
 from pose_common.errors import InputError
 
 FULL = (

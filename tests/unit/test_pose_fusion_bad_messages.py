@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pose_common.bags import make_typestore
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.typestore import make_typestore
 from pose_fusion.body.model import load_body_model
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.track import ImuState

@@ -9,7 +9,8 @@ import yaml
 from rendered_board import Scene, board_poses
 from scipy.spatial.transform import Rotation
 
-from pose_common.bags import BagWriter, make_typestore
+from pose_common.bag_writer import BagWriter
+from pose_common.typestore import make_typestore
 from pose_fusion.calibration.board.camera import Camera
 from pose_fusion.calibration.board.target import Board, BoardParameters
 from pose_fusion.calibration.extrinsics_file import load_extrinsics

@@ -5,8 +5,9 @@ import sys
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_common.bags import BagWriter, make_typestore
+from pose_common.bag_writer import BagWriter
 from pose_common.joints import JOINTS
+from pose_common.typestore import make_typestore
 from pose_fusion.calibration.extrinsics_file import load_extrinsics
 from pose_fusion.calibration.rigid_transform import inverse
 from pose_fusion.tools import calibrate

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.bags import make_typestore
+from pose_common.typestore import make_typestore
 from pose_fusion.conversions import to_bag_message, to_messages
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.fusion.parameters import FusionParameters

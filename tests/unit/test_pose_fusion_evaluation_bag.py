@@ -2,9 +2,11 @@ import numpy as np
 import pytest
 from moving_body import motion
 
-from pose_common.bags import BagWriter, make_typestore, open_bag
+from pose_common.bag_writer import BagWriter
+from pose_common.bags import open_bag
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
+from pose_common.typestore import make_typestore
 from pose_fusion.evaluation.methods import methods_of_bag
 
 TYPES = make_typestore().types

@@ -16,7 +16,8 @@ from exported_motion import (
 )
 from scipy.spatial.transform import Rotation
 
-from pose_common.bags import BagWriter, open_bag
+from pose_common.bag_writer import BagWriter
+from pose_common.bags import open_bag
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.export.motion import chosen_body, read_motion

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pose_common.bags import make_typestore
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
+from pose_common.typestore import make_typestore
 from pose_fusion.streams.bags import skeleton_samples
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.skeleton_bytes import SkeletonReader

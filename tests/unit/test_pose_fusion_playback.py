@@ -2,7 +2,8 @@
 
 import pytest
 
-from pose_common.bags import BagWriter, open_bag
+from pose_common.bag_writer import BagWriter
+from pose_common.bags import open_bag
 from pose_common.errors import InputError
 from pose_fusion.recording.playback import NS_PER_S, PlaybackClock, Playlist
 

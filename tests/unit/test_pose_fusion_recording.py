@@ -16,8 +16,9 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import Reader
 
-from pose_common.bags import make_typestore, open_bag
+from pose_common.bags import open_bag
 from pose_common.errors import InputError
+from pose_common.typestore import make_typestore
 from pose_fusion.recording.recording import Recording, RecordingError
 
 STORAGES = ("mcap", "sqlite3")

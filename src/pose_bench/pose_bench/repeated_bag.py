@@ -3,7 +3,8 @@
 import struct
 from pathlib import Path
 
-from pose_common.bags import BagReader, BagWriter
+from pose_common.bag_writer import BagWriter
+from pose_common.bags import BagReader
 from pose_fusion.streams.bags import imu_topics, sensor_topics
 
 NS_PER_S = 1_000_000_000

@@ -11,3 +11,9 @@ class ParameterError(PoseError):
 
 class InputError(PoseError):
     """A file, a device or a stream is missing or not what it should be."""
+
+
+def one_line(error: BaseException) -> str:
+    """What a foreign error says first, or its kind if it says nothing."""
+    text = str(error).strip().splitlines()
+    return text[0].rstrip(".") if text else type(error).__name__

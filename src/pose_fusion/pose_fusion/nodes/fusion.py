@@ -14,13 +14,13 @@ from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from pose_common.bags import make_typestore
 from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import SEGMENTS, TrackingState
 from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
 from pose_common.nodes.running import run_node
+from pose_common.typestore import make_typestore
 from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape
 from pose_fusion.body.urdf import make_urdf
 from pose_fusion.calibration.clock_messages import clock_of

@@ -7,7 +7,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from pose_common.bags import BagReader, BagWriter, open_bag
+from pose_common.bag_writer import BagWriter
+from pose_common.bags import BagReader, open_bag
 from pose_common.command_line import run_tool
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml

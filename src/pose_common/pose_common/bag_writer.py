@@ -1,0 +1,199 @@
+"""Writing rosbags (rosbag2: MCAP or sqlite3) without ROS."""
+
+import os
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys.store import Typestore
+
+from pose_common.errors import InputError, one_line
+from pose_common.typestore import make_typestore, register_package
+
+STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
+INFINITE = QosTime(9223372036, 854775807)  # RMW_DURATION_INFINITE
+
+
+class BagWriter:
+    """Writes a bag that appears at its path only when it is complete.
+
+    Until :meth:`close` the bag grows in a hidden folder beside ``path``; :meth:`abort`, or an
+    error inside the ``with`` block, removes it. The same calls give the same bytes. Definitions of
+    all messages go into the bag.
+
+    Args:
+        path: Folder to make.
+        storage: ``mcap`` or ``sqlite3``.
+        typestore: Definitions of the messages; :func:`make_typestore` if None. Types of other
+            installed packages are looked up when they are first written.
+
+    Raises:
+        InputError: If the path exists, its parent cannot be written, or the storage is unknown.
+    """
+
+    def __init__(
+        self, path: Path | str, storage: str = "mcap", typestore: Typestore | None = None
+    ) -> None:
+        self.path = Path(path)
+        self.typestore = typestore or make_typestore()
+        self.message_count = 0
+        if storage not in STORAGES:
+            raise InputError(f"unknown storage '{storage}': expected one of {', '.join(STORAGES)}")
+        if self.path.exists():
+            raise InputError(f"{self.path} exists already: name another one, or remove it first")
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            # rosbag2 names the files inside after the folder: only the parent's name is temporary.
+            self._hidden = Path(
+                tempfile.mkdtemp(prefix=f".{self.path.name}.partial-", dir=self.path.parent)
+            )
+        except OSError as error:
+            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
+        self._writer = Writer(
+            self._hidden / self.path.name, version=9, storage_plugin=STORAGES[storage]
+        )
+        self._writer.open()
+        self._connections: dict[str, Connection] = {}
+
+    def add_topic(
+        self,
+        topic: str,
+        msgtype: str,
+        *,
+        latched: bool = False,
+        reliable: bool = True,
+        depth: int = 10,
+    ) -> None:
+        """Declare a topic; :meth:`write` does so by itself for a topic with the default QoS.
+
+        Args:
+            topic: Fully qualified name.
+            msgtype: For example ``pose_msgs/msg/Skeleton``.
+            latched: Transient local: a player offers it to late subscribers.
+            reliable: Reliable, or best effort.
+            depth: Length of the publisher's queue.
+
+        Raises:
+            InputError: If the message type is unknown, or the topic already has another one.
+        """
+        known = self._connections.get(topic)
+        if known is not None:
+            if known.msgtype != msgtype:
+                raise InputError(f"{topic} carries {known.msgtype}, and now {msgtype} too")
+            return
+        if msgtype not in self.typestore.types:
+            register_package(self.typestore, msgtype.split("/")[0])
+        if msgtype not in self.typestore.types:
+            raise InputError(f"unknown message type '{msgtype}' on {topic}")
+        self._connections[topic] = self._writer.add_connection(
+            topic,
+            msgtype,
+            typestore=self.typestore,
+            offered_qos_profiles=[_qos(latched=latched, reliable=reliable, depth=depth)],
+        )
+
+    def write(self, topic: str, message: Any, stamp_ns: int) -> None:
+        """Append a message of the typestore, recorded at ``stamp_ns`` [ns]."""
+        msgtype = message.__msgtype__
+        data = self.typestore.serialize_cdr(message, msgtype)
+        self.write_serialized(topic, msgtype, data, stamp_ns)
+
+    def write_serialized(
+        self, topic: str, msgtype: str, data: bytes | memoryview, stamp_ns: int
+    ) -> None:
+        """Append a message's CDR bytes as they are, recorded at ``stamp_ns`` [ns].
+
+        Raises:
+            InputError: If the disk cannot take it, or as of :meth:`add_topic`.
+        """
+        if topic not in self._connections or self._connections[topic].msgtype != msgtype:
+            self.add_topic(topic, msgtype)
+        try:
+            self._writer.write(self._connections[topic], stamp_ns, data)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unwritable(error) from error
+        self.message_count += 1
+
+    def _unwritable(self, error: Exception) -> InputError:
+        reason = (error.strerror if isinstance(error, OSError) else None) or one_line(error)
+        return InputError(f"cannot write {self.path}: {reason}")
+
+    def close(self) -> None:
+        """Complete the bag and move it to its path.
+
+        Raises:
+            InputError: If something else was put at the path meanwhile, or the disk cannot take
+                the end; the bag is then removed.
+        """
+        try:
+            self._writer.close()
+            # Renaming onto an empty folder would succeed.
+            if self.path.exists():
+                raise InputError(f"{self.path} was made by someone else while the bag was written")
+            os.rename(self._hidden / self.path.name, self.path)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unwritable(error) from error
+        finally:
+            shutil.rmtree(self._hidden, ignore_errors=True)
+
+    def abort(self) -> None:
+        """Remove what was written."""
+        try:
+            self._writer.abort()
+        finally:
+            shutil.rmtree(self._hidden, ignore_errors=True)
+
+    def __enter__(self) -> "BagWriter":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+
+def write_bag(
+    path: Path | str,
+    messages: Iterable[tuple[str, Any, int]],
+    *,
+    storage: str = "mcap",
+    typestore: Typestore | None = None,
+) -> None:
+    """Write (topic, message, stamp_ns) into a new bag, ordered by stamp, ties as given."""
+    with BagWriter(path, storage=storage, typestore=typestore) as bag:
+        for topic, message, stamp_ns in sorted(messages, key=lambda entry: entry[2]):
+            bag.write(topic, message, stamp_ns)
+
+
+def _qos(*, latched: bool, reliable: bool, depth: int) -> Qos:
+    return Qos(
+        QosHistory.KEEP_LAST,
+        depth,
+        QosReliability.RELIABLE if reliable else QosReliability.BEST_EFFORT,
+        QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        INFINITE,
+        INFINITE,
+        QosLiveliness.AUTOMATIC,
+        INFINITE,
+        False,
+    )
