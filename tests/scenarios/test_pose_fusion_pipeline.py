@@ -127,6 +127,18 @@ def test_when_one_sensor_falls_silent_the_other_carries_on():
     assert np.all(after[-1].source == Source.KINECT)
 
 
+@pytest.mark.parametrize("estimator", ["li2020", "default"])
+def test_a_sensor_that_nothing_placed_is_counted_and_the_other_carries_on(estimator):
+    _, _, samples = session(4.0)
+    both = extrinsics()
+    left = replace(both, T_reference_sensor={"left": both.T_reference_sensor["left"]})
+    pipeline, estimates = run(samples, FusionParameters(estimator=estimator), left)
+    right = sum(sample.sensor == "right" for sample in samples)
+    assert pipeline.counters["skeletons_of_unknown_sensors"] == right
+    assert len(estimates) > 30
+    assert np.isfinite([estimate.position for estimate in estimates]).all()
+
+
 def test_a_joint_that_no_sensor_tracks_is_called_predicted():
     _, _, samples = session(5.0)
     knee = JOINT_INDEX["left_foot"]

@@ -9,8 +9,6 @@ frame as it comes. What comes out depends on the samples alone, never on a clock
 from collections import deque
 from collections.abc import Callable, Iterator
 
-import numpy as np
-
 from pose_common.counters import Counters
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
@@ -27,7 +25,7 @@ from pose_fusion.fusion.learning import COUNTERS as LEARNING_COUNTERS
 from pose_fusion.fusion.learning import FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
-from pose_fusion.fusion.seen import SeenFrame, seen_in_map
+from pose_fusion.fusion.seen import SeenFrame, places_in_map, seen_in_map
 from pose_fusion.fusion.silence import CamerasSilence
 from pose_fusion.fusion.telling import body_estimate
 from pose_fusion.fusion.waiting import WaitingSamples
@@ -75,6 +73,7 @@ class FusionPipeline:
         )
         prepare(self._estimator_class, self.model.name)
         self.extrinsics: Extrinsics | None = None
+        self._cameras = places_in_map(parameters.sensors, None)
         self.clocks: Clocks = {}
         self.shape: BodyShape | None = None
         self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
@@ -116,6 +115,7 @@ class FusionPipeline:
         self.learn()
         self.use_clocks(extrinsics.clocks)
         self.extrinsics = extrinsics
+        self._cameras = places_in_map(self.parameters.sensors, extrinsics)
         body = extrinsics.body
         if self.shape is None and body is not None and body.model == self.model.name:
             self.use_shape(body.shape)
@@ -214,11 +214,10 @@ class FusionPipeline:
         if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
             self.counters.add("skeletons_of_unknown_sensors")
             return
+        self._note_time(sample.stamp_ns)
         if self._estimator_class.NEEDS_ALIGNED_FRAMES:
-            self._note_time(sample.stamp_ns)
             self._pending.extend(self.aligner.add(sample))
             return
-        self._note_time(sample.stamp_ns)
         self._silence.note_seen(sample.stamp_ns)
         frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
         for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
@@ -290,15 +289,13 @@ class FusionPipeline:
     def _process(self, frame: AlignedFrame) -> list[BodyEstimate]:
         self.learn()
         self._unlearnt = seen = self._see(frame)
-        if self._estimator is None or self.extrinsics is None:
+        if self._estimator is None:
             return []
         observation = Observation(
             stamp_ns=seen.stamp_ns,
             positions=seen.positions,
             tracking_state=seen.tracking_state,
-            cameras=np.stack(
-                [self.extrinsics.T_map_sensor(s)[:3, 3] for s in self.parameters.sensors]
-            ),
+            cameras=self._cameras,
             offsets=self._learner.offsets,
             readings=self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {},
         )

@@ -22,6 +22,16 @@ class SeenFrame:
     tracking_state: NDArray[np.uint8]  # (sensors, 15)
 
 
+def places_in_map(sensors: Sequence[str], extrinsics: Extrinsics | None) -> FloatArray:
+    """Where the sensors stand, (sensors, 3) [m]; NaN those that the extrinsics do not place."""
+    places = np.full((len(sensors), 3), np.nan)
+    if extrinsics is not None:
+        for index, sensor in enumerate(sensors):
+            if sensor in extrinsics.T_reference_sensor:
+                places[index] = extrinsics.T_map_sensor(sensor)[:3, 3]
+    return places
+
+
 def seen_in_map(
     frame: AlignedFrame, sensors: Sequence[str], extrinsics: Extrinsics | None
 ) -> SeenFrame:

@@ -23,7 +23,7 @@ class Observation:
     stamp_ns: int  # [ns]
     positions: FloatArray  # (sensors, 15, 3) [m]; NaN where a sensor says nothing
     tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
-    cameras: FloatArray  # (sensors, 3) [m] where the sensors stand
+    cameras: FloatArray  # (sensors, 3) [m] where the sensors stand; NaN not placed
     offsets: FloatArray  # (sensors, 15, 3) [m] of each tracker's joints, in heading axes
     readings: Mapping[str, SegmentReading]  # of the aligned IMUs, by segment
 
