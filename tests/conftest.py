@@ -341,7 +341,9 @@ def start_module_process(
 ) -> Iterator[ProcessStarter]:
     """Like ``start_process``, for a run that all tests of a module look at.
 
-    Mark such a module with ``pytest.mark.xdist_group``, so that one worker has all of it.
+    Mark such a module with ``pytest.mark.xdist_group``, so that one worker has all of it;
+    a module that runs a whole graph with ``live_graph``: two of these at once are too much for
+    two cores, and their nodes fall behind.
     """
     yield from run_starter(tmp_path_factory.mktemp("processes"))
 

@@ -4,6 +4,7 @@ import itertools
 import sys
 
 import numpy as np
+import pytest
 from rclpy.qos import qos_profile_sensor_data
 from rendered_board import Scene, board_poses
 from scipy.spatial.transform import Rotation
@@ -13,6 +14,8 @@ from pose_common.conversions import ns_to_stamp
 from pose_fusion.calibration.board.camera import Camera
 from pose_fusion.calibration.board.target import Board, BoardParameters
 from pose_fusion.calibration.extrinsics_file import load_extrinsics
+
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
 TOOL = [sys.executable, "-c", "from pose_fusion.tools.calibrate import main; main()", "board"]
 BOARD = Board(BoardParameters(square=0.06))

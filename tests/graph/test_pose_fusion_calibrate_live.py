@@ -3,6 +3,7 @@
 import sys
 
 import numpy as np
+import pytest
 from pose_msgs.msg import SkeletonArray
 from rclpy.qos import qos_profile_sensor_data
 from sample_messages import skeleton_message
@@ -10,6 +11,8 @@ from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_fusion.calibration.extrinsics_file import load_extrinsics
 from pose_fusion.calibration.rigid_transform import inverse
+
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
 TOOL = [sys.executable, "-c", "from pose_fusion.tools.calibrate import main; main()", "live"]
 

@@ -16,7 +16,7 @@ from pose_common.joints import JOINTS
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.tools.demo_processes import executable
 
-pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("demo")]
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
 RVIZ_TYPES = {
     "rviz_default_plugins/RobotModel": "std_msgs/msg/String",
@@ -33,7 +33,7 @@ def demo():
 def synthetic(start_module_process, demo, tmp_path_factory):
     """One short run that several tests look at: (process, folder)."""
     folder = tmp_path_factory.mktemp("demo") / "run"
-    process = start_module_process([demo, "--duration", "14", "-o", folder])
+    process = start_module_process([demo, "--duration", "20", "-o", folder])
     process.wait(170.0)
     return process, folder, start_module_process
 

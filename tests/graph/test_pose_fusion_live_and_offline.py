@@ -12,7 +12,7 @@ from pose_common.bags import open_bag
 EXECUTABLES = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion"
 STATES = "/humans/bodies/subject/joint_states"
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
 
 def test_a_played_bag_is_fused_live_as_offline(start_process, ros_context, tmp_path):

@@ -8,7 +8,7 @@ from ament_index_python.packages import get_package_prefix
 from pose_common.bags import open_bag
 from pose_fusion.tools.demo_start import first_lead_s
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
 GENERATING_S = 2.0  # the session is made in the time until its first frame
 

@@ -14,7 +14,7 @@ from pose_common.bags import open_bag
 
 pytestmark = [
     pytest.mark.graph,
-    pytest.mark.xdist_group("pose_view_browser"),
+    pytest.mark.xdist_group("live_graph"),
     pytest.mark.timeout(240),
 ]
 VIEW = f"{get_package_prefix('pose_view')}/lib/pose_view/view"
