@@ -2,8 +2,6 @@
 
 import argparse
 import os
-import sys
-from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -18,12 +16,12 @@ from pose_bench.scores_csv import rows_csv, scores_csv
 from pose_bench.suite import JUDGING_SEEDS, LEVELS, cells, quick_cells
 from pose_bench.summary import failures, tables
 from pose_bench.tables import TextTable
+from pose_bench.tools.showing import document, output_folder, show
 from pose_common.errors import InputError
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS
 
 SUMMARY = "how accurate the estimators are, on the synthetic subject and on public recordings"
-WIDTH = 120  # of the tables where there is no terminal
 REAL_DATA = {"uiprmd": "UI-PRMD", "kinectmultitrack": "KinectMultiTrack"}
 
 
@@ -129,14 +127,11 @@ class _Bench:
             if not self._arguments.only_real:
                 self._run_synthetic()
             self._run_real()
-        console = Console(width=None if sys.stdout.isatty() else WIDTH)
         if self._arguments.output is not None:
             self._write(self._arguments.output)
-        for table in self._tables:
-            console.print(table.rich())
-            console.print()
+        show(self._tables)
         if self._arguments.output is not None:
-            console.print(f"{self._arguments.output}: {', '.join(self._files)}", markup=False)
+            print(f"{self._arguments.output}: {', '.join(self._files)}")
         for line in self._failures:
             self._console.print(f"failed: {line}", style="red", markup=False, soft_wrap=True)
         return 1 if self._failures else 0
@@ -209,14 +204,7 @@ class _Bench:
         self._console.print(text, markup=False, soft_wrap=True)
 
     def _write(self, folder: Path) -> None:
-        self._files["accuracy.md"] = _markdown(self._tables)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
+        self._files["accuracy.md"] = document("Accuracy", self._tables)
+        with output_folder(folder):
             for name, text in self._files.items():
                 (folder / name).write_text(text)
-        except OSError as error:
-            raise InputError(f"cannot write {folder}: {error.strerror}") from error
-
-
-def _markdown(made: Sequence[TextTable]) -> str:
-    return "\n".join(["# Accuracy", "", *(table.markdown() for table in made)])

@@ -1,7 +1,6 @@
 """``./pose bench``: speed, live, offline and prediction in one run, against their goals."""
 
 import argparse
-import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,9 +14,9 @@ from pose_bench.speed import OPENSIM, TEXTBOOK, WHOLE, exponent, growth, machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.offline import fuse_cost
+from pose_bench.tools.showing import show
 
 SUMMARY = "all of speed, live, offline and prediction against their goals, in one table"
-WIDTH = 120  # of the table where there is no terminal
 FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
 LIVE_S = 45.0  # [s] of the live session
 REPEATED = 10  # times the live session's bag, for the offline run
@@ -40,7 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure all and print one table."""
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     table = TextTable(
         title="Goals",
         header=["", "measured", "goal", ""],
@@ -62,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         table.rows += _of_fuse(folder / "bag")
         status.update("predicting to now")
         table.rows += _of_prediction()
-    console.print(table.rich())
+    show([table])
     return 0
 
 

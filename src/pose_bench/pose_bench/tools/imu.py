@@ -1,7 +1,6 @@
 """``./pose bench imu [BROAD_DIR]``: every orientation filter, on BROAD and on the synthetic set."""
 
 import argparse
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,10 +17,10 @@ from pose_bench.imu_accuracy import (
     trial_errors,
 )
 from pose_bench.tables import TextTable, number
+from pose_bench.tools.showing import document, output_folder, show
 from pose_common.errors import InputError
 
 SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the synthetic subject"
-WIDTH = 120  # of the tables where there is no terminal
 PUBLISHED = (
     "Published, in the results file of github.com/dlaidig/broad: Madgwick at its best common gain "
     "(0.12), mean of all 39 trials: total 4.96, heading 3.92, inclination 2.71; trial 03 alone "
@@ -73,17 +72,10 @@ def run(arguments: argparse.Namespace) -> int:
             tables += _broad(arguments.broad, progress)
         if not arguments.no_synthetic:
             tables += _synthetic(progress)
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
-    for table in tables:
-        console.print(table.rich())
-        console.print()
+    show(tables)
     if arguments.output is not None:
-        text = "\n".join(["# Orientation filters", "", *(table.markdown() for table in tables)])
-        try:
-            arguments.output.mkdir(parents=True, exist_ok=True)
-            (arguments.output / "imu_accuracy.md").write_text(text)
-        except OSError as error:
-            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+        with output_folder(arguments.output) as folder:
+            (folder / "imu_accuracy.md").write_text(document("Orientation filters", tables))
     return 0
 
 

@@ -1,7 +1,6 @@
 """``./pose bench live``: the whole graph in real processes, watched from outside."""
 
 import argparse
-import sys
 import tempfile
 from pathlib import Path
 
@@ -11,10 +10,9 @@ from rich.console import Console
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
-from pose_common.errors import InputError
+from pose_bench.tools.showing import document, output_folder, show
 
 SUMMARY = "the whole graph in real processes: latency, load, memory, what is lost"
-WIDTH = 120  # of the tables where there is no terminal
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,23 +25,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     with (
         tempfile.TemporaryDirectory(prefix="pose_bench_live_") as folder,
         Console(stderr=True).status(f"running the graph for {arguments.duration:g} s"),
     ):
         result = run_live(arguments.duration, Path(folder))
     tables = [_latency_table(result), _cost_table(result)]
-    for table in tables:
-        console.print(table.rich())
-        console.print()
+    show(tables)
     if arguments.output is not None:
-        text = "\n".join(["# Live", "", *(table.markdown() for table in tables)])
-        try:
-            arguments.output.mkdir(parents=True, exist_ok=True)
-            (arguments.output / "live.md").write_text(text)
-        except OSError as error:
-            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+        with output_folder(arguments.output) as folder:
+            (folder / "live.md").write_text(document("Live", tables))
     return 0
 
 

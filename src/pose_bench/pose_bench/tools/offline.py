@@ -13,12 +13,12 @@ from rich.console import Console
 from pose_bench.repeated_bag import repeat
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
+from pose_bench.tools.showing import document, output_folder, show
 from pose_common.bags import open_bag
 from pose_common.errors import InputError
 from pose_fusion.tools.demo_processes import executable
 
 SUMMARY = "how fast ./pose fuse is on bags of several lengths, and how much memory it takes"
-WIDTH = 120  # of the tables where there is no terminal
 MB = 1e6
 WATCH = """
 import resource, subprocess, sys
@@ -46,7 +46,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     table = TextTable(
         title="./pose fuse, start-up included",
         header=["", "CPU time [s]", "times real time (CPU)", "(clock)", "peak memory [MB]"],
@@ -56,13 +55,10 @@ def run(arguments: argparse.Namespace) -> int:
         for times in arguments.times:
             with Console(stderr=True).status(f"{times} times the bag"):
                 table.rows.append(_row(arguments.bag, times, imus))
-    console.print(table.rich())
+    show([table])
     if arguments.output is not None:
-        try:
-            arguments.output.mkdir(parents=True, exist_ok=True)
-            (arguments.output / "offline.md").write_text(f"# Offline\n\n{table.markdown()}")
-        except OSError as error:
-            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+        with output_folder(arguments.output) as folder:
+            (folder / "offline.md").write_text(document("Offline", [table]))
     return 0
 
 

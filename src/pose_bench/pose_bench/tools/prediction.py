@@ -1,7 +1,6 @@
 """``./pose bench prediction``: what ``output_rate`` is worth, against the truth of now."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from rich.console import Console
@@ -9,10 +8,9 @@ from rich.console import Console
 from pose_bench.prediction import prediction_errors
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
-from pose_common.errors import InputError
+from pose_bench.tools.showing import document, output_folder, show
 
 SUMMARY = "the pose predicted to now against the last output, both against the truth of now"
-WIDTH = 120  # of the tables where there is no terminal
 SEED = 101  # that no parameter was tuned on
 
 
@@ -30,7 +28,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     table = TextTable(
         title="Error against the truth of now [°], mean over the angles",
         header=["", "last output", "predicted", "ratio", "its stddev", "predicted stddev"],
@@ -49,11 +46,8 @@ def run(arguments: argparse.Namespace) -> int:
                 values = (told.held_deg, told.predicted_deg, told.predicted_deg / told.held_deg)
                 stddevs = (told.held_stddev_deg, told.predicted_stddev_deg)
                 table.rows.append([label, *(number(each, 2) for each in (*values, *stddevs))])
-    console.print(table.rich())
+    show([table])
     if arguments.output is not None:
-        try:
-            arguments.output.mkdir(parents=True, exist_ok=True)
-            (arguments.output / "prediction.md").write_text(f"# Prediction\n\n{table.markdown()}")
-        except OSError as error:
-            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+        with output_folder(arguments.output) as folder:
+            (folder / "prediction.md").write_text(document("Prediction", [table]))
     return 0

@@ -1,7 +1,6 @@
 """``./pose bench speed``: how long one update takes, against the same filter written plainly."""
 
 import argparse
-import sys
 from pathlib import Path
 
 import matplotlib
@@ -9,10 +8,9 @@ from rich.console import Console
 
 from pose_bench.speed import TEXTBOOK, Timing, exponent, growth, machine, update_timings
 from pose_bench.tables import TextTable, number
-from pose_common.errors import InputError
+from pose_bench.tools.showing import document, output_folder, show
 
 SUMMARY = "how long one update takes, against plainly written filters, and how the cost grows"
-WIDTH = 120  # of the tables where there is no terminal
 FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
 QUICK_SHARE = 20  # of which --quick runs one
 
@@ -27,7 +25,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure and print."""
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
     share = QUICK_SHARE if arguments.quick else 1
     with Console(stderr=True).status("measuring") as status:
         timings = []
@@ -37,17 +34,11 @@ def run(arguments: argparse.Namespace) -> int:
         status.update("measuring how the cost grows")
         points = growth(max(GROWTH_FRAMES // share, 20))
     tables = [_update_table(timings), _growth_table(points)]
-    for table in tables:
-        console.print(table.rich())
-        console.print()
+    show(tables)
     if arguments.output is not None:
-        text = "\n".join(["# Speed", "", *(table.markdown() for table in tables)])
-        try:
-            arguments.output.mkdir(parents=True, exist_ok=True)
-            (arguments.output / "speed.md").write_text(text)
-            _plot(points, arguments.output / "speed_growth.png")
-        except OSError as error:
-            raise InputError(f"cannot write {arguments.output}: {error.strerror}") from error
+        with output_folder(arguments.output) as folder:
+            (folder / "speed.md").write_text(document("Speed", tables))
+            _plot(points, folder / "speed_growth.png")
     return 0
 
 
