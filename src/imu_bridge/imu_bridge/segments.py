@@ -12,6 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from pose_common.errors import InputError
+from pose_common.finite_numbers import finite_numbers
 from pose_common.joints import SEGMENTS
 
 MAX_NODE_ID = 255
@@ -116,11 +117,8 @@ def _numbers(values: Mapping[str, Any], key: str, where: str, default: FloatArra
     """An array of ``default``'s shape."""
     if key not in values:
         return default
-    try:
-        array = np.array(values[key], dtype=float)
-    except (TypeError, ValueError):
-        array = np.array(np.nan)
-    if array.shape != default.shape or not np.isfinite(array).all():
+    array = finite_numbers(values[key], *default.shape)
+    if array is None:
         shape = " x ".join(map(str, default.shape))
         raise InputError(f"{where}: {key} = {values[key]!r} is not {shape} numbers")
     return array

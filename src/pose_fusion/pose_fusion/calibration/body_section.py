@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 
 from pose_common.errors import InputError
+from pose_common.finite_numbers import finite_numbers
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.body.shape import LONGEST_BONE, BodyShape, BodyShapeError, estimate_body_shape
+from pose_fusion.calibration.file_values import rounded
 from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.time_alignment import AlignedFrame
@@ -79,7 +81,7 @@ def body_document(body: SessionBody) -> dict[str, Any]:
         "body_model": body.model,
         "bone_lengths": {name: round(length, 4) for name, length in lengths.items()},
         "offsets": {
-            name: [round(float(value), 5) + 0.0 for value in body.shape.offsets[index]]
+            name: [rounded(value, 5) for value in body.shape.offsets[index]]
             for name, index in JOINT_INDEX.items()
         },
     }
@@ -115,11 +117,8 @@ def _model(path: Path, name: Any) -> BodyModel:
 
 
 def _offset(path: Path, name: str, value: Any) -> FloatArray:
-    try:
-        offset = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        offset = np.empty(0)
-    if offset.shape != (3,) or not (np.abs(offset) < LONGEST_BONE).all():  # false of NaN
+    offset = finite_numbers(value, 3)
+    if offset is None or not (np.abs(offset) < LONGEST_BONE).all():
         raise InputError(
             f"{path}: body/offsets/{name} is {value!r}, expected three numbers within "
             f"±{LONGEST_BONE:g} m"

@@ -7,6 +7,7 @@ from typing import Any
 
 from pose_common.errors import InputError
 from pose_fusion.calibration.clocks import IMUS, Clock, Clocks
+from pose_fusion.calibration.file_values import rounded
 
 LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times a bad quartz
 PPM = 1e-6
@@ -17,10 +18,10 @@ def clocks_document(clocks: Clocks) -> dict[str, Any]:
     return {
         source: {
             "offset_ns": int(clock.offset_ns),
-            "drift_ppm": round(clock.drift / PPM, 3) + 0.0,  # no negative zero
+            "drift_ppm": rounded(clock.drift / PPM, 3),
             "at_ns": int(clock.at_ns),
-            "stddev_ms": round(clock.stddev_s * 1e3, 3),
-            "drift_stddev_ppm": round(clock.drift_stddev / PPM, 3),
+            "stddev_ms": rounded(clock.stddev_s * 1e3, 3),
+            "drift_stddev_ppm": rounded(clock.drift_stddev / PPM, 3),
         }
         for source, clock in clocks.items()
     }

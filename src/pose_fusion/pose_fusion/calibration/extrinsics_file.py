@@ -31,19 +31,23 @@ from typing import Any
 
 import numpy as np
 import yaml
-from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
 from pose_fusion.calibration.body_section import body_document, read_body
 from pose_fusion.calibration.clocks_section import clocks_document, read_clocks
 from pose_fusion.calibration.extrinsics import BoardResiduals, Extrinsics, PairResiduals
+from pose_fusion.calibration.file_values import (
+    quaternion_values,
+    read_rotation,
+    read_vector,
+    rounded,
+)
 from pose_fusion.streams.samples import FloatArray
 
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
 OWN_KEYS = ("version", "reference", "date", "map", "sensors", "clocks", "view_offsets")
-UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
 METRE_DIGITS = 6
 QUATERNION_DIGITS = 9
 
@@ -176,8 +180,8 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
     floor = extrinsics.floor
     if floor is not None:
         world["source"] = floor.source
-        world["vertical_stddev_deg"] = _rounded(np.degrees(floor.up_stddev), 2)
-        world["height_stddev"] = _rounded(floor.height_stddev, 4)
+        world["vertical_stddev_deg"] = rounded(np.degrees(floor.up_stddev), 2)
+        world["height_stddev"] = rounded(floor.height_stddev, 4)
     sensors = {}
     for name in extrinsics.sensors:
         if name == extrinsics.reference:
@@ -197,7 +201,7 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
     if extrinsics.view_offsets:
         document["view_offsets"] = {
             name: {
-                joint: [_rounded(value, 4) for value in offset]
+                joint: [rounded(value, 4) for value in offset]
                 for joint, offset in zip(JOINTS, offsets, strict=True)
             }
             for name, offsets in extrinsics.view_offsets.items()
@@ -206,11 +210,9 @@ def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
 
 
 def _pose(T: FloatArray) -> dict[str, Any]:
-    quaternion = Rotation.from_matrix(T[:3, :3]).as_quat()
-    quaternion *= np.sign(quaternion[3]) or 1.0  # of the two that mean the same, one
     return {
-        "translation": [_rounded(value, METRE_DIGITS) for value in T[:3, 3]],
-        "rotation": [_rounded(value, QUATERNION_DIGITS) for value in quaternion],
+        "translation": [rounded(value, METRE_DIGITS) for value in T[:3, 3]],
+        "rotation": quaternion_values(T[:3, :3], QUATERNION_DIGITS),
     }
 
 
@@ -218,21 +220,21 @@ def _residuals(pair: PairResiduals) -> dict[str, Any]:
     return {
         "partner": pair.partner,
         "frames": pair.frames,
-        "raw_median": _rounded(pair.raw_median, 4),
-        "median": _rounded(pair.median, 4),
-        "inlier_rms": _rounded(pair.inlier_rms, 4),
-        "rotation_stddev_deg": _rounded(np.degrees(pair.rotation_stddev), 3),
-        "position_stddev": _rounded(pair.position_stddev, 4),
-        "inlier_share": {name: _rounded(share, 3) for name, share in pair.inlier_share.items()},
+        "raw_median": rounded(pair.raw_median, 4),
+        "median": rounded(pair.median, 4),
+        "inlier_rms": rounded(pair.inlier_rms, 4),
+        "rotation_stddev_deg": rounded(np.degrees(pair.rotation_stddev), 3),
+        "position_stddev": rounded(pair.position_stddev, 4),
+        "inlier_share": {name: rounded(share, 3) for name, share in pair.inlier_share.items()},
     }
 
 
 def _board(board: BoardResiduals) -> dict[str, Any]:
     return {
         "views": board.views,
-        "reprojection_px": _rounded(board.reprojection_px, 3),
-        "rotation_stddev_deg": _rounded(np.degrees(board.rotation_stddev), 4),
-        "position_stddev": _rounded(board.position_stddev, 5),
+        "reprojection_px": rounded(board.reprojection_px, 3),
+        "rotation_stddev_deg": rounded(np.degrees(board.rotation_stddev), 4),
+        "position_stddev": rounded(board.position_stddev, 5),
     }
 
 
@@ -248,17 +250,13 @@ def _view_offsets(path: Path, section: Mapping[Any, Any]) -> dict[str, FloatArra
             )
         offsets[str(name)] = np.array(
             [
-                _numbers(path, f"{name}/{joint}", joints, joint, 3)
+                read_vector(f"{path}: view_offsets/{name}/{joint}", joints[joint], 3)
                 if joint in joints
                 else [0.0] * 3
                 for joint in JOINTS
             ]
         )
     return offsets
-
-
-def _rounded(value: float, digits: int) -> float:
-    return round(float(value), digits) + 0.0  # no negative zero
 
 
 def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, Any]:
@@ -270,24 +268,7 @@ def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, An
 
 def _transform(path: Path, name: Any, entry: Mapping[Any, Any]) -> FloatArray:
     T = np.eye(4)
-    T[:3, 3] = _numbers(path, name, entry, "translation", 3)
-    quaternion = _numbers(path, name, entry, "rotation", 4)
-    length = float(np.linalg.norm(quaternion))
-    if abs(length - 1.0) > UNIT_TOLERANCE:
-        raise InputError(
-            f"{path}: the rotation of '{name}' has length {length:.4f}, expected a unit quaternion "
-            "x, y, z, w"
-        )
-    T[:3, :3] = Rotation.from_quat(quaternion).as_matrix()
+    translation, rotation = entry.get("translation"), entry.get("rotation")
+    T[:3, 3] = read_vector(f"{path}: the translation of '{name}'", translation, 3)
+    T[:3, :3] = read_rotation(f"{path}: the rotation of '{name}'", rotation)
     return T
-
-
-def _numbers(path: Path, name: Any, entry: Mapping[Any, Any], key: str, count: int) -> FloatArray:
-    value = entry.get(key)
-    try:
-        numbers = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise InputError(f"{path}: the {key} of '{name}' is {value!r}, expected {count} numbers")
-    return numbers

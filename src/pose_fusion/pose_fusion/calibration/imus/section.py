@@ -16,17 +16,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
 from pose_common.joints import SEGMENTS
+from pose_fusion.calibration.file_values import (
+    quaternion_values,
+    read_rotation,
+    read_vector,
+    rounded,
+)
 from pose_fusion.calibration.session_file import load_section, save_section
 from pose_fusion.imu.mounting import Mounting, Mountings
-from pose_fusion.streams.samples import FloatArray
 
 NAME = "imus"
 VERSION = 1
-UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
+QUATERNION_DIGITS = 6
 LARGEST_STDDEV_DEG = 180.0
 
 
@@ -39,14 +43,12 @@ def save_mountings(path: Path, mountings: Mountings) -> None:
     segments = {}
     for segment in (name for name in SEGMENTS if name in mountings):
         mounting = mountings[segment]
-        quaternion = Rotation.from_matrix(mounting.R_sensor_segment).as_quat()
-        quaternion *= np.sign(quaternion[3]) or 1.0  # of the two that mean the same, one
         segments[segment] = {
-            "rotation": [_rounded(value, 6) for value in quaternion],
+            "rotation": quaternion_values(mounting.R_sensor_segment, QUATERNION_DIGITS),
             "stddev_deg": [
-                _rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(mounting.stddev)
+                rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(mounting.stddev)
             ],
-            "residual_deg": _rounded(np.degrees(mounting.residual), 2),
+            "residual_deg": rounded(np.degrees(mounting.residual), 2),
         }
     save_section(path, NAME, {"version": VERSION, "segments": segments})
 
@@ -94,33 +96,13 @@ def load_mountings_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, Mo
 def _mounting(where: str, entry: Any) -> Mounting:
     if not isinstance(entry, Mapping):
         raise InputError(f"{where} is {entry!r}, expected rotation, stddev_deg, residual_deg")
-    quaternion = _numbers(where, entry, "rotation", 4)
-    length = float(np.linalg.norm(quaternion))
-    if abs(length - 1.0) > UNIT_TOLERANCE:
-        raise InputError(
-            f"{where}: the rotation has length {length:.4f}, expected a unit quaternion x, y, z, w"
-        )
-    stddev = _numbers(where, entry, "stddev_deg", 3)
+    R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))
+    stddev = read_vector(f"{where}: stddev_deg", entry.get("stddev_deg"), 3)
     if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():
         raise InputError(f"{where}: stddev_deg is {stddev.tolist()}, expected (0, 180]")
     residual = entry.get("residual_deg")  # for people
     return Mounting(
-        R_sensor_segment=Rotation.from_quat(quaternion).as_matrix(),
+        R_sensor_segment=R_sensor_segment,
         stddev=np.radians(stddev),
         residual=np.radians(residual) if isinstance(residual, float) else np.nan,
     )
-
-
-def _numbers(where: str, entry: Mapping[Any, Any], key: str, count: int) -> FloatArray:
-    value = entry.get(key)
-    try:
-        numbers = np.array(value, dtype=float)
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.shape != (count,) or not np.isfinite(numbers).all():
-        raise InputError(f"{where}: {key} is {value!r}, expected {count} numbers")
-    return numbers
-
-
-def _rounded(value: float, digits: int) -> float:
-    return round(float(value), digits) + 0.0  # no negative zero

@@ -1,0 +1,33 @@
+import numpy as np
+import pytest
+
+from pose_common.finite_numbers import finite_numbers
+
+
+@pytest.mark.parametrize(
+    ("value", "shape"),
+    [([1, 2.5, -3], (3,)), ([[1, 0], [0, 1]], (2, 2)), (4.0, ()), ([], (0,))],
+)
+def test_numbers_of_the_shape_are_an_array(value, shape):
+    numbers = finite_numbers(value, *shape)
+    assert numbers.dtype == np.float64
+    np.testing.assert_array_equal(numbers, value)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        "three",
+        {"x": 1.0},
+        [1.0, 2.0],
+        [[1.0, 2.0, 3.0]],
+        [1.0, [2.0], 3.0],
+        [1.0, float("nan"), 3.0],
+        [1.0, float("inf"), 3.0],
+        [1.0, None, 3.0],
+        [1.0, 10**400, 3.0],
+    ],
+)
+def test_anything_else_is_none(value):
+    assert finite_numbers(value, 3) is None
