@@ -18,7 +18,7 @@ from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.extrinsics_file import load_extrinsics, save_extrinsics
 from pose_fusion.calibration.rigid_transform import inverse
 from pose_fusion.nodes.calibration import CalibrationNode
-from pose_fusion.streams.bags import transforms_to_map
+from pose_fusion.streams.static_transforms import transforms_to_map
 
 TRUE = inverse(LEFT) @ RIGHT
 LATCHED = QoSProfile(

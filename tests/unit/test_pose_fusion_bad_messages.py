@@ -9,8 +9,9 @@ from pose_common.typestore import make_typestore
 from pose_fusion.body.model import load_body_model
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.track import ImuState
-from pose_fusion.streams.bags import skeleton_sample, transforms_to_map
 from pose_fusion.streams.imu_bytes import imu_block
+from pose_fusion.streams.skeleton_messages import skeleton_sample
+from pose_fusion.streams.static_transforms import transforms_to_map
 
 TYPESTORE = make_typestore()
 TYPES = TYPESTORE.types

@@ -9,14 +9,13 @@ from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_common.typestore import make_typestore
 from pose_fusion.streams.bags import (
     BagSamples,
-    body_topic,
     read_body_series,
     read_estimates,
     read_extrinsics,
     read_sensor_series,
-    sensor_topics,
 )
 from pose_fusion.streams.samples import ImuBlock, SkeletonSample
+from pose_fusion.streams.topics import body_topic, sensor_topics
 
 TYPES = make_typestore().types
 MS = 1_000_000

@@ -6,9 +6,9 @@ import pytest
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS
 from pose_common.typestore import make_typestore
-from pose_fusion.streams.bags import skeleton_samples
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.skeleton_bytes import SkeletonReader
+from pose_fusion.streams.skeleton_messages import skeleton_samples
 
 TYPESTORE = make_typestore()
 TYPES = TYPESTORE.types

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pose_common.bag_writer import BagWriter
 from pose_common.bags import BagReader
-from pose_fusion.streams.bags import imu_topics, sensor_topics
+from pose_fusion.streams.topics import imu_topics, sensor_topics
 
 NS_PER_S = 1_000_000_000
 PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning

@@ -9,8 +9,9 @@ from pose_common.parameters import from_mapping
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.bags import BagSamples, imu_topics
+from pose_fusion.streams.bags import BagSamples
 from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.topics import imu_topics
 from pose_view.messages import estimate_snapshot
 from pose_view.recorded import Recorded
 from pose_view.snapshot import BodySnapshot

@@ -7,8 +7,9 @@ from typing import Any
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
-from pose_fusion.streams.bags import skeleton_samples, transforms_to_map
 from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.skeleton_messages import skeleton_samples
+from pose_fusion.streams.static_transforms import transforms_to_map
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
 from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line

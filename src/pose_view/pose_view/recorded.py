@@ -8,13 +8,10 @@ import numpy as np
 
 from pose_common.bags import BagReader
 from pose_common.errors import InputError
-from pose_fusion.streams.bags import (
-    read_extrinsics,
-    sensor_topics,
-    skeleton_samples,
-    stamp_ns,
-)
+from pose_fusion.streams.bags import read_extrinsics
 from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.skeleton_messages import skeleton_samples, stamp_ns
+from pose_fusion.streams.topics import sensor_topics
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import (
     BODY_TOPIC,

@@ -10,15 +10,11 @@ from pose_common.bags import BagReader
 from pose_fusion.calibration.clock_messages import read_clocks
 from pose_fusion.calibration.clocks import Clocks, series_on_reference_clock
 from pose_fusion.evaluation.scores import known_joints
-from pose_fusion.streams.bags import (
-    body_topic,
-    read_body_series,
-    read_extrinsics,
-    read_sensor_series,
-)
+from pose_fusion.streams.bags import read_body_series, read_extrinsics, read_sensor_series
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries, series_from_samples
 from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_fusion.streams.topics import body_topic
 
 MEAN = "mean"
 FUSED = "fused"

@@ -11,8 +11,8 @@ from pose_fusion.evaluation.methods import MEAN
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.bags import EstimateSeries
-from pose_fusion.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample
+from pose_fusion.streams.estimate_series import EstimateSeries, estimate_series
+from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries, series_from_samples
 
 IMU_ALONE = "imu"
@@ -112,23 +112,14 @@ def run_of_estimates(estimates: Sequence[BodyEstimate]) -> MethodRun:
         )
         for each in estimates
     )
-    names = estimates[0].dof_names if estimates else ()
-
-    def column(field: str) -> FloatArray:
-        values = [getattr(each, field) for each in estimates]
-        return np.array(values, float).reshape(len(estimates), len(names))
-
     return MethodRun(
         series=series,
-        estimates=EstimateSeries(
-            stamps_ns=np.array([each.stamp_ns for each in estimates], np.int64),
-            names=tuple(names),
-            position=column("position"),
-            position_stddev=column("position_stddev"),
-            weight_kinect=column("weight_kinect"),
-            weight_imu=column("weight_imu"),
-            source=column("source").astype(np.uint8),
-            latency_s=np.array([(e.newest_ns - e.stamp_ns) * 1e-9 for e in estimates], float),
+        estimates=estimate_series(
+            estimates,
+            estimates[0].dof_names if estimates else (),
+            stamps_ns=[each.stamp_ns for each in estimates],
+            sources=[each.source for each in estimates],
+            latencies_s=[(each.newest_ns - each.stamp_ns) * 1e-9 for each in estimates],
         ),
     )
 

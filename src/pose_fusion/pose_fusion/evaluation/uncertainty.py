@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_fusion.body.joint_angles import ANGLES, joint_angles, wrapped
 from pose_fusion.evaluation.angle_series import AngleSeries, without_sideways_flexion
-from pose_fusion.streams.bags import EstimateSeries
+from pose_fusion.streams.estimate_series import EstimateSeries
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import IntArray, SkeletonSeries
 

@@ -14,7 +14,7 @@ from pose_common.errors import InputError
 from pose_fusion.calibration.board.camera import Camera, camera_from_info
 from pose_fusion.calibration.board.collecting import BoardCollector
 from pose_fusion.calibration.board.images import grey_from_message
-from pose_fusion.streams.bags import stamp_ns
+from pose_fusion.streams.skeleton_messages import stamp_ns
 
 SPIN_S = 0.1
 

@@ -32,8 +32,8 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.bags import skeleton_samples
 from pose_fusion.streams.imu_bytes import imu_block
+from pose_fusion.streams.skeleton_messages import skeleton_samples
 
 # What may wait while a solution is sought, for two seconds.
 IMU_QOS = QoSProfile(depth=250, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -35,10 +35,10 @@ from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.bags import transforms_to_map
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
 from pose_fusion.streams.skeleton_bytes import SkeletonReader
+from pose_fusion.streams.static_transforms import transforms_to_map
 from pose_fusion.watching.stages import LatencyStages
 
 NS_PER_S = 1_000_000_000

@@ -21,13 +21,9 @@ from pose_common.counters import Counters
 from pose_common.errors import InputError
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
-from pose_fusion.streams.bags import (
-    IMU_TOPIC,
-    SENSOR_TOPIC,
-    skeleton_sample,
-    skeleton_samples,
-    transforms_to_map,
-)
+from pose_fusion.streams.skeleton_messages import skeleton_sample, skeleton_samples
+from pose_fusion.streams.static_transforms import transforms_to_map
+from pose_fusion.streams.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_fusion.watching.observation import (
     GraphSnapshot,
     Level,

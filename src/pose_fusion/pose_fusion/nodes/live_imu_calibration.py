@@ -26,10 +26,11 @@ from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.bags import skeleton_samples, transforms_to_map
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.samples import joined
 from pose_fusion.streams.single_person import SinglePersonSelector
+from pose_fusion.streams.skeleton_messages import skeleton_samples
+from pose_fusion.streams.static_transforms import transforms_to_map
 
 SPIN_S = 0.1
 SHOW_S = 0.3  # [s] between two looks at what is missing

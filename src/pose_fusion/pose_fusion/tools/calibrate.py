@@ -24,8 +24,9 @@ from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.calibration.parameters import CalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.calibration.session_calibration import SessionCalibration, calibrate
-from pose_fusion.streams.bags import BagSamples, sensor_topics
+from pose_fusion.streams.bags import BagSamples
 from pose_fusion.streams.single_person import SinglePersonSelector
+from pose_fusion.streams.topics import sensor_topics
 from pose_fusion.tools import calibrate_board, calibrate_imu, calibrate_live
 
 SUBCOMMANDS = {

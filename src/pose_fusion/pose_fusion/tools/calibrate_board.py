@@ -29,7 +29,7 @@ from pose_fusion.calibration.board.target import Board, BoardParameters
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.calibration.floor import KnownMounting
-from pose_fusion.streams.bags import stamp_ns
+from pose_fusion.streams.skeleton_messages import stamp_ns
 
 ENDS = {"first": 0, "last": -1}
 

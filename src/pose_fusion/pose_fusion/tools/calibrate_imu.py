@@ -24,9 +24,10 @@ from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
 from pose_fusion.calibration.imus.section import save_mountings
 from pose_fusion.calibration.rigid_transform import CalibrationError
 from pose_fusion.calibration.session_calibration import calibrate
-from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
+from pose_fusion.streams.bags import BagSamples, read_extrinsics
 from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
+from pose_fusion.streams.topics import sensor_topics
 
 UNKNOWN = np.radians(45.0)  # [rad] of a deviation that says nothing
 Show = Callable[[float, str], None]

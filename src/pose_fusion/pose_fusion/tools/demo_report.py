@@ -25,8 +25,9 @@ from pose_fusion.evaluation.tables import (
     evaluation_markdown,
     evaluation_table,
 )
-from pose_fusion.streams.bags import body_topic, read_body_series, read_estimates, read_extrinsics
+from pose_fusion.streams.bags import read_body_series, read_estimates, read_extrinsics
 from pose_fusion.streams.series import SkeletonSeries
+from pose_fusion.streams.topics import body_topic
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
 
 TRUTH_NAMESPACE = "/truth"

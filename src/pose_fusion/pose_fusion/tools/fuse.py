@@ -31,8 +31,9 @@ from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.bags import BagSamples, read_extrinsics, sensor_topics
+from pose_fusion.streams.bags import BagSamples, read_extrinsics
 from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.topics import sensor_topics
 
 NS_PER_S = 1_000_000_000
 TF_STATIC = "/tf_static"

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from pose_fusion.streams.bags import IMU_TOPIC, SENSOR_TOPIC
+from pose_fusion.streams.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_fusion.watching.observation import GraphSnapshot, Level, TopicStatus
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30

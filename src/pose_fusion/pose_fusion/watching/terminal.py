@@ -8,8 +8,8 @@ from rich.table import Table
 from rich.text import Text
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.streams.bags import IMU_TOPIC, SENSOR_TOPIC
 from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_fusion.watching.observation import GraphSnapshot, Level, NodeStatus, TopicStatus
 
 SILENT_S = 1.0  # [s] a topic without messages for longer is shown as silent

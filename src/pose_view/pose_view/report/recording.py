@@ -12,15 +12,11 @@ from pose_fusion.calibration.clocks import series_on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
 from pose_fusion.evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
-from pose_fusion.streams.bags import (
-    BagSamples,
-    EstimateSeries,
-    imu_topics,
-    read_estimates,
-    sensor_topics,
-)
+from pose_fusion.streams.bags import BagSamples, read_estimates
+from pose_fusion.streams.estimate_series import EstimateSeries
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.series import SkeletonSeries
+from pose_fusion.streams.topics import imu_topics, sensor_topics
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
 COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself

@@ -11,7 +11,8 @@ from pose_fusion.evaluation.references.reference import Reference, reference_of_
 from pose_fusion.evaluation.references.trc import read_trc
 from pose_fusion.evaluation.references.uiprmd import read_uiprmd
 from pose_fusion.evaluation.references.vicon_csv import read_vicon_csv
-from pose_fusion.streams.bags import body_topic, read_body_series
+from pose_fusion.streams.bags import read_body_series
+from pose_fusion.streams.topics import body_topic
 
 TRUTH_NAMESPACE = "/truth"
 ABOUT_TOPIC = "/truth/about"  # says that the subject is synthetic

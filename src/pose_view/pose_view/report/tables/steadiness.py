@@ -16,7 +16,7 @@ from pose_fusion.evaluation.angle_series import AngleSeries
 from pose_fusion.evaluation.scores import mean_known
 from pose_fusion.evaluation.stability import BONES
 from pose_fusion.fusion.estimates import Source
-from pose_fusion.streams.bags import EstimateSeries
+from pose_fusion.streams.estimate_series import EstimateSeries
 from pose_view.report.tables.accuracy import spoken_method
 from pose_view.report.tables.table import (
     Table,

@@ -1,0 +1,54 @@
+"""Skeleton messages, of ROS or of rosbags, as samples."""
+
+from typing import Any
+
+import numpy as np
+
+from pose_common.errors import InputError
+from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_fusion.streams.samples import SkeletonSample
+from pose_fusion.streams.skeleton_bytes import clean_joints
+
+NS_PER_S = 1_000_000_000
+
+
+def stamp_ns(header: Any) -> int:
+    """Nanoseconds of a message's header."""
+    return int(header.stamp.sec) * NS_PER_S + int(header.stamp.nanosec)
+
+
+def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:
+    """The persons of a ``pose_msgs/SkeletonArray`` (of ROS or of rosbags)."""
+    return [skeleton_sample(skeleton, sensor) for skeleton in message.skeletons]
+
+
+def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
+    """A ``pose_msgs/Skeleton``; what it does not name or place is NaN and not tracked.
+
+    Raises:
+        InputError: If its lists differ in length, or a tracking state is none of the three.
+    """
+    count = len(message.name)
+    if len(message.position) != count or len(message.tracking_state) != count:
+        raise InputError(
+            f"skeleton '{message.id}' has {count} names, {len(message.position)} positions and "
+            f"{len(message.tracking_state)} tracking states: expected as many of each"
+        )
+    strange = set(message.tracking_state) - set(TrackingState)
+    if strange:
+        raise InputError(
+            f"skeleton '{message.id}' has the tracking state {min(strange)}: expected 0 (not "
+            "tracked), 1 (inferred) or 2 (tracked)"
+        )
+    ours = {JOINT_INDEX[n]: index for index, n in enumerate(message.name) if n in JOINT_INDEX}
+    named = list(ours.values())
+    xyz = np.array([(p.x, p.y, p.z) for p in message.position], float).reshape(1, -1, 3)
+    states = np.array(message.tracking_state, np.uint8).reshape(1, -1)
+    (positions,), (state,) = clean_joints(xyz[:, named], states[:, named], np.array([*ours], int))
+    return SkeletonSample(
+        stamp_ns=stamp_ns(message.header),
+        sensor=sensor,
+        person=message.id,
+        positions=positions,
+        tracking_state=state,
+    )
