@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pose_bench.means import MethodMeans, ratios
-from pose_bench.methods import MethodRun
+from pose_bench.methods import TimedRun
 from pose_bench.scores_csv import scores_csv
 from pose_bench.scoring import Score, coverage, dof_errors, score
 from pose_bench.sessions import SessionSpec, bench_session
@@ -14,6 +14,7 @@ from pose_bench.suite import KNOWN, Cell
 from pose_bench.summary import failures, tables
 from pose_bench.targets import TARGETS, target_table
 from pose_fusion.body.joint_angles import ANGLES
+from pose_fusion.streams.estimate_series import EstimateSeries
 from pose_sim.angles import JOINT_NAMES
 
 CELL = Cell(choreography="squats", level="typical", seed=4, condition=KNOWN, duration_s=20.0)
@@ -30,11 +31,18 @@ def run_of(session, shift_ns=0, error=0.0, stddev=0.1):
     truth = session.truth
     stamps_ns = truth.stamps_ns + shift_ns
     position = np.stack([session.true_angles[name] for name in JOINT_NAMES], axis=1) + error
-    return MethodRun(
+    return TimedRun(
         series=replace(truth, stamps_ns=stamps_ns),
-        dof_names=JOINT_NAMES,
-        position=position,
-        position_stddev=np.full_like(position, stddev),
+        estimates=EstimateSeries(
+            stamps_ns=stamps_ns,
+            names=JOINT_NAMES,
+            position=position,
+            position_stddev=np.full_like(position, stddev),
+            weight_kinect=np.ones_like(position),
+            weight_imu=np.zeros_like(position),
+            source=np.ones(position.shape, np.uint8),
+            latency_s=np.full(len(stamps_ns), 0.02),
+        ),
         latency_s=np.full(len(stamps_ns), 0.02),
         cpu_s=1.0,
     )

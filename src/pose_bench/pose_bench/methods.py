@@ -9,23 +9,20 @@ import numpy as np
 from pose_bench.sessions import BenchSession
 from pose_common.parameters import specs
 from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.evaluation.offline import MethodRun, MethodSetup, run_of_estimates
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
-from pose_fusion.streams.series import SkeletonSeries
 
 BASELINE = "joint_kf"
 """What every method is compared with; it is given the true extrinsics and clock offset."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Method:
+class Method(MethodSetup):
     """One estimator and what it is fed with."""
 
-    name: str
-    estimator: str
-    use_imus: bool = False
     true_extrinsics: bool = False  # whether it need not make do with the calibrated ones
 
 
@@ -46,13 +43,9 @@ METHODS: tuple[Method, ...] = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class MethodRun:
-    """What a method made of a session; n estimates."""
+class TimedRun(MethodRun):
+    """What a method made of a session, and what it took; n estimates."""
 
-    series: SkeletonSeries  # the joints
-    dof_names: tuple[str, ...]  # (d,)
-    position: FloatArray  # (n, d) [m] or [rad]
-    position_stddev: FloatArray  # (n, d) [m] or [rad]
     latency_s: FloatArray  # (n,) [s] from the estimated instant to the sample that completed it
     cpu_s: float  # [s] spent in the estimator
 
@@ -63,7 +56,7 @@ def available_methods() -> tuple[Method, ...]:
     return tuple(m for m in METHODS if m.estimator in choices)
 
 
-def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) -> MethodRun:
+def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) -> TimedRun:
     """Run a method over a session, sample by sample as they arrive.
 
     Args:
@@ -85,7 +78,7 @@ def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) ->
 
 def run_pipeline(
     pipeline: FusionPipeline, samples: Iterable[tuple[int, SkeletonSample | ImuSample]]
-) -> MethodRun:
+) -> TimedRun:
     """Feed a pipeline; each sample comes with its arrival [ns]."""
     made: list[tuple[int, BodyEstimate]] = []
     arrival_ns = 0
@@ -97,28 +90,12 @@ def run_pipeline(
             estimates = pipeline.add_imu(sample)
         made += [(arrival_ns, estimate) for estimate in estimates]
     made += [(arrival_ns, estimate) for estimate in pipeline.flush()]
-    return _run_of(made, time.process_time() - begin)
-
-
-def _run_of(made: list[tuple[int, BodyEstimate]], cpu_s: float) -> MethodRun:
-    estimates = [estimate for _, estimate in made]
-    names = estimates[0].dof_names if estimates else ()
-    count = len(estimates)
-    stamps_ns = np.array([estimate.stamp_ns for estimate in estimates], np.int64)
-    arrivals_ns = np.array([arrival_ns for arrival_ns, _ in made], np.int64)
-    return MethodRun(
-        series=SkeletonSeries(
-            stamps_ns=stamps_ns,
-            positions=np.array([e.joints for e in estimates], float).reshape(count, 15, 3),
-            tracking_state=np.array([e.tracking_state for e in estimates], np.uint8).reshape(
-                count, 15
-            ),
-        ),
-        dof_names=names,
-        position=np.array([e.position for e in estimates], float).reshape(count, len(names)),
-        position_stddev=np.array([e.position_stddev for e in estimates], float).reshape(
-            count, len(names)
-        ),
-        latency_s=np.asarray((arrivals_ns - stamps_ns) * 1e-9, np.float64),
+    cpu_s = time.process_time() - begin
+    run = run_of_estimates([estimate for _, estimate in made])
+    latencies_s = [(arrival_ns - estimate.stamp_ns) * 1e-9 for arrival_ns, estimate in made]
+    return TimedRun(
+        series=run.series,
+        estimates=run.estimates,
+        latency_s=np.array(latencies_s, np.float64),
         cpu_s=cpu_s,
     )

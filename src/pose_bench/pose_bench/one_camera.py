@@ -7,7 +7,7 @@ import numpy as np
 
 from kinect_bridge.recording import SensorStream
 from kinect_bridge.timeline import make_timeline
-from pose_bench.methods import MethodRun, run_pipeline
+from pose_bench.methods import TimedRun, run_pipeline
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
@@ -63,7 +63,7 @@ def view_of_stream(stream: SensorStream) -> View:
     return view_of(samples)
 
 
-def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> MethodRun:
+def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> TimedRun:
     """Run an estimator on one camera's samples; its joints are in a level ``map``."""
     parameters = FusionParameters(estimator=estimator, sensors=(CAMERA,), use_imus=False)
     extrinsics: Extrinsics = extrinsics_from_map({CAMERA: LEVEL_MOUNTING})

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pose_bench.methods import MethodRun
+from pose_bench.methods import TimedRun
 from pose_bench.sessions import BenchSession
 from pose_bench.suite import Cell
 from pose_fusion.body.joint_angles import ABDUCTION_OF, ANGLES, wrapped
@@ -44,9 +44,7 @@ class Score:
     angle_rmse_deg: Mapping[str, float] = field(default_factory=dict)  # [deg] by angle
 
 
-def score(
-    cell: Cell, method: str, run: MethodRun, session: BenchSession, raw_lag_s: float
-) -> Score:
+def score(cell: Cell, method: str, run: TimedRun, session: BenchSession, raw_lag_s: float) -> Score:
     """Judge a method over a session's choreography.
 
     Args:
@@ -87,7 +85,7 @@ def score(
 
 
 def dof_errors(
-    run: MethodRun, session: BenchSession, shift_s: float, names: Sequence[str]
+    run: TimedRun, session: BenchSession, shift_s: float, names: Sequence[str]
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Errors [rad] of published degrees of freedom and their standard deviations [rad], by name.
 
@@ -95,22 +93,23 @@ def dof_errors(
     sideways, its flexion is left out.
     """
     judged = session.judged_truth.stamps_ns
-    stamps_ns = run.series.stamps_ns - round(shift_s * 1e9)
+    estimates = run.estimates
+    stamps_ns = estimates.stamps_ns - round(shift_s * 1e9)
     inside = (stamps_ns >= judged[0]) & (stamps_ns <= judged[-1])
     begin_ns = session.truth.stamps_ns[0]  # floats hold differences exactly, not stamps
     times = (stamps_ns[inside] - begin_ns) * 1e-9
     grid = (session.truth.stamps_ns - begin_ns) * 1e-9
     errors = {}
     for name in names:
-        if name not in run.dof_names:
+        if name not in estimates.names:
             continue
-        column = run.dof_names.index(name)
+        column = estimates.names.index(name)
         true = np.interp(times, grid, session.true_angles[name])
-        error = wrapped(run.position[inside, column] - true)
+        error = wrapped(estimates.position[inside, column] - true)
         if name in ABDUCTION_OF:
             abduction = np.interp(times, grid, session.true_angles[ABDUCTION_OF[name]])
             error = np.where(np.abs(abduction) > SIDEWAYS, np.nan, error)
-        errors[name] = error, run.position_stddev[inside, column]
+        errors[name] = error, estimates.position_stddev[inside, column]
     return errors
 
 

@@ -27,7 +27,7 @@ class MethodSetup:
 
     name: str  # in the tables
     estimator: str  # value of the fusion's parameter
-    use_imus: bool
+    use_imus: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
