@@ -7,13 +7,14 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_fusion.body.joint_angles import ANGLES
 from pose_fusion.imu.alignment import ImuAlignment
 from pose_fusion.imu.switching import OcclusionDetector
-from pose_fusion.imu.track import ImuState, ImuTracks
+from pose_fusion.imu.track import ImuState, ImuTracks, states_of
 from pose_fusion.imu.weighting import (
     fixed_weights,
     fuse_limb,
     fuse_trunk,
     minimum_variance_weights,
 )
+from pose_fusion.kernels.alignment import Sights
 from pose_fusion.streams.samples import ImuSample, block_of, joined
 
 MS = 1_000_000
@@ -35,6 +36,11 @@ def state(rotation):
         angular_velocity=np.zeros(3),
         stddev=np.full(3, 0.02),
     )
+
+
+def long_axis(axis):
+    """Of the one segment that there is; nothing else is seen of it."""
+    return Sights(long=axis[None].copy(), lateral=np.full((1, 3), np.nan), sharpness=np.zeros(1))
 
 
 def test_weights_are_the_minimum_variance_ones():
@@ -150,7 +156,7 @@ def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
     mounting = Rotation.from_rotvec([0.3, -0.4, 1.2])  # segment from sensor
 
     def reading(R_map_segment):
-        return {"left_thigh": state(Y.inv() * R_map_segment * mounting)}
+        return states_of({"left_thigh": state(Y.inv() * R_map_segment * mounting)})
 
     neutral = Rotation.from_euler("z", body_heading)
     alignment = ImuAlignment()
@@ -158,11 +164,11 @@ def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
         alignment.observe(
             k * 33 * MS,
             reading(neutral),
-            {"left_thigh": np.array([0.0, 0.0, 1.0])},
+            long_axis(np.array([0.0, 0.0, 1.0])),
             dict.fromkeys(ANGLES, 0.0),
             body_heading,
         )
-    assert alignment.reading("left_thigh", reading(neutral)["left_thigh"]) is None
+    assert not alignment.readings(reading(neutral))
     errors = []
     for k in range(200):
         swing = neutral * Rotation.from_euler("y", -0.8 * np.sin(0.05 * k))
@@ -170,11 +176,11 @@ def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
         alignment.observe(
             (60 + k) * 33 * MS,
             seen,
-            {"left_thigh": swing.as_matrix()[:, 2]},
+            long_axis(swing.as_matrix()[:, 2]),
             dict.fromkeys(ANGLES, 1.0),
             0.0,
         )
-        found = alignment.reading("left_thigh", seen["left_thigh"])
+        found = alignment.readings(seen).get("left_thigh")
         if found is not None:
             errors.append((Rotation.from_matrix(found.R_map_segment).inv() * swing).magnitude())
     assert alignment.heading("left_thigh") == pytest.approx(heading, abs=1e-6)
@@ -188,12 +194,12 @@ def test_without_a_neutral_pose_no_imu_is_believed():
         turned = Rotation.from_euler("y", 0.01 * k)
         alignment.observe(
             k * 33 * MS,
-            {"torso": state(turned)},
-            {"torso": turned.as_matrix()[:, 2]},
+            states_of({"torso": state(turned)}),
+            long_axis(turned.as_matrix()[:, 2]),
             dict.fromkeys(ANGLES, 0.9),
             0.0,
         )
-    assert alignment.reading("torso", state(Rotation.identity())) is None
+    assert not alignment.readings(states_of({"torso": state(Rotation.identity())}))
     assert alignment.known_segments == []
 
 

@@ -7,7 +7,8 @@ from scipy.spatial.transform import Rotation
 from pose_fusion.imu.alignment import NEUTRAL_DURATION_NS, ImuAlignment
 from pose_fusion.imu.heading import HeadingAnchor
 from pose_fusion.imu.mounting import Mounting
-from pose_fusion.imu.track import ImuState
+from pose_fusion.imu.track import ImuState, states_of
+from pose_fusion.kernels.alignment import Sights
 
 STEP_NS = 33_000_000
 ANGLES = [f"{side}_{name}" for side in ("left", "right") for name in ("hip", "knee", "a", "b", "c")]
@@ -27,15 +28,15 @@ def state(R_map_segment, heading):
 def observe(alignment, k, segment, heading, *, neutral=False):
     alignment.observe(
         k * STEP_NS,
-        {"left_thigh": state(segment, heading)},
-        {"left_thigh": segment.as_matrix()[:, 2]},
+        states_of({"left_thigh": state(segment, heading)}),
+        Sights(segment.as_matrix()[None, :, 2].copy(), np.full((1, 3), np.nan), np.zeros(1)),
         dict.fromkeys(ANGLES, 0.0 if neutral else 1.0),
         float(segment.as_euler("ZYX")[0]),
     )
 
 
 def error_deg(alignment, segment, heading):
-    reading = alignment.reading("left_thigh", state(segment, heading))
+    reading = alignment.readings(states_of({"left_thigh": state(segment, heading)}))["left_thigh"]
     return np.degrees((Rotation.from_matrix(reading.R_map_segment).inv() * segment).magnitude())
 
 
@@ -80,4 +81,4 @@ def test_what_cameras_lastingly_see_beside_is_not_taken_for_heading():
 
 def test_segments_that_the_calibration_does_not_name_wait_for_a_neutral_stand(alignment):
     assert alignment.awaits_neutral(["right_thigh"])
-    assert alignment.reading("right_thigh", state(Rotation.identity(), 0.0)) is None
+    assert not alignment.readings(states_of({"right_thigh": state(Rotation.identity(), 0.0)}))

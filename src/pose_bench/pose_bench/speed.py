@@ -30,7 +30,7 @@ from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import neutral_pose
-from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
@@ -126,7 +126,7 @@ class Scene:
             tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
             cameras=np.stack([camera_place(0), camera_place(1)]),
             offsets=np.zeros((2, len(JOINTS), 3)),
-            readings=readings,
+            readings=readings_of(readings),
         )
 
 

@@ -7,9 +7,11 @@ x = y × z.
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_fusion.kernels.seeing import trunks_of
 from pose_fusion.streams.samples import FloatArray
 
-LEFT_HIP, RIGHT_HIP, NECK = (JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck"))
+HIPS_AND_NECK = np.array([JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck")])
+LEFT_HIP, RIGHT_HIP, NECK = HIPS_AND_NECK.tolist()
 
 PAIRS = np.array(
     [
@@ -18,15 +20,6 @@ PAIRS = np.array(
     ]
 )
 """(6, 2): left and right joint of each kind."""
-
-
-def cross(first: FloatArray, second: FloatArray) -> FloatArray:
-    """The cross product along the last axis; of single vectors much faster than numpy's."""
-    a, b, c = first[..., 0], first[..., 1], first[..., 2]
-    x, y, z = second[..., 0], second[..., 1], second[..., 2]
-    product = np.empty(np.broadcast_shapes(first.shape, second.shape))
-    product[..., 0], product[..., 1], product[..., 2] = b * z - c * y, c * x - a * z, a * y - b * x
-    return product
 
 
 def mid_hip(positions: FloatArray) -> FloatArray:
@@ -43,13 +36,10 @@ def trunk_axes(positions: FloatArray) -> FloatArray:
     Returns:
         Shape (..., 3, 3); NaN where a hip or the neck is, or where the three are collinear.
     """
-    lateral = positions[..., LEFT_HIP, :] - positions[..., RIGHT_HIP, :]
-    up = positions[..., NECK, :] - mid_hip(positions)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        y = lateral / np.linalg.norm(lateral, axis=-1, keepdims=True)
-        z = up - np.sum(up * y, axis=-1, keepdims=True) * y
-        z = z / np.linalg.norm(z, axis=-1, keepdims=True)
-    return np.stack([cross(y, z), y, z], axis=-1)
+    joints = np.ascontiguousarray(positions, float).reshape(-1, *positions.shape[-2:])
+    axes = np.empty((len(joints), 3, 3))
+    trunks_of(joints, HIPS_AND_NECK, axes)
+    return axes.reshape(*positions.shape[:-2], 3, 3)
 
 
 def heading_axes(positions: FloatArray) -> FloatArray:

@@ -31,6 +31,7 @@ from pose_fusion.fusion.telling import body_estimate
 from pose_fusion.fusion.waiting import WaitingSamples
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.mounting import Mountings
+from pose_fusion.imu.readings import NO_READINGS, SegmentReadings
 from pose_fusion.streams.frame_order import FrameOrder
 from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
@@ -191,9 +192,11 @@ class FusionPipeline:
         self.learn()
         if self._estimator is None:
             return None
-        readings = self.imus.read(stamp_ns) if self.parameters.use_imus else {}
-        told = self._estimator.predicted(stamp_ns, readings)
+        told = self._estimator.predicted(stamp_ns, self._readings(stamp_ns))
         return None if told is None else self._estimate(told)
+
+    def _readings(self, stamp_ns: int) -> SegmentReadings:
+        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_READINGS
 
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
@@ -297,7 +300,7 @@ class FusionPipeline:
             tracking_state=seen.tracking_state,
             cameras=self._cameras,
             offsets=self._learner.offsets,
-            readings=self.imus.read(frame.stamp_ns) if self.parameters.use_imus else {},
+            readings=self._readings(frame.stamp_ns),
         )
         return self._told(self._estimator.advance(observation))
 

@@ -13,7 +13,7 @@ from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.fusion.estimators.estimator import Estimator, Observation
 from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.kernels.compiling import say_if_compiling
 from pose_fusion.streams.samples import FloatArray
 
@@ -70,5 +70,5 @@ def _observation(model: BodyModel, stamp_ns: int) -> Observation:
         tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
         cameras=np.array([[3.0, 0.0, 1.0], [0.0, 3.0, 1.0]]),
         offsets=np.zeros((2, len(JOINTS), 3)),
-        readings={segment: reading},
+        readings=readings_of({segment: reading}),
     )

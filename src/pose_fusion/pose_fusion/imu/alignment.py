@@ -18,16 +18,18 @@ Where a calibration has found the mounting :math:`M = R_{sensor,segment}` alread
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pose_fusion.imu.heading import HeadingAnchor
 from pose_fusion.imu.mounting import Mounting, Mountings
-from pose_fusion.imu.seen_axes import Seen
-from pose_fusion.imu.track import ImuState
-from pose_fusion.kernels.imu import read_segment
+from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.imu.track import ImuState, ImuStates
+from pose_fusion.kernels import alignment as kernel
+from pose_fusion.kernels.alignment import Sights
+from pose_fusion.kernels.heading import Anchors, make_anchors
 from pose_fusion.streams.samples import FloatArray
 
 NEUTRAL_DURATION_NS = 1_500_000_000
@@ -40,36 +42,58 @@ STANDING_STDDEV = math.radians(4.0)  # [rad] by which people stand beside a segm
 COMMON_STDDEV = math.radians(15.0)  # [rad] of the common heading, for one IMU
 OBSERVED_S = 0.1  # [s] of an axis fully horizontal after which the common heading is lent
 NORTH_STDDEV = math.radians(45.0)  # [rad] of its own heading beyond which an IMU knows no north
-UP = np.array([0.0, 0.0, 1.0])
 
 
-@dataclass(frozen=True, kw_only=True)
-class SegmentReading:
-    """What an aligned IMU says of its segment."""
+class _Rows:
+    """All IMUs' headings and mountings, a row each."""
 
-    R_map_segment: FloatArray  # (3, 3)
-    angular_velocity: FloatArray  # (3,) [rad/s] in map
-    stddev: float  # [rad] of the sensor's tilt and heading together
-    age_s: float = 0.0  # [s] for which the gyroscope has carried it on
+    def __init__(self) -> None:
+        self.anchors = make_anchors(0)
+        self.mounted = kernel.Mountings(np.empty((0, 3, 3)), np.empty(0))
+
+    def append(self) -> int:
+        """Make room for another IMU; its row."""
+        new = kernel.Mountings(np.full((1, 3, 3), np.nan), np.zeros(1))
+        anchors = zip(self.anchors, make_anchors(1), strict=True)
+        mounted = zip(self.mounted, new, strict=True)
+        self.anchors = Anchors(*(np.concatenate(pair) for pair in anchors))
+        self.mounted = kernel.Mountings(*(np.concatenate(pair) for pair in mounted))
+        return len(self.mounted.body_heading) - 1
 
 
 class SegmentAlignment:
-    """One IMU's mounting, from the neutral pose, and its heading."""
+    """One IMU's mounting, from the neutral pose, and its heading.
 
-    def __init__(self) -> None:
+    Args:
+        rows: Where it is kept, in a row of its own.
+    """
+
+    def __init__(self, rows: _Rows) -> None:
+        self._rows = rows
+        self.row = rows.append()
         self._neutral: list[FloatArray] = []
-        self.R_world_sensor_neutral: FloatArray | None = None
-        self.body_heading = 0.0  # [rad] in map, while the pose was neutral
-        self.anchor = HeadingAnchor()
         self.mounting: Mounting | None = None  # where a calibration has found it
         self.has_stood = False
+
+    @property
+    def anchor(self) -> HeadingAnchor:
+        """The heading of its world."""
+        return HeadingAnchor(anchors=self._rows.anchors, row=self.row)
+
+    @property
+    def is_mounted(self) -> bool:
+        """Whether the mounting is known."""
+        return bool(kernel.is_mounted(self._rows.mounted, self.row))
+
+    def _take_mounting(self, R_world_sensor_neutral: FloatArray, body_heading: float) -> None:
+        self._rows.mounted.R_world_sensor_neutral[self.row] = R_world_sensor_neutral
+        self._rows.mounted.body_heading[self.row] = body_heading
 
     def use_mounting(self, mounting: Mounting) -> None:
         """Take the mounting as it is, from a calibration; only the heading is sought."""
         self.mounting = mounting
-        self.R_world_sensor_neutral = mounting.R_sensor_segment.T
-        self.body_heading = 0.0
-        self.anchor = HeadingAnchor(is_mounting_known=True)
+        self._take_mounting(mounting.R_sensor_segment.T, body_heading=0.0)
+        self.anchor.reset(is_mounting_known=True)
 
     def collect_neutral(self, state: ImuState) -> None:
         """Remember a reading of the neutral pose."""
@@ -91,46 +115,18 @@ class SegmentAlignment:
             self.anchor.observe_standing(turn, STANDING_STDDEV)
             self._neutral.clear()
             return
-        self.R_world_sensor_neutral = np.asarray(mean.as_matrix())
-        self.body_heading = body_heading
-        self.anchor = HeadingAnchor()
+        self._take_mounting(mean.as_matrix(), body_heading)
+        self.anchor.reset()
         self._neutral.clear()
-
-    def observe_axis(self, dt_s: float, state: ImuState, axis_map: FloatArray) -> None:
-        """Compare where the IMU and the cameras see the segment's long axis.
-
-        Args:
-            dt_s: Time [s] that this instant stands for.
-            state: The IMU's reading.
-            axis_map: The segment's z axis in map as the cameras see it, shape (3,).
-        """
-        if self.R_world_sensor_neutral is None:
-            return
-        axis_world = state.R_world_sensor @ (self.R_world_sensor_neutral.T @ UP)
-        self.anchor.observe_lean(dt_s, axis_world, axis_map)
-
-    def observe_lateral(self, dt_s: float, state: ImuState, seen: Seen) -> None:
-        """Compare where the IMU and the cameras see the segment's lateral axis, y.
-
-        Args:
-            dt_s: Time [s] that this instant stands for.
-            state: The IMU's reading.
-            seen: The segment's y axis.
-        """
-        neutral = self.anchor.neutral_heading
-        if self.R_world_sensor_neutral is None or neutral is None:
-            return
-        turn = self.body_heading - neutral
-        lateral = np.array([-math.sin(turn), math.cos(turn), 0.0])
-        axis_world = state.R_world_sensor @ (self.R_world_sensor_neutral.T @ lateral)
-        self.anchor.observe_turned(dt_s, axis_world, *seen)
 
 
 class ImuAlignment:
     """The alignment of all IMUs on one body."""
 
     def __init__(self) -> None:
+        self._rows = _Rows()
         self._segments: dict[str, SegmentAlignment] = {}
+        self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
         self._stamp_ns: int | None = None
         self._observed_ns: int | None = None  # of the last observation: cameras may be behind
         self._still_since_ns: int | None = None
@@ -140,41 +136,50 @@ class ImuAlignment:
     def use_mountings(self, mountings: Mountings) -> None:
         """Take these segments' mountings from a calibration; the others' are still sought."""
         for segment, mounting in mountings.items():
-            self._segments.setdefault(segment, SegmentAlignment()).use_mounting(mounting)
+            self._segment(segment).use_mounting(mounting)
+
+    def _segment(self, name: str) -> SegmentAlignment:
+        if name not in self._segments:
+            self._segments[name] = SegmentAlignment(self._rows)
+        return self._segments[name]
+
+    def _rows_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
+        """The IMUs' rows; those that were not known are begun."""
+        rows = self._asked.get(segments)
+        if rows is None:
+            rows = np.array([self._segment(name).row for name in segments], np.int64)
+            self._asked[segments] = rows
+        return rows
 
     def observe(
         self,
         stamp_ns: int,
-        states: dict[str, ImuState],
-        axes_map: dict[str, FloatArray],
+        states: ImuStates,
+        sights: Sights,
         joint_angles: Mapping[str, float],
         body_heading: float,
-        laterals_map: Mapping[str, Seen] | None = None,
     ) -> None:
         """Learn from one instant.
 
         Args:
             stamp_ns: The instant.
-            states: Readings by segment.
-            axes_map: The z axis of each segment that the cameras track well now, shape (3,).
+            states: The IMUs' readings.
+            sights: The axes of their segments that the cameras track well now, in their order; the
+                lateral ones where trunk or hinge shows them.
             joint_angles: The measured angles [rad] by name, NaN unseen; they tell whether the pose
                 is neutral.
             body_heading: Heading of the body in map [rad], as far as it stands neutrally.
-            laterals_map: The y axis of each segment where trunk or hinge shows it now.
         """
         self.advance(stamp_ns)
         dt_s = self._since_observation(stamp_ns)
-        for segment in states:
-            self._segments.setdefault(segment, SegmentAlignment())
+        rows = self._rows_of(states.segments)
         if self.awaits_neutral(states):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
-        for segment, axis in axes_map.items():
-            if segment in states:
-                self._segments[segment].observe_axis(dt_s, states[segment], axis)
-        for segment, seen in (laterals_map or {}).items():
-            if segment in states:
-                self._segments[segment].observe_lateral(dt_s, states[segment], seen)
-        self._lend_common_heading(states)
+        is_any_unknown = kernel.observe(
+            self._rows.anchors, self._rows.mounted, rows, dt_s, states.R_world_sensor, sights
+        )
+        if is_any_unknown:
+            self._lend_common_heading(states)
 
     def advance(self, stamp_ns: int) -> None:
         """Let the headings drift on to an instant."""
@@ -182,8 +187,7 @@ class ImuAlignment:
         if dt_s is None:
             return
         self._stamp_ns = stamp_ns
-        for alignment in self._segments.values():
-            alignment.anchor.predict(dt_s)
+        kernel.advance(self._rows.anchors, dt_s)
 
     def _since_observation(self, stamp_ns: int) -> float:
         """Time since the cameras' instant before [s].
@@ -206,46 +210,43 @@ class ImuAlignment:
         known = self._segments
         return any(s not in known or not known[s].has_stood for s in segments)
 
-    def reading(self, segment: str, state: ImuState) -> SegmentReading | None:
-        """The segment's rotation; None until mounting and heading are known."""
-        alignment = self._segments.get(segment)
-        if alignment is None or alignment.R_world_sensor_neutral is None:
-            return None
-        heading, neutral_heading = alignment.anchor.heading, alignment.anchor.neutral_heading
-        if heading is None or neutral_heading is None:
-            return None
-        R_map_segment, angular_velocity = np.empty((3, 3)), np.empty(3)
-        read_segment(
-            state.R_world_sensor,
-            alignment.R_world_sensor_neutral,
-            state.angular_velocity,
-            heading,
-            alignment.body_heading - neutral_heading,
+    def readings(self, states: ImuStates) -> SegmentReadings:
+        """The segments' rotations, of those whose mounting and heading are known."""
+        rows = self._rows_of(states.segments)
+        count = len(rows)
+        R_map_segment, rate, stddev = np.empty((count, 3, 3)), np.empty((count, 3)), np.empty(count)
+        aligned = kernel.read_all(
+            self._rows.anchors,
+            self._rows.mounted,
+            rows,
+            states.R_world_sensor,
+            states.angular_velocity,
+            states.stddev,
             R_map_segment,
-            angular_velocity,
+            rate,
+            stddev,
         )
-        x, y, _ = state.stddev.tolist()
-        z = alignment.anchor.stddev
-        return SegmentReading(
-            R_map_segment=R_map_segment,
-            angular_velocity=angular_velocity,
-            stddev=math.sqrt((x * x + y * y + z * z) / 3.0),
-            age_s=state.age_s,
+        known = len(aligned)
+        segments = states.segments
+        return SegmentReadings(
+            segments=segments if known == count else tuple(segments[m] for m in aligned.tolist()),
+            R_map_segment=R_map_segment[:known],
+            angular_velocity=rate[:known],
+            stddev=stddev[:known],
+            age_s=states.age_s if known == count else states.age_s[aligned],
         )
 
     def heading(self, segment: str) -> float | None:
         """Turn [rad] about the vertical from the IMU's world to map; None if not yet observed."""
         return self._segments[segment].anchor.heading
 
-    def _lend_common_heading(self, states: Mapping[str, ImuState]) -> None:
+    def _lend_common_heading(self, states: ImuStates) -> None:
         """Start those IMUs that know north, but have not yet leant, with the others' heading."""
         waiting = [
             (s, a)
             for s, a in self._segments.items()
-            if s in states and a.R_world_sensor_neutral is not None and a.anchor.heading is None
+            if s in states and a.is_mounted and a.anchor.heading is None
         ]
-        if not waiting:
-            return
         north = [s for s in sorted(states) if states[s].stddev[2] < NORTH_STDDEV]
         recent = [self._segments[s].anchor.recent for s in north]
         dot, cross = sum(d for d, _ in recent), sum(c for _, c in recent)
@@ -273,18 +274,19 @@ class ImuAlignment:
         return [
             s
             for s, a in sorted(self._segments.items())
-            if a.R_world_sensor_neutral is not None and self.heading(s) is not None
+            if a.is_mounted and self.heading(s) is not None
         ]
 
     def _watch_for_neutral(
         self,
         stamp_ns: int,
-        states: dict[str, ImuState],
+        states: ImuStates,
         joint_angles: Mapping[str, float],
         body_heading: float,
     ) -> None:
         """Take the mounting where the person has stood still, and neutral, for long enough."""
-        is_still = all(np.linalg.norm(s.angular_velocity) < STILL_RATE for s in states.values())
+        rates = np.linalg.norm(states.angular_velocity, axis=1)
+        is_still = bool((rates < STILL_RATE).all())
         since_ns = self._still_since_ns
         if not is_still or since_ns is None or not stamp_ns - since_ns >= 0:
             self._begin_stillness(stamp_ns if is_still else None)

@@ -8,9 +8,10 @@ from pose_common.counters import Counters
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
-from pose_fusion.imu.alignment import NORTH_STDDEV, ImuAlignment, SegmentReading
-from pose_fusion.imu.seen_axes import lateral_axes, long_axes
-from pose_fusion.imu.track import NS_PER_S, ImuState, ImuTracks
+from pose_fusion.imu.alignment import NORTH_STDDEV, ImuAlignment
+from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.imu.seen_axes import SeenAxes
+from pose_fusion.imu.track import NS_PER_S, ImuStates, ImuTracks
 from pose_fusion.streams.samples import FloatArray, ImuBlock
 
 BEGUN_ANEW_NS = 300_000_000  # a longer gap no orientation filter goes on across
@@ -26,11 +27,11 @@ class ImuSet:
     """
 
     def __init__(self, model: BodyModel, camera_delay_s: float = 0.0) -> None:
-        self._model = model
+        self._seen_axes = SeenAxes(model)
         self._camera_delay_ns = round(camera_delay_s * NS_PER_S)
         self._tracks = ImuTracks()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
-        self._known_states: dict[str, ImuState] = {}
+        self._known_states: ImuStates | None = None
         self.alignment = ImuAlignment()
         self.counters = Counters("imu_gaps", "imu_headings_lost", "imu_readings_missing")
 
@@ -64,33 +65,25 @@ class ImuSet:
         # What is seen is older than its stamp; a limb turns by ten degrees in that time.
         states = self._tracks.at(stamp_ns - self._camera_delay_ns)
         trunk = trunk_axes(positions)
-        if not states or not np.all(np.isfinite(trunk)):
+        if not states or not np.isfinite(trunk).all():
             self.alignment.advance(stamp_ns)
             return
-        angles: dict[str, float] = {}
+        angles, heading = dict[str, float](), np.nan
         if self.alignment.awaits_neutral(states):
             angles = {name: float(a[0]) for name, a in joint_angles(positions[None]).items()}
-        self.alignment.observe(
-            stamp_ns,
-            states,
-            long_axes(self._model, states, positions, trunk),
-            angles,
-            standing_heading(positions),
-            lateral_axes(self._model, states, positions),
-        )
+            heading = standing_heading(positions)
+        sights = self._seen_axes.of(states.segments, positions, trunk)
+        self.alignment.observe(stamp_ns, states, sights, angles, heading)
 
-    def read(self, stamp_ns: int) -> dict[str, SegmentReading]:
-        """The aligned IMUs' readings at an instant, by segment."""
+    def read(self, stamp_ns: int) -> SegmentReadings:
+        """The aligned IMUs' readings at an instant."""
         states = self._states(stamp_ns)
         self.counters.add("imu_readings_missing", len(self._tracks.segments) - len(states))
-        readings = {
-            segment: self.alignment.reading(segment, state) for segment, state in states.items()
-        }
-        return {s: reading for s, reading in readings.items() if reading is not None}
+        return self.alignment.readings(states)
 
-    def _states(self, stamp_ns: int) -> dict[str, ImuState]:
+    def _states(self, stamp_ns: int) -> ImuStates:
         """Every IMU's interpolated reading; the last instant's are kept, it is asked for twice."""
-        if self._states_at != stamp_ns:
+        if self._known_states is None or self._states_at != stamp_ns:
             self._known_states = self._tracks.at(stamp_ns)
             self._states_at = stamp_ns
         return self._known_states

@@ -5,96 +5,90 @@ its knee or elbow is bent: the hinge. A forearm has none, for it turns about its
 """
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
-from pose_fusion.body.trunk import cross
+from pose_fusion.kernels.alignment import Sights
+from pose_fusion.kernels.seeing import AxisNumbers, see_axes
 from pose_fusion.streams.samples import FloatArray
 
-SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
 LEAST_BEND = math.sin(math.radians(30.0))  # [-] of a hinge whose axis is believed
 HINGE_SHARPNESS = 0.5  # [-] of a hinge's axis at a right angle, against a long axis
 LINES = {"pelvis": ("right_hip", "left_hip"), "torso": ("right_shoulder", "left_shoulder")}
 
-Seen = tuple[FloatArray, float]
-"""An axis in map as the cameras see it, shape (3,), and how sharply [-], 1 like a long axis."""
 
-
-def long_axes(
-    model: BodyModel, segments: Iterable[str], positions: FloatArray, trunk: FloatArray
-) -> dict[str, FloatArray]:
-    """The z axis in map of each segment whose joints are tracked.
+class SeenAxes:
+    """Tells the axes that the cameras see of a body's segments.
 
     Args:
         model: The body model.
-        segments: Names of segments that IMUs are worn on.
-        positions: Joints in map, shape (15, 3) [m]; NaN where not tracked.
-        trunk: The trunk's axes in map, shape (3, 3).
     """
-    axes = {}
-    for segment in segments:
-        name = model.segments.get(segment)
-        axis = None if name is None else _long_axis(model, name, positions, trunk)
-        if axis is not None:
-            axes[segment] = axis
-    return axes
+
+    def __init__(self, model: BodyModel) -> None:
+        self._numbers = axis_numbers(model)
+        self._rows = {segment: row for row, segment in enumerate(model.segments)}
+        self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
+
+    def of(self, segments: tuple[str, ...], positions: FloatArray, trunk: FloatArray) -> Sights:
+        """The axes of some segments, a row each; those that the model does not know show none.
+
+        Args:
+            segments: Their names.
+            positions: Joints in map, shape (15, 3) [m]; NaN where not tracked.
+            trunk: The trunk's axes in map, shape (3, 3).
+        """
+        count = len(self._rows)
+        # A last row for what the model does not know.
+        long, lateral = np.full((2, count + 1, 3), np.nan)
+        axes = Sights(long, lateral, np.zeros(count + 1))
+        see_axes(self._numbers, positions, trunk, LEAST_BEND, HINGE_SHARPNESS, axes)
+        rows = self._asked.get(segments)
+        if rows is None:
+            rows = np.array([self._rows.get(segment, count) for segment in segments], np.int64)
+            self._asked[segments] = rows
+        return Sights(axes.long[rows], axes.lateral[rows], axes.sharpness[rows])
 
 
-def lateral_axes(
-    model: BodyModel, segments: Iterable[str], positions: FloatArray
-) -> dict[str, Seen]:
-    """The y axis in map of each segment where it can be seen.
+def axis_numbers(model: BodyModel) -> AxisNumbers:
+    """Which joints show the axes of a model's segments, in their order."""
+    count = len(model.segments)
+    numbers = AxisNumbers(
+        ends=np.zeros((count, 2), np.int64),
+        direction=np.zeros(count),
+        lines=np.full((count, 2), -1, np.int64),
+        hinges=np.full((count, 4), -1, np.int64),
+        hinge_direction=np.zeros((count, 3)),
+    )
+    for row, (segment, name) in enumerate(model.segments.items()):
+        numbers.ends[row] = [JOINT_INDEX[joint] for joint in model.ends(name)]
+        numbers.direction[row] = _direction(model, name)
+        if segment in LINES:
+            numbers.lines[row] = [JOINT_INDEX[joint] for joint in LINES[segment]]
+        hinge = None if "forearm" in segment else _hinge(model, name)
+        if hinge is not None:
+            upper, lower = hinge
+            bones = [*model.ends(upper), *model.ends(lower)]
+            numbers.hinges[row] = [JOINT_INDEX[joint] for joint in bones]
+            numbers.hinge_direction[row] = (
+                _direction(model, upper),
+                _direction(model, lower),
+                model.links[lower].dof[0].axis[1],
+            )
+    return numbers
 
-    Args:
-        model: The body model.
-        segments: Names of segments that IMUs are worn on.
-        positions: Joints in map, shape (15, 3) [m]; NaN where not tracked.
-    """
-    seen: dict[str, Seen] = {}
-    worn = set(segments)
-    for segment, (start, end) in LINES.items():
-        line = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
-        length = math.sqrt(line @ line)
-        if segment in worn and length > SHORTEST_BONE:  # false of NaN
-            seen[segment] = line / length, 1.0
-    of_link = {link: segment for segment, link in model.segments.items()}
+
+def _direction(model: BodyModel, link: str) -> float:
+    """Whether a link's z points from its first joint to its second, 1, or back, −1; 0: neither."""
+    direction = model.joints[model.ends(link)[1]].direction
+    return 0.0 if direction is None else direction[2]
+
+
+def _hinge(model: BodyModel, name: str) -> tuple[str, str] | None:
+    """The links above and below the hinge that a link has at either end, if it has one."""
     for link in model.links.values():
-        if len(link.dof) != 1 or link.parent is None:
-            continue
-        upper, lower = of_link.get(link.parent, ""), of_link.get(link.name, "")
-        hinge = _hinge(model, (link.parent, link.name), positions)
-        if hinge is None:
-            continue
-        for segment in {upper, lower} & worn:
-            if "forearm" not in segment:
-                seen[segment] = hinge
-    return seen
-
-
-def _long_axis(
-    model: BodyModel, name: str, positions: FloatArray, trunk: FloatArray | None
-) -> FloatArray | None:
-    start, end = model.ends(name)
-    direction = model.joints[end].direction
-    if direction is None:
-        return None if trunk is None else trunk[:, 2]
-    bone = positions[JOINT_INDEX[end]] - positions[JOINT_INDEX[start]]
-    length = math.sqrt(bone @ bone)
-    if not length > SHORTEST_BONE:  # true of NaN
-        return None
-    return np.asarray(bone * (direction[2] / length))
-
-
-def _hinge(model: BodyModel, links: tuple[str, str], positions: FloatArray) -> Seen | None:
-    """The hinge between two links as their y axis; None while it is nearly straight."""
-    first, second = (_long_axis(model, name, positions, None) for name in links)
-    if first is None or second is None:
-        return None
-    normal = cross(first, second) * model.links[links[1]].dof[0].axis[1]
-    sine = math.sqrt(normal @ normal)
-    if not sine > LEAST_BEND:
-        return None
-    return normal / sine, HINGE_SHARPNESS * sine
+        if len(link.dof) == 1 and link.parent is not None and name in (link.parent, link.name):
+            return link.parent, link.name
+    return None

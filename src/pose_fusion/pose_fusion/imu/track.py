@@ -1,6 +1,6 @@
 """The recent past of all IMUs, and their orientations at any instant within it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +23,46 @@ class ImuState:
     age_s: float = 0.0  # [s] for which the gyroscope has carried it on
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImuStates(Mapping[str, ImuState]):
+    """Several IMUs' readings at one instant, a row each; also by segment."""
+
+    segments: tuple[str, ...]
+    R_world_sensor: FloatArray  # (n, 3, 3)
+    angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensors' frames
+    stddev: FloatArray  # (n, 3) [rad] about the world's axes
+    age_s: FloatArray  # (n,) [s]
+
+    def __getitem__(self, segment: str) -> ImuState:
+        if segment not in self.segments:
+            raise KeyError(segment)
+        row = self.segments.index(segment)
+        return ImuState(
+            R_world_sensor=self.R_world_sensor[row],
+            angular_velocity=self.angular_velocity[row],
+            stddev=self.stddev[row],
+            age_s=float(self.age_s[row]),
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.segments)
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+
+def states_of(states: Mapping[str, ImuState]) -> ImuStates:
+    """Single readings as rows."""
+    each = list(states.values())
+    return ImuStates(
+        segments=tuple(states),
+        R_world_sensor=np.array([state.R_world_sensor for state in each]).reshape(-1, 3, 3),
+        angular_velocity=np.array([state.angular_velocity for state in each]).reshape(-1, 3),
+        stddev=np.array([state.stddev for state in each]).reshape(-1, 3),
+        age_s=np.array([state.age_s for state in each], float),
+    )
+
+
 class ImuTracks:
     """Keeps the last samples of every IMU, in the order of their stamps.
 
@@ -34,6 +74,8 @@ class ImuTracks:
         self._rings = _make_rings(0)
         self.gaps_ns: dict[str, int] = {}  # [ns] of the last block, what is longer than bridged
         self._places: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self._order = np.zeros(0, np.int64)  # of the rings, by their segments' names
+        self._ordered: tuple[str, ...] = ()
 
     def add(self, block: ImuBlock) -> int:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
@@ -59,24 +101,23 @@ class ImuTracks:
             if newest >= 0:
                 yield int(stamps_ns[newest])
 
-    def at(self, stamp_ns: int) -> dict[str, ImuState]:
-        """Every IMU's reading at an instant, by segment; those are left out that have none nearby.
+    def at(self, stamp_ns: int) -> ImuStates:
+        """Every IMU's reading at an instant; those are left out that have none nearby.
 
         In an order of their own: which IMU spoke first must not show, not even in rounding.
         """
         count = len(self.segments)
         R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
         known, age_ns = np.empty(count, np.bool_), np.empty(count, np.int64)
-        read_rings(self._rings, stamp_ns, R_world_sensor, rate, stddev, known, age_ns)
-        return {
-            self.segments[i]: ImuState(
-                R_world_sensor=R_world_sensor[i],
-                angular_velocity=rate[i],
-                stddev=stddev[i],
-                age_s=int(age_ns[i]) / NS_PER_S,
-            )
-            for i in sorted(np.flatnonzero(known).tolist(), key=self.segments.__getitem__)
-        }
+        read_rings(self._rings, self._order, stamp_ns, R_world_sensor, rate, stddev, known, age_ns)
+        states = ImuStates(
+            segments=self._ordered,
+            R_world_sensor=R_world_sensor,
+            angular_velocity=rate,
+            stddev=stddev,
+            age_s=age_ns / NS_PER_S,
+        )
+        return states if known.all() else _rows(states, np.flatnonzero(known))
 
     def _places_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
         """Which ring is whose."""
@@ -88,9 +129,21 @@ class ImuTracks:
                 added = _make_rings(len(new))
                 pairs = zip(self._rings, added, strict=True)
                 self._rings = Rings(*(np.concatenate(pair) for pair in pairs))
+                self._order = np.argsort(self.segments)
+                self._ordered = tuple(sorted(self.segments))
             known = np.array([self.segments.index(name) for name in segments], np.int64)
             self._places[segments] = known
         return known
+
+
+def _rows(states: ImuStates, chosen: NDArray[np.intp]) -> ImuStates:
+    return ImuStates(
+        segments=tuple(states.segments[row] for row in chosen.tolist()),
+        R_world_sensor=states.R_world_sensor[chosen],
+        angular_velocity=states.angular_velocity[chosen],
+        stddev=states.stddev[chosen],
+        age_s=states.age_s[chosen],
+    )
 
 
 def _make_rings(imus: int) -> Rings:

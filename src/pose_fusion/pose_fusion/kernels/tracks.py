@@ -67,6 +67,7 @@ def take_in(
 @compiled
 def read_rings(
     rings: Rings,
+    order: NDArray[np.int64],
     stamp_ns: int,
     R_world_sensor: FloatArray,
     rate: FloatArray,
@@ -78,6 +79,7 @@ def read_rings(
 
     Args:
         rings: The samples.
+        order: The rings as their readings are to stand, (imus,).
         stamp_ns: The instant.
         R_world_sensor: Filled, shape (imus, 3, 3).
         rate: Filled, shape (imus, 3) [rad/s].
@@ -86,8 +88,9 @@ def read_rings(
         age_ns: Filled, shape (imus,): how far it was carried on, 0 between two samples.
     """
     size = rings.stamps_ns.shape[1]
-    for i in range(len(rings.filled)):
-        known[i], age_ns[i] = False, 0
+    for row in range(len(order)):
+        i = order[row]
+        known[row], age_ns[row] = False, 0
         later = 0  # samples at or after the instant
         while later < rings.filled[i]:
             if rings.stamps_ns[i, (rings.newest[i] - later) % size] < stamp_ns:
@@ -97,13 +100,26 @@ def read_rings(
         after = (before + 1) % size
         has_before, has_after = later < rings.filled[i], later > 0
         if has_before and has_after:
-            _between(rings, i, before, after, stamp_ns, R_world_sensor, rate, stddev, known)
-        elif has_before:
-            age_ns[i] = stamp_ns - rings.stamps_ns[i, before]
-            _beyond(rings, i, before, stamp_ns, R_world_sensor, rate, stddev, known)
-        elif has_after:
-            age_ns[i] = rings.stamps_ns[i, after] - stamp_ns
-            _beyond(rings, i, after, stamp_ns, R_world_sensor, rate, stddev, known)
+            share = _share(rings, i, before, after, stamp_ns)
+            known[row] = share >= 0.0
+            if known[row]:
+                _between(rings, i, before, share, R_world_sensor[row], rate[row], stddev[row])
+        elif has_before or has_after:
+            nearest = before if has_before else after
+            missing_ns = stamp_ns - rings.stamps_ns[i, nearest]
+            age_ns[row] = abs(missing_ns)
+            known[row] = age_ns[row] <= MAX_GAP_NS
+            if known[row]:
+                _beyond(rings, i, nearest, missing_ns, R_world_sensor[row], rate[row], stddev[row])
+
+
+@compiled
+def _share(rings: Rings, i: int, before: int, after: int, stamp_ns: int) -> float:
+    """Where an instant lies between two samples [-]; negative if they are too far apart."""
+    interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
+    if interval_ns > MAX_GAP_NS:
+        return -1.0
+    return (stamp_ns - rings.stamps_ns[i, before]) / interval_ns
 
 
 @compiled
@@ -111,25 +127,18 @@ def _between(
     rings: Rings,
     i: int,
     before: int,
-    after: int,
-    stamp_ns: int,
+    share: float,
     R_world_sensor: FloatArray,
     rate: FloatArray,
     stddev: FloatArray,
-    known: NDArray[np.bool_],
 ) -> None:
-    """Interpolate between two samples."""
-    interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
-    if interval_ns > MAX_GAP_NS:
-        return
-    share = (stamp_ns - rings.stamps_ns[i, before]) / interval_ns
-    first, second = rings.orientation[i, before], rings.orientation[i, after]
-    interpolate(first, second, share, R_world_sensor[i])
+    """Interpolate between a sample and the next."""
+    after = (before + 1) % rings.stamps_ns.shape[1]
+    interpolate(rings.orientation[i, before], rings.orientation[i, after], share, R_world_sensor)
     for axis in range(3):
-        rate[i, axis] = (1.0 - share) * rings.rate[i, before, axis]
-        rate[i, axis] += share * rings.rate[i, after, axis]
-        stddev[i, axis] = rings.stddev[i, after, axis]
-    known[i] = True
+        rate[axis] = (1.0 - share) * rings.rate[i, before, axis]
+        rate[axis] += share * rings.rate[i, after, axis]
+        stddev[axis] = rings.stddev[i, after, axis]
 
 
 @compiled
@@ -137,17 +146,13 @@ def _beyond(
     rings: Rings,
     i: int,
     nearest: int,
-    stamp_ns: int,
+    missing_ns: int,
     R_world_sensor: FloatArray,
     rate: FloatArray,
     stddev: FloatArray,
-    known: NDArray[np.bool_],
 ) -> None:
     """Go on from the nearest sample: the rate as it was changing, and the orientation with it."""
     size = rings.stamps_ns.shape[1]
-    missing_ns = stamp_ns - rings.stamps_ns[i, nearest]
-    if abs(missing_ns) > MAX_GAP_NS:
-        return
     slope = np.zeros(3)
     if missing_ns > 0:
         for back in range(1, rings.filled[i]):
@@ -167,7 +172,6 @@ def _beyond(
         change = slope[axis] * sloping_s
         turn[axis] = rings.rate[i, nearest, axis] * missing_s
         turn[axis] += change * (missing_s - 0.5 * sloping_s)
-        rate[i, axis] = rings.rate[i, nearest, axis] + change
-        stddev[i, axis] = rings.stddev[i, nearest, axis]
-    turn_on(rings.orientation[i, nearest], turn, R_world_sensor[i])
-    known[i] = True
+        rate[axis] = rings.rate[i, nearest, axis] + change
+        stddev[axis] = rings.stddev[i, nearest, axis]
+    turn_on(rings.orientation[i, nearest], turn, R_world_sensor)

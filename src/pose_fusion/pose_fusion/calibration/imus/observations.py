@@ -20,8 +20,8 @@ from pose_fusion.calibration.neutral_stand import (
     NeutralStand,
     NeutralStandWatcher,
 )
-from pose_fusion.imu.seen_axes import LINES, long_axes
-from pose_fusion.imu.track import ImuState, ImuTracks
+from pose_fusion.imu.seen_axes import LINES, SeenAxes
+from pose_fusion.imu.track import ImuStates, ImuTracks
 from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample
 
 NS_PER_S = 1_000_000_000
@@ -37,7 +37,7 @@ class Instant:
 
     stamp_ns: int
     views: FloatArray  # (sensors, 15, 3) [m] in map; NaN where not tracked
-    readings: dict[str, ImuState]  # by segment
+    readings: ImuStates
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,7 +184,7 @@ class ObservationRecorder:
         if self.stand is None:
             return None
         instants = [*self._standing, *self._moving]
-        count, segments = len(instants), self.segments
+        count, segments, seen_axes = len(instants), self.segments, SeenAxes(self._model)
         R_world_sensor = np.full((count, len(segments), 3, 3), np.nan)
         rate = np.full((count, len(segments)), np.nan)
         axes = np.full((2, count, len(segments), 3), np.nan)
@@ -197,7 +197,7 @@ class ObservationRecorder:
             R_map_heading[k] = heading_axes(_mean(instant.views))
             # Where each tracker sees the joints beside their place is known from the stand.
             joints = _mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
-            _see(self._model, segments, joints, axes[:, k])
+            _see(seen_axes, segments, joints, axes[:, k])
         stamps = np.array([instant.stamp_ns for instant in instants], np.int64)
         middle_ns = self.stand.stamp_ns - DURATION_NS // 2
         is_neutral = np.arange(count) < len(self._standing)
@@ -215,13 +215,14 @@ class ObservationRecorder:
         )
 
 
-def _see(model: BodyModel, segments: Sequence[str], joints: FloatArray, axes: FloatArray) -> None:
+def _see(
+    seen_axes: SeenAxes, segments: Sequence[str], joints: FloatArray, axes: FloatArray
+) -> None:
     """Fill the long axes and the lines, (2, s, 3), that joints, (15, 3) [m], show."""
     trunk = trunk_axes(joints)
     if not np.isfinite(trunk).all():
         return
-    for segment, axis in long_axes(model, segments, joints, trunk).items():
-        axes[0, segments.index(segment)] = axis
+    axes[0] = seen_axes.of(tuple(segments), joints, trunk).long
     for segment, (start, end) in LINES.items():
         if segment in segments:
             line = joints[JOINT_INDEX[end]] - joints[JOINT_INDEX[start]]

@@ -1,7 +1,6 @@
 """What every estimator takes and gives, live and offline alike."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +11,7 @@ from pose_common.counters import Counters
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -25,7 +24,7 @@ class Observation:
     tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
     cameras: FloatArray  # (sensors, 3) [m] where the sensors stand; NaN not placed
     offsets: FloatArray  # (sensors, 15, 3) [m] of each tracker's joints, in heading axes
-    readings: Mapping[str, SegmentReading]  # of the aligned IMUs, by segment
+    readings: SegmentReadings  # of the aligned IMUs
 
 
 @dataclass(kw_only=True)
@@ -99,7 +98,7 @@ class Estimator(ABC):
         pose = self.update(observation)
         return [] if pose is None else [timed(pose, observation)]
 
-    def predicted(self, stamp_ns: int, readings: Mapping[str, SegmentReading]) -> TimedPose | None:
+    def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
         """The pose at a later instant, as far as it is known; leaves everything as it is.
 
         Args:

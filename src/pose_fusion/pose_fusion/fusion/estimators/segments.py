@@ -1,6 +1,5 @@
 """``default``: rotations of the body's links on the manifold, every sensor's frame as it comes."""
 
-from collections.abc import Mapping
 from copy import copy
 from dataclasses import replace
 from typing import ClassVar
@@ -31,7 +30,7 @@ from pose_fusion.fusion.estimators.pose_reader import PoseReader
 from pose_fusion.fusion.estimators.side_swaps import unswapped
 from pose_fusion.fusion.estimators.uncertainty import Uncertainty
 from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.imu.alignment import SegmentReading
+from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.streams.samples import FloatArray
 
@@ -118,7 +117,7 @@ class SegmentEstimator(Estimator):
         self._tracking_state = observation.tracking_state.max(axis=0)
         return self._told
 
-    def predicted(self, stamp_ns: int, readings: Mapping[str, SegmentReading]) -> TimedPose | None:
+    def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
         """The state gone on to the instant; what the IMUs say of it counts already."""
         state, told = self._filter.state, self._told
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
@@ -219,26 +218,23 @@ class SegmentEstimator(Estimator):
             )
         return looks
 
-    def _imu_looks(self, readings: Mapping[str, SegmentReading]) -> LinkLooks | None:
+    def _imu_looks(self, readings: SegmentReadings) -> LinkLooks | None:
         """What the IMUs say of the model's links; None if nothing."""
-        known = [(self._link_of[s], each) for s, each in readings.items() if s in self._link_of]
-        if not known:
+        links = np.array([self._link_of.get(s, -1) for s in readings.segments], np.int64)
+        known = links >= 0
+        if not known.any():
             return None
-        links, used = zip(*known, strict=True)
-        mounting = self.parameters.imu_mounting_stddev**2
-        held = [(HELD_JERK * each.age_s**3 / 3.0) ** 2 for each in used]
-        variance = [
-            (each.stddev**2 + mounting) * IMU_FRAMES + more
-            for each, more in zip(used, held, strict=True)
-        ]
+        age_s = readings.age_s[known]
+        # What swings has gone elsewhere while its reading was only carried on.
+        held = (HELD_JERK * age_s**3 / 3.0) ** 2
+        stddev, mounting = readings.stddev[known], self.parameters.imu_mounting_stddev
+        variance = (stddev**2 + mounting**2) * IMU_FRAMES + held
         return LinkLooks(
-            links=np.array(links),
-            R_map_link=np.concatenate([each.R_map_segment for each in used]).reshape(-1, 3, 3),
-            variance=np.array(variance).repeat(3).reshape(-1, 3),
-            angular_velocity=np.concatenate([r.angular_velocity for r in used]).reshape(-1, 3),
-            rate_variance=np.array(
-                [GYRO_STDDEV**2 + (HELD_JERK * each.age_s**2) ** 2 for each in used]
-            ),
+            links=links[known],
+            R_map_link=readings.R_map_segment[known],
+            variance=variance.repeat(3).reshape(-1, 3),
+            angular_velocity=readings.angular_velocity[known],
+            rate_variance=GYRO_STDDEV**2 + (HELD_JERK * age_s**2) ** 2,
         )
 
 
@@ -259,7 +255,7 @@ def nothing_seen(tree: SegmentTree) -> UpdateReport:
 def _names(observation: Observation) -> list[str]:
     """The cameras, by number, and the segments' IMUs that speak of an instant."""
     states = enumerate(observation.tracking_state)
-    return [*(str(index) for index, state in states if state.any()), *observation.readings]
+    return [*(str(index) for index, state in states if state.any()), *observation.readings.segments]
 
 
 def _sensor_weight(observation: Observation) -> FloatArray:

@@ -1,0 +1,257 @@
+"""Headings of IMUs' worlds: the arithmetic of :mod:`pose_fusion.imu.heading`, a row an IMU."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.streams.samples import FloatArray
+
+AXIS_STDDEV = 0.07  # [rad] of a direction that the cameras see, most of it slow
+CORRELATION_S = 0.5  # [s] over which errors of that direction stay alike
+LONGEST_STEP_S = 0.1  # [s] that one instant may count for
+LEAST_LEAN = 0.17  # [-] horizontal part of an axis, ten degrees, below which it shows no heading
+LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts no more
+HEADING_WALK = np.radians(0.3) ** 2 / 60.0  # [rad²/s] random part of the drift
+DRIFT_STDDEV = np.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
+DRIFT_WALK = (np.radians(1.0) / 60.0) ** 2 / 600.0  # [(rad/s)²/s] how fast that may change
+LATERAL_STDDEV = np.radians(15.0)  # [rad] of shoulders' and hips' lines, and of hinges
+LEAN_BIAS_STDDEV = np.radians(6.0)  # [rad] of headings by leaning limbs, that lasts
+FIRST_LEAN_S = 0.1  # [s] of an axis fully horizontal, after which there is a first value
+RECENT_S = 5.0  # [s] of observation that the quick estimate remembers
+RECENT_LEAST_S = 1.0  # [s] of an axis fully horizontal, before it may contradict
+CONTRADICTION = np.radians(30.0)  # [rad] between quick and slow estimate
+CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
+RESTART_STDDEV = np.radians(20.0)  # [rad] of the quick estimate: some of it is from before
+SETTLED = np.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
+FULL_TURN = 2.0 * np.pi
+
+# What is measured of y, drift, y₀ and the lateral error: by a leaning axis, a lateral one, the same
+# two where the mounting is known, and a neutral stand.
+MEASURED = np.array(
+    [
+        [1.0, 0.0, 0.0, 0.0],
+        [1.0, 0.0, -1.0, 1.0],
+        [1.0, 0.0, 1.0, 0.0],
+        [1.0, 0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 0.0],
+    ]
+)
+LEAN, TURNED, LEAN_MOUNTED, TURNED_MOUNTED, STANDING = range(5)
+
+
+class Anchors(NamedTuple):
+    """What is known of n IMUs' headings."""
+
+    state: FloatArray  # (n, 4): y [rad], drift [rad/s], y₀ [rad], lateral error [rad]; NaN: not yet
+    covariance: FloatArray  # (n, 4, 4)
+    recent: FloatArray  # (n, 2) [s] sums of dot and cross products of the leaning axis
+    contradicted_s: FloatArray  # (n,)
+    neutral: FloatArray  # (n, 2) y₀ and its variance, kept over a loss; NaN: none
+    is_mounting_known: NDArray[np.bool_]  # (n,)
+    restarts: NDArray[np.int64]  # (n,)
+
+
+def make_anchors(count: int) -> Anchors:
+    """Of IMUs that nothing is known of."""
+    return Anchors(
+        state=np.full((count, 4), np.nan),
+        covariance=np.zeros((count, 4, 4)),
+        recent=np.zeros((count, 2)),
+        contradicted_s=np.zeros(count),
+        neutral=np.full((count, 2), np.nan),
+        is_mounting_known=np.zeros(count, np.bool_),
+        restarts=np.zeros(count, np.int64),
+    )
+
+
+@compiled
+def wrapped(angle: float) -> float:
+    """The same angle between −π and π [rad]."""
+    return angle - FULL_TURN * np.rint(angle / FULL_TURN)
+
+
+@compiled
+def is_known(a: Anchors, i: int) -> bool:
+    """Whether a heading has been observed."""
+    return not np.isnan(a.state[i, 0])
+
+
+@compiled
+def start(a: Anchors, i: int, heading: float, stddev: float) -> None:
+    """Begin with a heading [rad] and its standard deviation [rad]."""
+    x, P = a.state[i], a.covariance[i]
+    P[:] = 0.0
+    x[0], x[1], x[2], x[3] = heading, 0.0, heading, 0.0
+    P[0, 0] = P[0, 2] = P[2, 0] = P[2, 2] = stddev**2
+    P[1, 1], P[3, 3] = DRIFT_STDDEV**2, LATERAL_STDDEV**2
+    if a.is_mounting_known[i]:
+        # There y₀ makes room for what the cameras lastingly see beside.
+        bias = LEAN_BIAS_STDDEV**2
+        x[2] = 0.0
+        P[0, 0] = stddev**2 + bias
+        P[2, 2] = bias
+        P[0, 2] = P[2, 0] = -bias  # only their sum has been seen
+    elif not np.isnan(a.neutral[i, 0]):
+        keep_neutral(a, i, a.neutral[i, 0], a.neutral[i, 1])
+    a.contradicted_s[i] = 0.0
+
+
+@compiled
+def keep_neutral(a: Anchors, i: int, heading: float, variance: float) -> None:
+    """The mounting has been known before: it is the IMU's world that has turned."""
+    x, P = a.state[i], a.covariance[i]
+    x[2] = heading
+    P[0, 2] = P[2, 0] = 0.0
+    P[2, 2] = variance
+
+
+@compiled
+def predict(a: Anchors, i: int, dt_s: float) -> None:
+    """Let the heading drift on for ``dt_s`` [s]."""
+    if not is_known(a, i) or dt_s <= 0.0:
+        return
+    x, P = a.state[i], a.covariance[i]
+    x[0] += dt_s * x[1]
+    for k in range(4):
+        P[0, k] += dt_s * P[1, k]
+    for k in range(4):
+        P[k, 0] += dt_s * P[k, 1]
+    P[0, 0] += dt_s * HEADING_WALK
+    P[1, 1] += dt_s * DRIFT_WALK
+
+
+@compiled
+def observe_standing(a: Anchors, i: int, heading: float, stddev: float) -> None:
+    """Take the heading [rad] that a neutral stand tells, where the mounting is known."""
+    if not is_known(a, i):
+        start(a, i, heading, stddev)
+        P = a.covariance[i]
+        P[0, 0] = stddev**2
+        P[0, 2] = P[2, 0] = 0.0
+        return
+    update(a, i, wrapped(heading - a.state[i, 0]), STANDING, stddev**2)
+
+
+@compiled
+def compare(axis_world: FloatArray, axis_map: FloatArray) -> tuple[float, float, float]:
+    """Dot and cross product of the horizontal parts, and how far they lean [-] together."""
+    dot = axis_world[0] * axis_map[0] + axis_world[1] * axis_map[1]
+    cross = axis_world[0] * axis_map[1] - axis_world[1] * axis_map[0]
+    return dot, cross, np.sqrt(np.hypot(dot, cross))
+
+
+@compiled
+def observe_lean(
+    a: Anchors, i: int, dt_s: float, axis_world: FloatArray, axis_map: FloatArray
+) -> None:
+    """See :meth:`pose_fusion.imu.heading.HeadingAnchor.observe_lean`."""
+    dot, cross, lean = compare(axis_world, axis_map)
+    if not lean > LEAST_LEAN:  # false of NaN
+        return
+    dt_s = min(dt_s, LONGEST_STEP_S)
+    keep = np.exp(-dt_s / RECENT_S)
+    a.recent[i, 0] = keep * a.recent[i, 0] + dt_s * dot
+    a.recent[i, 1] = keep * a.recent[i, 1] + dt_s * cross
+    if not is_known(a, i):
+        strength = np.hypot(a.recent[i, 0], a.recent[i, 1])
+        if strength > FIRST_LEAN_S:
+            stddev = AXIS_STDDEV * np.sqrt(CORRELATION_S / strength)
+            start(a, i, np.arctan2(a.recent[i, 1], a.recent[i, 0]), stddev)
+        return
+    correct(a, i, dt_s, np.arctan2(cross, dot), lean, False)
+    watch(a, i, dt_s)
+
+
+@compiled
+def observe_turned(
+    a: Anchors,
+    i: int,
+    dt_s: float,
+    axis_world: FloatArray,
+    axis_map: FloatArray,
+    sharpness: float,
+) -> None:
+    """See :meth:`pose_fusion.imu.heading.HeadingAnchor.observe_turned`."""
+    dot, cross, lean = compare(axis_world, axis_map)
+    lean *= sharpness
+    if not lean > LEAST_LEAN:  # false of NaN
+        return
+    if is_known(a, i):
+        correct(a, i, min(dt_s, LONGEST_STEP_S), np.arctan2(cross, dot), lean, True)
+    elif a.is_mounting_known[i]:
+        # Before any lean: as good as the cameras see this line beside its place.
+        variance = LATERAL_STDDEV**2 + (AXIS_STDDEV / lean) ** 2
+        start(a, i, np.arctan2(cross, dot), np.sqrt(variance))
+        P = a.covariance[i]
+        P[0, 0] = variance
+        P[0, 2] = P[2, 0] = 0.0
+        P[0, 3] = P[3, 0] = -(LATERAL_STDDEV**2)
+
+
+@compiled
+def correct(a: Anchors, i: int, dt_s: float, angle: float, lean: float, is_lateral: bool) -> None:
+    """Take an angle [rad] about the vertical between where the IMU and the cameras see an axis."""
+    if dt_s <= 0.0:
+        return
+    which = TURNED if is_lateral else LEAN
+    if a.is_mounting_known[i]:
+        which = TURNED_MOUNTED if is_lateral else LEAN_MOUNTED
+    noise = (AXIS_STDDEV / lean) ** 2 * CORRELATION_S / dt_s
+    # y₀ has been taken up already where the axis was brought into the world.
+    expected = a.state[i, 0] + (a.state[i, 3] if is_lateral else 0.0)
+    if which == LEAN_MOUNTED:
+        expected += a.state[i, 2]
+    # The angle itself errs by σ/l, however short the instant: that is where it is limited.
+    variance = 0.0
+    for k in range(4):
+        for m in range(4):
+            variance += MEASURED[which, k] * a.covariance[i, k, m] * MEASURED[which, m]
+    limit = LIMIT * np.sqrt(variance + (AXIS_STDDEV / lean) ** 2)
+    innovation = wrapped(angle - expected)
+    update(a, i, min(max(innovation, -limit), limit), which, noise)
+
+
+@compiled
+def update(a: Anchors, i: int, innovation: float, which: int, noise: float) -> None:
+    """Kalman's update with one measurement, a row of :data:`MEASURED`."""
+    x, P = a.state[i], a.covariance[i]
+    PH, variance = np.zeros(4), noise
+    for k in range(4):
+        for m in range(4):
+            PH[k] += P[k, m] * MEASURED[which, m]
+        variance += MEASURED[which, k] * PH[k]
+    for k in range(4):
+        x[k] += PH[k] * innovation / variance
+        for m in range(4):
+            P[k, m] -= PH[k] * PH[m] / variance
+
+
+@compiled
+def watch(a: Anchors, i: int, dt_s: float) -> None:
+    """Begin anew from the last seconds where they contradict all that was before."""
+    dot, cross = a.recent[i]
+    recent = np.arctan2(cross, dot)
+    is_other = abs(wrapped(recent - a.state[i, 0])) > CONTRADICTION
+    if not is_other or np.hypot(dot, cross) < RECENT_LEAST_S:
+        a.contradicted_s[i] = 0.0
+        return
+    a.contradicted_s[i] += dt_s
+    if a.contradicted_s[i] < CONTRADICTED_S:
+        return
+    neutral, variance = a.state[i, 2], a.covariance[i, 2, 2]
+    start(a, i, recent, RESTART_STDDEV)
+    a.restarts[i] += 1
+    if not a.is_mounting_known[i] and variance < SETTLED**2:
+        keep_neutral(a, i, neutral, variance)
+
+
+@compiled
+def lose_heading(a: Anchors, i: int) -> None:
+    """The IMU's world may have turned to anywhere; the neutral pose's heading stays known."""
+    if not is_known(a, i):
+        return
+    a.neutral[i, 0], a.neutral[i, 1] = a.state[i, 2], a.covariance[i, 2, 2]
+    a.state[i] = np.nan
+    a.recent[i] = 0.0
