@@ -112,12 +112,11 @@ def write_motion_bag(path, model, count=60, drop=()):
 
 def _estimate(model, dof, rotations, joints):
     size = model.size
-    transforms = {}
+    transforms = np.tile(np.eye(4), (len(model.links), 1, 1))
+    transforms[:, :3, :3] = rotations
     for index, link in enumerate(model.links.values()):
-        T = np.eye(4)
-        T[:3, :3] = rotations[index]
-        T[:3, 3] = dof[:3] if link.joint is None else joints[JOINT_INDEX[link.joint]]
-        transforms[link.name] = T
+        place = dof[:3] if link.joint is None else joints[JOINT_INDEX[link.joint]]
+        transforms[index, :3, 3] = place
     return {
         "newest_ns": START_NS,
         "dof_names": model.dof_names,
@@ -129,6 +128,7 @@ def _estimate(model, dof, rotations, joints):
         "source": np.ones(size, np.uint8),
         "joints": joints,
         "tracking_state": np.full(len(joints), 2, np.uint8),
+        "link_names": model.link_names,
         "T_map_link": transforms,
         "sensor_weight": {},
     }

@@ -24,13 +24,13 @@ def test_bytes_are_those_of_the_messages(estimator):
     fast = EstimateBytes(pipeline.model, "someone", typestore, estimates[0])
     for estimate in (estimates[0], estimates[-1]):
         estimate.tracking_state[:3] = 0, 1, 2
-        found = dict(fast.write(estimate, 0.25))
+        found = dict(fast.write([estimate], [0.25]))
         messages = to_messages(estimate, pipeline.model, "someone", 0.25)
         assert found.keys() == messages.keys()
         for topic, message in messages.items():
             expected = to_bag_message(message, typestore)
             data = typestore.serialize_cdr(expected, expected.__msgtype__)
-            assert found[topic] == bytes(data), topic
+            assert found[topic][0].tobytes() == bytes(data), topic
 
 
 def test_a_template_tells_its_own_numbers():

@@ -134,7 +134,8 @@ def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> 
 def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     """The body in map, and every frame of its URDF in the body."""
     frames = BodyFrames(model, body_id)
-    places = frames.places(estimate.T_map_link, estimate.position, estimate.joints).tolist()
+    instant = (estimate.T_map_link[None], estimate.position[None], estimate.joints[None])
+    (places,) = frames.places(*instant).tolist()
     in_map, in_body = (to_header(estimate.stamp_ns, f) for f in (WORLD_FRAME, frames.names[0]))
     transforms: list[TransformStamped] = []
     for frame, place in zip(frames.names, places, strict=True):

@@ -1,6 +1,7 @@
-"""An estimate's messages as bytes, without making the messages, which takes ten times as long."""
+"""Estimates' messages as bytes, without making the messages, which takes ten times as long."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,50 +56,60 @@ class EstimateBytes:
         # The two markers' common colours come before those of the joints.
         self._common_colors = markers.float32[: -4 * len(first.joints)]
 
-    def write(self, estimate: BodyEstimate, latency_s: float) -> Iterator[tuple[str, bytes]]:
-        """Each topic and its message's bytes, the joint state first."""
-        state = estimate.tracking_state
-        angles = np.concatenate([estimate.position[ROOT_DOF:], estimate.velocity[ROOT_DOF:]])
-        yield self._filled(0, estimate, angles)
-        yield self._filled(1, estimate, estimate.joints.ravel(), uint8=state)
-        numbers = self._pose_estimate(estimate, latency_s)
-        yield self._filled(2, estimate, numbers, uint8=estimate.source)
-        points, colors = self._markers(estimate), self._marker_colors(state)
-        yield self._filled(3, estimate, points, float32=colors)
-        yield self._filled(4, estimate, self._transforms(estimate))
+    def write(
+        self, estimates: Sequence[BodyEstimate], latencies_s: Sequence[float]
+    ) -> Iterator[tuple[str, NDArray[np.uint8]]]:
+        """Each topic and the bytes of its messages, shape (n, bytes), the joint states first."""
+        stamps_ns = np.array([estimate.stamp_ns for estimate in estimates], np.int64)
+        position = _stacked([estimate.position for estimate in estimates])
+        velocity = _stacked([estimate.velocity for estimate in estimates])
+        angles = np.concatenate([position[:, ROOT_DOF:], velocity[:, ROOT_DOF:]], axis=1)
+        yield self._filled(0, stamps_ns, angles)
+        joints = _stacked([estimate.joints for estimate in estimates])
+        state = _stacked([estimate.tracking_state for estimate in estimates])
+        points = joints.reshape(len(estimates), -1)
+        yield self._filled(1, stamps_ns, points, uint8=state)
+        numbers = [
+            position,
+            velocity,
+            _stacked([estimate.position_stddev for estimate in estimates]),
+            _stacked([estimate.weight_kinect for estimate in estimates]),
+            _stacked([estimate.weight_imu for estimate in estimates]),
+            np.array(latencies_s)[:, None],
+        ]
+        source = _stacked([estimate.source for estimate in estimates])
+        yield self._filled(2, stamps_ns, np.concatenate(numbers, axis=1), uint8=source)
+        colors = self._marker_colors(state)
+        yield self._filled(3, stamps_ns, self._markers(joints), float32=colors)
+        links = _stacked([estimate.T_map_link for estimate in estimates])
+        places = self._frames.places(links, position, joints)
+        yield self._filled(4, stamps_ns, places.reshape(len(estimates), -1))
 
     def _filled(
         self,
         index: int,
-        estimate: BodyEstimate,
+        stamps_ns: NDArray[np.int64],
         float64: FloatArray,
         *,
         float32: NDArray[np.float32] | None = None,
         uint8: NDArray[np.uint8] | None = None,
-    ) -> tuple[str, bytes]:
-        data = self._templates[index].fill(estimate.stamp_ns, float64, float32, uint8)
-        return self._topics[index], data
+    ) -> tuple[str, NDArray[np.uint8]]:
+        rows = self._templates[index].fill(stamps_ns, float64, float32, uint8)
+        return self._topics[index], rows
 
-    def _pose_estimate(self, estimate: BodyEstimate, latency_s: float) -> FloatArray:
-        return np.concatenate(
-            [
-                estimate.position,
-                estimate.velocity,
-                estimate.position_stddev,
-                estimate.weight_kinect,
-                estimate.weight_imu,
-                [latency_s],
-            ]
-        )
-
-    def _markers(self, estimate: BodyEstimate) -> FloatArray:
-        joints = estimate.joints
-        parts = [self._bones_own, joints[self._bones].ravel(), self._balls_own, joints.ravel()]
-        return np.concatenate(parts)
+    def _markers(self, joints: FloatArray) -> FloatArray:
+        count = len(joints)
+        bones, balls = joints[:, self._bones].reshape(count, -1), joints.reshape(count, -1)
+        own = (np.tile(each, (count, 1)) for each in (self._bones_own, self._balls_own))
+        bones_own, balls_own = own
+        return np.concatenate([bones_own, bones, balls_own, balls], axis=1)
 
     def _marker_colors(self, state: NDArray[np.uint8]) -> NDArray[np.float32]:
-        return np.concatenate([self._common_colors, self._colors[state].ravel()])
+        count = len(state)
+        common = np.tile(self._common_colors, (count, 1))
+        return np.concatenate([common, self._colors[state].reshape(count, -1)], axis=1)
 
-    def _transforms(self, estimate: BodyEstimate) -> FloatArray:
-        T_map_link, angles = estimate.T_map_link, estimate.position
-        return self._frames.places(T_map_link, angles, estimate.joints).ravel()
+
+def _stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """One after the other; one alone is not copied."""
+    return rows[0][None] if len(rows) == 1 else np.array(rows)

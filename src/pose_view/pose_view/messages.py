@@ -89,5 +89,5 @@ def estimate_snapshot(estimate: BodyEstimate) -> BodySnapshot:
             source=estimate.source,
             latency_s=0.0,
         ),
-        rotations={name: T[:3, :3] for name, T in estimate.T_map_link.items()},
+        rotations=dict(zip(estimate.link_names, estimate.T_map_link[:, :3, :3], strict=True)),
     )

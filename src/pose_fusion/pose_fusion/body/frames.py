@@ -1,13 +1,11 @@
 """The frames of a body's URDF, by name, and where they are."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.urdf import chain_frames, end_joints, joint_frame, link_frame
-from pose_fusion.kernels.frames import Between, place_frames
+from pose_fusion.kernels.frames import Between, place_all_frames
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -22,7 +20,7 @@ class BodyFrames:
     """
 
     def __init__(self, model: BodyModel, body_id: str) -> None:
-        self._links = model.link_names
+        links = model.link_names
         self.names = [link_frame(link, body_id) for link in model.links.values()]
         source: list[int] = []
         dof: list[int] = []
@@ -40,7 +38,7 @@ class BodyFrames:
                 at = len(self.names)
                 self.names.append(frames[index])
         for joint in end_joints(model):
-            source.append(self._links.index(model.joints[joint].link))
+            source.append(links.index(model.joints[joint].link))
             dof.append(-1)
             axis.append(np.zeros(3))
             joints.append(JOINT_INDEX[joint])
@@ -52,20 +50,17 @@ class BodyFrames:
             joint=np.array(joints, np.int64),
         )
 
-    def places(
-        self, T_map_link: Mapping[str, FloatArray], angles: FloatArray, joints: FloatArray
-    ) -> FloatArray:
+    def places(self, T_map_link: FloatArray, angles: FloatArray, joints: FloatArray) -> FloatArray:
         """Where they are: the body in map, all others in the body.
 
         Args:
-            T_map_link: (4, 4) by link.
-            angles: The degrees of freedom, shape (d,).
-            joints: In map, shape (15, 3) [m].
+            T_map_link: Of n instants, shape (n, links, 4, 4).
+            angles: The degrees of freedom, shape (n, d).
+            joints: In map, shape (n, 15, 3) [m].
 
         Returns:
-            Shape (frames, 7): x, y, z [m]; quaternion x, y, z, w.
+            Shape (n, frames, 7): x, y, z [m]; quaternion x, y, z, w.
         """
-        places = np.empty((len(self.names), 7))
-        links = np.array([T_map_link[name] for name in self._links])
-        place_frames(links, angles, np.ascontiguousarray(joints), self._between, places)
+        places = np.empty((len(joints), len(self.names), 7))
+        place_all_frames(T_map_link, angles, joints, self._between, places)
         return places

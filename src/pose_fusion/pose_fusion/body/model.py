@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 import yaml
+from numpy.typing import NDArray
 
 from pose_common.errors import InputError
-from pose_common.joints import JOINTS, SEGMENTS
+from pose_common.joints import JOINT_INDEX, JOINTS, SEGMENTS
 from pose_fusion.streams.samples import FloatArray
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
@@ -86,6 +87,17 @@ class BodyModel:
     def link_names(self) -> tuple[str, ...]:
         """The links, parents before children."""
         return tuple(self.links)
+
+    @cached_property
+    def link_joints(self) -> NDArray[np.int64]:
+        """Number of the joint that each link turns about; 0 for those of :attr:`root_links`."""
+        joints = [link.joint for link in self.links.values()]
+        return np.array([0 if joint is None else JOINT_INDEX[joint] for joint in joints], np.int64)
+
+    @cached_property
+    def root_links(self) -> NDArray[np.int64]:
+        """The links, by their number, that turn about no joint but the root's position."""
+        return np.flatnonzero([link.joint is None for link in self.links.values()])
 
     @cached_property
     def link_of_dof(self) -> dict[str, str]:

@@ -34,5 +34,6 @@ class BodyEstimate:
     source: NDArray[np.uint8]  # (d,), values of Source
     joints: FloatArray  # (15, 3) [m] in map
     tracking_state: NDArray[np.uint8]  # (15,), best of the sensors
-    T_map_link: Mapping[str, FloatArray]  # (4, 4) by link, origin at the joint it turns about
+    link_names: tuple[str, ...]
+    T_map_link: FloatArray  # (links, 4, 4), origin at the joint it turns about
     sensor_weight: Mapping[str, FloatArray]  # (15,) each sensor's share in each joint

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.estimator import TimedPose
@@ -22,13 +21,11 @@ def body_estimate(
         newest_ns: Stamp of the newest sample of any source [ns].
     """
     fused = told.pose
-    transforms = np.zeros((len(model.links), 4, 4))
-    transforms[:, :3, :3] = fused.rotations
-    for T_map_link, link in zip(transforms, model.links.values(), strict=True):
-        T_map_link[:3, 3] = (
-            fused.position[:3] if link.joint is None else fused.joints[JOINT_INDEX[link.joint]]
-        )
-    transforms[:, 3, 3] = 1.0
+    T_map_link = np.zeros((len(model.links), 4, 4))
+    T_map_link[:, :3, :3] = fused.rotations
+    T_map_link[:, :3, 3] = fused.joints[model.link_joints]
+    T_map_link[model.root_links, :3, 3] = fused.position[:3]
+    T_map_link[:, 3, 3] = 1.0
     return BodyEstimate(
         stamp_ns=told.stamp_ns,
         newest_ns=newest_ns,
@@ -41,6 +38,7 @@ def body_estimate(
         source=fused.source,
         joints=fused.joints,
         tracking_state=told.tracking_state,
-        T_map_link=dict(zip(model.links, transforms, strict=True)),
+        link_names=model.link_names,
+        T_map_link=T_map_link,
         sensor_weight=dict(zip(sensors, fused.sensor_weight, strict=True)),
     )

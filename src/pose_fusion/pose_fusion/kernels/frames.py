@@ -65,3 +65,16 @@ def place_frames(
                 for m in range(3):
                     R_body_frame[i, k] += R_body_map[i, m] * R[row, m, k]
         quaternion(R_body_frame, places[row, 3:])
+
+
+@compiled
+def place_all_frames(
+    T_map_link: FloatArray,
+    angles: FloatArray,
+    joints: FloatArray,
+    between: Between,
+    places: FloatArray,
+) -> None:
+    """The same at n instants, a row each."""
+    for row in range(len(places)):
+        place_frames(T_map_link[row], angles[row], joints[row], between, places[row])

@@ -206,8 +206,8 @@ class FusionNode(Node):
         if self._bytes is None:
             model, body_id = self.pipeline.model, self._body_id
             self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)
-        for topic, data in self._bytes.write(estimate, self._latency_s):
-            self._publishers_by_topic[topic].publish(data)
+        for topic, (data,) in self._bytes.write([estimate], [self._latency_s]):
+            self._publishers_by_topic[topic].publish(data.tobytes())
         self._stages.note_told(estimate.stamp_ns, self.get_clock().now().nanoseconds)
 
     def _announce_shape(self) -> None:

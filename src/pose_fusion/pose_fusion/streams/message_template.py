@@ -16,6 +16,7 @@ from pose_fusion.streams.samples import FloatArray
 
 NS_PER_S = 1_000_000_000
 HEADER_SIZE = 4  # [bytes] of the encapsulation
+MARGIN = 4  # [bytes] before it
 TIME = "builtin_interfaces/msg/Time"
 SIZES = {
     **dict.fromkeys(("bool", "byte", "char", "int8", "uint8"), 1),
@@ -47,48 +48,51 @@ class MessageTemplate:
             raise ValueError(
                 f"{message.__msgtype__} has {len(data)} bytes, not {HEADER_SIZE + end}"
             )
-        body = np.zeros(end + -end % 8, np.uint8)  # a multiple of every size
-        body[:end] = np.frombuffer(data, np.uint8)[HEADER_SIZE:]
-        self._head, self._end = bytes(data[:HEADER_SIZE]), end
-        self._body = body
-        self._float64 = np.array(self._places["float64"], int) // 8
-        self._float32 = np.array(self._places["float32"], int) // 4
-        self._uint8 = np.array(self._places["uint8"], int)
-        self._seconds = np.array(self._places["stamp"], int) // 4
+        # The numbers begin where every size fits: four bytes stand before the encapsulation.
+        row = np.zeros(MARGIN + HEADER_SIZE + end + -end % 8, np.uint8)
+        row[MARGIN : MARGIN + len(data)] = np.frombuffer(data, np.uint8)
+        self._row, self._end = row, MARGIN + len(data)
+        begin = MARGIN + HEADER_SIZE
+        self._float64 = (begin + np.array(self._places["float64"], int)) // 8
+        self._float32 = (begin + np.array(self._places["float32"], int)) // 4
+        self._uint8 = begin + np.array(self._places["uint8"], int)
+        self._seconds = (begin + np.array(self._places["stamp"], int)) // 4
 
     @property
     def float64(self) -> FloatArray:
         """The message's own numbers, in the order of its fields."""
-        return np.asarray(self._body.view("<f8")[self._float64])
+        return np.asarray(self._row.view("<f8")[self._float64])
 
     @property
     def float32(self) -> NDArray[np.float32]:
         """Likewise."""
-        return np.asarray(self._body.view("<f4")[self._float32])
+        return np.asarray(self._row.view("<f4")[self._float32])
 
     def fill(
         self,
-        stamp_ns: int,
+        stamps_ns: NDArray[np.int64],
         float64: FloatArray,
         float32: NDArray[np.float32] | None = None,
         uint8: NDArray[np.uint8] | None = None,
-    ) -> bytes:
-        """The bytes of the message with other numbers.
+    ) -> NDArray[np.uint8]:
+        """The bytes of n messages with other numbers, shape (n, bytes).
 
         Args:
-            stamp_ns: Of all its headers that bear a stamp [ns].
-            float64: All of them, in the order of the fields.
+            stamps_ns: Of all their headers that bear a stamp [ns], shape (n,).
+            float64: All of them, in the order of the fields, shape (n, k).
             float32: Likewise; None leaves them.
             uint8: Likewise.
         """
-        self._body.view("<f8")[self._float64] = float64
+        rows = np.tile(self._row, (len(stamps_ns), 1))
+        rows.view("<f8")[:, self._float64] = float64
         if float32 is not None:
-            self._body.view("<f4")[self._float32] = float32
+            rows.view("<f4")[:, self._float32] = float32
         if uint8 is not None:
-            self._body[self._uint8] = uint8
-        self._body.view("<i4")[self._seconds] = stamp_ns // NS_PER_S
-        self._body.view("<u4")[self._seconds + 1] = stamp_ns % NS_PER_S
-        return self._head + self._body[: self._end].tobytes()
+            rows[:, self._uint8] = uint8
+        seconds, nanoseconds = np.divmod(stamps_ns[:, None], NS_PER_S)
+        rows.view("<i4")[:, self._seconds] = seconds
+        rows.view("<u4")[:, self._seconds + 1] = nanoseconds
+        return rows[:, MARGIN : self._end]
 
     def _walk_message(self, message: Any, at: int) -> int:
         """Note the places of a message's numbers; returns where it ends."""

@@ -1,9 +1,11 @@
 """``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
 
 import argparse
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -37,6 +39,7 @@ from pose_fusion.streams.topics import sensor_topics
 
 NS_PER_S = 1_000_000_000
 TF_STATIC = "/tf_static"
+AT_ONCE = 100  # [estimates] whose messages are made and written together
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -104,23 +107,34 @@ class EstimateWriter:
         self._extrinsics = extrinsics
         self._body_id = pipeline.parameters.subject
         self._bytes: EstimateBytes | None = None
+        self._pending: list[BodyEstimate] = []
         self.count = 0
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
         writer.add_topic(urdf_topic(self._body_id), "std_msgs/msg/String", latched=True)
         for topic, message_type in body_topics(self._body_id).items():
             writer.add_topic(topic, type_name(message_type))
 
-    def write(self, estimate: BodyEstimate) -> None:
-        """Append all messages of an estimate, stamped with its instant."""
-        if self.count == 0:
-            self._write_latched(estimate.stamp_ns)
-        self.count += 1
-        latency_s = (estimate.newest_ns - estimate.stamp_ns) / NS_PER_S
+    def write(self, estimates: Sequence[BodyEstimate]) -> None:
+        """Append all messages of estimates, stamped with their instants."""
+        if self.count == 0 and estimates:
+            self._write_latched(estimates[0].stamp_ns)
+        self.count += len(estimates)
+        self._pending += estimates
+        if len(self._pending) >= AT_ONCE:
+            self.flush()
+
+    def flush(self) -> None:
+        """Append what waits for more."""
+        estimates, self._pending = self._pending, []
+        if not estimates:
+            return
         if self._bytes is None:
             model, typestore = self._pipeline.model, self._writer.typestore
-            self._bytes = EstimateBytes(model, self._body_id, typestore, estimate)
-        for topic, data in self._bytes.write(estimate, latency_s):
-            self._writer.write_serialized(topic, self._bytes.types[topic], data, estimate.stamp_ns)
+            self._bytes = EstimateBytes(model, self._body_id, typestore, estimates[0])
+        latencies_s = [(each.newest_ns - each.stamp_ns) / NS_PER_S for each in estimates]
+        rows = [data for _, data in self._bytes.write(estimates, latencies_s)]
+        stamps_ns = np.array([each.stamp_ns for each in estimates], np.int64)
+        self._writer.write_rows(self._bytes.types, stamps_ns, rows)
 
     def _write_latched(self, stamp_ns: int) -> None:
         sensors = self._pipeline.parameters.sensors
@@ -177,10 +191,9 @@ def fuse(
                 if isinstance(sample, SkeletonSample)
                 else pipeline.add_imu(sample)
             )
-            for estimate in estimates:
-                output.write(estimate)
-        for estimate in pipeline.flush():
-            output.write(estimate)
+            output.write(estimates)
+        output.write(pipeline.flush())
+        output.flush()
         if output.count == 0:
             raise InputError(
                 f"{bag.path} gave no pose in {pipeline.counters['frames']} frames "
