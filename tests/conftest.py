@@ -4,7 +4,7 @@ Every worker of every test run has ROS domains to itself, on the loopback alone:
 
 - ``ros_domain_id``: the number that a module's nodes and processes talk on (set for every test).
 - ``ros_context``: an initialised rclpy with an executor, see :class:`RosContext`.
-- ``spin_until(condition, timeout_s=10.0, what="")``: spins ``ros_context`` until it holds.
+- ``spin_until(condition, what="")``: spins ``ros_context`` until it holds.
 - ``start_process(command)``: a real process, gone after the test, see :class:`StartedProcess`;
   ``start_module_process`` where a module's tests look at the same run.
 - ``shared_data``: the public recordings beside the checkout, or a skip.
@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 import pytest
+from patience import PATIENCE_S
 
 if TYPE_CHECKING:
     from browser import LocalBrowser
@@ -42,14 +43,14 @@ POLL_S = 0.02
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell's background job ignores SIGINT, and so would every process that tests start.
     signal.signal(signal.SIGINT, signal.default_int_handler)
-STOP_TIMEOUT_S = 15.0
+ORPHANS_S = 10.0  # for what a process that has ended leaves behind to end, too
 PROCESS_MARK = "POSE_TEST_PROCESS"
 
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ.pop("ROS_STATIC_PEERS", None)
 
 
-def wait_until(condition: Callable[[], Any], timeout_s: float, what: str = "") -> None:
+def wait_until(condition: Callable[[], Any], timeout_s: float = PATIENCE_S, what: str = "") -> None:
     """Wait until the condition holds; an AssertionError after the deadline."""
     deadline = time.monotonic() + timeout_s
     while not condition():
@@ -125,7 +126,7 @@ class RosContext:
         return received
 
     def spin_until(
-        self, condition: Callable[[], Any], timeout_s: float = 10.0, what: str = ""
+        self, condition: Callable[[], Any], timeout_s: float = PATIENCE_S, what: str = ""
     ) -> None:
         """Spin until the condition holds; an AssertionError after the deadline."""
         deadline = time.monotonic() + timeout_s
@@ -159,7 +160,7 @@ def ros_context(ros_domain_id: int) -> Iterator[RosContext]:
 
 @pytest.fixture
 def spin_until(ros_context: RosContext) -> Callable[..., None]:
-    """``spin_until(condition, timeout_s=10.0, what="")`` on ``ros_context``."""
+    """``spin_until(condition, what="")`` on ``ros_context``."""
     return ros_context.spin_until
 
 
@@ -200,7 +201,7 @@ class StartedProcess:
         """The exit code, negative for a signal; None while it runs."""
         return self._process.poll()
 
-    def wait(self, timeout_s: float = 30.0) -> int:
+    def wait(self, timeout_s: float = PATIENCE_S) -> int:
         """Wait for its end; the exit code."""
         try:
             return self._process.wait(timeout_s)
@@ -209,7 +210,7 @@ class StartedProcess:
                 f"still running after {timeout_s:g} s: {self.describe()}"
             ) from None
 
-    def wait_for_output(self, pattern: str, timeout_s: float = 30.0) -> re.Match[str]:
+    def wait_for_output(self, pattern: str, timeout_s: float = PATIENCE_S) -> re.Match[str]:
         """Wait until a regular expression matches the output."""
         match: re.Match[str] | None = None
 
@@ -233,7 +234,7 @@ class StartedProcess:
         with contextlib.suppress(ProcessLookupError):
             (os.killpg if group else os.kill)(self.pid, number)
 
-    def stop(self, timeout_s: float = STOP_TIMEOUT_S) -> int:
+    def stop(self, timeout_s: float = PATIENCE_S) -> int:
         """Interrupt it as Ctrl-C does and wait for its end; the exit code."""
         if self.returncode is None:
             self.signal(signal.SIGINT)
@@ -291,29 +292,29 @@ class ProcessStarter:
         """Every living process that came of the started ones, orphans included."""
         return marked_processes(self._mark)
 
-    def close(self) -> list[str]:
+    def close(self, orphans_s: float = ORPHANS_S) -> list[str]:
         """End everything; what had to be killed."""
         for process in self.processes:
             if process.returncode is None:
                 process.signal(signal.SIGINT)
         with contextlib.suppress(AssertionError):
-            wait_until(lambda: None not in [p.returncode for p in self.processes], STOP_TIMEOUT_S)
+            wait_until(lambda: None not in [p.returncode for p in self.processes])
         complaints = [
             f"did not end on SIGINT: {' '.join(process.command)}"
             for process in self.processes
             if process.returncode is None
         ]
         with contextlib.suppress(AssertionError):
-            wait_until(lambda: not self.living(), 2.0)
+            wait_until(lambda: not self.living(), orphans_s)
         for orphan in self.living():
             with contextlib.suppress(psutil.Error):
                 complaints.append(f"left running: pid {orphan.pid}, {' '.join(orphan.cmdline())}")
                 orphan.kill()
         with contextlib.suppress(AssertionError):
-            wait_until(lambda: not self.living(), 5.0)  # a killed process takes a moment to go
+            wait_until(lambda: not self.living(), ORPHANS_S)  # the killed take a moment to go
         for process in self.processes:
             with contextlib.suppress(AssertionError):
-                process.wait(5.0)
+                process.wait(ORPHANS_S)
         return complaints
 
 

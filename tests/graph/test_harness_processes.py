@@ -28,7 +28,7 @@ def test_an_orphan_in_another_session_is_found_and_ended(start_process):
     assert process.wait() == 0
 
     assert len(start_process.living()) == 1
-    complaints = start_process.close()
+    complaints = start_process.close(orphans_s=0.5)
 
     assert len(complaints) == 1
     assert "left running" in complaints[0]

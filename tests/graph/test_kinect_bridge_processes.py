@@ -56,7 +56,7 @@ def test_two_bridges_with_one_start_keep_the_sensors_timing(start_process, ros_c
             )
         )
     spin_until(
-        lambda: min(len(messages) for messages in received.values()) >= 12, 40, "two rounds each"
+        lambda: min(len(messages) for messages in received.values()) >= 12, what="two rounds each"
     )
 
     # Whenever each began to be heard: every stamp is a moment of the recording, in some round.
@@ -78,7 +78,7 @@ def test_a_bad_file_is_one_line_and_status_1(start_process):
 def test_ctrl_c_ends_a_bridge_cleanly(start_process, ros_context, spin_until):
     received = ros_context.collect(SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data)
     process = start_process(command(file=CSV, loop="true"))
-    spin_until(lambda: received, 30, "a frame")
+    spin_until(lambda: received, what="a frame")
 
     assert process.stop() == 0
     assert process.output == ""
@@ -97,7 +97,7 @@ def test_the_launch_file_starts_one_sensor_with_the_arguments_given(
             *(f"{name}:={value}" for name, value in arguments.items()),
         ]
     )
-    spin_until(lambda: received, 30, "a frame")
+    spin_until(lambda: received, what="a frame")
 
     assert received[0].header.frame_id == "kinect_right_optical_frame"
     since_start = stamp_to_ns(received[0].header.stamp) - start_ns

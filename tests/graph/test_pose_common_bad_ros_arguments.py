@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from patience import PATIENCE_S
 
 
 @pytest.mark.parametrize(
@@ -25,7 +26,7 @@ def test_bad_ros_arguments_end_a_node_with_one_line(tmp_path, ros_domain_id, arg
         env=os.environ | {"ROS_DOMAIN_ID": str(ros_domain_id)},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=PATIENCE_S,
         check=False,
     )
     assert ended.returncode == 1

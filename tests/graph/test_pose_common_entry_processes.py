@@ -50,7 +50,7 @@ def test_ctrl_c_while_python_itself_starts_waits_for_the_executable(start_proces
 
 def test_an_executable_of_pose_heeds_ctrl_c(start_process, tmp_path):
     process = start_process([POSE, "run", "pose_fusion", "recorder", "-o", tmp_path / "bag"])
-    process.wait_for_output("recording every topic", 100.0)
+    process.wait_for_output("recording every topic")
 
     process.signal(signal.SIGINT)
 

@@ -6,6 +6,7 @@ import textwrap
 
 import psutil
 import pytest
+from patience import PATIENCE_S
 
 pytestmark = pytest.mark.graph
 
@@ -78,7 +79,7 @@ def test_nothing_outlives_a_killed_launcher(up, start_process):
     process.signal(signal.SIGKILL)
 
     process.wait()
-    _, alive = psutil.wait_procs(start_process.living(), timeout=10)
+    _, alive = psutil.wait_procs(start_process.living(), timeout=PATIENCE_S)
     assert alive == []
 
 

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from patience import PATIENCE_S
 from rclpy.qos import qos_profile_sensor_data
 from rendered_board import Scene, board_poses
 from scipy.spatial.transform import Rotation
@@ -65,7 +66,7 @@ def test_a_board_that_is_shown_around_gives_a_file_and_the_tool_ends(
     )
     tool = start_process([*TOOL, "--live", *PLACES, "-o", output, "--square", "0.06"])
     for publisher in (*images.values(), *infos.values()):
-        ros_context.spin_until(publisher.get_subscription_count, 120.0, what="the tool")
+        ros_context.spin_until(publisher.get_subscription_count, what="the tool")
     shown = looks()
 
     def show_until_it_ends():
@@ -77,7 +78,7 @@ def test_a_board_that_is_shown_around_gives_a_file_and_the_tool_ends(
             images[name].publish(image_message(stamp_ns, picture))
         return tool.returncode is not None
 
-    ros_context.spin_until(show_until_it_ends, 240.0, what="the tool's end")
+    ros_context.spin_until(show_until_it_ends, 3 * PATIENCE_S, what="the tool's end")
     assert tool.returncode == 0, tool.output
     found = load_extrinsics(output).T_reference_sensor["right"]
     turn = Rotation.from_matrix(found[:3, :3].T @ RIGHT[:3, :3]).magnitude()

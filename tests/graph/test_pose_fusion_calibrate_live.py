@@ -1,6 +1,8 @@
 """``./pose calibrate live``: from running sensors to a file (a synthetic walking person)."""
 
+import itertools
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,14 +29,22 @@ def publishers(context):
     }
 
 
+def seen_again_and_again():
+    """A minute of the person's walk over and over: who knows how much of it is missed."""
+    minute = samples(duration_s=60.0)
+    for k in itertools.count():
+        for one in minute:
+            yield replace(one, stamp_ns=one.stamp_ns + k * 60_000_000_000)
+
+
 def test_a_walking_person_gives_a_file_and_the_tool_ends(ros_context, start_process, tmp_path):
     output = tmp_path / "extrinsics.yaml"
     sensors = publishers(ros_context)
     enough = ["--enough-rotation-stddev", "0.03", "--enough-position-stddev", "0.1"]
     tool = start_process([*TOOL, "-o", output, *enough])
     for publisher in sensors.values():
-        ros_context.spin_until(publisher.get_subscription_count, 30.0, what="the tool")
-    some = iter(samples(duration_s=60.0))
+        ros_context.spin_until(publisher.get_subscription_count, what="the tool")
+    some = seen_again_and_again()
 
     def publish_until_it_ends():
         for _ in range(4):  # about four times as fast as real sensors
@@ -42,7 +52,7 @@ def test_a_walking_person_gives_a_file_and_the_tool_ends(ros_context, start_proc
             sensors[one.sensor].publish(skeleton_message(one))
         return tool.returncode is not None
 
-    ros_context.spin_until(publish_until_it_ends, 60.0, what="the tool's end")
+    ros_context.spin_until(publish_until_it_ends, what="the tool's end")
     assert tool.returncode == 0
     true = inverse(LEFT) @ RIGHT
     found = load_extrinsics(output).T_reference_sensor["right"]
@@ -53,6 +63,6 @@ def test_a_walking_person_gives_a_file_and_the_tool_ends(ros_context, start_proc
 
 def test_without_anybody_it_gives_up_with_the_reason(start_process, tmp_path):
     tool = start_process([*TOOL, "-o", tmp_path / "extrinsics.yaml", "--timeout", "1.0"])
-    assert tool.wait(30.0) == 1
+    assert tool.wait() == 1
     assert "error: not calibrated within 1 s: no skeletons from left, right yet" in tool.output
     assert list(tmp_path.glob("*.yaml")) == []

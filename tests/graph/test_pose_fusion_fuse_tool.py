@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
 from geometry_msgs.msg import Point
+from patience import PATIENCE_S
 from pose_msgs.msg import Skeleton, SkeletonArray
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
@@ -24,7 +25,7 @@ def run_fuse(*arguments):
         [FUSE, *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=2 * PATIENCE_S,
     )
 
 

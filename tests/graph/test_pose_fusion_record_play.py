@@ -33,7 +33,7 @@ def recording(ros_context, spin_until, start_process, tmp_path):
     """A running recorder of ``/count`` into ``tmp_path/bag``, and a publisher it listens to."""
     publisher = ros_context.make_node().create_publisher(String, "count", 1000)
     process = start_process([RECORDER, "-o", tmp_path / "bag", "count"])
-    spin_until(lambda: publisher.get_subscription_count() == 1, 30.0, "the recorder")
+    spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
     return process, publisher
 
 
@@ -46,8 +46,7 @@ def test_a_signal_completes_the_bag(recording, tmp_path, number, spin_until, ros
     all_there = KeyValue(key="/count", value="50")
     spin_until(
         lambda: any(all_there in status.values for r in reports for status in r.status),
-        30.0,
-        "50 messages recorded",
+        what="50 messages recorded",
     )
     process.signal(number)
 
@@ -67,7 +66,7 @@ def test_a_killed_recorder_leaves_what_was_flushed(recording, tmp_path, spin_unt
         sent += 1
         return file.stat().st_size > 2000
 
-    spin_until(flushed, 30.0, "a flush")
+    spin_until(flushed, what="a flush")
     process.signal(signal.SIGKILL)
     process.wait()
 
@@ -89,7 +88,7 @@ def test_a_disk_that_takes_no_more_ends_the_recorder_with_what_it_has(
         publish()
         return file.stat().st_size > 2000
 
-    spin_until(flushed, 30.0, "a flush")
+    spin_until(flushed, what="a flush")
     limit = file.stat().st_size + 10_000
     resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
 
@@ -97,7 +96,7 @@ def test_a_disk_that_takes_no_more_ends_the_recorder_with_what_it_has(
         publish()
         return process.returncode is not None
 
-    spin_until(ended, 60.0, "the end of the recorder")
+    spin_until(ended, what="the end of the recorder")
 
     assert process.returncode == 1
     assert "error: cannot write" in process.output
@@ -121,7 +120,7 @@ def test_a_recorded_bag_is_played_byte_by_byte(ros_context, spin_until, start_pr
     node.create_subscription(String, "latched", latched.append, LATCHED, raw=True)
 
     process = start_process([PLAYER, tmp_path / "bag", "--wait-for-subscribers", "30"])
-    spin_until(lambda: len(received) == 100 and latched, 40.0, "the messages")
+    spin_until(lambda: len(received) == 100 and latched, what="the messages")
 
     assert process.wait() == 0
     assert received == sent

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import pytest
+from patience import PATIENCE_S
 
 pytestmark = pytest.mark.graph
 
@@ -43,7 +44,7 @@ def test_top_in_a_terminal_ends_on_ctrl_c_and_gives_the_terminal_back(ros_domain
             if not part:
                 break
             output += part
-        assert process.wait(15.0) == 0
+        assert process.wait(PATIENCE_S) == 0
     finally:
         if process.poll() is None:
             process.kill()
@@ -54,7 +55,7 @@ def test_top_in_a_terminal_ends_on_ctrl_c_and_gives_the_terminal_back(ros_domain
 
 
 def test_doctor_looks_at_everything_and_says_so_in_json(start_process):
-    process = start_process([*DOCTOR, "--json", "--listen", "1"])
+    process = start_process([*DOCTOR, "--json", "--listen", "3"])
 
     code = process.wait()
 

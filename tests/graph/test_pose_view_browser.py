@@ -7,16 +7,13 @@ import time
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
+from patience import PATIENCE_S
 from PIL import Image
 from viewed_bag import write_viewed_bag
 
 from pose_common.bags import open_bag
 
-pytestmark = [
-    pytest.mark.graph,
-    pytest.mark.xdist_group("live_graph"),
-    pytest.mark.timeout(240),
-]
+pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 VIEW = f"{get_package_prefix('pose_view')}/lib/pose_view/view"
 VIEWER = f"{get_package_prefix('pose_view')}/lib/pose_view/viewer"
 RECORDER = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion/recorder"
@@ -25,7 +22,6 @@ ADDRESS = r"(http://127\.0\.0\.1:\d+)"
 SIZE = {"width": 1000, "height": 460}
 CANVAS = {"x": 280, "y": 60, "width": 370, "height": 330}  # between the panels
 CHANGED = 24  # [-] of 255: more than a curve's or a shadow's edge
-SLOW_MS = 60_000  # [ms] three dimensions are drawn without a graphics card
 
 
 @pytest.fixture(scope="module")
@@ -36,15 +32,15 @@ def bag(tmp_path_factory):
 
 
 def open_page(browser, process):
-    page = browser.open(process.wait_for_output(ADDRESS, 60.0)[1], **SIZE)
-    page.wait_for_selector("canvas", timeout=SLOW_MS)
+    page = browser.open(process.wait_for_output(ADDRESS)[1], **SIZE)
+    page.wait_for_selector("canvas")
     notice = page.locator(".mantine-Notification-closeButton")  # that there is no graphics card
-    notice.first.click(timeout=SLOW_MS)
+    notice.first.click()
     return page
 
 
 def picture(page):
-    data = page.screenshot(clip=CANVAS, timeout=SLOW_MS)
+    data = page.screenshot(clip=CANVAS)
     return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), int)
 
 
@@ -54,11 +50,11 @@ def moving(first, second):
     return [int(part.sum()) for part in np.array_split(changed, 3, axis=1)]
 
 
-def until(page, condition, what, timeout_s=60.0):
+def until(page, condition, what):
     """The first truthy result of a condition, asked for again and again."""
-    deadline = time.monotonic() + timeout_s
+    deadline = time.monotonic() + PATIENCE_S
     while not (found := condition()):
-        assert time.monotonic() < deadline, f"waited {timeout_s:g} s in vain for {what}"
+        assert time.monotonic() < deadline, f"waited {PATIENCE_S:g} s in vain for {what}"
         page.wait_for_timeout(100)
     return found
 
@@ -73,8 +69,8 @@ def test_a_recording_plays_pauses_and_scrubs_without_the_internet(browser, start
     before = picture(page)
 
     until(page, lambda: min(moving(before, picture(page))) > 40, "moving pixels in each place")
-    page.get_by_role("button", name="Pause").click(timeout=SLOW_MS)
-    page.get_by_role("button", name="Play").wait_for(timeout=SLOW_MS)
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Play").wait_for()
     until(page, lambda: moving(picture(page), picture(page)) == [0, 0, 0], "a standing picture")
     stands = picture(page)
 
@@ -87,8 +83,8 @@ def test_a_recording_plays_pauses_and_scrubs_without_the_internet(browser, start
         page.mouse.click(track["x"] + share * track["width"], track["y"] + track["height"] / 2)
         return abs(shown_time(page) - 6.0 * share) < 0.7
 
-    until(page, is_scrubbed, "the slider's time", 20.0)
-    until(page, lambda: min(moving(stands, picture(page))) > 40, "the bodies of another time", 20.0)
+    until(page, is_scrubbed, "the slider's time")
+    until(page, lambda: min(moving(stands, picture(page))) > 40, "the bodies of another time")
     assert browser.refused == []
     assert browser.errors == []
 
@@ -104,12 +100,12 @@ def test_a_click_on_record_makes_a_bag_and_the_viewer_takes_nothing_with_it(
     process = start_process([VIEWER, "--ros-args", "-p", "port:=0"])
     page = open_page(browser, process)
 
-    page.get_by_text("Fused").first.wait_for(timeout=SLOW_MS)
+    page.get_by_text("Fused").first.wait_for()
     button = page.get_by_role("button", name="Start recording")
     until(page, button.is_enabled, "a recorder")
-    button.click(timeout=SLOW_MS)
-    page.get_by_text(f"recording into {output}").wait_for(timeout=SLOW_MS)
-    page.get_by_role("button", name="Stop recording").wait_for(timeout=SLOW_MS)
+    button.click()
+    page.get_by_text(f"recording into {output}").wait_for()
+    page.get_by_role("button", name="Stop recording").wait_for()
     process.signal(9)
     process.wait()
     assert recorder.returncode is None

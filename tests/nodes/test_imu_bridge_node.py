@@ -64,7 +64,7 @@ class Bench:
         self.spin_until(lambda: all(p.get_subscription_count() for p in publishers))
 
     def spin_until(self, condition, what: str = "") -> None:
-        self._context.spin_until(condition, 20.0, what)
+        self._context.spin_until(condition, what=what)
 
     def send(self, *frames: bytes) -> None:
         os.write(self.master, b"".join(frames))

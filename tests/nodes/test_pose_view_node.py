@@ -2,6 +2,7 @@
 
 import pytest
 import viser
+from patience import PATIENCE_S
 from rcl_interfaces.srv import SetParameters
 from std_srvs.srv import Trigger
 from viewed_bag import moving_joints, skeleton_message
@@ -127,7 +128,7 @@ def test_a_missing_recorder_is_said_in_words(viewer, spin_until):
 def test_a_browser_that_leaves_is_forgotten(viewer, spin_until):
     address = viewer.viewer.server.address.replace("http", "ws")
     with connect(address, subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as browser:
-        browser.recv(timeout=5)
+        browser.recv(timeout=PATIENCE_S)
         server = viewer.viewer.server._websock_server
         assert len(server._live_connections) == 1
     spin_until(lambda: not server._live_connections)

@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 from urllib.parse import urlsplit
 
+from patience import PATIENCE_S
 from playwright.sync_api import Browser, BrowserType, Page, Route
 
 CANDIDATES = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")
@@ -52,6 +53,7 @@ class LocalBrowser:
         """A new page, as of a new visitor, of that size in pixels."""
         context = self._browser.new_context(viewport={"width": width, "height": height})
         context.route("**/*", self._route)
+        context.set_default_timeout(1e3 * PATIENCE_S)  # pictures are drawn without a graphics card
         page = context.new_page()
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.goto(address)

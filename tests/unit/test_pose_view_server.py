@@ -5,6 +5,7 @@ import urllib.request
 import pytest
 import viser
 import zstandard
+from patience import PATIENCE_S
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
@@ -27,29 +28,29 @@ def websocket(server, origin):
 
 
 def received(connection, text):
-    """Whether a text arrives within a few seconds; messages are packed, after two lengths."""
+    """Whether a text arrives; messages are packed, after two lengths."""
     while True:
-        data = connection.recv(timeout=5)
+        data = connection.recv(timeout=PATIENCE_S)
         packed = int.from_bytes(data[8:16], "little")
         if text in zstandard.decompress(data[16 : 16 + packed]):
             return True
 
 
 def test_it_serves_the_page_on_the_address_it_names(server):
-    with urllib.request.urlopen(server.address, timeout=5) as answer:
+    with urllib.request.urlopen(server.address, timeout=PATIENCE_S) as answer:
         assert b"<html" in answer.read()
     assert server.address.startswith("http://127.0.0.1:")
 
 
 def test_its_own_page_may_connect(server):
     with websocket(server, server.address) as connection:
-        assert connection.recv(timeout=5)
+        assert connection.recv(timeout=PATIENCE_S)
 
 
 def test_a_page_of_another_site_is_shown_nothing(server):
     with websocket(server, "https://example.org") as connection:
         with pytest.raises(ConnectionClosed):
-            connection.recv(timeout=5)
+            connection.recv(timeout=PATIENCE_S)
         assert connection.close_code == 1008
 
 
