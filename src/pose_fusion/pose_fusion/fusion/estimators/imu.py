@@ -1,4 +1,4 @@
-"""``imu``: the IMUs alone, the root held where the cameras saw it last."""
+"""``imu``: the IMUs alone, the root held where the cameras saw it first."""
 
 from pose_fusion.filters.segment_filter import CameraLook
 from pose_fusion.fusion.estimators.estimator import Observation
