@@ -7,26 +7,13 @@ exactly; where it is straight, it tells nothing. In between, both share.
 import numpy as np
 
 from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.kernels.hinge_plane import turn_into_hinge_planes
-from pose_fusion.streams.samples import FloatArray
+from pose_fusion.kernels.hinge_plane import Hinges
 
 STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a bend: up to it the plane says nothing
 BENT = float(np.sin(np.radians(30.0)))  # [-] from which on it counts alone
 
 
-def turned_into_hinge_planes(tree: SegmentTree, rotations: FloatArray) -> FloatArray:
-    """Rotations whose limbs are turned about themselves as their hinges show.
-
-    No bone changes its direction.
-
-    Args:
-        tree: The body.
-        rotations: ``R_map_link``, shape (links, 3, 3).
-
-    Returns:
-        Shape (links, 3, 3).
-    """
-    result = np.array(rotations, order="C")
+def hinges_of(tree: SegmentTree) -> Hinges:
+    """The hinges by whose planes limbs are turned about themselves; no bone changes direction."""
     parents, links, signs = tree.hinge_arrays
-    turn_into_hinge_planes(result, parents, links, signs, STRAIGHT, BENT)
-    return result
+    return Hinges(parents=parents, links=links, signs=signs, straight=STRAIGHT, bent=BENT)

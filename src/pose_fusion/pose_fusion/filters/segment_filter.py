@@ -13,6 +13,7 @@ in :mod:`pose_fusion.kernels`.
 
 from collections.abc import Sequence
 from copy import copy
+from math import exp
 
 import numpy as np
 
@@ -23,16 +24,21 @@ from pose_fusion.filters.posture import PosturePrior, posture_numbers
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_numbers
 from pose_fusion.kernels.camera import Frame, add_camera
-from pose_fusion.kernels.inverse import invert
-from pose_fusion.kernels.links import add_imus, own_blocks, turn_back
+from pose_fusion.kernels.correction import NOT_DEFINITE, correct
 from pose_fusion.kernels.placing import Pose
-from pose_fusion.kernels.posture import add_posture
-from pose_fusion.kernels.prediction import bound, move, predict_covariance, predict_pose, remember
+from pose_fusion.kernels.prediction import Elapsed, predict
 from pose_fusion.streams.samples import FloatArray
 
 WRONG_BEND = float(np.radians(-35.0))  # a hinge bent further is a limb turned by half a turn
 LARGEST_STDDEV = float(np.radians(60.0))  # an unseen turn grows no further
 REOPENED_RATE_STDDEV = 1.0  # [rad/s]
+NO_LOOKS = LinkLooks(
+    links=np.zeros(0, np.int64),
+    R_map_link=np.zeros((0, 3, 3)),
+    variance=np.zeros((0, 3)),
+    angular_velocity=np.zeros((0, 3)),
+    rate_variance=np.zeros(0),
+)
 
 
 class SegmentFilter:
@@ -83,19 +89,25 @@ class SegmentFilter:
 
     def predict(self, dt_s: float) -> None:
         """Go on by ``dt_s`` [s]."""
-        state, motion, layout = self.known_state, self.motion, self.layout
-        keep = float(np.exp(-dt_s / motion.rate_memory))
-        keep_slide = float(np.exp(-dt_s / motion.slide_memory))
-        reach_s = motion.rate_memory * (1.0 - keep)
-        pose = state.pose
-        predict_pose(pose, keep, reach_s, keep_slide)
-        predict_covariance(
-            state.covariance, dt_s, keep, reach_s, keep_slide, self._power, motion.slide_stddev**2
+        state, motion = self.known_state, self.motion
+        keep = exp(-dt_s / motion.rate_memory)
+        elapsed = Elapsed(
+            dt_s=dt_s,
+            keep=keep,
+            reach_s=motion.rate_memory * (1.0 - keep),
+            keep_slide=exp(-dt_s / motion.slide_memory),
+            forgotten=1.0 - exp(-dt_s / self.noise.memory),
         )
-        # Keep what nothing sees where small-angle errors still mean something.
-        bound(state.covariance, layout.rotations.start, layout.rotations.stop, LARGEST_STDDEV)
-        forgotten = 1.0 - float(np.exp(-dt_s / self.noise.memory))
-        remember(self.tree.numbers, pose, forgotten, self._memory)
+        predict(
+            self.tree.numbers,
+            state.pose,
+            state.covariance,
+            self._memory,
+            elapsed,
+            self._power,
+            motion.slide_stddev**2,
+            LARGEST_STDDEV,
+        )
 
     def ahead(self, dt_s: float) -> "SegmentFilter":
         """The filter ``dt_s`` [s] later, as it would be if nothing were seen until then."""
@@ -135,20 +147,23 @@ class SegmentFilter:
         distance = np.full(len(self.tree.offsets), np.nan)
         for look in cameras:
             self._add_camera(look, pose, state.covariance, information, vector, distance)
-        of_kinects, of_imus = of_links = np.zeros((2, layout.links, 3, 3))
-        own_blocks(information, of_kinects)
-        if imus is not None:
-            add_imus(pose, imus, information, vector)
-            own_blocks(information, of_imus)
-            of_imus -= of_kinects
-        add_posture(self._posture, state.rotations, information, vector)
-        state.covariance = updated(state.covariance, information)
-        move(pose, state.covariance @ vector)
-        return UpdateReport(
-            distance=distance,
-            information=of_links,
-            flipped=turn_back(state.rotations, *self.tree.hinge_arrays, WRONG_BEND),
+        of_links = np.zeros((2, layout.links, 3, 3))
+        # Only IMUs' rates, and cameras that saw what was a while ago, tell of rates.
+        tells_rates = imus is not None or any(look.delay_s != 0.0 for look in cameras)
+        flipped = correct(
+            self._posture,
+            NO_LOOKS if imus is None else imus,
+            WRONG_BEND,
+            layout.size if tells_rates else layout.pose_size,
+            pose,
+            state.covariance,
+            information,
+            vector,
+            of_links,
         )
+        if flipped == NOT_DEFINITE:
+            raise np.linalg.LinAlgError("the covariance is not positive definite")
+        return UpdateReport(distance=distance, information=of_links, flipped=flipped)
 
     def _add_camera(
         self,
@@ -189,16 +204,3 @@ class SegmentFilter:
         if self.state is None:
             raise RuntimeError("the filter has not been started")
         return self.state
-
-
-def updated(P: FloatArray, information: FloatArray) -> FloatArray:
-    """(P⁻¹ + information)⁻¹; both are used up.
-
-    Raises:
-        numpy.linalg.LinAlgError: If P is not positive definite.
-    """
-    is_definite = invert(P)
-    P += information
-    if not is_definite or not invert(P):
-        raise np.linalg.LinAlgError("the covariance is not positive definite")
-    return P

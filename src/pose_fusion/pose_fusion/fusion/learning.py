@@ -3,16 +3,16 @@
 import numpy as np
 
 from pose_common.counters import Counters
-from pose_common.joints import JOINTS, TrackingState
+from pose_common.joints import JOINTS
 from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.body.trunk import heading_axes
+from pose_fusion.body.trunk import HIPS_AND_NECK
 from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
-from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SeenFrame
 from pose_fusion.imu.imu_set import ImuSet
+from pose_fusion.kernels.seeing import keep_latest, mean_without_offsets
 from pose_fusion.streams.samples import FloatArray
 
 NS_PER_S = 1_000_000_000
@@ -49,7 +49,7 @@ class FrameLearner:
         self._neutral_watcher = NeutralStandWatcher(model) if takes_offsets else None
         self._measuring = BodyMeasuring(model, parameters.shape_duration)
         self._latest = np.full((count, len(JOINTS), 3), np.nan)
-        self._latest_ns = [0] * count
+        self._latest_ns = np.zeros(count, np.int64)
 
     @property
     def status(self) -> str:
@@ -67,7 +67,15 @@ class FrameLearner:
             The person's measures, if they have just been found.
         """
         if self._parameters.use_imus:
-            self._keep_latest(frame)
+            keep_latest(
+                frame.stamp_ns,
+                frame.is_present,
+                frame.positions,
+                frame.tracking_state,
+                LATEST_NS,
+                self._latest,
+                self._latest_ns,
+            )
             self._imus.observe(frame.stamp_ns, self._seen_now())
         found = self._watch_for_neutral(frame, shape)
         if shape is None and found is None:
@@ -77,21 +85,9 @@ class FrameLearner:
 
     def _seen_now(self) -> FloatArray:
         """Mean of the sensors' tracked joints, without their trackers' offsets, (15, 3) [m]."""
-        mean = mean_of_sensors(self._latest)
-        R_map_heading = heading_axes(mean)
-        if np.isnan(R_map_heading[0, 0]) or not self.offsets.any():
-            return mean
-        return mean_of_sensors(self._latest - self.offsets @ R_map_heading.T)
-
-    def _keep_latest(self, frame: SeenFrame) -> None:
-        """Remember what each sensor saw last, a short while ago at most."""
-        for index, sensor in enumerate(self._parameters.sensors):
-            if sensor in frame.sensors:
-                is_tracked = frame.tracking_state[index] == TrackingState.TRACKED
-                self._latest[index] = np.where(is_tracked[:, None], frame.positions[index], np.nan)
-                self._latest_ns[index] = frame.stamp_ns
-            elif abs(frame.stamp_ns - self._latest_ns[index]) > LATEST_NS:
-                self._latest[index] = np.nan
+        mean = np.empty(self._latest.shape[1:])
+        mean_without_offsets(self._latest, self.offsets, HIPS_AND_NECK, mean)
+        return mean
 
     def _watch_for_neutral(self, frame: SeenFrame, shape: BodyShape | None) -> BodyShape | None:
         """Take the trackers' offsets, and measures if there are none, from a neutral stand."""

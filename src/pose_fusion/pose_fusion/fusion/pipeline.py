@@ -25,7 +25,7 @@ from pose_fusion.fusion.learning import COUNTERS as LEARNING_COUNTERS
 from pose_fusion.fusion.learning import FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
-from pose_fusion.fusion.seen import SeenFrame, places_in_map, seen_in_map
+from pose_fusion.fusion.seen import SeenFrame, SensorsInMap
 from pose_fusion.fusion.silence import CamerasSilence
 from pose_fusion.fusion.telling import body_estimate
 from pose_fusion.fusion.waiting import WaitingSamples
@@ -74,7 +74,7 @@ class FusionPipeline:
         )
         prepare(self._estimator_class, self.model.name)
         self.extrinsics: Extrinsics | None = None
-        self._cameras = places_in_map(parameters.sensors, None)
+        self._sensors = SensorsInMap(parameters.sensors, None)
         self.clocks: Clocks = {}
         self.shape: BodyShape | None = None
         self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
@@ -116,7 +116,7 @@ class FusionPipeline:
         self.learn()
         self.use_clocks(extrinsics.clocks)
         self.extrinsics = extrinsics
-        self._cameras = places_in_map(self.parameters.sensors, extrinsics)
+        self._sensors = SensorsInMap(self.parameters.sensors, extrinsics)
         body = extrinsics.body
         if self.shape is None and body is not None and body.model == self.model.name:
             self.use_shape(body.shape)
@@ -298,7 +298,7 @@ class FusionPipeline:
             stamp_ns=seen.stamp_ns,
             positions=seen.positions,
             tracking_state=seen.tracking_state,
-            cameras=self._cameras,
+            cameras=self._sensors.places,
             offsets=self._learner.offsets,
             readings=self._readings(frame.stamp_ns),
         )
@@ -314,7 +314,7 @@ class FusionPipeline:
 
     def _see(self, frame: AlignedFrame) -> SeenFrame:
         self.counters.add("frames")
-        return seen_in_map(frame, self.parameters.sensors, self.extrinsics)
+        return self._sensors.see(frame)
 
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""

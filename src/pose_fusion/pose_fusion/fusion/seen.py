@@ -1,6 +1,6 @@
 """What the sensors saw at one instant, in map."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pose_common.joints import JOINTS
 from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.kernels.seeing import into_map
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.time_alignment import AlignedFrame
 
@@ -17,43 +18,46 @@ class SeenFrame:
     """What the sensors saw at one instant, in map."""
 
     stamp_ns: int  # [ns]
-    sensors: Collection[str]  # whose frames these are
+    is_present: NDArray[np.bool_]  # (sensors,) whose frames these are
     positions: FloatArray  # (sensors, 15, 3) [m]; NaN unseen
     tracking_state: NDArray[np.uint8]  # (sensors, 15)
 
 
-def places_in_map(sensors: Sequence[str], extrinsics: Extrinsics | None) -> FloatArray:
-    """Where the sensors stand, (sensors, 3) [m]; NaN those that the extrinsics do not place."""
-    places = np.full((len(sensors), 3), np.nan)
-    if extrinsics is not None:
-        for index, sensor in enumerate(sensors):
-            if sensor in extrinsics.T_reference_sensor:
-                places[index] = extrinsics.T_map_sensor(sensor)[:3, 3]
-    return places
-
-
-def seen_in_map(
-    frame: AlignedFrame, sensors: Sequence[str], extrinsics: Extrinsics | None
-) -> SeenFrame:
-    """Bring a frame into map.
+class SensorsInMap:
+    """Where the sensors are, and what they see from there.
 
     Args:
-        frame: Of some sensors, or of none.
-        sensors: All that there are, in their order.
-        extrinsics: Where they are.
+        sensors: Their names, in their order.
+        extrinsics: Where they are; None: not known yet.
     """
-    positions = np.full((len(sensors), len(JOINTS), 3), np.nan)
-    state = np.zeros((len(sensors), len(JOINTS)), np.uint8)
-    for index, sensor in enumerate(sensors):
-        sample = frame.samples.get(sensor)
-        if sample is None or extrinsics is None:
-            continue
-        T_map_sensor = extrinsics.T_map_sensor(sensor)
-        positions[index] = sample.positions @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
-        state[index] = np.where(np.isfinite(positions[index, :, 0]), sample.tracking_state, 0)
-    return SeenFrame(
-        stamp_ns=frame.stamp_ns,
-        sensors=frame.samples.keys(),
-        positions=positions,
-        tracking_state=state,
-    )
+
+    def __init__(self, sensors: Sequence[str], extrinsics: Extrinsics | None) -> None:
+        self._index = {sensor: index for index, sensor in enumerate(sensors)}
+        self._T_map_sensor = np.full((len(sensors), 4, 4), np.nan)
+        if extrinsics is not None:
+            for sensor in extrinsics.T_reference_sensor.keys() & self._index.keys():
+                self._T_map_sensor[self._index[sensor]] = extrinsics.T_map_sensor(sensor)
+        self.places: FloatArray = np.ascontiguousarray(self._T_map_sensor[:, :3, 3])
+        """(sensors, 3) [m]; NaN those that the extrinsics do not place."""
+
+    def see(self, frame: AlignedFrame) -> SeenFrame:
+        """Bring a frame, of some sensors or of none, into map."""
+        count = len(self._index)
+        positions = np.full((count, len(JOINTS), 3), np.nan)
+        state, is_present = np.zeros((count, len(JOINTS)), np.uint8), np.zeros(count, np.bool_)
+        for sensor, sample in frame.samples.items():
+            index = self._index[sensor]
+            is_present[index] = True
+            into_map(
+                self._T_map_sensor[index],
+                np.ascontiguousarray(sample.positions),
+                np.ascontiguousarray(sample.tracking_state),
+                positions[index],
+                state[index],
+            )
+        return SeenFrame(
+            stamp_ns=frame.stamp_ns,
+            is_present=is_present,
+            positions=positions,
+            tracking_state=state,
+        )

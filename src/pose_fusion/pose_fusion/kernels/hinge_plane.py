@@ -1,11 +1,23 @@
 """The turn of a limb about itself that its bent hinge shows: see ``body.hinge_plane``."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.rotations import exponential, product
 from pose_fusion.streams.samples import FloatArray
+
+
+class Hinges(NamedTuple):
+    """A body's hinges as arrays, and how far they must be bent; see below."""
+
+    parents: NDArray[np.int64]
+    links: NDArray[np.int64]
+    signs: FloatArray
+    straight: float
+    bent: float
 
 
 @compiled

@@ -29,6 +29,39 @@ def invert(A: FloatArray) -> bool:
 
 
 @compiled
+def add_information(P: FloatArray, information: FloatArray, informed: int) -> bool:
+    r"""P becomes (P⁻¹ + information)⁻¹; False: one of both was not positive definite.
+
+    Of the others' rows only what goes along with those that are informed changes, by
+    :math:`K = P_{BA} P_{AA}^{-1}`: then two inversions of a smaller matrix do.
+
+    Args:
+        P: A covariance; is used up.
+        information: As large; zero but for the first rows and columns.
+        informed: How many those are.
+    """
+    if informed == len(P):
+        if not invert(P):
+            return False
+        P += information
+        return invert(P)
+    A, C = P[:informed, :informed].copy(), P[informed:, :informed].copy()
+    if not invert(A):
+        return False
+    K = np.dot(C, A)
+    A += information[:informed, :informed]
+    if not invert(A):
+        return False
+    changed = np.dot(K, A)
+    P[:informed, :informed] = A
+    P[informed:, :informed] = changed
+    P[:informed, informed:] = changed.T
+    P[informed:, informed:] += np.dot(changed - C, K.T)
+    mirror(P)
+    return True
+
+
+@compiled
 def invert_by_halves(A: FloatArray) -> bool:
     """The same, symmetric only up to rounding."""
     if len(A) <= SMALL:

@@ -1,11 +1,61 @@
 r"""The segment filter's prediction: rates that die away, :math:`\dot\omega = -\omega/\tau + w`."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
 from pose_fusion.kernels.rotations import exponential, product
 from pose_fusion.streams.samples import FloatArray
+
+
+class Elapsed(NamedTuple):
+    """A step of time, and what remains after it."""
+
+    dt_s: float  # [s]
+    keep: float  # [-] of the rates
+    reach_s: float  # [s] how far one unit of rate leads meanwhile
+    keep_slide: float  # [-] of the slides
+    forgotten: float  # [-] of the joints' remembered places
+
+
+@compiled
+def predict(
+    body: BodyNumbers,
+    pose: Pose,
+    P: FloatArray,
+    memory: FloatArray,
+    elapsed: Elapsed,
+    power: FloatArray,
+    slide_variance: float,
+    largest_stddev: float,
+) -> None:
+    """Go on in place: the pose, its covariance and what is remembered.
+
+    Args:
+        body: The tree.
+        pose: The state.
+        P: Its covariance.
+        memory: See :func:`remember`.
+        elapsed: The step.
+        power: See :func:`predict_covariance`.
+        slide_variance: Likewise.
+        largest_stddev: [rad] beyond which a link's unseen turn grows no further.
+    """
+    predict_pose(pose, elapsed.keep, elapsed.reach_s, elapsed.keep_slide)
+    predict_covariance(
+        P,
+        elapsed.dt_s,
+        elapsed.keep,
+        elapsed.reach_s,
+        elapsed.keep_slide,
+        power,
+        slide_variance,
+    )
+    # Keep what nothing sees where small-angle errors still mean something.
+    bound(P, 3, 3 + 3 * len(pose.rotations), largest_stddev)
+    remember(body, pose, elapsed.forgotten, memory)
 
 
 @compiled

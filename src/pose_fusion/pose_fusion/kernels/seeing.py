@@ -73,6 +73,17 @@ def keep_latest(
 
 
 @compiled
+def share_cameras(tracking_state: NDArray[np.uint8], out: FloatArray) -> None:
+    """Each camera's share [-] in each joint, (s, 15): by how well its tracker has it."""
+    for j in range(out.shape[1]):
+        total = 0
+        for s in range(len(out)):
+            total += tracking_state[s, j]
+        for s in range(len(out)):
+            out[s, j] = tracking_state[s, j] / total if total > 0 else 0.0
+
+
+@compiled
 def mean_of_cameras(positions: FloatArray, out: FloatArray) -> None:
     """Mean of the cameras that saw a joint, (s, 15, 3) to (15, 3) [m]; NaN if none did."""
     for j in range(len(out)):

@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
 from pose_fusion.streams.samples import FloatArray
 
 LEAST_JOINTS = 3  # of a group, for a distance to mean something
@@ -54,3 +55,40 @@ def unswap(
                 order[left], order[right] = order[right], order[left]
             count += 1
     return count
+
+
+@compiled
+def unswap_cameras(
+    body: BodyNumbers,
+    pose: Pose,
+    groups: NDArray[np.int64],
+    far: float,
+    clear: float,
+    positions: FloatArray,
+    tracking_state: NDArray[np.uint8],
+) -> int:
+    """Swap back, in place, what each camera's tracker took for the other side's.
+
+    Args:
+        body: The tree.
+        pose: What is expected.
+        groups: See :func:`unswap`.
+        far: Likewise.
+        clear: Likewise.
+        positions: (s, 15, 3) [m]; NaN unseen.
+        tracking_state: (s, 15).
+
+    Returns:
+        How many groups were.
+    """
+    count, swaps = positions.shape[1], 0
+    levers, expected = np.zeros((count, len(pose.rotations), 3)), np.empty((count, 3))
+    place_joints(body, pose.position, pose.rotations, pose.slides, levers, expected)
+    for s in range(len(positions)):
+        order = np.arange(count)
+        swapped = unswap(positions[s], expected, groups, far, clear, order)
+        if swapped > 0:
+            positions[s] = positions[s][order]
+            tracking_state[s] = tracking_state[s][order]
+            swaps += swapped
+    return swaps

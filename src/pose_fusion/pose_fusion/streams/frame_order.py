@@ -8,6 +8,7 @@ whether it still owes a frame from before another's: only then is waited.
 from collections import deque
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
+from math import inf
 from statistics import median
 from typing import Generic, TypeVar
 
@@ -27,21 +28,21 @@ class Rhythm:
 
     newest_ns: int
     intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
+    earliest_ns: float = inf  # [ns] after the newest, from which on the next frame may come
 
     def add(self, stamp_ns: int) -> None:
         """Note a frame."""
         self.intervals_ns.append(stamp_ns - self.newest_ns)
         self.newest_ns = stamp_ns
+        period_ns = median(self.intervals_ns)
+        deviation_ns = median(abs(each - period_ns) for each in self.intervals_ns)
+        early_ns = min(max(JITTERS * deviation_ns, LEAST_JITTER_NS), LARGEST_JITTER_NS)
+        self.earliest_ns = period_ns - early_ns
 
     def owes_until(self, stamp_ns: int) -> bool:
         """Whether a frame of before an instant is still to come."""
         missing_ns = stamp_ns - self.newest_ns
-        if not 0 < missing_ns <= SILENT_NS or not self.intervals_ns:
-            return False
-        period_ns = median(self.intervals_ns)
-        deviation_ns = median(abs(each - period_ns) for each in self.intervals_ns)
-        early_ns = min(max(JITTERS * deviation_ns, LEAST_JITTER_NS), LARGEST_JITTER_NS)
-        return missing_ns > period_ns - early_ns
+        return 0 < missing_ns <= SILENT_NS and missing_ns > self.earliest_ns
 
 
 class FrameOrder(Generic[T]):

@@ -16,7 +16,7 @@ FORGET_S = 2.0  # [s] after this long, anybody may be the person again
 @dataclass
 class _Followed:
     person: str
-    centre: FloatArray  # (3,) [m] in the sensor's frame
+    seen: FloatArray  # (15, 3) [m] in the sensor's frame, when any joint was last known
     stamp_ns: int
 
 
@@ -55,10 +55,10 @@ class PersonSelector:
         known = self._followed.get(chosen.sensor)
         if known is not None and known.person != chosen.person:
             self.counters.add("person_changed")
-        centre = _centre(chosen)
-        if np.isnan(centre).any() and known is not None:
-            centre = known.centre
-        self._followed[chosen.sensor] = _Followed(chosen.person, centre, chosen.stamp_ns)
+        seen = chosen.positions
+        if known is not None and not np.isfinite(seen).all(axis=1).any():
+            seen = known.seen
+        self._followed[chosen.sensor] = _Followed(chosen.person, seen, chosen.stamp_ns)
         return chosen
 
     def _choose(self, persons: Sequence[SkeletonSample]) -> SkeletonSample | None:
@@ -70,12 +70,13 @@ class PersonSelector:
         for candidate in persons:
             if candidate.person == known.person:
                 return candidate
-        distances = [float(np.linalg.norm(_centre(p) - known.centre)) for p in persons]
+        centre = _centre(known.seen)
+        distances = [float(np.linalg.norm(_centre(p.positions) - centre)) for p in persons]
         distances = [np.inf if np.isnan(d) else d for d in distances]
         nearest = int(np.argmin(distances))
         return persons[nearest] if distances[nearest] <= REACH_M else None
 
 
-def _centre(sample: SkeletonSample) -> FloatArray:
-    known = np.isfinite(sample.positions).all(axis=1)
-    return sample.positions[known].mean(axis=0) if known.any() else np.full(3, np.nan)
+def _centre(positions: FloatArray) -> FloatArray:
+    known = np.isfinite(positions).all(axis=1)
+    return positions[known].mean(axis=0) if known.any() else np.full(3, np.nan)

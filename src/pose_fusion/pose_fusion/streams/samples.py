@@ -1,7 +1,7 @@
 """What the sensors say, as plain frozen values."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,8 +47,8 @@ class ImuBlock:
 
     def rows(self, chosen: slice | NDArray[np.intp]) -> "ImuBlock":
         """Some of the rows."""
-        return replace(
-            self,
+        return ImuBlock(
+            segments=self.segments,
             imu=self.imu[chosen],
             stamps_ns=self.stamps_ns[chosen],
             orientation=self.orientation[chosen],

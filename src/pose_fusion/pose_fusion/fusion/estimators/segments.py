@@ -7,8 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from pose_common.counters import Counters
-from pose_common.joints import JOINTS, TrackingState
-from pose_fusion.body.hinge_plane import turned_into_hinge_planes
+from pose_common.joints import JOINTS
 from pose_fusion.body.inverse_kinematics import dof_from_positions
 from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import BodyModel
@@ -32,6 +31,7 @@ from pose_fusion.fusion.estimators.uncertainty import Uncertainty
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.seeing import share_cameras
 from pose_fusion.streams.samples import FloatArray
 
 NS_PER_S = 1_000_000_000
@@ -71,7 +71,7 @@ class SegmentEstimator(Estimator):
         super().__init__(model, shape, parameters, counters)
         self._tree = SegmentTree(model, shape)
         self._filter = SegmentFilter(self._tree)
-        self._reader = PoseReader(model, shape)
+        self._reader = PoseReader(model, shape, self._tree)
         self._handover = Handover(len(self._tree.parents))
         self._sources = Sources()
         names = model.link_names
@@ -132,8 +132,8 @@ class SegmentEstimator(Estimator):
                 return None
         handover = copy(self._handover)
         handover.predict(ahead_s)
-        visible = self._visible(handover.shown(ahead.known_state))
-        pose = copy(self._reader).read(visible, report, told.sensor_weight)
+        shown = handover.shown(ahead.known_state)
+        pose = self._reader.copy().read(shown, report, told.sensor_weight)
         pose = replace(pose, variance=self._uncertainty.variance(pose, self._uncertainty.distance))
         return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
 
@@ -141,11 +141,8 @@ class SegmentEstimator(Estimator):
         self, state: SegmentState, distance: float, report: UpdateReport, observation: Observation
     ) -> FusedPose:
         """The degrees of freedom of a state, with the variances that its errors keep to."""
-        pose = self._reader.read(self._visible(state), report, _sensor_weight(observation))
+        pose = self._reader.read(state, report, _sensor_weight(observation))
         return replace(pose, variance=self._uncertainty.variance(pose, distance))
-
-    def _visible(self, state: SegmentState) -> SegmentState:
-        return replace(state, rotations=turned_into_hinge_planes(self._tree, state.rotations))
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None
@@ -197,26 +194,24 @@ class SegmentEstimator(Estimator):
         return True
 
     def _camera_looks(self, observation: Observation, delay_s: float) -> list[CameraLook]:
-        expected = self._filter.joints()
-        looks = []
-        for index, state in enumerate(observation.tracking_state):
-            if not state.any():
-                continue
-            positions = observation.positions[index]
-            order, swaps = unswapped(positions, expected)
-            if swaps:
-                self.counters.add("sides_swapped", swaps)
-                positions, state = positions[order], state[order]
-            looks.append(
-                CameraLook(
-                    positions=positions,
-                    tracking_state=state,
-                    camera=observation.cameras[index],
-                    offsets=observation.offsets[index],
-                    delay_s=delay_s,
-                )
+        positions, states, swaps = unswapped(
+            self._tree,
+            self._filter.known_state.pose,
+            observation.positions,
+            observation.tracking_state,
+        )
+        if swaps:
+            self.counters.add("sides_swapped", swaps)
+        return [
+            CameraLook(
+                positions=positions[index],
+                tracking_state=states[index],
+                camera=observation.cameras[index],
+                offsets=observation.offsets[index],
+                delay_s=delay_s,
             )
-        return looks
+            for index in np.flatnonzero(states.any(axis=1)).tolist()
+        ]
 
     def _imu_looks(self, readings: SegmentReadings) -> LinkLooks | None:
         """What the IMUs say of the model's links; None if nothing."""
@@ -260,6 +255,6 @@ def _names(observation: Observation) -> list[str]:
 
 def _sensor_weight(observation: Observation) -> FloatArray:
     """Each sensor's share in each joint: sensors that track it count alike."""
-    weight = observation.tracking_state.astype(float) / float(TrackingState.TRACKED)
-    total = weight.sum(axis=0)
-    return np.asarray(weight / np.where(total > 0.0, total, 1.0))
+    weight = np.empty(observation.tracking_state.shape)
+    share_cameras(observation.tracking_state, weight)
+    return weight

@@ -7,8 +7,10 @@ alone, and the joints' tracking states do not tell.
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.kernels.side_swaps import unswap
+from pose_common.joints import JOINT_INDEX, SIDES
+from pose_fusion.body.segment_tree import SegmentTree
+from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.side_swaps import unswap_cameras
 from pose_fusion.streams.samples import FloatArray
 
 CLEAR = 0.5  # [-] the swapped joints must lie this much nearer to what is expected
@@ -20,16 +22,21 @@ GROUPS = np.array(
 """(groups, joints, sides): arms and legs may be swapped each for themselves."""
 
 
-def unswapped(seen: FloatArray, expected: FloatArray) -> tuple[NDArray[np.int_], int]:
-    """The order of a sensor's joints that fits what is expected.
+def unswapped(
+    tree: SegmentTree, pose: Pose, seen: FloatArray, tracking_state: NDArray[np.uint8]
+) -> tuple[FloatArray, NDArray[np.uint8], int]:
+    """The joints of all sensors, in the order that fits what is expected.
 
     Args:
-        seen: Joint positions of one sensor [m], shape (15, 3); NaN unseen.
-        expected: Where the joints should be [m], shape (15, 3).
+        tree: The body.
+        pose: The pose that is expected.
+        seen: Joint positions [m], shape (sensors, 15, 3); NaN unseen.
+        tracking_state: Shape (sensors, 15).
 
     Returns:
-        For each joint, the index of the seen joint that it is, shape (15,), and how many groups
-        (arms, legs) had been swapped.
+        Positions and states as they are to be taken, and how many groups (arms, legs) had been
+        swapped.
     """
-    order = np.arange(len(JOINTS))
-    return order, unswap(seen, expected, GROUPS, FAR, CLEAR, order)
+    positions, states = seen.copy(), tracking_state.copy()
+    swaps = unswap_cameras(tree.numbers, pose, GROUPS, FAR, CLEAR, positions, states)
+    return positions, states, swaps

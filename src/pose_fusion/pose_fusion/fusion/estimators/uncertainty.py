@@ -8,6 +8,7 @@ errors of synthetic sessions, docs/algorithm.md says to which.
 """
 
 from dataclasses import dataclass
+from math import exp, isfinite
 
 import numpy as np
 
@@ -67,11 +68,11 @@ class Uncertainty:
 
     def note(self, dt_s: float, distance: FloatArray) -> None:
         """Take the distances of one update's joints, shape (15,); NaN unseen."""
-        known = distance[np.isfinite(distance)]
-        if len(known) == 0:
+        known = [min(each, MOST) for each in distance.tolist() if isfinite(each)]
+        if not known:
             return
-        share = 1.0 - float(np.exp(-dt_s / MEMORY_S))
-        self._distance += share * (float(np.minimum(known, MOST).mean()) - self._distance)
+        share = 1.0 - exp(-dt_s / MEMORY_S)
+        self._distance += share * (sum(known) / len(known) - self._distance)
 
     def variance(self, pose: FusedPose, distance: float) -> FloatArray:
         """Of the degrees of freedom, (d,) [m²] or [rad²].
@@ -82,7 +83,8 @@ class Uncertainty:
         """
         numbers = np.where(pose.weight_imu > 0.0, self._with_imu, self._kinect)
         factor, fitting, late_s, stddev = numbers
-        scale = factor * np.clip(distance / fitting, *RANGE)
+        least, most = RANGE
+        scale = factor * np.minimum(np.maximum(distance / fitting, least), most)
         return np.asarray(scale * pose.variance + (late_s * pose.velocity) ** 2 + stddev**2)
 
 
