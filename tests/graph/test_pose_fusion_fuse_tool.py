@@ -3,14 +3,13 @@ import subprocess
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
-from geometry_msgs.msg import Point
 from patience import PATIENCE_S
-from pose_msgs.msg import Skeleton, SkeletonArray
+from pose_msgs.msg import SkeletonArray
+from sample_messages import skeleton_message
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from pose_common.bag_writer import BagWriter
 from pose_common.bags import open_bag
-from pose_common.joints import JOINTS
 from pose_fusion.body.model import load_body_model
 from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
 from pose_fusion.fusion.parameters import FusionParameters
@@ -45,15 +44,7 @@ def write_bag(path, samples, with_extrinsics=True, nobody_s=0.0):
                 empty = to_bag_message(SkeletonArray(header=header), writer.typestore)
                 writer.write(f"/kinect_{sensor}/skeletons", empty, stamp_ns)
         for sample in samples:
-            header = to_header(sample.stamp_ns, f"kinect_{sample.sensor}_optical_frame")
-            skeleton = Skeleton(
-                header=header,
-                id=sample.person,
-                name=list(JOINTS),
-                position=[Point(x=x, y=y, z=z) for x, y, z in sample.positions.tolist()],
-                tracking_state=sample.tracking_state.tolist(),
-            )
-            message = SkeletonArray(header=header, skeletons=[skeleton])
+            message = skeleton_message(sample)
             writer.write(
                 f"/kinect_{sample.sensor}/skeletons",
                 to_bag_message(message, writer.typestore),

@@ -4,10 +4,10 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import Skeleton, SkeletonArray
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sample_messages import points
 from tf2_msgs.msg import TFMessage
 
 from pose_common.joints import JOINTS
-from pose_fusion.conversions import _points
 from pose_fusion.nodes.fusion import FusionNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -28,7 +28,7 @@ def test_bad_transforms_and_missing_joints_are_counted(ros_context):
     transforms.publish(TFMessage(transforms=[placed]))
     skeleton = Skeleton(
         name=list(JOINTS),
-        position=_points([(1e30, 0.0, 2.0)] * 4 + [(0.1, 0.2, 2.0)] * 11),
+        position=points([(1e30, 0.0, 2.0)] * 4 + [(0.1, 0.2, 2.0)] * 11),
         tracking_state=[2] * 15,
     )
     skeletons.publish(SkeletonArray(skeletons=[skeleton]))

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import Point, TransformStamped
-from pose_msgs.msg import Skeleton, SkeletonArray
+from geometry_msgs.msg import TransformStamped
+from pose_msgs.msg import SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from sample_messages import skeleton_message
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from walking_person import LEFT, POSES, RIGHT, angle_deg, samples
 
-from pose_common.conversions import ns_to_stamp
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import JOINTS
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
@@ -26,18 +26,6 @@ LATCHED = QoSProfile(
     reliability=ReliabilityPolicy.RELIABLE,
     durability=DurabilityPolicy.TRANSIENT_LOCAL,
 )
-
-
-def message(one, names=JOINTS):
-    skeleton = Skeleton(
-        id=one.person,
-        name=list(names),
-        position=[Point(x=float(x), y=float(y), z=float(z)) for x, y, z in one.positions],
-        tracking_state=one.tracking_state,
-    )
-    skeleton.header.stamp = ns_to_stamp(one.stamp_ns)
-    skeleton.header.frame_id = f"kinect_{one.sensor}_optical_frame"
-    return SkeletonArray(header=skeleton.header, skeletons=[skeleton])
 
 
 @pytest.fixture
@@ -73,7 +61,7 @@ def graph(ros_context):
             for one in some:
                 received = self.node._calibration.selector.counters
                 before = sum(received.as_dict().values())
-                self.publishers[one.sensor].publish(message(one))
+                self.publishers[one.sensor].publish(skeleton_message(one))
                 self.spin_until(
                     lambda n=before, r=received: (
                         sum(r.as_dict().values()) > n
@@ -182,7 +170,7 @@ def test_the_service_save_without_a_file_says_so(graph):
 def test_a_malformed_skeleton_is_counted(graph):
     graph.start()
     (one,) = samples(duration_s=0.05)[:1]
-    broken = message(one, names=JOINTS[:3])
+    broken = skeleton_message(one, names=JOINTS[:3])
     publisher = graph.publishers[one.sensor]
     graph.spin_until(publisher.get_subscription_count, what="the node")
     publisher.publish(broken)

@@ -1,3 +1,5 @@
+from functools import partial
+
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
@@ -5,6 +7,7 @@ from patience import PATIENCE_S
 from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sample_messages import skeleton_message
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
@@ -15,25 +18,13 @@ from pose_common.errors import InputError, ParameterError
 from pose_common.joints import JOINTS
 from pose_fusion.body.model import load_body_model
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
-from pose_fusion.conversions import _points, to_header, to_static_tf
+from pose_fusion.conversions import to_static_tf
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.nodes.fusion import FusionNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BODY = "/humans/bodies/subject"
-
-
-def to_array(sample):
-    frame = f"kinect_{sample.sensor}_optical_frame"
-    skeleton = Skeleton(
-        header=to_header(sample.stamp_ns, frame),
-        id=sample.person,
-        name=list(JOINTS),
-        position=_points(sample.positions),
-        tracking_state=sample.tracking_state.tolist(),
-    )
-    return SkeletonArray(header=skeleton.header, skeletons=[skeleton])
 
 
 @pytest.fixture
@@ -46,6 +37,14 @@ def make_fusion(ros_context):
         return ros_context.add(node)
 
     return make
+
+
+@pytest.fixture
+def make_placed_fusion(make_fusion, tmp_path):
+    """The same, with extrinsics from a file."""
+    path = tmp_path / "extrinsics.yaml"
+    save_extrinsics(path, extrinsics())
+    return partial(make_fusion, extrinsics_file=str(path))
 
 
 @pytest.fixture
@@ -66,7 +65,7 @@ def feed(ros_context):
         taken = fusion.pipeline.counters
         for sample in samples:
             before = taken["skeletons"]
-            publishers[sample.sensor].publish(to_array(sample))
+            publishers[sample.sensor].publish(skeleton_message(sample))
             ros_context.spin_until(lambda b=before: taken["skeletons"] > b, what="a sample")
 
     return publish
@@ -86,11 +85,9 @@ def samples():
 
 
 def test_live_output_is_the_offline_chains_to_the_last_bit(
-    ros_context, patient, make_fusion, feed, samples, tmp_path
+    ros_context, patient, make_placed_fusion, feed, samples
 ):
-    path = tmp_path / "extrinsics.yaml"
-    save_extrinsics(path, extrinsics())
-    fusion = make_fusion(extrinsics_file=str(path))
+    fusion = make_placed_fusion()
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
     estimates = ros_context.collect(PoseEstimate, f"{BODY}/estimate", 1000)
     skeletons = ros_context.collect(Skeleton, f"{BODY}/skeleton", 1000)
@@ -118,11 +115,9 @@ def test_live_output_is_the_offline_chains_to_the_last_bit(
 
 
 def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor_comes_first(
-    ros_context, patient, make_fusion, feed, tmp_path
+    ros_context, patient, make_placed_fusion, feed
 ):
-    path = tmp_path / "extrinsics.yaml"
-    save_extrinsics(path, extrinsics())
-    fusion = make_fusion(extrinsics_file=str(path))
+    fusion = make_placed_fusion()
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
     _, dof = motion(4.0)
     seen = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), phase=0.01)
@@ -138,11 +133,9 @@ def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor
 
 
 def test_a_frame_whose_counterpart_stays_out_is_used_all_the_same(
-    ros_context, make_fusion, feed, tmp_path
+    ros_context, make_placed_fusion, feed
 ):
-    path = tmp_path / "extrinsics.yaml"
-    save_extrinsics(path, extrinsics())
-    fusion = make_fusion(extrinsics_file=str(path))
+    fusion = make_placed_fusion()
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
     _, dof = motion(4.0)
     seen = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), phase=0.01)
@@ -153,10 +146,8 @@ def test_a_frame_whose_counterpart_stays_out_is_used_all_the_same(
     )
 
 
-def test_with_an_output_rate_the_pose_of_now_is_published(ros_context, make_fusion, feed, tmp_path):
-    path = tmp_path / "extrinsics.yaml"
-    save_extrinsics(path, extrinsics())
-    fusion = make_fusion(extrinsics_file=str(path), output_rate=100.0, forget_after=60.0)
+def test_with_an_output_rate_the_pose_of_now_is_published(ros_context, make_placed_fusion, feed):
+    fusion = make_placed_fusion(output_rate=100.0, forget_after=60.0)
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
     _, dof = motion(3.0)
     start_ns = fusion.get_clock().now().nanoseconds - 5 * 10**9
@@ -208,7 +199,7 @@ def test_a_broken_skeleton_is_counted_and_shown_in_diagnostics(
     publisher = node.create_publisher(
         SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data
     )
-    message = to_array(samples[0])
+    message = skeleton_message(samples[0])
     message.skeletons[0].position.pop()
     ros_context.spin_until(publisher.get_subscription_count, what="discovery")
     publisher.publish(message)

@@ -2,21 +2,21 @@
 
 import numpy as np
 import pytest
-from pose_msgs.msg import Skeleton, SkeletonArray
+from pose_msgs.msg import SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
+from sample_messages import skeleton_message
 from sensor_msgs.msg import Imu
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
 from worn_imus import imu_samples
 
 from pose_common.errors import InputError
-from pose_common.joints import JOINTS
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.calibration.imus.imu_calibration import Phase
 from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
 from pose_fusion.calibration.imus.section import save_mountings
-from pose_fusion.conversions import _points, to_header, to_static_tf
+from pose_fusion.conversions import to_header, to_static_tf
 from pose_fusion.imu.mounting import Mounting
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
@@ -31,18 +31,6 @@ def session_file(tmp_path):
     save_extrinsics(path, extrinsics())
     save_mountings(path, {"left_thigh": MOUNTING})
     return path
-
-
-def skeletons_message(sample):
-    header = to_header(sample.stamp_ns, f"kinect_{sample.sensor}_optical_frame")
-    skeleton = Skeleton(
-        header=header,
-        id=sample.person,
-        name=list(JOINTS),
-        position=_points(sample.positions),
-        tracking_state=sample.tracking_state.tolist(),
-    )
-    return SkeletonArray(header=header, skeletons=[skeleton])
 
 
 def imu_message(sample):
@@ -101,7 +89,7 @@ def test_the_calibration_hears_cameras_imus_and_where_the_cameras_are(ros_contex
         for sample in worn:
             imus.publish(imu_message(sample))
         for sample in seen:
-            cameras[sample.sensor].publish(skeletons_message(sample))
+            cameras[sample.sensor].publish(skeleton_message(sample))
         return recorder.segments == ("torso",) and np.isfinite(recorder.seen).any()
 
     ros_context.spin_until(heard, what="the samples")

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_common.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_fusion.fusion.estimates import Source
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import SkeletonSample
 
 START_NS = 10**18
 STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next
@@ -18,11 +18,7 @@ STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to t
 
 def run(samples, **parameters):
     pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
-    estimates = []
-    for sample in samples:
-        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-        estimates += add(sample)
-    return pipeline, estimates + pipeline.flush()
+    return pipeline, fused(pipeline, samples)
 
 
 def performance(duration_s, poses, move=(0.0, 0.0)):

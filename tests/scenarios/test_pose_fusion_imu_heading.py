@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fusing import add
 from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import IMU_SEGMENTS, START_NS, imu_samples, merged
@@ -11,7 +12,6 @@ from worn_imus import IMU_SEGMENTS, START_NS, imu_samples, merged
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.imu.heading import HeadingAnchor
-from pose_fusion.streams.samples import SkeletonSample
 
 STEP_S = 0.1
 HALF_HOUR_S = 1800.0
@@ -152,8 +152,7 @@ def test_imus_that_know_no_north_are_brought_into_map_each_by_itself():
     worn = list(without_north(imu_samples(t, dof, np.random.default_rng(5))))
     pipeline = FusionPipeline(FusionParameters(estimator="mean", tracker_delay=0.0), extrinsics())
     for sample in merged(skeletons, worn):
-        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-        add(sample)
+        add(pipeline, sample)
     row = int(13.5 * 30)
     readings = pipeline.imus.read(START_NS + round(t[row] * 1e9))
     rotations = kinematics().pose(dof[row]).rotations

@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
-from worn_imus import START_NS, imu_samples, merged, truth_at
+from fusing import fused
+from synthetic_body import MODEL, extrinsics
+from worn_imus import START_NS, merged, moving_wearer, truth_at
 
 from pose_common.joints import JOINT_INDEX, TrackingState
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import SkeletonSample
 
 DURATION_S = 14.0
 HIDDEN_S = (11.0, 12.2)
@@ -19,20 +19,13 @@ FOOT = JOINT_INDEX["left_foot"]
 
 
 def run(samples, **parameters):
-    pipeline = FusionPipeline(FusionParameters(tracker_delay=0.0, **parameters), extrinsics())
-    estimates = []
-    for sample in samples:
-        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-        estimates += add(sample)
-    return estimates + pipeline.flush()
+    parameters = FusionParameters(tracker_delay=0.0, **parameters)
+    return fused(FusionPipeline(parameters, extrinsics()), samples)
 
 
 @pytest.fixture(scope="module")
 def session():
-    t, dof = motion(DURATION_S)
-    positions = kinematics().pose(dof).positions
-    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
-    return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5))
+    return moving_wearer(DURATION_S)
 
 
 def hidden(skeletons, change):

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fusing import fused
 from scipy.spatial.transform import Rotation
-from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
-from worn_imus import IMU_SEGMENTS, START_NS, imu_samples
+from synthetic_body import MODEL, extrinsics
+from worn_imus import IMU_SEGMENTS, START_NS, moving_wearer
 
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
@@ -23,10 +24,7 @@ ANGLES = ("left_knee_flexion", "left_hip_flexion", "left_elbow_flexion", "left_s
 
 @pytest.fixture(scope="module")
 def session():
-    t, dof = motion(DURATION_S)
-    positions = kinematics().pose(dof).positions
-    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
-    return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5))
+    return moving_wearer(DURATION_S)
 
 
 def is_disturbed(sample):
@@ -46,10 +44,7 @@ def arriving(samples, delay_ns):
 
 def run(samples, **parameters):
     pipeline = FusionPipeline(FusionParameters(tracker_delay=0.0, **parameters), extrinsics())
-    estimates = []
-    for sample in samples:
-        estimates += (pipeline.add_skeleton if is_camera(sample) else pipeline.add_imu)(sample)
-    return pipeline, estimates + pipeline.flush()
+    return pipeline, fused(pipeline, samples)
 
 
 def differences_deg(estimates, t, dof):

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fusing import add, fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import IMU_SEGMENTS, START_NS, imu_samples, merged, truth_at
 
@@ -9,18 +10,13 @@ from pose_common.joints import JOINT_INDEX, TrackingState
 from pose_fusion.fusion.estimates import Source
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import SkeletonSample
 
 LI2020 = FusionParameters(estimator="li2020")
 
 
 def run(samples, parameters=None, placed=None):
     pipeline = FusionPipeline(parameters or LI2020, placed or extrinsics())
-    estimates = []
-    for sample in samples:
-        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-        estimates += add(sample)
-    return pipeline, estimates + pipeline.flush()
+    return pipeline, fused(pipeline, samples)
 
 
 def session(duration_s=10.0, noise=0.01, seed=21):
@@ -99,8 +95,7 @@ def test_what_came_before_the_extrinsics_is_learnt_from_but_not_estimated():
     for sample in samples:
         if pipeline.extrinsics is None and sample.stamp_ns > placed_ns:
             pipeline.place_sensors(extrinsics())
-        add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-        estimates += add(sample)
+        estimates += add(pipeline, sample)
     assert estimates[0].stamp_ns > placed_ns - 2 * FRAME_NS
     assert estimates[0].stamp_ns < placed_ns + 4 * FRAME_NS
     # The neutral pose was long over by then.

@@ -1,20 +1,25 @@
-"""Messages of samples, for tests that publish them."""
+"""Messages of samples, for tests that publish or record them."""
 
 from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
 
-from pose_common.conversions import ns_to_stamp
 from pose_common.joints import JOINTS
+from pose_fusion.conversions import to_header
 
 
-def skeleton_message(one):
+def points(positions):
+    """Positions [m], (n, 3), as a message has them."""
+    return [Point(x=float(x), y=float(y), z=float(z)) for x, y, z in positions]
+
+
+def skeleton_message(one, names=JOINTS):
     """What a sensor publishes of one person."""
+    header = to_header(one.stamp_ns, f"kinect_{one.sensor}_optical_frame")
     skeleton = Skeleton(
+        header=header,
         id=one.person,
-        name=list(JOINTS),
-        position=[Point(x=float(x), y=float(y), z=float(z)) for x, y, z in one.positions],
-        tracking_state=one.tracking_state,
+        name=list(names),
+        position=points(one.positions),
+        tracking_state=one.tracking_state.tolist(),
     )
-    skeleton.header.stamp = ns_to_stamp(one.stamp_ns)
-    skeleton.header.frame_id = f"kinect_{one.sensor}_optical_frame"
-    return SkeletonArray(header=skeleton.header, skeletons=[skeleton])
+    return SkeletonArray(header=header, skeletons=[skeleton])

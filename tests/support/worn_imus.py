@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from synthetic_body import MODEL, kinematics
+from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_fusion.streams.samples import ImuSample
 
@@ -38,6 +38,14 @@ def imu_samples(t, dof, rng, heading=1.1):
                 )
             )
     return samples
+
+
+def moving_wearer(duration_s):
+    """Times, degrees of freedom, skeletons and IMUs' samples of somebody who stands, then moves."""
+    t, dof = motion(duration_s)
+    positions = kinematics().pose(dof).positions
+    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
+    return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5))
 
 
 def merged(*lists):

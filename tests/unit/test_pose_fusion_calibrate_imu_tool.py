@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 from session_bag import write_session
-from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
-from worn_imus import imu_samples, merged
+from synthetic_body import extrinsics
+from worn_imus import merged, moving_wearer
 
 from pose_common.bags import open_bag
 from pose_fusion.calibration.extrinsics_file import load_extrinsics
@@ -25,10 +25,8 @@ EXCHANGED = {"left_thigh": "left_upper_arm", "left_upper_arm": "left_thigh"}
 
 @pytest.fixture(scope="module")
 def samples():
-    t, dof = motion(DURATION_S)
-    positions = kinematics().pose(dof).positions
-    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
-    return merged(skeletons, imu_samples(t, dof, np.random.default_rng(5)))
+    _, _, skeletons, imus = moving_wearer(DURATION_S)
+    return merged(skeletons, imus)
 
 
 @pytest.fixture(scope="module")
