@@ -90,14 +90,9 @@ class BodyModel:
 
     @cached_property
     def link_joints(self) -> NDArray[np.int64]:
-        """Number of the joint that each link turns about; 0 for those of :attr:`root_links`."""
+        """Number of the joint that each link turns about; −1 of the root: none."""
         joints = [link.joint for link in self.links.values()]
-        return np.array([0 if joint is None else JOINT_INDEX[joint] for joint in joints], np.int64)
-
-    @cached_property
-    def root_links(self) -> NDArray[np.int64]:
-        """The links, by their number, that turn about no joint but the root's position."""
-        return np.flatnonzero([link.joint is None for link in self.links.values()])
+        return np.array([-1 if joint is None else JOINT_INDEX[joint] for joint in joints], np.int64)
 
     @cached_property
     def link_of_dof(self) -> dict[str, str]:

@@ -13,9 +13,11 @@ from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.fusion.estimators.estimator import Estimator, Observation
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.telling import body_estimate
+from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.kernels.compiling import say_if_compiling
-from pose_fusion.streams.samples import FloatArray
+from pose_fusion.streams.samples import FloatArray, ImuSample, block_of
 
 NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about anybody
     "head": (0.0, 0.0, 0.75),
@@ -58,7 +60,28 @@ def prepare(kind: type[Estimator], model_name: str) -> None:
     parameters = FusionParameters(sensors=("left", "right"))
     estimator = kind(model, shape, parameters, Counters(*kind.COUNTERS))
     for frame in range(1, FRAMES + 1):
-        estimator.update(_observation(model, frame * PERIOD_NS))
+        observation = _observation(model, frame * PERIOD_NS)
+        for told in estimator.advance(observation):
+            body_estimate(told, model, parameters.sensors, told.stamp_ns)
+    _prepare_imus(model)
+
+
+def _prepare_imus(model: BodyModel) -> None:
+    imus = ImuSet(model)
+    for sample in range(1, FRAMES + 1):
+        imus.add(
+            block_of(
+                ImuSample(
+                    stamp_ns=sample * PERIOD_NS,
+                    segment=next(iter(model.segments)),
+                    orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+                    orientation_stddev=np.full(3, 0.05),
+                    angular_velocity=np.zeros(3),
+                )
+            )
+        )
+    imus.observe(FRAMES * PERIOD_NS, neutral_pose())
+    imus.read(FRAMES * PERIOD_NS)
 
 
 def _observation(model: BodyModel, stamp_ns: int) -> Observation:

@@ -7,6 +7,7 @@ import numpy as np
 from pose_fusion.body.model import BodyModel
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.estimator import TimedPose
+from pose_fusion.kernels.frames import place_origins
 
 
 def body_estimate(
@@ -21,11 +22,14 @@ def body_estimate(
         newest_ns: Stamp of the newest sample of any source [ns].
     """
     fused = told.pose
-    T_map_link = np.zeros((len(model.links), 4, 4))
-    T_map_link[:, :3, :3] = fused.rotations
-    T_map_link[:, :3, 3] = fused.joints[model.link_joints]
-    T_map_link[model.root_links, :3, 3] = fused.position[:3]
-    T_map_link[:, 3, 3] = 1.0
+    T_map_link = np.empty((len(model.links), 4, 4))
+    place_origins(
+        np.ascontiguousarray(fused.position),
+        np.ascontiguousarray(fused.rotations),
+        np.ascontiguousarray(fused.joints),
+        model.link_joints,
+        T_map_link,
+    )
     return BodyEstimate(
         stamp_ns=told.stamp_ns,
         newest_ns=newest_ns,

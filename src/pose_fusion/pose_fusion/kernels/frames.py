@@ -20,6 +20,33 @@ class Between(NamedTuple):
 
 
 @compiled
+def place_origins(
+    position: FloatArray,
+    rotations: FloatArray,
+    joints: FloatArray,
+    turns_about: NDArray[np.int64],
+    T_map_link: FloatArray,
+) -> None:
+    """The links' transforms: each has its origin at the joint that it turns about.
+
+    Args:
+        position: Of the root [m], (3,).
+        rotations: ``R_map_link``, (links, 3, 3).
+        joints: In map, (15, 3) [m].
+        turns_about: The joint of each link, (links,); −1 of the root.
+        T_map_link: Filled, (links, 4, 4).
+    """
+    for link in range(len(rotations)):
+        T, joint = T_map_link[link], turns_about[link]
+        for i in range(3):
+            for k in range(3):
+                T[i, k] = rotations[link, i, k]
+            T[i, 3] = position[i] if joint < 0 else joints[joint, i]
+            T[3, i] = 0.0
+        T[3, 3] = 1.0
+
+
+@compiled
 def place_frames(
     T_map_link: FloatArray,
     angles: FloatArray,

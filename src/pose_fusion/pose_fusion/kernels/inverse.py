@@ -17,7 +17,7 @@ from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.small_matrices import mirror
 from pose_fusion.streams.samples import FloatArray
 
-SMALL = 24  # [rows] up to which plain elimination is faster than halves
+SMALL = 30  # [rows] up to which plain elimination is faster than halves
 
 
 @compiled

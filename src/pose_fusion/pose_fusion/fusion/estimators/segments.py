@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_common.counters import Counters
 from pose_common.joints import JOINTS
@@ -76,6 +77,7 @@ class SegmentEstimator(Estimator):
         self._sources = Sources()
         names = model.link_names
         self._link_of = {name: names.index(link) for name, link in model.segments.items()}
+        self._links_asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
         self._lost = LostLimbs(model)
         self._uncertainty = Uncertainty(model)
         self._stamp_ns = 0
@@ -215,7 +217,7 @@ class SegmentEstimator(Estimator):
 
     def _imu_looks(self, readings: SegmentReadings) -> LinkLooks | None:
         """What the IMUs say of the model's links; None if nothing."""
-        links = np.array([self._link_of.get(s, -1) for s in readings.segments], np.int64)
+        links = self._links_of(readings.segments)
         known = links >= 0
         if not known.any():
             return None
@@ -231,6 +233,14 @@ class SegmentEstimator(Estimator):
             angular_velocity=readings.angular_velocity[known],
             rate_variance=GYRO_STDDEV**2 + (HELD_JERK * age_s**2) ** 2,
         )
+
+    def _links_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
+        """The links that segments are; −1 those that the model does not know."""
+        links = self._links_asked.get(segments)
+        if links is None:
+            links = np.array([self._link_of.get(segment, -1) for segment in segments], np.int64)
+            self._links_asked[segments] = links
+        return links
 
 
 def copied(pose: Pose) -> Pose:
