@@ -1,6 +1,5 @@
 """Calibration while the person moves: a first solution soon, then refined and watched over."""
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import Enum
@@ -18,14 +17,14 @@ from pose_fusion.calibration.imu_clock import ImuFindings, imu_findings
 from pose_fusion.calibration.imu_motion import ImuMemory
 from pose_fusion.calibration.parameters import LiveCalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.calibration.sample_memory import SampleMemory
 from pose_fusion.calibration.watchdog import Moved, Watchdog
 from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample
 from pose_fusion.streams.single_person import SinglePersonSelector
-from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_fusion.streams.time_alignment import TimeAligner
 
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
-LONGEST_BUFFER = 4_000  # [samples] that clock offsets are sought in: a minute of two sensors
 SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
 FOLLOWED_NS = 500_000  # [ns] by which a clock moves before it is told
 IMU_REACH_NS = 90_000_000_000  # [ns] of what the IMUs felt, that is remembered
@@ -79,7 +78,7 @@ class LiveCalibration:
         self.imus = None
         self._follower: ClockFollower | None = None
         self._new_clocks: Clocks | None = None
-        self._buffer: deque[SkeletonSample] = deque(maxlen=LONGEST_BUFFER)
+        self._memory = SampleMemory()
         self._use_clocks({})
         self._attempt_at_s = self.parameters.minimum_duration
         self._refusal = ""
@@ -95,7 +94,7 @@ class LiveCalibration:
         self.calibrator = ExtrinsicsCalibrator(
             parameters.sensors, parameters.limits, parameters.known_mounting
         )
-        for frame in self._aligned_buffer(self.aligner):
+        for frame in self._memory.aligned(self.aligner, clocks):
             self.calibrator.add(frame)
 
     def _make_aligner(self) -> TimeAligner:
@@ -106,12 +105,6 @@ class LiveCalibration:
             max_gap_s=parameters.max_gap,
             max_wait_s=parameters.max_wait,
         )
-
-    def _aligned_buffer(self, aligner: TimeAligner) -> list[AlignedFrame]:
-        """What is kept of the past, at common instants."""
-        corrected = [on_reference_clock(sample, self._clocks) for sample in self._buffer]
-        corrected.sort(key=lambda sample: sample.stamp_ns)
-        return [frame for sample in corrected for frame in aligner.add(sample)]
 
     @property
     def is_finished(self) -> bool:
@@ -191,7 +184,7 @@ class LiveCalibration:
                 self._note(self._watchdog.add(frame))
         if self.is_finished:
             return None
-        self._buffer.append(sample)
+        self._memory.add(sample)
         for frame in frames:
             self.calibrator.add(frame)
         if self.calibrator.observed_s < self._attempt_at_s:
@@ -246,7 +239,7 @@ class LiveCalibration:
         """The calibration with what body-worn IMUs add to it, where there are any."""
         if not self.imu_memory.segments:
             return extrinsics
-        by_sensor = self._by_sensor()
+        by_sensor = self._memory.by_sensor()
         skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
         limit_s = self.parameters.max_offset
         self.imus = imu_findings(extrinsics, skeletons, self.imu_memory, limit_s)
@@ -257,13 +250,6 @@ class LiveCalibration:
             extrinsics = self._solve(self.imus.gravity)
         self._clocks = clocks
         return replace(extrinsics, clocks=clocks)
-
-    def _by_sensor(self) -> dict[str, list[SkeletonSample]]:
-        """What is kept of the past by sensor, as it came."""
-        by_sensor: dict[str, list[SkeletonSample]] = {}
-        for sample in self._buffer:
-            by_sensor.setdefault(sample.sensor, []).append(sample)
-        return by_sensor
 
     def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> None:
         """Decide whether that was the last solution."""
@@ -279,9 +265,9 @@ class LiveCalibration:
         if complete and (not self._missing or observed_s >= parameters.collect_duration):
             self.state = CalibrationState.REFINED
             T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
-            frames = self._aligned_buffer(self._make_aligner())
+            frames = self._memory.aligned(self._make_aligner(), self._clocks)
             self.extrinsics = replace(extrinsics, body=measure_body(frames, T_map_sensor))
-            self._buffer.clear()
+            self._memory.clear()
             self._watch(self.extrinsics)
         else:
             self.state = CalibrationState.CALIBRATED
@@ -290,7 +276,7 @@ class LiveCalibration:
 
     def _find_clocks(self) -> bool:
         """Find the clocks' offsets in what was seen; whether they have changed what was aligned."""
-        by_sensor = self._by_sensor()
+        by_sensor = self._memory.by_sensor()
         reference, *others = self.parameters.sensors
         self.clock_offsets = {
             name: estimate_clock_offset(
@@ -299,8 +285,7 @@ class LiveCalibration:
             for name in others
         }
         clocks = {n: one.clock for n, one in self.clock_offsets.items() if one.clock is not None}
-        newest_ns = max((sample.stamp_ns for sample in self._buffer), default=0)
-        changed = moved_most_ns(self._clocks, clocks, newest_ns) > SAME_OFFSET_NS
+        changed = moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS
         if changed:
             self._use_clocks(clocks)
         return changed
