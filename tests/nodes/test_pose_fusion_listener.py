@@ -11,10 +11,10 @@ from tf2_msgs.msg import TFMessage
 
 from pose_common.conversions import ns_to_stamp
 from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_common.level import Level
 from pose_fusion.conversions import to_static_tf
 from pose_fusion.nodes.listener import GraphListener
 from pose_fusion.nodes.qos import latched
-from pose_fusion.watching.observation import Level
 
 
 def skeletons(stamp_ns, hand_state=2):

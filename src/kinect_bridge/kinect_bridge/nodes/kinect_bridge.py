@@ -16,8 +16,9 @@ from kinect_bridge.timeline import make_timeline
 from pose_common.counters import Counters
 from pose_common.errors import ParameterError
 from pose_common.joints import TrackingState
+from pose_common.level import Level
 from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 
 LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then

@@ -12,6 +12,7 @@ import numpy as np
 
 from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_fusion.body.model import BodyModel, Link
+from pose_fusion.body.plain_numbers import plain_numbers
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.urdf_visuals import add_visuals
 from pose_fusion.streams.samples import FloatArray
@@ -58,7 +59,7 @@ def make_urdf(model: BodyModel, shape: BodyShape, body_id: str) -> str:
             is_last = dof is link.dof[-1]
             _add_link(robot, child, model, shape, link if is_last else None)
             joint = _add_joint(robot, dof.name, "revolute", parent, child, origin)
-            ElementTree.SubElement(joint, "axis", xyz=_numbers(np.array(dof.axis)))
+            ElementTree.SubElement(joint, "axis", xyz=plain_numbers(np.array(dof.axis)))
             lower, upper = limits[dof.name]
             ElementTree.SubElement(
                 joint,
@@ -84,7 +85,7 @@ def _add_joint(
     joint = ElementTree.SubElement(robot, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent", link=parent)
     ElementTree.SubElement(joint, "child", link=child)
-    ElementTree.SubElement(joint, "origin", xyz=_numbers(origin), rpy="0 0 0")
+    ElementTree.SubElement(joint, "origin", xyz=plain_numbers(origin), rpy="0 0 0")
     return joint
 
 
@@ -95,7 +96,3 @@ def _add_link(
     element = ElementTree.SubElement(robot, "link", name=frame)
     if link is not None:
         add_visuals(element, model, shape, link)
-
-
-def _numbers(values: FloatArray) -> str:
-    return " ".join(f"{float(value) + 0.0:.5f}" for value in values)

@@ -6,6 +6,7 @@ import numpy as np
 
 from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_fusion.body.model import BodyModel, Link
+from pose_fusion.body.plain_numbers import plain_numbers
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.streams.samples import FloatArray
 
@@ -79,19 +80,15 @@ def _add(
     """Add a solid, its z axis along the direction."""
     visual = ElementTree.SubElement(element, "visual")
     rpy = np.zeros(3) if direction is None else _rpy_of_z_axis(direction)
-    ElementTree.SubElement(visual, "origin", xyz=_numbers(centre), rpy=_numbers(rpy))
+    ElementTree.SubElement(visual, "origin", xyz=plain_numbers(centre), rpy=plain_numbers(rpy))
     geometry = ElementTree.SubElement(visual, "geometry")
-    texts = {name: _numbers(np.atleast_1d(value)) for name, value in sizes.items()}
+    texts = {name: plain_numbers(np.atleast_1d(value)) for name, value in sizes.items()}
     ElementTree.SubElement(geometry, solid, texts)
     material = ElementTree.SubElement(visual, "material", name=f"body_{color}")
-    ElementTree.SubElement(material, "color", rgba=_numbers(np.array([*COLORS[color], 1.0])))
+    ElementTree.SubElement(material, "color", rgba=plain_numbers(np.array([*COLORS[color], 1.0])))
 
 
 def _rpy_of_z_axis(direction: FloatArray) -> FloatArray:
     """Fixed-axis roll, pitch, yaw [rad] that turn z into a direction."""
     x, y, z = direction
     return np.array([0.0, float(np.arctan2(np.hypot(x, y), z)), float(np.arctan2(y, x))])
-
-
-def _numbers(values: FloatArray) -> str:
-    return " ".join(f"{float(value) + 0.0:.5f}" for value in values)

@@ -13,6 +13,7 @@ from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS
 from pose_fusion.body.joint_angles import unwrapped
 from pose_fusion.body.model import ROOT_DOF, BodyModel, Dof, Link
+from pose_fusion.body.plain_numbers import plain_numbers
 from pose_fusion.export.motion import BodyMotion
 from pose_fusion.streams.samples import FloatArray
 
@@ -43,7 +44,7 @@ def _joint(model: BodyModel, offsets_cm: FloatArray, link: Link, depth: int) -> 
     lines = [
         f"{indent}{'ROOT' if is_root else 'JOINT'} {ROOT if is_root else link.joint}",
         f"{indent}{{",
-        f"{inner}OFFSET {_numbers(offset)}",
+        f"{inner}OFFSET {plain_numbers(offset)}",
         f"{inner}CHANNELS {channels}",
     ]
     children = _children(model, link)
@@ -52,7 +53,7 @@ def _joint(model: BodyModel, offsets_cm: FloatArray, link: Link, depth: int) -> 
     if not children:
         end = next(joint for joint in JOINTS if model.joints[joint].link == link.name)
         lines += [f"{inner}End Site", f"{inner}{{"]
-        lines += [f"{inner}\tOFFSET {_numbers(offsets_cm[JOINT_INDEX[end]])}", f"{inner}}}"]
+        lines += [f"{inner}\tOFFSET {plain_numbers(offsets_cm[JOINT_INDEX[end]])}", f"{inner}}}"]
     return [*lines, f"{indent}}}"]
 
 
@@ -94,7 +95,3 @@ def _children(model: BodyModel, link: Link) -> list[Link]:
 
 def _depth_first(model: BodyModel, link: Link) -> list[Link]:
     return [link, *(below for c in _children(model, link) for below in _depth_first(model, c))]
-
-
-def _numbers(values: FloatArray) -> str:
-    return " ".join(f"{float(value) + 0.0:.5f}" for value in values)

@@ -15,8 +15,9 @@ from tf2_msgs.msg import TFMessage
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
+from pose_common.level import Level
 from pose_common.nodes.declaring import accept_changes, declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 from pose_fusion.calibration.clocks import Clock, Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics

@@ -17,8 +17,9 @@ from tf2_msgs.msg import TFMessage
 from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
 from pose_common.joints import SEGMENTS, TrackingState
+from pose_common.level import Level
 from pose_common.nodes.declaring import accept_changes, declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 from pose_common.typestore import make_typestore
 from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape

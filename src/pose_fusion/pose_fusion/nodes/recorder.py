@@ -19,8 +19,9 @@ from std_srvs.srv import Trigger
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
+from pose_common.level import Level
 from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import RCLError, run_node
 from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos

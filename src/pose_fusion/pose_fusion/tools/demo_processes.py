@@ -10,7 +10,6 @@ import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
@@ -159,12 +158,7 @@ class LiveGraph:
             raise
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         # Nothing may keep the processes alive, not even one more Ctrl-C.
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:

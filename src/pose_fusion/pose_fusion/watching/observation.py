@@ -3,25 +3,16 @@
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.level import Level
 from pose_fusion.streams.samples import FloatArray
 
 NS_PER_S = 1_000_000_000
 WINDOW_S = 5.0  # [s] what rates, latencies and shares are taken over
-
-
-class Level(IntEnum):
-    """How well a node says it does; the values of ``diagnostic_msgs/DiagnosticStatus``."""
-
-    OK = 0
-    WARN = 1
-    ERROR = 2
-    STALE = 3
 
 
 @dataclass(frozen=True, kw_only=True)

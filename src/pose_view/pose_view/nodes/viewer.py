@@ -17,8 +17,9 @@ from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
+from pose_common.level import Level
 from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Level, Report
+from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 from pose_common.parameters import specs
 from pose_fusion.nodes.qos import latched
