@@ -5,7 +5,8 @@ import pytest
 from pose_common.bag_writer import BagWriter
 from pose_common.bags import open_bag
 from pose_common.errors import InputError
-from pose_fusion.recording.playback import NS_PER_S, PlaybackClock, Playlist
+from pose_common.stamps import NS_PER_S
+from pose_fusion.recording.playback import PlaybackClock, Playlist
 
 T0 = 1_000 * NS_PER_S
 

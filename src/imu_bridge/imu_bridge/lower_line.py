@@ -14,7 +14,6 @@ References:
 import itertools
 from collections import deque
 
-NS_PER_S = 1_000_000_000
 BLOCK_NS = 500_000_000  # [ns] of each so long only the earliest arrival counts
 BLOCKS = 60  # [-] that the line is laid under: half a minute
 SKEW_BLOCKS = 4  # [-] that a first skew is taken from; until then it is 0

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from pose_common.bag_writer import BagWriter
 from pose_common.bags import BagReader
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.topics import imu_topics, sensor_topics
 
-NS_PER_S = 1_000_000_000
 PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning
 STAMP = struct.Struct("<iI")
 STAMP_AT = 4  # [bytes] a message's own stamp comes first, after the encapsulation

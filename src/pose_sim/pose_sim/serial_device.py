@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
+from pose_common.stamps import NS_PER_S
 from pose_sim import uart
 
 INPUT_SPEED = 4  # index into what tcgetattr gives
@@ -30,7 +31,6 @@ SPEEDS = {
     )
 }
 """[bit/s] by the terminal's code for it."""
-NS_PER_S = 1_000_000_000
 BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them
 NAP_S = 0.1  # [s] a request to stop is noticed within this
 SETTLE_S = 0.03  # [s] until the kernel has passed written bytes on to the reader's side

@@ -9,12 +9,12 @@ from scipy.spatial.transform import Rotation
 
 from pose_common.bag_writer import BagWriter
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_common.typestore import make_typestore
 from pose_sim.angles import JOINT_NAMES, true_joint_angles
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session
 
-NS_PER_S = 1_000_000_000
 TRUTH_RATE = 100.0  # [Hz]
 SUBJECT = "subject"
 BODY_TOPIC = f"/truth/humans/bodies/{SUBJECT}"

@@ -19,13 +19,13 @@ from imu_bridge.protocols.star import (
     SEQUENCE_MODULUS,
     quantise,
 )
+from pose_common.stamps import NS_PER_S
 from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.motion import Motion, SegmentPath
 from pose_sim.rotations import FloatArray
 
 GRAVITY = 9.80665  # [m/s^2]
-NS_PER_S = 1_000_000_000
 ACCELEROMETER_RANGE = 2  # code: +-8 g
 GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
 MAGNETOMETER_RANGE = 0  # code: 0.3 uT a count

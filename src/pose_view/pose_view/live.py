@@ -7,6 +7,7 @@ from typing import Any
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
+from pose_common.stamps import NS_PER_S, nanoseconds
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.skeleton_messages import skeleton_samples
 from pose_fusion.streams.static_transforms import transforms_to_map
@@ -16,7 +17,6 @@ from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 from pose_view.stream_monitor import StreamMonitor
 
-NS_PER_S = 1_000_000_000
 RESTART_S = 1.0  # [s] a step back in time that is more than lateness
 HOLD_S = 1.0  # [s] what has not come anew since is no longer shown
 OTHER_NODES = {
@@ -106,8 +106,7 @@ class LiveGraph:
             self.counters.add("malformed_skeletons")
             return
         self._raw[sensor] = now_ns, tuple(raw_skeleton(sample) for sample in seen)
-        stamp = message.header.stamp
-        self._sensor_monitors[sensor].add(stamp.sec * NS_PER_S + stamp.nanosec, now_ns)
+        self._sensor_monitors[sensor].add(nanoseconds(message.header.stamp), now_ns)
 
     def add_report(self, name: str, level: int, message: str, values: Any, now_ns: int) -> None:
         """What a node says in ``/diagnostics``, by the last part of its name."""

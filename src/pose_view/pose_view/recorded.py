@@ -8,6 +8,7 @@ import numpy as np
 
 from pose_common.bags import BagReader
 from pose_common.errors import InputError
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.bags import read_extrinsics
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.skeleton_messages import skeleton_samples, stamp_ns
@@ -23,7 +24,6 @@ from pose_view.messages import (
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 
 T = TypeVar("T")
-NS_PER_S = 1_000_000_000
 LONGEST_HOLD_S = 0.5  # [s] after that, what was last seen is no longer shown
 Progress = Callable[[float], None]
 """Called with the share of the recording that has been read, 0 to 1."""

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-NS_PER_S = 1_000_000_000
+from pose_common.stamps import NS_PER_S
+
 RATE_SPAN_S = 2.0  # [s] that rate and delay are means of
 GAP_SPAN_S = 60.0  # [s] that gaps are counted over
 GAP_PERIODS = 2.5  # [-] median periods that make a gap

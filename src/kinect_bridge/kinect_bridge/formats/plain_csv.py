@@ -14,8 +14,8 @@ from kinect_bridge.joint_maps import FloatArray, StateArray
 from kinect_bridge.recording import Recording, SensorStream, make_recording, make_stream
 from pose_common.errors import InputError
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 
-NS_PER_S = 1_000_000_000
 TIME_ZERO = "time_zero_s:"  # the comment that sets Recording.time_zero_ns
 
 POSITION_COLUMNS = tuple(f"{joint}_{axis}" for joint in JOINTS for axis in "xyz")

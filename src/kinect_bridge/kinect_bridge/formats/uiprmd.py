@@ -23,9 +23,9 @@ from kinect_bridge.recording import Recording, make_recording, make_stream
 from pose_common.errors import InputError
 from pose_common.joints import SIDES, TrackingState
 from pose_common.number_tables import read_numbers
+from pose_common.stamps import NS_PER_S
 
 FRAME_RATE = 30.0  # [Hz] of a Kinect v2
-NS_PER_S = 1_000_000_000
 SENSOR, PERSON = "kinect", "subject"
 POSITIONS, ANGLES = "positions", "angles"  # how folders and files are named
 

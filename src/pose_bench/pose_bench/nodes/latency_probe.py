@@ -5,7 +5,6 @@ gives a time [ns] for a stamp [ns].
 """
 
 import json
-import struct
 import sys
 import time
 from typing import Any
@@ -16,9 +15,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
 from pose_common.nodes.running import run_node
-
-NS_PER_S = 1_000_000_000
-STAMP = struct.Struct("<4xiI")  # after the encapsulation
+from pose_common.stamps import serialized_ns
 
 
 class LatencyProbe(Node):
@@ -32,7 +29,7 @@ class LatencyProbe(Node):
             times = self._noted[f"published/{sensor}"] = {}
 
             def on_frame(data: bytes, info: dict[str, Any], times: dict[int, int] = times) -> None:
-                times[_stamp_ns(data)] = info["source_timestamp"]
+                times[serialized_ns(data)] = info["source_timestamp"]
 
             self.create_subscription(
                 SkeletonArray, topic, on_frame, qos_profile_sensor_data, raw=True
@@ -42,18 +39,15 @@ class LatencyProbe(Node):
 
     def _on_joint_state(self, data: bytes, info: dict[str, Any]) -> None:
         # The middleware's own note of the arrival is from before this process woke.
-        self._noted["arrived"][_stamp_ns(data)] = max(time.time_ns(), info["received_timestamp"])
+        self._noted["arrived"][serialized_ns(data)] = max(
+            time.time_ns(), info["received_timestamp"]
+        )
 
     def destroy_node(self) -> None:
         """Say what has been noted."""
         json.dump(self._noted, sys.stdout)
         sys.stdout.flush()
         super().destroy_node()
-
-
-def _stamp_ns(data: bytes) -> int:
-    seconds, nanoseconds = STAMP.unpack_from(data)
-    return int(seconds) * NS_PER_S + int(nanoseconds)
 
 
 def main() -> None:

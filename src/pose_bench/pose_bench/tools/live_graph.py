@@ -12,10 +12,10 @@ import numpy as np
 
 from pose_bench.processes import descendants, usage
 from pose_common.errors import InputError
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, start, stop
 
-NS_PER_S = 1_000_000_000
 LEAD_S = 12.0  # [s] from the session's making to its first frame: all processes start
 STEADY_S = 18.0  # [s] into the session: calibrated, the body measured, the IMUs aligned
 HALF_PERIOD_NS = 16_666_667

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.joints import TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape, BodyShapeError, estimate_body_shape
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 MOST_SAMPLES = 2000
 
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_fusion.calibration.clocks import NS_PER_S, Clock
+from pose_common.stamps import NS_PER_S
+from pose_fusion.calibration.clocks import Clock
 
 DRIFT_STDDEV = 5e-5  # [-] of quartzes that nobody disciplines
 FORGET_S = 1200.0  # [s] after which a measurement counts for 1/e

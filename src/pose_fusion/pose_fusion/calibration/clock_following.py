@@ -9,9 +9,10 @@ from collections import deque
 
 import numpy as np
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.calibration.clock_drift import Measured, clock_from
 from pose_fusion.calibration.clock_offset import FINE_REACH_S, find_shift, measure_window
-from pose_fusion.calibration.clocks import IMUS, NS_PER_S, Clock, Clocks, on_reference_clock
+from pose_fusion.calibration.clocks import IMUS, Clock, Clocks, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.imu_clock import SIGNIFICANT, TRACKER_DELAY_S, measure_imu_window
 from pose_fusion.calibration.imu_motion import (

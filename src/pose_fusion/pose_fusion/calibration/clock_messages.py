@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from pose_common.bags import BagReader
-from pose_fusion.calibration.clocks import NS_PER_S, Clock
+from pose_common.stamps import NS_PER_S, nanoseconds
+from pose_fusion.calibration.clocks import Clock
 
 CLOCK_TOPIC = re.compile(r"(?:^|/)clock_offsets$")
 DRIFT_OVER_NS = 120 * NS_PER_S  # [ns] of messages before a drift is seen in them
@@ -15,8 +16,8 @@ DRIFT_OVER_NS = 120 * NS_PER_S  # [ns] of messages before a drift is seen in the
 
 def clock_of(message: Any) -> Clock:
     """A clock as a ``sensor_msgs/TimeReference`` (of ROS or of rosbags) tells it."""
-    at_ns = _nanoseconds(message.time_ref)
-    return Clock(offset_ns=at_ns - _nanoseconds(message.header.stamp), at_ns=at_ns)
+    at_ns = nanoseconds(message.time_ref)
+    return Clock(offset_ns=at_ns - nanoseconds(message.header.stamp), at_ns=at_ns)
 
 
 def read_clocks(bag: BagReader) -> dict[str, Clock]:
@@ -45,7 +46,3 @@ def _fitted(clocks: list[Clock]) -> Clock:
     at_s = np.array([(c.at_ns - last.at_ns) / NS_PER_S for c in later])
     slope, intercept, *_ = theilslopes([float(c.offset_ns) for c in later], at_s)
     return Clock(offset_ns=round(float(intercept)), drift=float(slope) / NS_PER_S, at_ns=last.at_ns)
-
-
-def _nanoseconds(stamp: Any) -> int:
-    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)

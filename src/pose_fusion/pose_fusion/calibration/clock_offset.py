@@ -12,10 +12,11 @@ import numpy as np
 from scipy import fft
 from scipy.ndimage import uniform_filter1d
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.calibration.clock_drift import Measured, clock_from
 from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
-from pose_fusion.calibration.motion_track import NS_PER_S, Track, track_of, without_slow
+from pose_fusion.calibration.motion_track import Track, track_of, without_slow
 from pose_fusion.calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform_robustly,

@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import ImuBlock, SkeletonSample
 from pose_fusion.streams.series import SkeletonSeries
 
-NS_PER_S = 1_000_000_000
 IMUS = "imus"
 """The source that all IMUs are."""
 REACH_NS = 1800 * NS_PER_S  # [ns] from where it was measured, to which a drift is believed

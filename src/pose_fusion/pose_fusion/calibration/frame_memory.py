@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.time_alignment import AlignedFrame
 
-NS_PER_S = 1_000_000_000
 CELL_M = 0.3  # [m] places of the body are told apart by this
 PAUSE_NS = NS_PER_S  # [ns] a longer step between frames is a pause
 KEPT_EVERY_NS = 50_000_000  # [ns] frames closer in time say the same

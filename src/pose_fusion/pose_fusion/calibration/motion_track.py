@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
-NS_PER_S = 1_000_000_000
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
 MAX_GAP_S = 0.1  # [s] to interpolate across
 SLOW_S = 2.0  # [s] differences that last longer are no delay

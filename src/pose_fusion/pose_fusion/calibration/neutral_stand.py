@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import BodyModel
@@ -20,7 +21,6 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import mid_hip, standing_heading
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 DURATION_NS = 3 * NS_PER_S // 2
 CHECK_EVERY_NS = NS_PER_S // 5
 LEAST_SAMPLES = 15  # [-] of a joint by a sensor

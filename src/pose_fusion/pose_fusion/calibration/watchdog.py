@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.rigid_transform import transformed
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.time_alignment import AlignedFrame
 
-NS_PER_S = 1_000_000_000
 BLOCK_NS = NS_PER_S
 LEAST_FRAMES = 8  # [-] in a block
 BASELINE_BLOCKS = 30  # [-] that the newest ones are compared with

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_common.bags import BagReader
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.kinematics import BodyPose, ForwardKinematics
 from pose_fusion.body.model import ROOT_DOF, BodyModel, available_models, load_body_model
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
@@ -19,7 +20,6 @@ from pose_fusion.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
 from pose_fusion.streams.skeleton_messages import skeleton_sample, stamp_ns
 from pose_fusion.streams.topics import body_topic
 
-NS_PER_S = 1_000_000_000
 SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
 BODIES = "/humans/bodies/"
 COMPARED = ("_kinect", "_imu")  # of the bodies that are fused beside one for comparison

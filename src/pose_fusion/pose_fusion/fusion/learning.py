@@ -4,6 +4,7 @@ import numpy as np
 
 from pose_common.counters import Counters
 from pose_common.joints import JOINTS
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.measuring import BodyMeasuring
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
@@ -15,7 +16,6 @@ from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.kernels.seeing import keep_latest, mean_without_offsets
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 LATEST_NS = NS_PER_S // 20  # sensors that are this far apart still show the same pose
 COUNTERS = ("frames_measuring_the_body", "neutral_stands")
 

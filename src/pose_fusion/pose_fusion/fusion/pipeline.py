@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 
 from pose_common.counters import Counters
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.clocks import (
@@ -36,7 +37,6 @@ from pose_fusion.streams.frame_order import FrameOrder
 from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
 from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
 
-NS_PER_S = 1_000_000_000
 COUNTERS = (
     "skeletons",
     "skeletons_before_extrinsics",

@@ -2,9 +2,9 @@
 
 from collections import deque
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.time_alignment import JUMP_BACK_NS
 
-NS_PER_S = 1_000_000_000
 SILENT_NS = NS_PER_S // 20  # after which the IMUs alone give a frame
 LONGEST_LAG_NS = NS_PER_S // 2  # by which cameras may usually be behind the IMUs
 LAGS = 9  # [frames] of which the least is what is usual

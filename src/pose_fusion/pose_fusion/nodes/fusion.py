@@ -21,6 +21,7 @@ from pose_common.level import Level
 from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
+from pose_common.stamps import NS_PER_S
 from pose_common.typestore import make_typestore
 from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape
 from pose_fusion.body.urdf import make_urdf
@@ -42,7 +43,6 @@ from pose_fusion.streams.skeleton_bytes import SkeletonReader
 from pose_fusion.streams.static_transforms import transforms_to_map
 from pose_fusion.watching.stages import LatencyStages
 
-NS_PER_S = 1_000_000_000
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
 SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
 IMU_QUEUE = 200  # [messages] of each IMU

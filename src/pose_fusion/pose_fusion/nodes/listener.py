@@ -1,6 +1,5 @@
 """A node that only listens: what flows through the graph, how fast, how late; what nodes say."""
 
-import struct
 import time
 from collections import deque
 from collections.abc import Callable
@@ -19,6 +18,7 @@ from tf2_msgs.msg import TFMessage
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
+from pose_common.stamps import serialized_ns
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
 from pose_fusion.streams.skeleton_messages import skeleton_sample, skeleton_samples
@@ -124,7 +124,7 @@ class GraphListener(Node):
     ) -> None:
         now_ns = time.time_ns()
         has_header = hasattr(kind, "_header") or "header" in kind.get_fields_and_field_types()
-        self._watches[topic].add(now_ns, _stamp_ns(data) if has_header else None)
+        self._watches[topic].add(now_ns, serialized_ns(data) if has_header else None)
         if read is None:
             return
         try:
@@ -203,9 +203,3 @@ def _is_ours(topic: str) -> bool:
         or topic.startswith(BODIES)
         or topic in OTHERS
     )
-
-
-def _stamp_ns(data: bytes) -> int:
-    """The stamp of a serialised message that begins with a header: CDR, little endian."""
-    sec, nanosec = struct.unpack_from("<iI", data, 4)
-    return int(sec) * 1_000_000_000 + int(nanosec)

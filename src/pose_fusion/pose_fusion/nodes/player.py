@@ -24,9 +24,10 @@ from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 from pose_common.parameters import add_arguments, specs
+from pose_common.stamps import NS_PER_S
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
-from pose_fusion.recording.playback import NS_PER_S, PlaybackClock, Playlist
+from pose_fusion.recording.playback import PlaybackClock, Playlist
 from pose_fusion.recording.player_parameters import PlayerParameters
 
 LEAST_DEPTH = 100  # [messages] queue of a publisher

@@ -19,7 +19,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-NS_PER_S = 1_000_000_000
+from pose_common.stamps import NS_PER_S
 
 
 def latched(depth: int) -> QoSProfile:

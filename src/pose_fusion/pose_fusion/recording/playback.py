@@ -7,8 +7,7 @@ from collections.abc import Collection, Iterator
 
 from pose_common.bags import BagMessage, BagReader
 from pose_common.errors import InputError
-
-NS_PER_S = 1_000_000_000
+from pose_common.stamps import NS_PER_S
 
 
 class PlaybackClock:

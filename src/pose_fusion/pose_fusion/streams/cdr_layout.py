@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.errors import InputError
+from pose_common.stamps import NS_PER_S
 
 HEADER_SIZE = 4  # [bytes] of the encapsulation
-NS_PER_S = 1_000_000_000
 ByteRows = NDArray[np.uint8]
 """Messages of one length, shape (messages, bytes), without the encapsulation."""
 

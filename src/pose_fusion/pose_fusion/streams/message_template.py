@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 HEADER_SIZE = 4  # [bytes] of the encapsulation
 MARGIN = 4  # [bytes] before it
 TIME = "builtin_interfaces/msg/Time"

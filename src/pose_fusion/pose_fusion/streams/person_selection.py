@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_common.counters import Counters
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
-NS_PER_S = 1_000_000_000
 REACH_M = 0.8  # [m] farther than this from where they were, it is somebody else
 FORGET_S = 2.0  # [s] after this long, anybody may be the person again
 

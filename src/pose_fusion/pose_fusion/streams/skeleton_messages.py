@@ -6,15 +6,14 @@ import numpy as np
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_common.stamps import nanoseconds
 from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.skeleton_bytes import clean_joints
-
-NS_PER_S = 1_000_000_000
 
 
 def stamp_ns(header: Any) -> int:
     """Nanoseconds of a message's header."""
-    return int(header.stamp.sec) * NS_PER_S + int(header.stamp.nanosec)
+    return nanoseconds(header.stamp)
 
 
 def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:

@@ -18,9 +18,9 @@ import numpy as np
 from pose_common.counters import Counters
 from pose_common.errors import ParameterError
 from pose_common.joints import TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import SkeletonSample
 
-NS_PER_S = 1_000_000_000
 BEFORE_ALL_NS = -(2**63)
 JUMP_BACK_NS = NS_PER_S  # [ns] further back than this, a recording has begun anew
 COUNTS = (

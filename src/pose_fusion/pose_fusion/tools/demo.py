@@ -12,6 +12,7 @@ from rich.console import Console
 
 from pose_common.command_line import run_tool
 from pose_common.errors import InputError
+from pose_common.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import (
     DemoRun,
     GraphError,
@@ -21,7 +22,6 @@ from pose_fusion.tools.demo_processes import (
 from pose_fusion.tools.demo_progress import watch
 from pose_fusion.tools.demo_start import first_lead_s, ready_estimator, started_graph
 
-NS_PER_S = 1_000_000_000
 OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
 RECORDING_S = 60.0  # [s] default length that a recording is replayed for

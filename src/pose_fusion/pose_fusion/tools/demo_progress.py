@@ -6,9 +6,9 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, NodeStatus
 
-NS_PER_S = 1_000_000_000
 TAIL_S = 1.5  # [s] for the last frames to pass through the graph, and to be recorded
 POLL_S = 0.2  # [s]
 PLAIN_LINE_S = 10.0  # [s] between lines where no terminal shows the bar

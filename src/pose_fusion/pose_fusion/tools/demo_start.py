@@ -9,9 +9,9 @@ from pathlib import Path
 
 from rich.console import Console
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, Monitor
 
-NS_PER_S = 1_000_000_000
 PROCESSES = 8  # that start at once: launcher, bridges, devices, calibration, fusion, recorder
 WEIGHT = 3.0  # [-] a node of the graph imports more than the one that is timed
 REPORT_S = 1.0  # [s] until a node that is up says so in /diagnostics

@@ -14,6 +14,7 @@ from pose_common.bags import BagReader, open_bag
 from pose_common.command_line import run_tool
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.shape import load_body_shape, save_body_shape
 from pose_fusion.body.urdf import make_urdf
 from pose_fusion.calibration.clock_messages import read_clocks
@@ -37,7 +38,6 @@ from pose_fusion.streams.bags import BagSamples, read_extrinsics
 from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.topics import sensor_topics
 
-NS_PER_S = 1_000_000_000
 TF_STATIC = "/tf_static"
 AT_ONCE = 100  # [estimates] whose messages are made and written together
 

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from pose_common.joints import JOINTS, TrackingState
 from pose_common.level import Level
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 WINDOW_S = 5.0  # [s] what rates, latencies and shares are taken over
 
 

@@ -22,13 +22,13 @@ from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 from pose_common.parameters import specs
+from pose_common.stamps import NS_PER_S
 from pose_fusion.nodes.qos import latched
 from pose_view.live import LiveGraph
 from pose_view.parameters import ViewParameters
 from pose_view.plain_words import as_html
 from pose_view.web.viewer import Viewer
 
-NS_PER_S = 1_000_000_000
 IDLE_NS = 200_000_000  # [ns] between looks for visitors
 STATUS_NS = 500_000_000  # [ns] between updates of the status lines
 FOLLOWERS = ("fusion", "fusion_kinect", "fusion_imu", "calibration")

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_common.counters import Counters
+from pose_common.stamps import NS_PER_S
 from pose_fusion.calibration.board.coverage import coverage
 from pose_fusion.calibration.board.detection import BoardDetector, BoardView
 from pose_fusion.calibration.board.images import GreyImage
 from pose_fusion.calibration.board.target import Board
 
-NS_PER_S = 1_000_000_000
 LOOKED_EVERY_NS = 200_000_000  # [ns] of one camera: finding the board takes a tenth of a second
 STILL_PX = 1.5  # [px] between two looks: a board that moves is somewhere else in the other camera
 DIFFERENT = 0.04  # [-] of the image's width, from all views that were kept

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import heading_axes, standing_heading, trunk_axes
@@ -24,7 +25,6 @@ from pose_fusion.imu.seen_axes import LINES, SeenAxes
 from pose_fusion.imu.track import ImuStates, ImuTracks
 from pose_fusion.streams.samples import FloatArray, ImuBlock, SkeletonSample
 
-NS_PER_S = 1_000_000_000
 PERIOD_NS = NS_PER_S // 10  # [ns] between two instants that are kept
 MOST_INSTANTS = 1200  # [-] that are kept of the motion: two minutes, the latest
 LATEST_NS = NS_PER_S // 20  # [ns] sensors that are this far apart still show the same pose

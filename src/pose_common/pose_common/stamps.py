@@ -1,0 +1,18 @@
+"""Stamps are integer nanoseconds; seconds occur only as differences."""
+
+import struct
+from typing import Any
+
+NS_PER_S = 1_000_000_000
+CDR_STAMP = struct.Struct("<4xiI")  # behind the encapsulation, little endian
+
+
+def nanoseconds(stamp: Any) -> int:
+    """Nanoseconds of a message's stamp, of ROS or of rosbags."""
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def serialized_ns(data: bytes) -> int:
+    """Nanoseconds of the stamp of a serialised message that begins with a header."""
+    seconds, rest = CDR_STAMP.unpack_from(data)
+    return int(seconds) * NS_PER_S + int(rest)
