@@ -78,7 +78,7 @@ def test_a_board_that_is_shown_around_gives_a_file_and_the_tool_ends(
             images[name].publish(image_message(stamp_ns, picture))
         return tool.returncode is not None
 
-    ros_context.spin_until(show_until_it_ends, 3 * PATIENCE_S, what="the tool's end")
+    ros_context.spin_until(show_until_it_ends, 2 * PATIENCE_S, what="the tool's end")
     assert tool.returncode == 0, tool.output
     found = load_extrinsics(output).T_reference_sensor["right"]
     turn = Rotation.from_matrix(found[:3, :3].T @ RIGHT[:3, :3]).magnitude()

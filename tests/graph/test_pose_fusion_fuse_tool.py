@@ -24,7 +24,7 @@ def run_fuse(*arguments):
         [FUSE, *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=2 * PATIENCE_S,
+        timeout=PATIENCE_S,
     )
 
 
