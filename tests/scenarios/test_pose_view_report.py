@@ -149,8 +149,11 @@ def test_the_csv_holds_the_page_s_numbers(made, page):
 
 
 def test_every_file_says_that_the_subject_is_synthetic(made):
-    for path in made.glob("*.csv"):
+    paths = list(made.glob("*.csv"))
+    assert len(paths) == 6
+    for path in paths:
         said = {row.get("subject") or row.get("reference") for row in rows(path)}
+        assert said
         assert all("synthetic" in text for text in said), path.name
 
 

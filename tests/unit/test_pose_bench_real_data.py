@@ -119,6 +119,7 @@ def test_an_estimate_of_a_real_session_is_cut_into_its_repetitions(shared_data):
 
     raw, mean = (uiprmd.compare_subject(own, name) for name in (RAW, "mean"))
 
+    assert raw
     for one, other in zip(raw, mean, strict=True):
         assert (one.repetition, one.angle) == (other.repetition, other.angle)
         assert other.sd_deg == pytest.approx(one.sd_deg, abs=0.3)

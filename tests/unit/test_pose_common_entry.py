@@ -17,6 +17,7 @@ def entry_points(setup):
 
 @pytest.mark.parametrize("setup", SETUPS, ids=[setup.parent.name for setup in SETUPS])
 def test_every_executable_starts_so_that_ctrl_c_is_quiet(setup):
+    assert entry_points(setup)
     for name, target in entry_points(setup):
         assert target.startswith("pose_common.entry:start."), name
         module = target.removeprefix("pose_common.entry:start.")

@@ -93,6 +93,7 @@ def test_every_link_of_the_recorded_urdf_has_a_transform(decoded):
     _, messages = decoded
     (urdf,) = messages["/humans/bodies/subject/urdf"]
     links = {link.get("name") for link in ElementTree.fromstring(urdf.data).iter("link")}
+    assert messages["/tf"]
     for tf in messages["/tf"]:
         assert {transform.child_frame_id for transform in tf.transforms} == links
 
