@@ -7,7 +7,7 @@ from typing import Any
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S, nanoseconds
+from pose_common.stamps import NS_PER_S
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.skeleton_messages import skeleton_samples
 from pose_fusion.streams.static_transforms import transforms_to_map
@@ -61,8 +61,16 @@ class LiveGraph:
 
     # -- messages in ----------------------------------------------------------------------------
 
-    def add_skeleton(self, body: str, message: Any, now_ns: int) -> None:
-        """A body's skeleton; its estimate and links come just before or after."""
+    def note_skeleton(self, body: str, stamp_ns: int, now_ns: int) -> None:
+        """A body's skeleton has come, whether it will be shown or not."""
+        self._body_monitors[body].add(stamp_ns, now_ns)
+
+    def note_raw(self, sensor: str, stamp_ns: int, now_ns: int) -> None:
+        """A camera's frame has come, whether it will be shown or not."""
+        self._sensor_monitors[sensor].add(stamp_ns, now_ns)
+
+    def add_skeleton(self, body: str, message: Any) -> None:
+        """A body's skeleton; its estimate and links have come just before."""
         try:
             shown = body_snapshot(message, self._dof.get(body), self._rotations.get(body))
         except InputError:
@@ -78,7 +86,6 @@ class LiveGraph:
         track.append(shown)
         while shown.stamp_ns - track[0].stamp_ns > self._span_ns:
             track.popleft()
-        self._body_monitors[body].add(shown.stamp_ns, now_ns)
 
     def add_estimate(self, body: str, message: Any) -> None:
         """A body's degrees of freedom."""
@@ -106,7 +113,6 @@ class LiveGraph:
             self.counters.add("malformed_skeletons")
             return
         self._raw[sensor] = now_ns, tuple(raw_skeleton(sample) for sample in seen)
-        self._sensor_monitors[sensor].add(nanoseconds(message.header.stamp), now_ns)
 
     def add_report(self, name: str, level: int, message: str, values: Any, now_ns: int) -> None:
         """What a node says in ``/diagnostics``, by the last part of its name."""

@@ -36,7 +36,7 @@ class StreamMonitor:
         """A message of this stamp has come now."""
         if self._arrivals:
             gap_s = (stamp_ns - self._arrivals[-1][1]) / NS_PER_S
-            if gap_s > max(GAP_PERIODS * self._period_s(), SHORTEST_GAP_S):
+            if gap_s > SHORTEST_GAP_S and gap_s > GAP_PERIODS * self._period_s():
                 self._gaps.append((now_ns, gap_s))
         self._arrivals.append((now_ns, stamp_ns))
         self._forget(now_ns)

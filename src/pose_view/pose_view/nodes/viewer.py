@@ -22,9 +22,10 @@ from pose_common.nodes.declaring import declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import run_node
 from pose_common.parameters import specs
-from pose_common.stamps import NS_PER_S
+from pose_common.stamps import NS_PER_S, serialized_ns
 from pose_fusion.nodes.qos import latched
 from pose_view.live import LiveGraph
+from pose_view.nodes.newest import Newest, first_child
 from pose_view.parameters import ViewParameters
 from pose_view.plain_words import as_html
 from pose_view.web.viewer import Viewer
@@ -55,6 +56,7 @@ class ViewerNode(Node):
         self._shown_status_ns = 0
         self.viewer = Viewer(parameters, commands=self)
         self._graph = self._new_graph()
+        self._newest = Newest()
         self._triggers = {
             name: self.create_client(Trigger, name)
             for name in ("calibration/calibrate", "recorder/start", "recorder/stop")
@@ -90,6 +92,7 @@ class ViewerNode(Node):
             return
         if not self._looking:
             self._look()
+        self._newest.hand_over()
         now_ns = self._now_ns()
         now_s = now_ns / NS_PER_S
         self.viewer.show(self._graph.snapshot(now_ns), self._graph.track, now_s, now_s)
@@ -107,20 +110,24 @@ class ViewerNode(Node):
 
     def _look(self) -> None:
         """Subscribe to everything."""
-        self._graph = graph = self._new_graph()
+        self._graph, self._newest = self._new_graph(), Newest()
         for body in self._settings.bodies:
             prefix = f"/humans/bodies/{body}"
-            self._subscribe(Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body))
-            self._subscribe(PoseEstimate, f"{prefix}/estimate", partial(graph.add_estimate, body))
+            self._subscribe(
+                Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body), raw=True
+            )
+            on_estimate = partial(self._on_estimate, body)
+            self._subscribe(PoseEstimate, f"{prefix}/estimate", on_estimate, raw=True)
         for sensor in self._settings.sensors:
             self._subscribe(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
                 partial(self._on_raw, sensor),
                 qos_profile_sensor_data,
+                raw=True,
             )
-        self._subscribe(TFMessage, "/tf", graph.add_tf)
-        self._subscribe(TFMessage, "/tf_static", graph.add_static_tf, latched(50))
+        self._subscribe(TFMessage, "/tf", self._on_tf, raw=True)
+        self._subscribe(TFMessage, "/tf_static", self._graph.add_static_tf, latched(50))
         self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
         self._pace(round(NS_PER_S / self._settings.rate))
 
@@ -137,15 +144,33 @@ class ViewerNode(Node):
         self._timer.reset()
 
     def _subscribe(
-        self, kind: type, topic: str, callback: Callable[[Any], None], qos: Any = BODY_QOS
+        self,
+        kind: type,
+        topic: str,
+        callback: Callable[[Any], None],
+        qos: Any = BODY_QOS,
+        *,
+        raw: bool = False,
     ) -> None:
-        self._looking.append(self.create_subscription(kind, topic, callback, qos))
+        self._looking.append(self.create_subscription(kind, topic, callback, qos, raw=raw))
 
-    def _on_skeleton(self, body: str, message: Skeleton) -> None:
-        self._graph.add_skeleton(body, message, self._now_ns())
+    def _on_estimate(self, body: str, data: bytes) -> None:
+        take = partial(self._graph.add_estimate, body)
+        self._newest.put(f"1 estimate {body}", PoseEstimate, data, take)
 
-    def _on_raw(self, sensor: str, message: SkeletonArray) -> None:
-        self._graph.add_raw(sensor, message, self._now_ns())
+    def _on_tf(self, data: bytes) -> None:
+        self._newest.put(f"2 tf {first_child(data)}", TFMessage, data, self._graph.add_tf)
+
+    def _on_skeleton(self, body: str, data: bytes) -> None:
+        self._graph.note_skeleton(body, serialized_ns(data), self._now_ns())
+        take = partial(self._graph.add_skeleton, body)
+        self._newest.put(f"3 skeleton {body}", Skeleton, data, take)
+
+    def _on_raw(self, sensor: str, data: bytes) -> None:
+        now_ns = self._now_ns()
+        self._graph.note_raw(sensor, serialized_ns(data), now_ns)
+        take = partial(self._graph.add_raw, sensor, now_ns=now_ns)
+        self._newest.put(f"4 raw {sensor}", SkeletonArray, data, take)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
