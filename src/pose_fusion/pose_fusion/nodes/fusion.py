@@ -10,6 +10,7 @@ from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
@@ -35,7 +36,7 @@ from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.nodes.inbox import Inbox
+from pose_fusion.nodes.inbox import Inbox, waiting
 from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.person_selection import PersonSelector
@@ -97,6 +98,7 @@ class FusionNode(Node):
             topic: self.create_publisher(message_type, topic, 10)
             for topic, message_type in body_topics(self._body_id).items()
         }
+        self._cameras: dict[str, Subscription] = {}
         self._readers = {sensor: SkeletonReader(sensor) for sensor in self._settings.sensors}
         segments = SEGMENTS if self._settings.use_imus else ()
         topics = {segment: f"imu_{segment}/data" for segment in segments}
@@ -127,7 +129,7 @@ class FusionNode(Node):
 
     def _subscribe(self) -> None:
         for sensor in self._settings.sensors:
-            self.create_subscription(
+            self._cameras[sensor] = self.create_subscription(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
                 partial(self._on_skeletons, sensor),
@@ -142,6 +144,16 @@ class FusionNode(Node):
         taken_ns = self.get_clock().now().nanoseconds
         # What the IMUs have sent until now is known first.
         self._take_imus()
+        self._take_frame(sensor, data, info, taken_ns)
+        # Sensors of one phase deliver together: to be woken for each costs more than to look.
+        for other, subscription in self._cameras.items():
+            for more, noted in waiting(subscription):
+                self._take_frame(other, more, noted, taken_ns)
+        if self.pipeline.holds_frames:
+            self._patience.reset()
+        self._learn()
+
+    def _take_frame(self, sensor: str, data: bytes, info: dict[str, Any], taken_ns: int) -> None:
         (persons,) = self._readers[sensor].read([data])
         if isinstance(persons, InputError):
             self._counters.add("malformed_skeletons")
@@ -154,9 +166,6 @@ class FusionNode(Node):
             missing = int(np.sum(sample.tracking_state == TrackingState.NOT_TRACKED))
             self._counters.add("joints_not_tracked", missing)
             self.pipeline.add_skeleton(sample)
-        if self.pipeline.holds_frames:
-            self._patience.reset()
-        self._learn()
 
     def _on_patience_ended(self) -> None:
         self._patience.cancel()

@@ -11,6 +11,7 @@ from typing import Any
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
+from rclpy.subscription import Subscription
 
 
 class _NeverRun(CallbackGroup):
@@ -53,13 +54,19 @@ class Inbox:
         """All that has come since the last time, by the caller's names; who sent none is absent."""
         taken = {}
         for name, subscription in self._subscriptions.items():
-            datas = []
-            with subscription.handle:
-                while entry := subscription.handle.take_message(subscription.msg_type, True):
-                    datas.append(entry[0])
+            datas = [data for data, _ in waiting(subscription)]
             if datas:
                 taken[name] = datas
         return taken
+
+
+def waiting(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
+    """What waits in a subscription's queue, serialised, each with what the middleware notes."""
+    entries = []
+    with subscription.handle:
+        while entry := subscription.handle.take_message(subscription.msg_type, True):
+            entries.append(entry)
+    return entries
 
 
 def _nobody(_data: bytes) -> None:

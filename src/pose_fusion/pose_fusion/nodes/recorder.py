@@ -25,6 +25,7 @@ from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import RCLError, run_node
 from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
+from pose_fusion.nodes.inbox import waiting
 from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import Recording, free_path
@@ -175,9 +176,8 @@ class Recorder(Node):
             return  # it came while the recording ended
         self._recording.write(topic, data, time.time_ns())
         subscription = self._subscriptions_by_topic[topic]
-        with subscription.handle:
-            while taken := subscription.handle.take_message(subscription.msg_type, True):
-                self._recording.write(topic, taken[0], time.time_ns())
+        for more, _ in waiting(subscription):
+            self._recording.write(topic, more, time.time_ns())
 
     def _report(self) -> Report:
         recording = self._recording
