@@ -9,7 +9,7 @@ from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
 from pose_fusion.imu.alignment import NORTH_STDDEV, ImuAlignment
-from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.imu.readings import NO_READINGS, SegmentReadings
 from pose_fusion.imu.seen_axes import SeenAxes
 from pose_fusion.imu.track import NS_PER_S, ImuStates, ImuTracks
 from pose_fusion.streams.samples import FloatArray, ImuBlock
@@ -62,6 +62,9 @@ class ImuSet:
             stamp_ns: The instant.
             positions: Mean of the sensors' tracked joints in map, shape (15, 3) [m]; NaN elsewhere.
         """
+        if not self._tracks.segments:
+            self.alignment.advance(stamp_ns)
+            return
         # What is seen is older than its stamp; a limb turns by ten degrees in that time.
         states = self._tracks.at(stamp_ns - self._camera_delay_ns)
         trunk = trunk_axes(positions)
@@ -77,6 +80,8 @@ class ImuSet:
 
     def read(self, stamp_ns: int) -> SegmentReadings:
         """The aligned IMUs' readings at an instant."""
+        if not self._tracks.segments:
+            return NO_READINGS
         states = self._states(stamp_ns)
         self.counters.add("imu_readings_missing", len(self._tracks.segments) - len(states))
         return self.alignment.readings(states)

@@ -50,6 +50,8 @@ class LostLimbs:
             The links of limbs that are lost; None if the whole person is.
         """
         distances = distance.tolist()
+        if not self._since_ns and not any(each >= FAR for each in distances):  # false of NaN
+            return []
         if self._has_been_far("body", self._body, stamp_ns, distances):
             self._since_ns.clear()
             return None

@@ -259,8 +259,8 @@ def nothing_seen(tree: SegmentTree) -> UpdateReport:
 
 def _names(observation: Observation) -> list[str]:
     """The cameras, by number, and the segments' IMUs that speak of an instant."""
-    states = enumerate(observation.tracking_state)
-    return [*(str(index) for index, state in states if state.any()), *observation.readings.segments]
+    cameras = np.flatnonzero(observation.tracking_state.any(axis=1)).tolist()
+    return [*map(str, cameras), *observation.readings.segments]
 
 
 def _sensor_weight(observation: Observation) -> FloatArray:

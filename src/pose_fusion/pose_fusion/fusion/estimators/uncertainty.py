@@ -14,6 +14,7 @@ import numpy as np
 
 from pose_fusion.body.model import BodyModel
 from pose_fusion.fusion.estimators.estimator import FusedPose
+from pose_fusion.kernels.reading import published_variance
 from pose_fusion.streams.samples import FloatArray
 
 MEMORY_S = 20.0  # [s] time constant
@@ -58,8 +59,7 @@ class Uncertainty:
 
     def __init__(self, model: BodyModel) -> None:
         self._distance = AT_FIRST
-        self._kinect = _numbers(model, KINECT, FITTING_KINECT)
-        self._with_imu = _numbers(model, WITH_IMU, FITTING_WITH_IMU)
+        self._trusts = np.stack([_numbers(model, trusts) for trusts in (KINECT, WITH_IMU)])
 
     @property
     def distance(self) -> float:
@@ -81,19 +81,20 @@ class Uncertainty:
             pose: As read off the filter.
             distance: The mean distance of its time.
         """
-        numbers = np.where(pose.weight_imu > 0.0, self._with_imu, self._kinect)
-        factor, fitting, late_s, stddev = numbers
         least, most = RANGE
-        scale = factor * np.minimum(np.maximum(distance / fitting, least), most)
-        return np.asarray(scale * pose.variance + (late_s * pose.velocity) ** 2 + stddev**2)
+        fitting = (FITTING_KINECT, FITTING_WITH_IMU)
+        scales = np.array([min(max(distance / each, least), most) for each in fitting])
+        variance = np.empty_like(pose.variance)
+        published_variance(
+            pose.variance, pose.velocity, pose.weight_imu, scales, self._trusts, variance
+        )
+        return variance
 
 
-def _numbers(model: BodyModel, trusts: dict[str, Trust], fitting: float) -> FloatArray:
-    """Factor, fitting distance, lateness [s] and deviation [rad], shape (4, d)."""
+def _numbers(model: BodyModel, trusts: dict[str, Trust]) -> FloatArray:
+    """Factor, lateness [s] and deviation [rad], shape (3, d)."""
     own = [
         next((trust for joint, trust in trusts.items() if f"_{joint}_" in name), Trust())
         for name in model.dof_names
     ]
-    return np.array(
-        [[t.factor, fitting, t.late_s, np.radians(t.stddev_deg)] for t in own], np.float64
-    ).T
+    return np.array([[t.factor, t.late_s, np.radians(t.stddev_deg)] for t in own], np.float64).T
