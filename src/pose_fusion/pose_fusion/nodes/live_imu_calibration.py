@@ -24,10 +24,11 @@ from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
 from pose_fusion.calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
 from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
 from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.fusion.waiting import WaitingSamples
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.samples import joined
+from pose_fusion.streams.samples import ImuBlock, SkeletonSample, joined
 from pose_fusion.streams.single_person import SinglePersonSelector
 from pose_fusion.streams.skeleton_messages import skeleton_samples
 from pose_fusion.streams.static_transforms import transforms_to_map
@@ -40,6 +41,8 @@ SENSOR_QOS = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 class ImuCalibrationNode(Node):
     """Feeds an :class:`ImuCalibration`, once it is known where the Kinects are.
+
+    What the last half minute before held is caught up on: the neutral stand may have been then.
 
     Args:
         parameters: Of the calibration.
@@ -57,6 +60,7 @@ class ImuCalibrationNode(Node):
         self._selector = SinglePersonSelector(parameters.person)
         self._transforms: dict[str, TransformStamped] = {}
         self._clocks: dict[str, Clock] = {}
+        self._waiting = WaitingSamples()
         self._imus = Inbox(self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
             self.create_subscription(
@@ -95,6 +99,8 @@ class ImuCalibrationNode(Node):
             found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
             self.extrinsics = replace(found, clocks=dict(self._clocks))
             self.calibration = ImuCalibration(self._settings, self.extrinsics)
+            while self._waiting:
+                self.calibration.add(self._waiting.popleft())
 
     def _on_clock(self, message: TimeReference) -> None:
         self._clocks[message.source] = clock_of(message)
@@ -111,12 +117,16 @@ class ImuCalibrationNode(Node):
             self.counters.add("malformed_frames")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        if self.calibration is None:
-            return
         if blocks:
             block = joined(blocks)
-            self.calibration.add(block.rows(np.argsort(block.stamps_ns, kind="stable")))
+            self._take(block.rows(np.argsort(block.stamps_ns, kind="stable")))
         if sample is not None:
+            self._take(sample)
+
+    def _take(self, sample: SkeletonSample | ImuBlock) -> None:
+        if self.calibration is None:
+            self._waiting.add(sample)
+        else:
             self.calibration.add(sample)
 
 
