@@ -1,0 +1,53 @@
+"""``./pose calibrate imu`` beside a live graph: it ends by itself (a synthetic person)."""
+
+import re
+import time
+
+import pytest
+from ament_index_python.packages import get_package_prefix
+
+from pose_fusion.calibration.imus.section import load_mountings
+from pose_fusion.tools.demo_start import first_lead_s
+
+pytestmark = pytest.mark.graph
+
+GENERATING_S = 8.0  # the session is made, and all processes are up, in the time until its start
+PATIENCE_S = 100.0
+
+
+def executable(package, name):
+    return f"{get_package_prefix(package)}/lib/{package}/{name}"
+
+
+def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_process, tmp_path):
+    """The Kinects' places are found meanwhile, by a calibration node that is told nothing."""
+    session, output = tmp_path / "session", tmp_path / "session.yaml"
+    start_at = str(time.time_ns() + round((first_lead_s() + GENERATING_S) * 1e9))
+    generate = start_process(
+        [
+            executable("pose_sim", "generate"),
+            *("--choreography", "leg_lift_march", "--duration", "60", "--seed", "6"),
+            *("--start-at", start_at, "-o", session),
+        ]
+    )
+    assert generate.wait(60.0) == 0
+    link = session / "imu_device"
+    start_process(
+        [executable("pose_sim", "imu_device"), session, "--link", link, "--start-at", start_at]
+    )
+    start_process(
+        [
+            *(executable("pose_common", "up"), "sensors.launch.yaml"),
+            *(f"recording:={session}/kinects.csv", "format:=csv", f"start_at:={start_at}"),
+            *("sensor_left:=left", "sensor_right:=right", "imus:=true", f"imu_port:={link}"),
+            *("imu_wait_for_port:=60.0", f"imu_nodes_file:={session}/imu_nodes.yaml"),
+        ]
+    )
+    start_process([executable("pose_fusion", "calibration")])
+    tool = start_process(
+        [executable("pose_fusion", "calibrate"), "imu", "-o", output, "--timeout", "90"]
+    )
+    assert tool.wait(PATIENCE_S) == 0, tool.output
+    assert "not calibrated" not in tool.output
+    assert re.search(r"\d+%  move", tool.output)
+    assert len(load_mountings(output)) == 9
