@@ -24,7 +24,9 @@ RATE = 10.0  # [Hz] of the instants that are compared
 LEAST_SAMPLES = 50  # [-] of a limb
 ITERATIONS = 15
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
-FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own tilt and of what limbs are seen wrong alike
+# [rad] of the IMUs' own tilt and of what limbs are seen wrong alike, which no more motion betters.
+# So large that what is told fits the errors of eight synthetic motions.
+FLOOR_STDDEV = np.radians(1.2)
 LIMB_STDDEV = 0.05  # [-] of what is seen wrong of a limb all the time: 1.5 cm of 30 cm
 OPTIMISM = 2.0  # [-] true over formal errors: a limb's slow errors are few, not many
 IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without them, with which they earn a mention
@@ -67,10 +69,10 @@ def gravity_from_imus(
         axes = [_unit(a + _tangents(a) @ step[3 * i + 2 : 3 * i + 4]) for i, a in enumerate(axes)]
         biases = biases + step[4::3]
     covariance = np.linalg.inv(information)[:2, :2]
-    stddev = float(np.hypot(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), FLOOR_STDDEV))
-    if stddev > IMUS_COUNT_BELOW * up_stddev:
+    random_stddev = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
+    if random_stddev > IMUS_COUNT_BELOW * up_stddev:
         return None
-    return Gravity(up=up, stddev=stddev, source=BODY_IMUS)
+    return Gravity(up=up, stddev=float(np.hypot(random_stddev, FLOOR_STDDEV)), source=BODY_IMUS)
 
 
 def _matched(
