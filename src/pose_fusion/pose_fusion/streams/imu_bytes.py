@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from pose_common.errors import InputError
 from pose_fusion.streams.cdr_layout import Walker, byte_rows, numbers, stamps
-from pose_fusion.streams.samples import FloatArray, ImuBlock, joined
+from pose_fusion.streams.samples import FloatArray, ImuBlock
 
 WHAT = "sensor_msgs/msg/Imu"
 FRAME_LENGTH = slice(12, 16)  # [bytes] where the length of the frame's name stands
@@ -34,42 +34,34 @@ def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[n
     for index, data in enumerate(every):
         # All that decides where the numbers lie is the length of the frame's name.
         alike[len(data), data[FRAME_LENGTH] + data[1:2]].append(index)
-    blocks, places = [], []
+    values = np.empty((len(every), NUMBERS))
+    stamps_ns = np.zeros(len(every), np.int64)
     for indices in alike.values():
-        place = np.array(indices, np.intp)
-        block, kept = _same_form([every[i] for i in indices], imu[place], tuple(datas))
-        blocks.append(block)
-        places.append(place[kept])
-    if len(blocks) == 1:
-        return blocks[0], places[0]
-    place = np.concatenate([np.zeros(0, np.intp), *places])
-    order = np.argsort(place)
-    return joined(blocks).rows(order), place[order]
+        values[indices], stamps_ns[indices] = _same_form([every[i] for i in indices])
+    kept = np.flatnonzero(_says_something(values))
+    values = values[kept]
+    block = ImuBlock(
+        segments=tuple(datas),
+        imu=imu[kept],
+        stamps_ns=stamps_ns[kept],
+        orientation=np.ascontiguousarray(values[:, ORIENTATION]),
+        orientation_stddev=np.sqrt(np.maximum(values[:, VARIANCE], 0.0)),
+        angular_velocity=np.ascontiguousarray(values[:, RATE]),
+    )
+    return block, kept
 
 
-def _same_form(
-    datas: list[bytes], imu: NDArray[np.int64], segments: tuple[str, ...]
-) -> tuple[ImuBlock, NDArray[np.intp]]:
+def _same_form(datas: list[bytes]) -> tuple[FloatArray | float, NDArray[np.int64] | int]:
+    """The numbers, (n, 37), and stamps [ns] of messages of one form; NaN where they are none."""
     try:
         walker = Walker(datas[0], WHAT)
         walker.skip(4, 2)
         walker.skip(1, walker.length())
         at = walker.skip(8, NUMBERS)
     except InputError:
-        return joined([]), np.zeros(0, np.intp)
+        return np.nan, 0
     rows = byte_rows(datas)
-    values = numbers(rows, at, NUMBERS, f"{walker.order}f8")
-    kept = np.flatnonzero(_says_something(values))
-    values = values[kept]
-    block = ImuBlock(
-        segments=segments,
-        imu=imu[kept],
-        stamps_ns=stamps(rows[kept], 0, walker.order),
-        orientation=values[:, ORIENTATION].astype(float),
-        orientation_stddev=np.sqrt(np.maximum(values[:, VARIANCE], 0.0)),
-        angular_velocity=values[:, RATE].astype(float),
-    )
-    return block, kept
+    return numbers(rows, at, NUMBERS, f"{walker.order}f8"), stamps(rows, 0, walker.order)
 
 
 def _says_something(values: FloatArray) -> NDArray[np.bool_]:
