@@ -9,6 +9,7 @@ import numpy as np
 
 from pose_common.counters import Counters
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.body.frames import BodyFrames
 from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.fusion.estimators.estimator import Estimator, Observation
@@ -62,7 +63,9 @@ def prepare(kind: type[Estimator], model_name: str) -> None:
     for frame in range(1, FRAMES + 1):
         observation = _observation(model, frame * PERIOD_NS)
         for told in estimator.advance(observation):
-            body_estimate(told, model, parameters.sensors, told.stamp_ns)
+            estimate = body_estimate(told, model, parameters.sensors, told.stamp_ns)
+            instant = (estimate.T_map_link[None], estimate.position[None], estimate.joints[None])
+            BodyFrames(model, parameters.subject).places(*instant)
     _prepare_imus(model)
 
 
