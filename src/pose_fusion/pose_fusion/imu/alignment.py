@@ -21,16 +21,13 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
-from pose_fusion.imu.heading import HeadingAnchor
-from pose_fusion.imu.mounting import Mounting, Mountings
+from pose_fusion.imu.mounting import Mountings
 from pose_fusion.imu.readings import SegmentReadings
-from pose_fusion.imu.track import ImuState, ImuStates
+from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
+from pose_fusion.imu.track import ImuStates
 from pose_fusion.kernels import alignment as kernel
 from pose_fusion.kernels.alignment import Sights
-from pose_fusion.kernels.heading import Anchors, make_anchors
-from pose_fusion.streams.samples import FloatArray
 
 NEUTRAL_DURATION_NS = 1_500_000_000
 NEUTRAL_ANGLE = np.radians(30.0)  # a joint further bent is not neutral
@@ -38,93 +35,16 @@ NEUTRAL_ELBOW = np.radians(60.0)  # hanging arms, half hidden by the trunk, seem
 LEAST_ANGLES_SEEN = 8  # [-] of the twelve, to call a pose neutral
 JUMP_BACK_NS = 1_000_000_000  # further back than this, a recording has begun anew
 STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
-STANDING_STDDEV = math.radians(4.0)  # [rad] by which people stand beside a segment's heading
 COMMON_STDDEV = math.radians(15.0)  # [rad] of the common heading, for one IMU
 OBSERVED_S = 0.1  # [s] of an axis fully horizontal after which the common heading is lent
 NORTH_STDDEV = math.radians(45.0)  # [rad] of its own heading beyond which an IMU knows no north
-
-
-class _Rows:
-    """All IMUs' headings and mountings, a row each."""
-
-    def __init__(self) -> None:
-        self.anchors = make_anchors(0)
-        self.mounted = kernel.Mountings(np.empty((0, 3, 3)), np.empty(0))
-
-    def append(self) -> int:
-        """Make room for another IMU; its row."""
-        new = kernel.Mountings(np.full((1, 3, 3), np.nan), np.zeros(1))
-        anchors = zip(self.anchors, make_anchors(1), strict=True)
-        mounted = zip(self.mounted, new, strict=True)
-        self.anchors = Anchors(*(np.concatenate(pair) for pair in anchors))
-        self.mounted = kernel.Mountings(*(np.concatenate(pair) for pair in mounted))
-        return len(self.mounted.body_heading) - 1
-
-
-class SegmentAlignment:
-    """One IMU's mounting, from the neutral pose, and its heading.
-
-    Args:
-        rows: Where it is kept, in a row of its own.
-    """
-
-    def __init__(self, rows: _Rows) -> None:
-        self._rows = rows
-        self.row = rows.append()
-        self._neutral: list[FloatArray] = []
-        self.mounting: Mounting | None = None  # where a calibration has found it
-        self.has_stood = False
-
-    @property
-    def anchor(self) -> HeadingAnchor:
-        """The heading of its world."""
-        return HeadingAnchor(anchors=self._rows.anchors, row=self.row)
-
-    @property
-    def is_mounted(self) -> bool:
-        """Whether the mounting is known."""
-        return bool(kernel.is_mounted(self._rows.mounted, self.row))
-
-    def _take_mounting(self, R_world_sensor_neutral: FloatArray, body_heading: float) -> None:
-        self._rows.mounted.R_world_sensor_neutral[self.row] = R_world_sensor_neutral
-        self._rows.mounted.body_heading[self.row] = body_heading
-
-    def use_mounting(self, mounting: Mounting) -> None:
-        """Take the mounting as it is, from a calibration; only the heading is sought."""
-        self.mounting = mounting
-        self._take_mounting(mounting.R_sensor_segment.T, body_heading=0.0)
-        self.anchor.reset(is_mounting_known=True)
-
-    def collect_neutral(self, state: ImuState) -> None:
-        """Remember a reading of the neutral pose."""
-        self._neutral.append(state.R_world_sensor)
-
-    def forget_neutral(self) -> None:
-        """The person moved before the pose had been held for long enough."""
-        self._neutral.clear()
-
-    def finish_neutral(self, body_heading: float) -> None:
-        """Take the mean of the collected readings as the mounting; the heading is sought anew."""
-        if not self._neutral:
-            return
-        mean = Rotation.from_matrix(np.stack(self._neutral)).mean()
-        self.has_stood = True
-        if self.mounting is not None:
-            x, y, _ = (mean.as_matrix() @ self.mounting.R_sensor_segment)[:, 0]
-            turn = math.remainder(body_heading - math.atan2(y, x), 2.0 * math.pi)
-            self.anchor.observe_standing(turn, STANDING_STDDEV)
-            self._neutral.clear()
-            return
-        self._take_mounting(mean.as_matrix(), body_heading)
-        self.anchor.reset()
-        self._neutral.clear()
 
 
 class ImuAlignment:
     """The alignment of all IMUs on one body."""
 
     def __init__(self) -> None:
-        self._rows = _Rows()
+        self._rows = AlignmentRows()
         self._segments: dict[str, SegmentAlignment] = {}
         self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
         self._stamp_ns: int | None = None
