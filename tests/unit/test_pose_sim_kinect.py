@@ -105,7 +105,8 @@ def test_a_hand_behind_the_trunk_is_not_tracked_and_off():
     """From the sensor aside, the far hand of a standing person is behind the trunk."""
     place, heading = subject_place(SCENE)
     standing = compose("leg_lift_march", 5.0, 4, place=place, heading=heading)
-    frames = watched(standing, replace(TYPICAL, wrongly_tracked=0.0), "right")
+    no_offsets = {"joint_bias": 0.0, "pose_bias": 0.0, "flesh_offset": 0.0}
+    frames = watched(standing, replace(TYPICAL, wrongly_tracked=0.0, **no_offsets), "right")
     still = frames.capture_s < 2.0
     hand = JOINT_INDEX["right_hand"]
     state = frames.tracking_state[still, hand]
@@ -135,6 +136,31 @@ def test_the_constant_bias_turns_with_the_body(motion):
     assert 0.005 < off.mean() < 0.08
 
 
+def test_an_offset_follows_the_direction_of_the_limb(motion):
+    frames = watched(motion, replace(CLEAN, pose_bias=0.02))
+    off = errors(motion, frames)
+    standing = frames.capture_s < 2.0
+    assert off[standing].max() < 0.003
+    assert off[:, JOINT_INDEX["left_knee"]].max() > 0.01
+    assert off[:, JOINT_INDEX["head"]].max() < 1e-9
+
+
+def test_an_arm_is_mistaken_as_a_whole(motion):
+    def likeness(share):
+        parameters = replace(CLEAN, wander_moving=0.03, arm_likeness=share, bone_stiffness=0.0)
+        frames = watched(motion, parameters)
+        true = watched(motion, CLEAN).positions
+        elbow, hand = (
+            frames.positions[:, JOINT_INDEX[f"left_{joint}"]]
+            - true[:, JOINT_INDEX[f"left_{joint}"]]
+            for joint in ("elbow", "hand")
+        )
+        return np.corrcoef(elbow.ravel(), hand.ravel())[0, 1]
+
+    assert likeness(0.9) > 0.6
+    assert abs(likeness(0.0)) < 0.3
+
+
 def test_a_still_body_is_seen_steadier_than_a_moving_one(motion):
     frames = watched(motion, TYPICAL)
     knee = frames.positions[:, JOINT_INDEX["left_knee"]]
@@ -159,7 +185,7 @@ def test_a_joint_out_of_the_field_of_view_is_not_tracked_as_seen(motion):
         T,
         replace(CLEAN, wrongly_tracked=0.0),
         body_height=1.75,
-        body_bias=np.zeros((len(JOINTS), 3)),
+        body_bias=np.zeros((len(JOINTS), 3, 4)),
         rng=np.random.default_rng(0),
     )
     assert np.mean(frames.tracking_state[:60, JOINT_INDEX["left_foot"]] == 2) < 0.05

@@ -53,17 +53,27 @@ class KinectParameters:
         high=0.2,
         doc="mean offset of joints towards the sensor, which sees skin and clothes",
     )
+    pose_bias: float = parameter(
+        0.018,
+        unit="m",
+        low=0.0,
+        high=0.2,
+        doc="what a limb's direction, a radian from hanging, adds to its joints' offsets",
+    )
     wander_still: float = parameter(
         0.0015, unit="m", low=0.0, high=0.2, doc="slow wander of each joint at rest"
     )
     wander_moving: float = parameter(
-        0.060, unit="m", low=0.0, high=0.5, doc="what a joint's movement at 1 m/s adds to it"
+        0.030, unit="m", low=0.0, high=0.5, doc="what a joint's movement at 1 m/s adds to it"
     )
     wander_time: float = parameter(
         0.4, unit="s", low=0.01, high=10.0, doc="correlation time of the wander"
     )
     bone_stiffness: float = parameter(
-        0.5, low=0.0, high=1.0, doc="how far the tracker keeps a limb's length in its errors"
+        0.2, low=0.0, high=1.0, doc="how far the tracker keeps a limb's length in its errors"
+    )
+    arm_likeness: float = parameter(
+        0.8, low=0.0, high=1.0, doc="how alike the errors of elbow and hand are"
     )
     hidden_error: float = parameter(
         0.08,
@@ -80,7 +90,7 @@ class KinectParameters:
         doc="what a limb that points to the sensor adds to the wander of its far joint",
     )
     inertia: float = parameter(
-        0.8,
+        0.5,
         low=0.0,
         high=1.0,
         doc="how far a joint that is hard to see is drawn to where it was of late",
@@ -107,6 +117,7 @@ _ERRORS = (
     "white_noise",
     "depth_noise",
     "joint_bias",
+    "pose_bias",
     "flesh_offset",
     "wander_still",
     "wander_moving",

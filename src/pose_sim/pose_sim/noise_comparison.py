@@ -31,6 +31,7 @@ BONES = tuple(
 
 KNEES = tuple(f"{side}_knee_flexion" for side in SIDES)
 SHOULDERS = tuple(f"{side}_shoulder_abduction" for side in SIDES)
+ELBOWS = tuple(f"{side}_elbow_flexion" for side in SIDES)
 FACING, ASIDE = SENSORS
 
 ANGLE_FIGURES = (
@@ -41,6 +42,7 @@ ANGLE_FIGURES = (
     ("squat: knee", "squats", KNEES, FACING, "6.2° [2]"),
     ("march: knee", "leg_lift_march", KNEES, FACING, "hurdle step 11.5°, inline lunge 16.6° [2]"),
     ("arm raises: shoulder abduction", "arm_raises", SHOULDERS, FACING, "abduction 10° [2]"),
+    ("arm raises: elbow", "arm_raises", ELBOWS, FACING, "4° to 14° [2]"),
 )  # fmt: skip
 """What is measured, on what, by which sensor, and what is published of it."""
 

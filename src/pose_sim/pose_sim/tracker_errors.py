@@ -1,0 +1,198 @@
+"""What a skeleton tracker gets wrong: the sizes are in :mod:`pose_sim.kinect_noise`."""
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
+
+from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_sim.kinect_noise import KinectParameters
+from pose_sim.rotations import FloatArray, about_z
+
+ATTENTION_TIME = 0.06  # [s] the tracker takes to find or lose a joint
+MEMORY_TIME = 0.7  # [s] over which it remembers where a joint was
+FAST = 0.8  # [m/s] beyond which the wander gets no worse
+TOO_FAST = 3.0  # [m/s] at which a joint is left where it was of late
+GLITCH_TIME = 0.12  # [s]
+NEUTRAL = np.array([0.0, 0.0, -1.0])  # a limb's direction that hangs
+
+LIMB_PARENTS = {
+    f"{side}_{joint}": f"{side}_{parent}"
+    for side in SIDES
+    for joint, parent in (
+        ("elbow", "shoulder"),
+        ("hand", "elbow"),
+        ("knee", "hip"),
+        ("foot", "knee"),
+    )
+}
+DIRECTIONS = {
+    f"{side}_{joint}": (f"{side}_{near}", f"{side}_{far}")
+    for side in SIDES
+    for joint, near, far in (
+        ("shoulder", "shoulder", "elbow"),
+        ("elbow", "shoulder", "elbow"),
+        ("hand", "elbow", "hand"),
+        ("hip", "hip", "knee"),
+        ("knee", "hip", "knee"),
+        ("foot", "knee", "foot"),
+    )
+}
+"""The limb whose direction a joint's offset depends on."""
+ARMS = tuple((JOINT_INDEX[f"{side}_elbow"], JOINT_INDEX[f"{side}_hand"]) for side in SIDES)
+"""The joints that go wrong together: an arm is mistaken as a whole."""
+RESTLESSNESS = {
+    **dict.fromkeys(("head", "neck", "torso", "shoulder"), 0.8),
+    "elbow": 0.5,
+    "hand": 0.65,
+    "hip": 1.2,
+    "knee": 2.0,
+    "foot": 1.9,
+}
+"""How much a joint's movement adds to its wander, relative: legs go wrong more than arms."""
+
+
+def attention(difficulty: FloatArray, p: KinectParameters) -> FloatArray:
+    """A difficulty as the tracker feels it, which takes a moment."""
+    return gaussian_filter1d(difficulty, ATTENTION_TIME * p.frame_rate, axis=0, mode="nearest")
+
+
+def foreshortening(joints: FloatArray, camera: FloatArray) -> FloatArray:
+    """How much each limb points along the line of sight, 0 to 1, at its far joint; (n, 15)."""
+    pointing = np.zeros(joints.shape[:2])
+    for joint, parent in LIMB_PARENTS.items():
+        far, near = joints[:, JOINT_INDEX[joint]], joints[:, JOINT_INDEX[parent]]
+        limb, sight = far - near, far - camera
+        cosine = np.einsum("ni,ni->n", limb, sight)
+        cosine /= np.linalg.norm(limb, axis=1) * np.linalg.norm(sight, axis=1)
+        pointing[:, JOINT_INDEX[joint]] = cosine**4
+    return pointing
+
+
+def tracked(
+    truth: FloatArray,
+    velocity: FloatArray,
+    blocked: FloatArray,
+    pointing: FloatArray,
+    p: KinectParameters,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Where the tracker's inertia and smoothing put the joints."""
+    lags = p.lag * rng.uniform(0.5, 1.5, len(JOINTS))
+    late = truth - lags[:, None] * velocity
+    root = 0.5 * (late[:, [JOINT_INDEX["left_hip"]]] + late[:, [JOINT_INDEX["right_hip"]]])
+    keep = np.exp(-1.0 / (p.frame_rate * MEMORY_TIME))
+    relative = late - root
+    start = keep * relative[:1]
+    remembered, _ = lfilter([1.0 - keep], [1.0, -keep], relative, axis=0, zi=start)
+    quick = (_pace(velocity, p) / TOO_FAST) ** 2
+    pull = p.inertia * np.clip(blocked + pointing + quick, 0.0, 1.0)
+    for upper, lower in ARMS:
+        pull[:, [upper, lower]] = np.maximum(pull[:, [upper]], pull[:, [lower]])
+    pulled: FloatArray = late + pull[..., None] * (remembered - relative)
+    return pulled
+
+
+def offsets(
+    truth: FloatArray,
+    camera: FloatArray,
+    p: KinectParameters,
+    body_bias: FloatArray,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Offsets that turn with the trunk, that follow the limb, and the skin's, to the camera.
+
+    Half of the constant ones is the sensor's own. How they follow a limb is a matter of what a
+    tracker calls a joint: the same for all.
+    """
+    own = rng.standard_normal((len(JOINTS), 3))
+    constant = p.joint_bias * np.sqrt(0.5) * (body_bias[:, :, 0] + own)
+    following = p.pose_bias * body_bias[:, :, 1:]
+    for upper, lower in ARMS:
+        following[lower] *= np.sqrt(1.0 - p.arm_likeness**2)
+        following[lower] += p.arm_likeness * following[upper]
+    left, right = truth[:, JOINT_INDEX["left_hip"]], truth[:, JOINT_INDEX["right_hip"]]
+    heading = np.arctan2(right[:, 0] - left[:, 0], left[:, 1] - right[:, 1])  # y: (-sin, cos)
+    R_map_body = about_z(heading)
+    offset = np.tile(constant, (len(truth), 1, 1))
+    for joint, (near, far) in DIRECTIONS.items():
+        limb = truth[:, JOINT_INDEX[far]] - truth[:, JOINT_INDEX[near]]
+        limb /= np.linalg.norm(limb, axis=1, keepdims=True)
+        change = np.einsum("nji,nj->ni", R_map_body, limb) - NEUTRAL
+        offset[:, JOINT_INDEX[joint]] += change @ following[JOINT_INDEX[joint]].T
+    turned = np.einsum("nij,nkj->nki", R_map_body, offset)
+    sight = camera - truth
+    towards = sight / np.linalg.norm(sight, axis=2, keepdims=True)
+    depth = p.flesh_offset * rng.uniform(0.5, 1.5, len(JOINTS))
+    return turned + depth[:, None] * towards
+
+
+def wander(
+    velocity: FloatArray,
+    blocked: FloatArray,
+    pointing: FloatArray,
+    p: KinectParameters,
+    rng: np.random.Generator,
+) -> FloatArray:
+    """Slow errors: small at rest, larger in movement and where a joint is hard to see."""
+    pace = np.minimum(_pace(velocity, p), FAST)
+    gains = np.array([RESTLESSNESS[name.split("_")[-1]] for name in JOINTS])
+    size = p.wander_still + p.wander_moving * gains * pace
+    stirred = 0.4 + 0.6 * np.minimum(pace / 0.5, 1.0)  # a guess at rest wanders less
+    size = size + p.hidden_error * blocked * stirred + p.foreshortened_error * pointing
+    process = slow_process(truth_shape=velocity.shape, seconds=p.wander_time, p=p, rng=rng)
+    for upper, lower in ARMS:
+        process[:, lower] *= np.sqrt(1.0 - p.arm_likeness**2)
+        process[:, lower] += p.arm_likeness * process[:, upper]
+    wrong: FloatArray = size[..., None] * process
+    return wrong
+
+
+def with_stiff_bones(wrong: FloatArray, truth: FloatArray, p: KinectParameters) -> FloatArray:
+    """Errors as a tracker makes them that knows how long limbs are, more or less."""
+    wrong = wrong.copy()
+    for joint, parent in LIMB_PARENTS.items():  # from the trunk outwards
+        far, near = JOINT_INDEX[joint], JOINT_INDEX[parent]
+        bone = truth[:, far] - truth[:, near]
+        along = bone / np.linalg.norm(bone, axis=1, keepdims=True)
+        stretch = np.einsum("ni,ni->n", wrong[:, far] - wrong[:, near], along)
+        wrong[:, far] -= p.bone_stiffness * stretch[:, None] * along
+    return wrong
+
+
+def glitches(velocity: FloatArray, p: KinectParameters, rng: np.random.Generator) -> FloatArray:
+    """Short gross errors of joints that move."""
+    moving = np.linalg.norm(velocity, axis=2) > 0.15
+    chance = p.glitch_rate / 60.0 / p.frame_rate
+    struck = (rng.random(moving.shape) < chance) & moving
+    size = rng.standard_normal(velocity.shape) * struck[..., None]
+    width = GLITCH_TIME * p.frame_rate / 2.0
+    spread = gaussian_filter1d(size, width, axis=0, mode="constant")
+    spread *= np.sqrt(2.0 * np.pi) * width  # a glitch's peak has the size drawn
+    wrong: FloatArray = p.glitch_size / np.sqrt(3.0) * spread
+    return wrong
+
+
+def white_noise(optical: FloatArray, p: KinectParameters, rng: np.random.Generator) -> FloatArray:
+    """The depth camera's, for joints (n, 15, 3) [m] in the optical frame."""
+    depth = optical[..., 2]
+    noise = rng.standard_normal(optical.shape)
+    noise[..., :2] *= (p.white_noise * depth / 2.0)[..., None]
+    noise[..., 2] *= p.depth_noise * depth**2  # Khoshelham and Elberink (2012), Sensors 12(2)
+    return noise
+
+
+def slow_process(
+    truth_shape: tuple[int, ...], seconds: float, p: KinectParameters, rng: np.random.Generator
+) -> FloatArray:
+    """Unit-variance Ornstein-Uhlenbeck processes along the first axis."""
+    keep = np.exp(-1.0 / (p.frame_rate * seconds))
+    noise = rng.standard_normal(truth_shape)
+    noise[1:] *= np.sqrt(1.0 - keep**2)
+    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
+    return process
+
+
+def _pace(velocity: FloatArray, p: KinectParameters) -> FloatArray:
+    """Each joint's speed [m/s], as it is around each frame."""
+    speed = np.linalg.norm(velocity, axis=2)
+    return gaussian_filter1d(speed, 0.15 * p.frame_rate, axis=0, mode="nearest")
