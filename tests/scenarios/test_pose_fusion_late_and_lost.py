@@ -17,7 +17,7 @@ DURATION_S = 13.0
 JUDGED_S = 7.0  # from then on, the IMUs are aligned
 DISTURBED_S = (8.5, 10.5)
 MS = 1_000_000
-STEP_DEG = 8.0  # beyond the true motion, from one estimate to the next
+STEP_DEG = 9.0  # beyond the true motion, from one estimate to the next
 ERROR_DEG = 25.0
 ANGLES = ("left_knee_flexion", "left_hip_flexion", "left_elbow_flexion", "left_shoulder_flexion")
 

@@ -21,7 +21,7 @@ class MotionPrior:
             "trunk": 20.0,
             "head": 22.0,
             "upper_arm": 30.0,
-            "forearm": 36.0,
+            "forearm": 12.0,
             "thigh": 19.0,
             "shank": 28.0,
         }

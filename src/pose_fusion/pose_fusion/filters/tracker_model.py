@@ -45,7 +45,7 @@ class TrackerNoise:
     lag_stddev: float = 0.012  # [s] more along the velocity
     foreshortened_stddev: float = 0.03  # [m] more where the limb points at the camera
     inferred_factor: float = 3.66  # [-] how much worse an inferred joint is
-    correlation_factor: float = 2.44  # [-] errors are slow: many samples count as one
+    correlation_factor: float = 1.2  # [-] errors are slow: many samples count as one
     student_dof: float = 13.3  # [-] of Student's t
     inertia: float = 0.1  # [-] a_max
     quick: float = 2.6  # [m/s] v_q
