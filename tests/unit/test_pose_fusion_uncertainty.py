@@ -3,7 +3,7 @@ import pytest
 
 from pose_fusion.body.model import load_body_model
 from pose_fusion.fusion.estimators.estimator import FusedPose
-from pose_fusion.fusion.estimators.uncertainty import FITTING_KINECT, Uncertainty
+from pose_fusion.fusion.estimators.uncertainty import FITTING, Uncertainty
 
 MODEL = load_body_model("default")
 KNEE, NECK = (MODEL.dof_names.index(name) for name in ("left_knee_flexion", "neck_flexion"))
@@ -25,7 +25,7 @@ def pose(velocity=0.0, weight_imu=0.0):
 
 
 def test_variances_stay_where_the_distances_fit():
-    variance = Uncertainty(MODEL).variance(pose(), FITTING_KINECT)
+    variance = Uncertainty(MODEL).variance(pose(), FITTING)
 
     assert variance[NECK] == pytest.approx(0.01)
 

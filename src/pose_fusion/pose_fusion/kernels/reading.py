@@ -253,7 +253,7 @@ def published_variance(
     variance: FloatArray,
     velocity: FloatArray,
     weight_imu: FloatArray,
-    scales: FloatArray,
+    scale: float,
     trusts: FloatArray,
     out: FloatArray,
 ) -> None:
@@ -263,12 +263,12 @@ def published_variance(
         variance: The filter's, (d,).
         velocity: (d,).
         weight_imu: Share of the IMUs, (d,) [-].
-        scales: Of the variances by Kinects alone and with an IMU, (2,) [-].
-        trusts: Likewise factor [-], lateness [s] and deviation, (2, 3, d).
+        scale: Of the variances [-].
+        trusts: Factor [-], lateness [s] and deviation, by Kinects alone and with an IMU, (2, 3, d).
         out: Filled, (d,).
     """
     for at in range(len(out)):
         which = 1 if weight_imu[at] > 0.0 else 0
         factor, late_s, stddev = trusts[which, 0, at], trusts[which, 1, at], trusts[which, 2, at]
         moved = late_s * velocity[at]
-        out[at] = factor * scales[which] * variance[at] + moved**2 + stddev**2
+        out[at] = factor * scale * variance[at] + moved**2 + stddev**2

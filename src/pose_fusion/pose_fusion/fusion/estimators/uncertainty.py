@@ -19,7 +19,6 @@ from pose_fusion.streams.samples import FloatArray
 
 MEMORY_S = 20.0  # [s] time constant
 MOST = 20.0  # [-] a squared Mahalanobis distance that counts no more than that
-AT_FIRST = 0.5
 RANGE = (0.2, 6.0)  # [-] of what the distances scale variances by
 
 
@@ -32,21 +31,20 @@ class Trust:
     stddev_deg: float = 0.0  # s
 
 
-# Mean squared distances that fit. They are below 3, the measurements' degrees of freedom, for the
+# The mean squared distance that fits. It is below 3, the measurements' degrees of freedom, for the
 # noise is enlarged to what slow errors leave of it.
-FITTING_KINECT = 1.3
-FITTING_WITH_IMU = 0.5
+FITTING = 0.55
 KINECT = {
-    "hip": Trust(factor=0.4, late_s=0.15),
-    "knee": Trust(factor=0.4, late_s=0.25),
-    "shoulder": Trust(factor=3.0, late_s=0.2),
-    "elbow": Trust(factor=4.0, late_s=0.25, stddev_deg=12.0),
+    "hip": Trust(factor=0.26, late_s=0.17, stddev_deg=0.6),
+    "knee": Trust(factor=0.65, late_s=0.23),
+    "shoulder": Trust(factor=2.0, late_s=0.035, stddev_deg=1.1),
+    "elbow": Trust(factor=6.5, late_s=0.32, stddev_deg=2.3),
 }
 WITH_IMU = {
-    "hip": Trust(factor=0.3, late_s=0.04),
-    "knee": Trust(factor=0.4),
-    "shoulder": Trust(factor=2.5),
-    "elbow": Trust(factor=4.0, late_s=0.05, stddev_deg=3.0),
+    "hip": Trust(factor=0.2, stddev_deg=1.4),
+    "knee": Trust(factor=0.52, stddev_deg=0.35),
+    "shoulder": Trust(factor=2.6, late_s=0.06, stddev_deg=2.3),
+    "elbow": Trust(factor=5.9, late_s=0.23, stddev_deg=1.15),
 }
 
 
@@ -58,7 +56,7 @@ class Uncertainty:
     """
 
     def __init__(self, model: BodyModel) -> None:
-        self._distance = AT_FIRST
+        self._distance = FITTING
         self._trusts = np.stack([_numbers(model, trusts) for trusts in (KINECT, WITH_IMU)])
 
     @property
@@ -82,11 +80,10 @@ class Uncertainty:
             distance: The mean distance of its time.
         """
         least, most = RANGE
-        fitting = (FITTING_KINECT, FITTING_WITH_IMU)
-        scales = np.array([min(max(distance / each, least), most) for each in fitting])
+        scale = min(max(distance / FITTING, least), most)
         variance = np.empty_like(pose.variance)
         published_variance(
-            pose.variance, pose.velocity, pose.weight_imu, scales, self._trusts, variance
+            pose.variance, pose.velocity, pose.weight_imu, scale, self._trusts, variance
         )
         return variance
 
