@@ -64,7 +64,11 @@ class KinectParameters:
         0.0015, unit="m", low=0.0, high=0.2, doc="slow wander of each joint at rest"
     )
     wander_moving: float = parameter(
-        0.030, unit="m", low=0.0, high=0.5, doc="what a joint's movement at 1 m/s adds to it"
+        0.030,
+        unit="s",
+        low=0.0,
+        high=0.5,
+        doc="what a joint's speed adds to it, up to 0.8 m/s",
     )
     wander_time: float = parameter(
         0.4, unit="s", low=0.01, high=10.0, doc="correlation time of the wander"

@@ -10,6 +10,7 @@ import yaml
 
 from pose_common.errors import InputError
 from pose_common.parameters import from_mapping
+from pose_common.stamps import NS_PER_S
 from pose_sim import imu_noise, kinect_noise
 from pose_sim.body import Body
 from pose_sim.choreography import compose
@@ -20,7 +21,7 @@ from pose_sim.rotations import FloatArray
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
 from pose_sim.timeline import Variation
 from pose_sim.virtual_imu import ImuFrames, Mounting, earth_field, measure, mount, to_frames
-from pose_sim.virtual_kinect import NS_PER_S, KinectFrames, draw_body_bias, observe
+from pose_sim.virtual_kinect import KinectFrames, draw_body_bias, observe
 
 T = TypeVar("T")
 NOISE_PRESETS = tuple(kinect_noise.PRESETS)

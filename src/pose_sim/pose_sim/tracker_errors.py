@@ -26,16 +26,8 @@ LIMB_PARENTS = {
     )
 }
 DIRECTIONS = {
-    f"{side}_{joint}": (f"{side}_{near}", f"{side}_{far}")
-    for side in SIDES
-    for joint, near, far in (
-        ("shoulder", "shoulder", "elbow"),
-        ("elbow", "shoulder", "elbow"),
-        ("hand", "elbow", "hand"),
-        ("hip", "hip", "knee"),
-        ("knee", "hip", "knee"),
-        ("foot", "knee", "foot"),
-    )
+    **{parent: (parent, joint) for joint, parent in LIMB_PARENTS.items()},
+    **{joint: (parent, joint) for joint, parent in LIMB_PARENTS.items()},
 }
 """The limb whose direction a joint's offset depends on."""
 ARMS = tuple((JOINT_INDEX[f"{side}_elbow"], JOINT_INDEX[f"{side}_hand"]) for side in SIDES)
@@ -107,9 +99,7 @@ def offsets(
     own = rng.standard_normal((len(JOINTS), 3))
     constant = p.joint_bias * np.sqrt(0.5) * (body_bias[:, :, 0] + own)
     following = p.pose_bias * body_bias[:, :, 1:]
-    for upper, lower in ARMS:
-        following[lower] *= np.sqrt(1.0 - p.arm_likeness**2)
-        following[lower] += p.arm_likeness * following[upper]
+    _liken_arms(following, p)
     left, right = truth[:, JOINT_INDEX["left_hip"]], truth[:, JOINT_INDEX["right_hip"]]
     heading = np.arctan2(right[:, 0] - left[:, 0], left[:, 1] - right[:, 1])  # y: (-sin, cos)
     R_map_body = about_z(heading)
@@ -140,9 +130,7 @@ def wander(
     stirred = 0.4 + 0.6 * np.minimum(pace / 0.5, 1.0)  # a guess at rest wanders less
     size = size + p.hidden_error * blocked * stirred + p.foreshortened_error * pointing
     process = slow_process(truth_shape=velocity.shape, seconds=p.wander_time, p=p, rng=rng)
-    for upper, lower in ARMS:
-        process[:, lower] *= np.sqrt(1.0 - p.arm_likeness**2)
-        process[:, lower] += p.arm_likeness * process[:, upper]
+    _liken_arms(process.swapaxes(0, 1), p)
     wrong: FloatArray = size[..., None] * process
     return wrong
 
@@ -190,6 +178,13 @@ def slow_process(
     noise[1:] *= np.sqrt(1.0 - keep**2)
     process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
     return process
+
+
+def _liken_arms(draws: FloatArray, p: KinectParameters) -> None:
+    """Make each hand's part of normal variates, (15, …), like its elbow's, of the same variance."""
+    for upper, lower in ARMS:
+        draws[lower] *= np.sqrt(1.0 - p.arm_likeness**2)
+        draws[lower] += p.arm_likeness * draws[upper]
 
 
 def _pace(velocity: FloatArray, p: KinectParameters) -> FloatArray:

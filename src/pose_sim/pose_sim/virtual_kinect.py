@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
 from pose_sim.occlusion import hidden
@@ -28,7 +29,6 @@ from pose_sim.tracker_errors import (
     with_stiff_bones,
 )
 
-NS_PER_S = 1_000_000_000
 FIELD_OF_VIEW = (np.radians(70.6), np.radians(60.0))  # [rad] Kinect v2 depth camera, wide and high
 DECISION_TIME = 0.4  # [s] for which the tracker keeps an opinion of a joint
 

@@ -6,6 +6,7 @@ their mean is shifted, and no linear filter behind them can tell.
 
 import numpy as np
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_fusion.body.joint_rotations import FULL_TURN, continuous_vector
 from pose_fusion.body.kinematics import ForwardKinematics
@@ -14,7 +15,6 @@ from pose_fusion.body.trunk import trunk_axes
 from pose_fusion.filters.constant_velocity import ConstantVelocityFilter
 from pose_fusion.fusion.estimates import Source
 from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
-from pose_fusion.fusion.estimators.pose_of_joints import NS_PER_S
 from pose_fusion.streams.samples import FloatArray
 
 ROOT_ACCELERATION = 10.0  # [m/s²] white, over a frame

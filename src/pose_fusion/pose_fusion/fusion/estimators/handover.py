@@ -13,13 +13,13 @@ from math import exp
 
 import numpy as np
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.filters.segment_state import SegmentState
 from pose_fusion.kernels.gliding import Limits, is_over, take_up
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.rotations import turn_all
 
 DECAY_S = 0.12  # [s] time constant of the glide
-NS_PER_S = 1_000_000_000
 EVENT_NS = NS_PER_S // 10  # [ns] for which an event's corrections come
 ABSENT_NS = NS_PER_S // 5  # [ns] of silence, after which a source that speaks is an event
 AFTER_AN_EVENT = Limits(

@@ -9,10 +9,11 @@ References:
 import numpy as np
 
 from pose_common.joints import JOINTS, TrackingState
+from pose_common.stamps import NS_PER_S
 from pose_fusion.filters.constant_velocity import ConstantVelocityFilter
 from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
-from pose_fusion.fusion.estimators.pose_of_joints import NS_PER_S, PoseOfJoints
+from pose_fusion.fusion.estimators.pose_of_joints import PoseOfJoints
 from pose_fusion.streams.samples import FloatArray
 
 ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions that tuning may look at

@@ -3,13 +3,13 @@
 import numpy as np
 
 from pose_common.counters import Counters
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.filters.li2020 import Li2020Filter
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 STRAYING_NS = NS_PER_S // 2
 COUNTERS = (
     "frames_without_trunk",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_fusion.body.joint_rotations import FULL_TURN, continuous_vector
 from pose_fusion.body.kinematics import ForwardKinematics
@@ -12,7 +13,6 @@ from pose_fusion.fusion.estimates import Source
 from pose_fusion.fusion.estimators.estimator import FusedPose
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 LONGEST_STEP_S = 0.5  # [s] over which differences still give rates
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from pose_common.counters import Counters
 from pose_common.joints import JOINTS
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.inverse_kinematics import dof_from_positions
 from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import BodyModel
@@ -35,7 +36,6 @@ from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.seeing import share_cameras
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 IMU_FRAMES = 10.0  # [-] an IMU's errors are slow: so many samples count as one

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from pose_common.counters import Counters
+from pose_common.stamps import NS_PER_S
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.filters.segment_filter import UpdateReport
@@ -14,7 +15,6 @@ from pose_fusion.fusion.estimators.estimator import Observation, TimedPose, time
 from pose_fusion.fusion.estimators.segments import SegmentEstimator
 from pose_fusion.fusion.parameters import FusionParameters
 
-NS_PER_S = 1_000_000_000
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
 CHUNK_NS = NS_PER_S  # told at once
 
