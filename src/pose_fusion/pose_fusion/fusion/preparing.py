@@ -11,14 +11,21 @@ from pose_common.counters import Counters
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.body.frames import BodyFrames
 from pose_fusion.body.model import BodyModel, load_body_model
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.fusion.estimators.estimator import Estimator, Observation
+from pose_fusion.fusion.learning import COUNTERS, FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.seen import SensorsInMap
 from pose_fusion.fusion.telling import body_estimate
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
+from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.kernels.compiling import say_if_compiling
-from pose_fusion.streams.samples import FloatArray, ImuSample, block_of
+from pose_fusion.kernels.rotations import turn_all
+from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
+from pose_fusion.streams.time_alignment import AlignedFrame
 
 NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about anybody
     "head": (0.0, 0.0, 0.75),
@@ -66,10 +73,19 @@ def prepare(kind: type[Estimator], model_name: str) -> None:
             estimate = body_estimate(told, model, parameters.sensors, told.stamp_ns)
             instant = (estimate.T_map_link[None], estimate.position[None], estimate.joints[None])
             BodyFrames(model, parameters.subject).places(*instant)
-    _prepare_imus(model)
+    _prepare_learning(model, shape, parameters)
+    _prepare_rare()
 
 
-def _prepare_imus(model: BodyModel) -> None:
+def _prepare_rare() -> None:
+    """What is called once in a while only: a heading that is lent, a glide."""
+    alignment = SegmentAlignment(AlignmentRows())
+    if not alignment.is_mounted:
+        alignment.anchor.start(0.0, 1.0)
+    turn_all(np.zeros((1, 3)), 1.0, np.eye(3)[None].copy(), np.empty((1, 3, 3)))
+
+
+def _prepare_learning(model: BodyModel, shape: BodyShape, parameters: FusionParameters) -> None:
     imus = ImuSet(model)
     for sample in range(1, FRAMES + 1):
         imus.add(
@@ -83,8 +99,24 @@ def _prepare_imus(model: BodyModel) -> None:
                 )
             )
         )
-    imus.observe(FRAMES * PERIOD_NS, neutral_pose())
-    imus.read(FRAMES * PERIOD_NS)
+    stamp_ns = FRAMES * PERIOD_NS
+    samples = {
+        sensor: SkeletonSample(
+            stamp_ns=stamp_ns,
+            sensor=sensor,
+            person="",
+            positions=neutral_pose(),
+            tracking_state=np.full(len(JOINTS), int(TrackingState.TRACKED), np.uint8),
+        )
+        for sensor in parameters.sensors
+    }
+    extrinsics = extrinsics_from_map(dict.fromkeys(parameters.sensors, np.eye(4)))
+    seen = SensorsInMap(parameters.sensors, extrinsics).see(
+        AlignedFrame(stamp_ns=stamp_ns, samples=samples)
+    )
+    counters = Counters(*COUNTERS)
+    FrameLearner(model, parameters, imus, counters, takes_offsets=False).learn(seen, shape)
+    imus.read(stamp_ns)
 
 
 def _observation(model: BodyModel, stamp_ns: int) -> Observation:

@@ -1,0 +1,50 @@
+"""Whoever has made a pipeline waits for no compilation when somebody steps before the sensors."""
+
+import subprocess
+import sys
+
+SCRIPT = """
+import importlib, pkgutil
+import pose_fusion.kernels
+from pose_bench.sessions import SessionSpec, bench_session
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_fusion.streams.samples import SkeletonSample
+
+modules = [
+    importlib.import_module(f"pose_fusion.kernels.{each.name}")
+    for each in pkgutil.iter_modules(pose_fusion.kernels.__path__)
+]
+
+
+def ready():
+    return {
+        (module.__name__, name): len(kernel.signatures)
+        for module in modules
+        for name, kernel in vars(module).items()
+        if hasattr(kernel, "signatures")
+    }
+
+
+session = bench_session(
+    SessionSpec(choreography="leg_lift_march", level="typical", seed=1, duration_s=9.0)
+)
+pipeline = FusionPipeline(FusionParameters(), session.extrinsics)
+before = ready()
+estimates = 0
+for sample in session.samples:
+    add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
+    estimates += len(add(sample))
+after = ready()
+print(estimates, *(".".join(name) for name in after if after[name] != before[name]))
+"""
+
+
+def test_no_kernel_is_compiled_or_loaded_while_somebody_is_tracked():
+    run = subprocess.run(
+        [sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    estimates, *late = run.stdout.split()
+    assert int(estimates) > 100
+    assert late == []
