@@ -9,6 +9,7 @@ from pose_bench.suite import (
     CONDITIONS,
     JUDGING_SEEDS,
     LEVELS,
+    MOTIONS,
     OFFSET,
     TUNING_CHOREOGRAPHIES,
     TUNING_SEEDS,
@@ -16,7 +17,6 @@ from pose_bench.suite import (
     quick_cells,
 )
 from pose_common.errors import InputError
-from pose_sim.choreography import CHOREOGRAPHIES
 
 README = (Path(__file__).parents[2] / "src" / "pose_bench" / "README.md").read_text()
 
@@ -24,8 +24,8 @@ README = (Path(__file__).parents[2] / "src" / "pose_bench" / "README.md").read_t
 def test_the_suite_is_all_motions_levels_and_judging_seeds():
     suite = cells()
 
-    assert len(suite) == len(CHOREOGRAPHIES) * 3 * 3
-    assert len(CHOREOGRAPHIES) >= 11
+    assert len(suite) == len(MOTIONS) * 3 * 3
+    assert len(MOTIONS) >= 11
     assert {cell.seed for cell in suite} == set(JUDGING_SEEDS)
 
 
@@ -44,9 +44,9 @@ def test_only_the_offset_condition_has_a_clock_offset():
 
 def test_nothing_that_is_judged_unseen_may_be_tuned_on():
     assert not set(TUNING_SEEDS) & set(JUDGING_SEEDS)
-    assert set(TUNING_CHOREOGRAPHIES) < set(CHOREOGRAPHIES)
+    assert set(TUNING_CHOREOGRAPHIES) < set(MOTIONS)
     unseen = {cell.choreography for cell in cells() if not cell.is_seen}
-    assert unseen == set(CHOREOGRAPHIES) - set(TUNING_CHOREOGRAPHIES)
+    assert unseen == set(MOTIONS) - set(TUNING_CHOREOGRAPHIES)
     assert all(cell.is_seen for cell in cells(seeds=TUNING_SEEDS))
 
 
@@ -62,7 +62,7 @@ def test_an_unknown_choreography_is_refused_with_the_ones_there_are():
 def test_the_readme_says_what_may_be_tuned_on_and_what_every_figure_and_method_is():
     tuning, judging = README.split("Parameters may be tuned on")[1].split("Judged is on")
     judging = judging.split("###")[0]
-    for name in CHOREOGRAPHIES:
+    for name in MOTIONS:
         assert f"`{name}`" in (tuning if name in TUNING_CHOREOGRAPHIES else judging)
     for seed in TUNING_SEEDS:
         assert str(seed) in tuning

@@ -56,9 +56,13 @@ def test_feet_neither_sink_into_the_floor_nor_float(motions, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_subject_stays_about_where_it_began(motions, name):
+def test_the_subject_stays_about_where_it_began_unless_it_walks(motions, name):
     pelvis = motions[name].pose.origins["pelvis"]
-    assert np.linalg.norm(pelvis[:, :2] - pelvis[0, :2], axis=1).max() < 0.4
+    way = np.linalg.norm(pelvis[:, :2] - pelvis[0, :2], axis=1).max()
+    if name == "walk_about":
+        assert 0.7 < way < 1.0
+    else:
+        assert way < 0.4
 
 
 def test_a_foot_that_bears_the_body_does_not_slide(motions):

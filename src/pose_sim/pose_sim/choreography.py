@@ -26,6 +26,7 @@ from pose_sim.moves import (
     sink,
 )
 from pose_sim.timeline import Timeline, Variation
+from pose_sim.walking import walk_about
 from pose_sim.whole_body import crouch_behind_arm, dance, kicks, reach, twisting, walk_turns
 
 STILL = 2.5  # [s] neutral pose at the start of every session
@@ -197,4 +198,5 @@ CHOREOGRAPHIES: dict[str, Choreography] = {
     "walk_turns": walk_turns,
     "crouch_behind_arm": crouch_behind_arm,
     "reach": reach,
+    "walk_about": walk_about,
 }

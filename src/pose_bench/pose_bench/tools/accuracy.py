@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         choices=[method.name for method in METHODS],
         metavar="NAME",
-        help=f"of {names} (default: all)",
+        help=f"of {names} (default: all but walk_about)",
     )
     parser.add_argument(
         "--jobs",
@@ -69,7 +69,7 @@ def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
         nargs="+",
         metavar="NAME",
         default=[],
-        help=f"of {', '.join(CHOREOGRAPHIES)} (default: all)",
+        help=f"of {', '.join(CHOREOGRAPHIES)} (default: all but walk_about)",
     )
     group.add_argument(
         "--levels",
