@@ -7,6 +7,7 @@ from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_sim.choreography import compose
 from pose_sim.kinect_noise import CLEAN, HARD, TYPICAL
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
+from pose_sim.tracker_errors import tracked
 from pose_sim.virtual_kinect import draw_body_bias, observe
 
 SCENE = SceneParameters()
@@ -27,6 +28,7 @@ def watched(motion, parameters, sensor="left", seed=0):
         parameters,
         body_height=SCENE.body_height,
         body_bias=draw_body_bias(rng),
+        common_lags=np.zeros(len(JOINTS)),
         rng=rng,
     )
 
@@ -186,6 +188,27 @@ def test_a_joint_out_of_the_field_of_view_is_not_tracked_as_seen(motion):
         replace(CLEAN, wrongly_tracked=0.0),
         body_height=1.75,
         body_bias=np.zeros((len(JOINTS), 3, 4)),
+        common_lags=np.zeros(len(JOINTS)),
         rng=np.random.default_rng(0),
     )
     assert np.mean(frames.tracking_state[:60, JOINT_INDEX["left_foot"]] == 2) < 0.05
+
+
+@pytest.mark.parametrize(("own_lag", "alike"), [(0.0, True), (1.0, False)])
+def test_sensors_are_late_alike_without_lags_of_their_own(own_lag, alike):
+    truth = np.tile(np.linspace(0.0, 1.0, 60)[:, None, None], (1, len(JOINTS), 3))
+    easy = np.zeros(truth.shape[:2])
+    common = np.linspace(-0.5, 0.5, len(JOINTS))
+    one, other = (
+        tracked(
+            truth,
+            np.ones_like(truth),
+            easy,
+            easy,
+            replace(CLEAN, lag=0.04, own_lag=own_lag),
+            common,
+            np.random.default_rng(seed),
+        )
+        for seed in (1, 2)
+    )
+    assert np.allclose(one, other) == alike

@@ -102,6 +102,13 @@ class KinectParameters:
     lag: float = parameter(
         0.04, unit="s", low=0.0, high=0.5, doc="mean delay of the tracker's own smoothing"
     )
+    own_lag: float = parameter(
+        1.0,
+        low=0.0,
+        high=1.0,
+        doc="of what the joints' delays differ by, the part that is the sensor's own; 0: all the "
+        "same as other sensors'",
+    )
     glitch_rate: float = parameter(
         1.0, unit="1/min", low=0.0, high=600.0, doc="short gross errors of each moving joint"
     )

@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from pose_common.errors import InputError
+from pose_common.joints import JOINTS
 from pose_common.parameters import from_mapping
 from pose_common.stamps import NS_PER_S
 from pose_sim import imu_noise, kinect_noise
@@ -162,6 +163,7 @@ def _watch(
 ) -> dict[str, KinectFrames]:
     body_rng, *sensor_rngs = np.random.default_rng([seed, KINECT_STREAM]).spawn(1 + len(poses))
     body_bias = draw_body_bias(body_rng)
+    common_lags = body_rng.uniform(-0.5, 0.5, len(JOINTS))
     frames = {
         name: observe(
             motion,
@@ -169,6 +171,7 @@ def _watch(
             settings.kinect,
             body_height=settings.scene.body_height,
             body_bias=body_bias,
+            common_lags=common_lags,
             rng=rng,
         )
         for (name, pose), rng in zip(poses.items(), sensor_rngs, strict=True)

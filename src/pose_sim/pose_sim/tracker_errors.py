@@ -66,10 +66,12 @@ def tracked(
     blocked: FloatArray,
     pointing: FloatArray,
     p: KinectParameters,
+    common_lags: FloatArray,
     rng: np.random.Generator,
 ) -> FloatArray:
     """Where the tracker's inertia and smoothing put the joints."""
-    lags = p.lag * rng.uniform(0.5, 1.5, len(JOINTS))
+    own = rng.uniform(-0.5, 0.5, len(JOINTS))
+    lags = p.lag * (1.0 + p.own_lag * own + np.sqrt(1.0 - p.own_lag**2) * common_lags)
     late = truth - lags[:, None] * velocity
     root = 0.5 * (late[:, [JOINT_INDEX["left_hip"]]] + late[:, [JOINT_INDEX["right_hip"]]])
     keep = np.exp(-1.0 / (p.frame_rate * MEMORY_TIME))

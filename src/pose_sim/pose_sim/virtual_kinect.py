@@ -60,6 +60,7 @@ def observe(
     *,
     body_height: float,
     body_bias: FloatArray,
+    common_lags: FloatArray,
     rng: np.random.Generator,
 ) -> KinectFrames:
     """Let a Kinect watch a motion.
@@ -71,6 +72,7 @@ def observe(
         body_height: The subject's height [m].
         body_bias: The part of the joints' constant offsets that all sensors share, standard normal
             variates, shape (15, 3, 4); see :func:`draw_body_bias`.
+        common_lags: The same of the joints' delays, uniform from -0.5 to 0.5, shape (15,).
         rng: Source of everything random.
     """
     times, host_ns, sensor_ns = _clocks(float(motion.times[-1]), parameters, rng)
@@ -81,7 +83,7 @@ def observe(
     blocked = attention(blocked, parameters)
     pointing = attention(foreshortening(truth, camera), parameters)
     velocity = np.gradient(truth, times, axis=0)
-    estimate = tracked(truth, velocity, blocked, pointing, parameters, rng)
+    estimate = tracked(truth, velocity, blocked, pointing, parameters, common_lags, rng)
     estimate += offsets(truth, camera, parameters, body_bias, rng)
     wrong = wander(velocity, blocked, pointing, parameters, rng)
     wrong += glitches(velocity, parameters, rng)
