@@ -9,8 +9,8 @@ from pose_fusion.body.kinematics import ForwardKinematics
 from pose_fusion.body.model import load_body_model
 from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.filters.looks import CameraLook, LinkLooks
-from pose_fusion.filters.segment_filter import SegmentFilter
+from pose_fusion.filters.looks import CameraLooks, LinkLooks
+from pose_fusion.filters.segment_filter import NO_IMUS, SegmentFilter
 from pose_fusion.kernels import camera, inverse, links, placing, posture, prediction
 
 MODEL = load_body_model("default")
@@ -25,15 +25,15 @@ def pose(dof):
 OFFSETS = np.random.default_rng(5).normal(0.0, 0.25, (15, 3))
 
 
-def camera_look(rng, joints, delay_s):
-    positions = joints + rng.normal(0.0, 0.03, joints.shape)
-    state = rng.choice([0, 1, 2], size=15, p=[0.1, 0.2, 0.7]).astype(np.uint8)
-    positions[rng.random(15) < 0.1] = np.nan
-    return CameraLook(
+def camera_looks(rng, joints, delay_s):
+    positions = joints + rng.normal(0.0, 0.03, (2, *joints.shape))
+    state = rng.choice([0, 1, 2], size=(2, 15), p=[0.1, 0.2, 0.7]).astype(np.uint8)
+    positions[rng.random((2, 15)) < 0.1] = np.nan
+    return CameraLooks(
         positions=positions,
         tracking_state=state,
-        camera=np.array([3.0, rng.normal(), 1.2]),
-        offsets=rng.normal(0.0, 0.02, (15, 3)),
+        cameras=np.stack([np.array([3.0, rng.normal(), 1.2]) for _ in range(2)]),
+        offsets=rng.normal(0.0, 0.02, (2, 15, 3)),
         delay_s=delay_s,
     )
 
@@ -62,8 +62,8 @@ def run_both(seed, steps, with_imus, delay_s):
     for _ in range(steps):
         dof = dof + rng.normal(0.0, 0.05, MODEL.size)
         truth = pose(dof)
-        cameras = [camera_look(rng, truth.positions, delay_s) for _ in range(2)]
-        imus = link_looks(rng, truth.rotations) if with_imus else None
+        cameras = camera_looks(rng, truth.positions, delay_s)
+        imus = link_looks(rng, truth.rotations) if with_imus else NO_IMUS
         dt_s = rng.uniform(0.001, 0.05)
         reports = []
         for each in filters:

@@ -24,7 +24,7 @@ from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.filters.li2020 import Li2020Filter, Li2020Parameters
-from pose_fusion.filters.looks import CameraLook, LinkLooks
+from pose_fusion.filters.looks import CameraLooks, LinkLooks
 from pose_fusion.filters.segment_filter import SegmentFilter
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import estimator_class
@@ -84,19 +84,15 @@ class Scene:
         """The joints that sensors see, shape (sensors, 15, 3) [m]."""
         return np.ascontiguousarray(self.joints[frame] + self._noise[:sensors, frame])
 
-    def looks(self, frame: int, sensors: int) -> list[CameraLook]:
+    def looks(self, frame: int, sensors: int) -> CameraLooks:
         """The same for the default estimator's filter."""
-        state = np.full(len(JOINTS), int(TrackingState.TRACKED), np.uint8)
-        return [
-            CameraLook(
-                positions=positions,
-                tracking_state=state,
-                camera=camera_place(index),
-                offsets=np.zeros((len(JOINTS), 3)),
-                delay_s=0.0,
-            )
-            for index, positions in enumerate(self.seen(frame, sensors))
-        ]
+        return CameraLooks(
+            positions=self.seen(frame, sensors),
+            tracking_state=np.full((sensors, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
+            cameras=np.array([camera_place(index) for index in range(sensors)]),
+            offsets=np.zeros((sensors, len(JOINTS), 3)),
+            delay_s=0.0,
+        )
 
     def imus(self, frame: int, count: int) -> LinkLooks:
         """What IMUs say of the links; with more IMUs than links some have two."""

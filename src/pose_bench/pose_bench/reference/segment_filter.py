@@ -3,8 +3,6 @@
 Nothing of the compiled kernels is used: whole matrices, library rotations, inverses.
 """
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -14,9 +12,10 @@ from pose_bench.reference.tracker import covariances, foreshortening, inertia, s
 from pose_common.joints import TrackingState
 from pose_fusion.body.kinematics import rotation_from_vector, skew
 from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.filters.looks import CameraLook, LinkLooks, UpdateReport
+from pose_fusion.filters.looks import CameraLooks, LinkLooks, UpdateReport
 from pose_fusion.filters.motion_prior import MotionPrior, acceleration_power
 from pose_fusion.filters.posture import PosturePrior
+from pose_fusion.filters.segment_filter import NO_CAMERAS, NO_IMUS
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.tracker_model import TrackerNoise
 from pose_fusion.streams.samples import FloatArray
@@ -119,9 +118,7 @@ class ReferenceFilter:
         levers = levers_of(self.tree, state.rotations, state.slides)
         return np.asarray(state.position + levers.sum(axis=1))
 
-    def update(
-        self, cameras: Sequence[CameraLook] = (), imus: LinkLooks | None = None
-    ) -> UpdateReport:
+    def update(self, cameras: CameraLooks = NO_CAMERAS, imus: LinkLooks = NO_IMUS) -> UpdateReport:
         """Take everything that is known of the filter's instant.
 
         Raises:
@@ -131,8 +128,8 @@ class ReferenceFilter:
         information = np.zeros((layout.size, layout.size))
         vector = np.zeros(layout.size)
         distance = np.full(len(self.tree.offsets), np.nan)
-        for look in cameras:
-            seen, found = self._add_camera(look, information, vector)
+        for camera in range(len(cameras.positions)):
+            seen, found = self._add_camera(cameras, camera, information, vector)
             distance[seen] = found
         kinect_information = self._of_links(information)
         self._add_imus(imus, information, vector)
@@ -151,32 +148,31 @@ class ReferenceFilter:
         )
 
     def _add_camera(
-        self, look: CameraLook, information: FloatArray, vector: FloatArray
+        self, looks: CameraLooks, camera: int, information: FloatArray, vector: FloatArray
     ) -> tuple[NDArray[np.bool_], FloatArray]:
         """Add what a camera says; returns which joints it saw and how far off they were."""
-        state, layout, tau_s = self._known_state(), self.layout, look.delay_s
+        state, layout, tau_s = self._known_state(), self.layout, looks.delay_s
+        positions, tracking_state = looks.positions[camera], looks.tracking_state[camera]
         rotations = rotation_from_vector(-tau_s * state.rates) @ state.rotations
         position = state.position - tau_s * state.velocity
         levers = levers_of(self.tree, rotations, state.slides)
         H = self._jacobian(levers, rotations)
         joints = position + levers.sum(axis=1)
         turning = H[:, :, layout.rotations] @ state.rates.ravel()
-        rays = joints - look.camera
+        rays = joints - looks.cameras[camera]
         rays = rays / np.linalg.norm(rays, axis=1, keepdims=True)
         velocity = state.velocity + turning
         pointing = foreshortening(joints, rays)
         relative = joints - position
         if self._memory is None:
             self._memory = relative
-        share = inertia(self.noise, np.linalg.norm(velocity, axis=1), pointing, look.tracking_state)
+        share = inertia(self.noise, np.linalg.norm(velocity, axis=1), pointing, tracking_state)
         H[:, :, 3:] *= (1.0 - share)[:, None, None]
         expected = joints + share[:, None] * (self._memory - relative)
-        expected = expected + look.offsets @ _about_up(rotations[0]).T
-        R = covariances(self.noise, rays, velocity, pointing, look.tracking_state)
-        seen = np.isfinite(look.positions[:, 0]) & (
-            look.tracking_state != TrackingState.NOT_TRACKED
-        )
-        H, R, residual = H[seen], R[seen], (look.positions - expected)[seen]
+        expected = expected + looks.offsets[camera] @ _about_up(rotations[0]).T
+        R = covariances(self.noise, rays, velocity, pointing, tracking_state)
+        seen = np.isfinite(positions[:, 0]) & (tracking_state != TrackingState.NOT_TRACKED)
+        H, R, residual = H[seen], R[seen], (positions - expected)[seen]
         spread = H @ self._delayed_covariance(tau_s) @ H.transpose(0, 2, 1)
         factor, distance = student_weights(self.noise, residual, spread + R)
         W = np.linalg.inv(R * factor[:, None, None])
@@ -218,11 +214,9 @@ class ReferenceFilter:
             result[moving, moving] += tau_s**2 * P[rates, rates]
         return result
 
-    def _add_imus(
-        self, imus: LinkLooks | None, information: FloatArray, vector: FloatArray
-    ) -> None:
+    def _add_imus(self, imus: LinkLooks, information: FloatArray, vector: FloatArray) -> None:
         state, layout = self._known_state(), self.layout
-        for link, R_map_link, variance, speed, rate_variance in zip(*(imus or ()), strict=True):
+        for link, R_map_link, variance, speed, rate_variance in zip(*imus, strict=True):
             turn = Rotation.from_matrix(R_map_link @ state.rotations[link].T).as_rotvec()
             where, rate = layout.rotation(link), layout.rate(link)
             information[where, where] += np.diag(1.0 / variance)

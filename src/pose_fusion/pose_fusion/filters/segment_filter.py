@@ -18,13 +18,13 @@ from math import exp
 import numpy as np
 
 from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.filters.looks import CameraLook, LinkLooks, UpdateReport
+from pose_fusion.filters.looks import CameraLooks, LinkLooks, UpdateReport
 from pose_fusion.filters.motion_prior import MotionPrior, acceleration_power
 from pose_fusion.filters.posture import PosturePrior, posture_numbers
 from pose_fusion.filters.segment_state import Layout, SegmentState
+from pose_fusion.filters.side_swaps import SWAPS
 from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_numbers
-from pose_fusion.kernels.camera import Frame, add_camera
-from pose_fusion.kernels.correction import NOT_DEFINITE, correct
+from pose_fusion.kernels.correction import NOT_DEFINITE, Expectations, correct
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.prediction import Elapsed, predict
 from pose_fusion.streams.samples import FloatArray
@@ -32,7 +32,14 @@ from pose_fusion.streams.samples import FloatArray
 WRONG_BEND = float(np.radians(-35.0))  # a hinge bent further is a limb turned by half a turn
 LARGEST_STDDEV = float(np.radians(60.0))  # an unseen turn grows no further
 REOPENED_RATE_STDDEV = 1.0  # [rad/s]
-NO_LOOKS = LinkLooks(
+NO_CAMERAS = CameraLooks(
+    positions=np.zeros((0, 15, 3)),
+    tracking_state=np.zeros((0, 15), np.uint8),
+    cameras=np.zeros((0, 3)),
+    offsets=np.zeros((0, 15, 3)),
+    delay_s=0.0,
+)
+NO_IMUS = LinkLooks(
     links=np.zeros(0, np.int64),
     R_map_link=np.zeros((0, 3, 3)),
     variance=np.zeros((0, 3)),
@@ -63,10 +70,18 @@ class SegmentFilter:
         self.motion = motion or MotionPrior()
         self.layout = Layout(len(tree.parents), len(tree.sliding_links))
         self._power = acceleration_power(self.motion, tree)
-        self._tracker = tracker_numbers(self.noise)
-        self._posture = posture_numbers(posture or PosturePrior(), tree)
+        self._expectations = Expectations(
+            body=tree.numbers,
+            tracker=tracker_numbers(self.noise),
+            limb_ends=LIMB_ENDS,
+            swaps=SWAPS,
+            posture=posture_numbers(posture or PosturePrior(), tree),
+            wrong_bend=WRONG_BEND,
+        )
         self._memory: FloatArray = np.full((len(tree.offsets), 3), np.nan)
         self.state: SegmentState | None = None
+        self.predicted: Pose = empty_pose(self.layout)
+        """As it was just before the last update."""
 
     def start(self, R_map_links: FloatArray, position: FloatArray) -> None:
         """Begin at a pose: ``R_map_link`` of all links, shape (links, 3, 3), and the root [m]."""
@@ -113,6 +128,7 @@ class SegmentFilter:
         """The filter ``dt_s`` [s] later, as it would be if nothing were seen until then."""
         other = copy(self)
         other.state, other._memory = self.known_state.copy(), self._memory.copy()
+        other.predicted = empty_pose(self.layout)
         if dt_s > 0.0:
             other.predict(dt_s)
         return other
@@ -132,66 +148,30 @@ class SegmentFilter:
         """Joint positions [m] in map, shape (15, 3), with the shoulders' slides."""
         return self.tree.joints(self.known_state.pose)
 
-    def update(
-        self, cameras: Sequence[CameraLook] = (), imus: LinkLooks | None = None
-    ) -> UpdateReport:
+    def update(self, cameras: CameraLooks = NO_CAMERAS, imus: LinkLooks = NO_IMUS) -> UpdateReport:
         """Take everything that is known of the filter's instant.
 
         Raises:
             numpy.linalg.LinAlgError: If the covariance lost its positive definiteness.
         """
         state, layout = self.known_state, self.layout
-        pose = state.pose
-        information = np.zeros((layout.size, layout.size))
-        vector = np.zeros(layout.size)
-        distance = np.full(len(self.tree.offsets), np.nan)
-        for look in cameras:
-            self._add_camera(look, pose, state.covariance, information, vector, distance)
-        of_links = np.zeros((2, layout.links, 3, 3))
-        # Only IMUs' rates, and cameras that saw what was a while ago, tell of rates.
-        tells_rates = imus is not None or any(look.delay_s != 0.0 for look in cameras)
-        flipped = correct(
-            self._posture,
-            NO_LOOKS if imus is None else imus,
-            WRONG_BEND,
-            layout.size if tells_rates else layout.pose_size,
-            pose,
+        distance = np.empty(len(self.tree.offsets))
+        of_links = np.empty((2, layout.links, 3, 3))
+        flipped, swapped = correct(
+            self._expectations,
+            cameras,
+            imus,
+            state.pose,
             state.covariance,
-            information,
-            vector,
+            self._memory,
+            self.predicted,
+            distance,
             of_links,
         )
         if flipped == NOT_DEFINITE:
             raise np.linalg.LinAlgError("the covariance is not positive definite")
-        return UpdateReport(distance=distance, information=of_links, flipped=flipped)
-
-    def _add_camera(
-        self,
-        look: CameraLook,
-        pose: Pose,
-        covariance: FloatArray,
-        information: FloatArray,
-        vector: FloatArray,
-        distance: FloatArray,
-    ) -> None:
-        frame = Frame(
-            positions=np.ascontiguousarray(look.positions),
-            tracking_state=np.ascontiguousarray(look.tracking_state),
-            camera=np.ascontiguousarray(look.camera),
-            offsets=np.ascontiguousarray(look.offsets),
-            delay_s=float(look.delay_s),
-        )
-        add_camera(
-            self.tree.numbers,
-            self._tracker,
-            LIMB_ENDS,
-            frame,
-            pose,
-            covariance,
-            self._memory,
-            information,
-            vector,
-            distance,
+        return UpdateReport(
+            distance=distance, information=of_links, flipped=flipped, swapped=swapped
         )
 
     @property
@@ -204,3 +184,15 @@ class SegmentFilter:
         if self.state is None:
             raise RuntimeError("the filter has not been started")
         return self.state
+
+
+def empty_pose(layout: Layout) -> Pose:
+    """Room for a pose."""
+    links, slides = layout.links, layout.slides
+    return Pose(
+        position=np.empty(3),
+        rotations=np.empty((links, 3, 3)),
+        slides=np.empty((slides, 3)),
+        velocity=np.empty(3),
+        rates=np.empty((links, 3)),
+    )

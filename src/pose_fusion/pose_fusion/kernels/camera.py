@@ -18,7 +18,7 @@ from pose_fusion.kernels.placing import (
     place_joints,
 )
 from pose_fusion.kernels.rotations import turn_all
-from pose_fusion.kernels.small_matrices import mirror, solve
+from pose_fusion.kernels.small_matrices import solve
 from pose_fusion.kernels.tracker import (
     TrackerNumbers,
     foreshortening,
@@ -31,14 +31,65 @@ from pose_fusion.streams.samples import FloatArray
 INFERRED = 1  # of TrackingState
 
 
-class Frame(NamedTuple):
-    """One camera's frame, as arrays."""
+class CameraLooks(NamedTuple):
+    """What cameras saw at one instant, a row each."""
 
-    positions: FloatArray  # (joints, 3) [m] in map; NaN unseen
-    tracking_state: NDArray[np.uint8]  # (joints,)
-    camera: FloatArray  # (3,) [m] in map
-    offsets: FloatArray  # (joints, 3) [m] in the axes of the root's heading
-    delay_s: float  # τ
+    positions: FloatArray  # (s, joints, 3) [m] in map; NaN unseen
+    tracking_state: NDArray[np.uint8]  # (s, joints)
+    cameras: FloatArray  # (s, 3) [m] in map
+    offsets: FloatArray  # (s, joints, 3) [m] each tracker's own, in the root's heading's axes
+    delay_s: float  # τ: how far before the filter's instant this was
+
+
+class Frame(NamedTuple):
+    """One camera's frame: a row of them."""
+
+    positions: FloatArray
+    tracking_state: NDArray[np.uint8]
+    camera: FloatArray
+    offsets: FloatArray
+    delay_s: float
+
+
+@compiled
+def add_cameras(
+    body: BodyNumbers,
+    noise: TrackerNumbers,
+    limb_ends: NDArray[np.int64],
+    looks: CameraLooks,
+    pose: Pose,
+    covariance: FloatArray,
+    memory: FloatArray,
+    information: FloatArray,
+    vector: FloatArray,
+    distance: FloatArray,
+) -> int:
+    """Add the frames of all cameras that saw anything, see :func:`add_camera`; how many did."""
+    count = 0
+    for s in range(len(looks.positions)):
+        if not np.any(looks.tracking_state[s]):
+            continue
+        frame = Frame(
+            looks.positions[s],
+            looks.tracking_state[s],
+            looks.cameras[s],
+            looks.offsets[s],
+            looks.delay_s,
+        )
+        add_camera(
+            body,
+            noise,
+            limb_ends,
+            frame,
+            pose,
+            covariance,
+            memory,
+            information,
+            vector,
+            distance,
+        )
+        count += 1
+    return count
 
 
 @compiled
@@ -88,7 +139,7 @@ def add_camera(
     spread = np.empty((pose_size, pose_size))
     delayed_covariance(covariance, tau, 3 + 3 * links, spread)
     G = np.zeros((pose_size, pose_size))
-    g = np.zeros(pose_size)
+    g, rows = np.zeros(pose_size), np.empty((3, pose_size))
     H = np.empty((body.columns.shape[1], 3, 3))
     R, residual = np.empty((3, 3)), np.empty(3)
     for j in range(joint_count):
@@ -101,8 +152,7 @@ def add_camera(
         derivative(body, j, levers, rotations, 1.0 - share, H)
         expected_residual(frame, j, joints[j], position, memory[j], share, rotations[0], residual)
         noise_covariance(noise, rays[j], v, speed, pointing[j], is_inferred, R)
-        distance[j] = add_joint(body, noise, j, H, R, residual, spread, G, g)
-    mirror(G)
+        distance[j] = add_joint(body, noise, j, H, R, residual, spread, rows, G, g)
     add_delayed(G, g, tau, 3 + 3 * links, information, vector)
 
 
@@ -156,55 +206,66 @@ def add_joint(
     R: FloatArray,
     residual: FloatArray,
     P: FloatArray,
+    rows: FloatArray,
     G: FloatArray,
     g: FloatArray,
 ) -> float:
-    """Add one joint to the upper triangle of G and to g; returns its squared distance."""
+    """Add one joint to G and to g; returns its squared distance.
+
+    ``rows``, (3, len(P)), is room for H P and then for W H: whole rows, for a CPU takes several of
+    their numbers at once.
+    """
     count, columns = body.column_count[joint], body.columns[joint]
-    S, PH = R.copy(), np.empty((3, 3))
-    for a in range(count):
-        PH[:] = 0.0
-        for b in range(count):
-            add_product_transposed(P, 3 * columns[a], 3 * columns[b], H[b], PH)
-        for i in range(3):
-            for k in range(3):
-                S[i, k] += H[a, i, 0] * PH[0, k] + H[a, i, 1] * PH[1, k] + H[a, i, 2] * PH[2, k]
-    solved = residual.copy().reshape(3, 1)
+    S, W, solved = np.empty((3, 3)), np.zeros((3, 3)), np.empty((3, 1))
+    add_rows(H, columns[:count], P, rows)
+    for i in range(3):
+        for k in range(3):
+            S[i, k] = R[i, k]
+            for a in range(count):
+                at = 3 * columns[a]
+                for m in range(3):
+                    S[i, k] += rows[i, at + m] * H[a, k, m]
+        solved[i, 0], W[i, i] = residual[i], 1.0
     solve(S, solved, 3)
     distance = 0.0
     for axis in range(3):
         distance += residual[axis] * solved[axis, 0]
-    W = np.eye(3)
-    scaled = R * student_factor(noise, distance)
-    solve(scaled, W, 3)
-    WH, Wr = np.empty((3, 3)), W @ residual
+    factor = student_factor(noise, distance)
+    for i in range(3):
+        for k in range(3):
+            S[i, k] = R[i, k] * factor
+    solve(S, W, 3)
+    rows[:] = 0.0
     for b in range(count):
         at = 3 * columns[b]
+        for i in range(3):
+            for k in range(3):
+                for m in range(3):
+                    rows[i, at + k] += W[i, m] * H[b, m, k]
+    for a in range(count):
         for k in range(3):
-            for i in range(3):
-                WH[i, k] = W[i, 0] * H[b, 0, k] + W[i, 1] * H[b, 1, k] + W[i, 2] * H[b, 2, k]
-            g[at + k] += H[b, 0, k] * Wr[0] + H[b, 1, k] * Wr[1] + H[b, 2, k] * Wr[2]
-        for a in range(b + 1):
-            for i in range(3):
-                for k in range(3):
-                    G[3 * columns[a] + i, at + k] += (
-                        H[a, 0, i] * WH[0, k] + H[a, 1, i] * WH[1, k] + H[a, 2, i] * WH[2, k]
-                    )
+            row = G[3 * columns[a] + k]
+            x, y, z = H[a, 0, k], H[a, 1, k], H[a, 2, k]
+            for at in range(len(row)):
+                row[at] += x * rows[0, at] + y * rows[1, at] + z * rows[2, at]
+    for at in range(len(g)):
+        for m in range(3):
+            g[at] += rows[m, at] * residual[m]
     return distance
 
 
 @compiled
-def add_product_transposed(
-    P: FloatArray, row: int, column: int, B: FloatArray, out: FloatArray
-) -> None:
-    """Add P_block Bᵀ, (3, 3), with P's block from ``row`` and ``column`` on."""
+def add_rows(H: FloatArray, columns: NDArray[np.int64], P: FloatArray, out: FloatArray) -> None:
+    """H P, (3, len(P)), with H given by blocks of three columns."""
     for i in range(3):
-        for k in range(3):
-            out[i, k] += (
-                P[row + i, column] * B[k, 0]
-                + P[row + i, column + 1] * B[k, 1]
-                + P[row + i, column + 2] * B[k, 2]
-            )
+        row = out[i]
+        row[:] = 0.0
+        for a in range(len(columns)):
+            x, y, z = H[a, i, 0], H[a, i, 1], H[a, i, 2]
+            first, second = P[3 * columns[a]], P[3 * columns[a] + 1]
+            third = P[3 * columns[a] + 2]
+            for at in range(len(row)):
+                row[at] += x * first[at] + y * second[at] + z * third[at]
 
 
 @compiled

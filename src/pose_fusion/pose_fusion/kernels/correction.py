@@ -1,54 +1,109 @@
-"""The segment filter's update, once what the cameras tell is gathered."""
+"""The segment filter's update: everything that is known of an instant, at once."""
+
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from pose_fusion.kernels.camera import CameraLooks, add_cameras
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.inverse import add_information
 from pose_fusion.kernels.links import LinkLooks, add_imus, own_blocks, turn_back
-from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.placing import BodyNumbers, Pose
 from pose_fusion.kernels.posture import PostureNumbers, add_posture
 from pose_fusion.kernels.prediction import move
+from pose_fusion.kernels.side_swaps import SwapNumbers, unswap_cameras
+from pose_fusion.kernels.tracker import TrackerNumbers
 from pose_fusion.streams.samples import FloatArray
 
 NOT_DEFINITE = -1
 
 
+class Expectations(NamedTuple):
+    """What is known of one body beforehand."""
+
+    body: BodyNumbers
+    tracker: TrackerNumbers
+    limb_ends: NDArray[np.int64]  # see :func:`pose_fusion.kernels.tracker.foreshortening`
+    swaps: SwapNumbers
+    posture: PostureNumbers
+    wrong_bend: float  # see :func:`pose_fusion.kernels.links.turn_back`
+
+
 @compiled
 def correct(
-    posture: PostureNumbers,
+    expected: Expectations,
+    cameras: CameraLooks,
     imus: LinkLooks,
-    wrong_bend: float,
-    informed: int,
     pose: Pose,
     P: FloatArray,
-    information: FloatArray,
-    vector: FloatArray,
+    memory: FloatArray,
+    predicted: Pose,
+    distance: FloatArray,
     of_links: FloatArray,
-) -> int:
-    """Take the IMUs and the posture too, and move the pose, in place.
+) -> tuple[int, int]:
+    """Take what cameras, IMUs and the posture tell, and move the pose, in place.
 
     Args:
-        posture: What is known beforehand.
+        expected: What is known beforehand.
+        cameras: What the cameras saw, maybe none of them anything.
         imus: What the IMUs say, maybe of no link.
-        wrong_bend: See :func:`pose_fusion.kernels.links.turn_back`.
-        informed: How many of the error's first rows anything is told of.
         pose: The state.
         P: Its covariance.
-        information: Of the cameras; is added to.
-        vector: Likewise.
-        of_links: Filled, (2, links, 3, 3): the cameras' and the IMUs' own of each link.
+        memory: See :func:`pose_fusion.kernels.camera.add_camera`.
+        predicted: Filled: the state as it was.
+        distance: Filled, (joints,): squared Mahalanobis distance of each joint; NaN unseen.
+        of_links: Filled, (2, links, 3, 3): the cameras' and the IMUs' own information of each link.
 
     Returns:
-        How many limbs were turned back; :data:`NOT_DEFINITE` where the covariance has broken.
+        How many limbs were turned back, :data:`NOT_DEFINITE` where the covariance has broken; and
+        how many groups of joints had been swapped.
     """
+    keep_pose(pose, predicted)
+    information, vector = np.zeros(P.shape), np.zeros(len(P))
+    distance[:] = np.nan
+    seen = CameraLooks(
+        cameras.positions.copy(),
+        cameras.tracking_state.copy(),
+        cameras.cameras,
+        cameras.offsets,
+        cameras.delay_s,
+    )
+    swaps = unswap_cameras(expected.body, pose, expected.swaps, seen.positions, seen.tracking_state)
+    seeing = add_cameras(
+        expected.body,
+        expected.tracker,
+        expected.limb_ends,
+        seen,
+        pose,
+        P,
+        memory,
+        information,
+        vector,
+        distance,
+    )
     own_blocks(information, of_links[0])
-    if len(imus.links) > 0:
-        add_imus(pose, imus, information, vector)
-        own_blocks(information, of_links[1])
-        of_links[1] -= of_links[0]
+    add_imus(pose, imus, information, vector)
+    own_blocks(information, of_links[1])
+    of_links[1] -= of_links[0]
+    posture = expected.posture
     add_posture(posture, pose.rotations, information, vector)
-    if not add_information(P, information, informed):
-        return NOT_DEFINITE
+    # Only IMUs' rates, and cameras that saw what was a while ago, tell of rates.
+    tells_rates = len(imus.links) > 0 or (seeing > 0 and cameras.delay_s != 0.0)
+    pose_size = 3 + 3 * len(pose.rotations) + 3 * len(pose.slides)
+    if not add_information(P, information, len(P) if tells_rates else pose_size):
+        return NOT_DEFINITE, swaps
     move(pose, np.dot(P, vector))
     hinges = (posture.hinge_parents, posture.hinge_links, posture.hinge_signs)
-    return turn_back(pose.rotations, hinges[0], hinges[1], hinges[2], wrong_bend)
+    flipped = turn_back(pose.rotations, hinges[0], hinges[1], hinges[2], expected.wrong_bend)
+    return flipped, swaps
+
+
+@compiled
+def keep_pose(pose: Pose, out: Pose) -> None:
+    """Copy a pose."""
+    out.position[:] = pose.position
+    out.rotations[:] = pose.rotations
+    out.slides[:] = pose.slides
+    out.velocity[:] = pose.velocity
+    out.rates[:] = pose.rates

@@ -73,6 +73,52 @@ class LinkLooks(NamedTuple):
     rate_variance: FloatArray  # (n,) [rad²/s²]
 
 
+class ImuTrust(NamedTuple):
+    """What IMUs' readings are worth."""
+
+    mounting: float  # [rad] standard deviation of how they sit
+    frames: float  # [-] their errors are slow: so many samples count as one
+    gyro: float  # [rad/s] standard deviation of their rates
+    held_jerk: float  # [rad/s³] of a limb that swings, while its reading is only carried on
+
+
+@compiled
+def looks_of(
+    links: NDArray[np.int64],
+    R_map_segment: FloatArray,
+    angular_velocity: FloatArray,
+    stddev: FloatArray,
+    age_s: FloatArray,
+    trust: ImuTrust,
+) -> LinkLooks:
+    """What readings, a row each, say of links; −1: of none.
+
+    Args:
+        links: Which link each tells of, (n,).
+        R_map_segment: (n, 3, 3).
+        angular_velocity: (n, 3) [rad/s] in map.
+        stddev: (n,) [rad].
+        age_s: (n,) [s] for which each is only carried on.
+        trust: What they are worth.
+    """
+    known = np.flatnonzero(links >= 0)
+    looks = LinkLooks(
+        links[known],
+        R_map_segment[known],
+        np.empty((len(known), 3)),
+        angular_velocity[known],
+        np.empty(len(known)),
+    )
+    for row in range(len(known)):
+        age = age_s[known[row]]
+        # What swings has gone elsewhere while its reading was only carried on.
+        held = trust.held_jerk * age * age * age / 3.0
+        own = stddev[known[row]] ** 2 + trust.mounting**2
+        looks.variance[row] = own * trust.frames + held * held
+        looks.rate_variance[row] = trust.gyro**2 + (trust.held_jerk * age * age) ** 2
+    return looks
+
+
 @compiled
 def add_imus(pose: Pose, imus: LinkLooks, information: FloatArray, vector: FloatArray) -> None:
     """Add what IMUs say of their links' rotations and angular velocities.

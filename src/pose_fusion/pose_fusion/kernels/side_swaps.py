@@ -1,4 +1,6 @@
-"""Left taken for right: the distances that ``fusion.estimators.side_swaps`` compares."""
+"""Left taken for right: noticed by distances, see :mod:`pose_fusion.filters.side_swaps`."""
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,6 +10,14 @@ from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
 from pose_fusion.streams.samples import FloatArray
 
 LEAST_JOINTS = 3  # of a group, for a distance to mean something
+
+
+class SwapNumbers(NamedTuple):
+    """Which joints may be swapped, and when they are taken to be."""
+
+    groups: NDArray[np.int64]  # (groups, n, 2) left and right joints
+    far: float  # [m] by which the joints must be off
+    clear: float  # [-] of that distance, below which they must be once swapped
 
 
 @compiled
@@ -36,21 +46,16 @@ def mean_distance(
 
 @compiled
 def unswap(
-    seen: FloatArray,
-    expected: FloatArray,
-    groups: NDArray[np.int64],
-    far: float,
-    clear: float,
-    order: NDArray[np.int64],
+    seen: FloatArray, expected: FloatArray, numbers: SwapNumbers, order: NDArray[np.int64]
 ) -> int:
-    """Swap back the groups, (groups, n, 2), in ``order``, (15,), that fit better; how many."""
+    """Swap back the groups in ``order``, (15,), that fit better; how many."""
     count = 0
-    for group in range(len(groups)):
-        pairs = groups[group]
+    for group in range(len(numbers.groups)):
+        pairs = numbers.groups[group]
         as_seen = mean_distance(seen, expected, pairs, False)
-        if not as_seen > far:  # of NaN too
+        if not as_seen > numbers.far:  # of NaN too
             continue
-        if mean_distance(seen, expected, pairs, True) < clear * as_seen:  # false of NaN
+        if mean_distance(seen, expected, pairs, True) < numbers.clear * as_seen:  # false of NaN
             for left, right in pairs:
                 order[left], order[right] = order[right], order[left]
             count += 1
@@ -61,9 +66,7 @@ def unswap(
 def unswap_cameras(
     body: BodyNumbers,
     pose: Pose,
-    groups: NDArray[np.int64],
-    far: float,
-    clear: float,
+    numbers: SwapNumbers,
     positions: FloatArray,
     tracking_state: NDArray[np.uint8],
 ) -> int:
@@ -72,9 +75,7 @@ def unswap_cameras(
     Args:
         body: The tree.
         pose: What is expected.
-        groups: See :func:`unswap`.
-        far: Likewise.
-        clear: Likewise.
+        numbers: Which joints, and when.
         positions: (s, 15, 3) [m]; NaN unseen.
         tracking_state: (s, 15).
 
@@ -86,7 +87,7 @@ def unswap_cameras(
     place_joints(body, pose.position, pose.rotations, pose.slides, levers, expected)
     for s in range(len(positions)):
         order = np.arange(count)
-        swapped = unswap(positions[s], expected, groups, far, clear, order)
+        swapped = unswap(positions[s], expected, numbers, order)
         if swapped > 0:
             positions[s] = positions[s][order]
             tracking_state[s] = tracking_state[s][order]

@@ -1,6 +1,6 @@
 """``imu``: the IMUs alone, the root held where the cameras saw it first."""
 
-from pose_fusion.filters.segment_filter import CameraLook
+from pose_fusion.filters.segment_filter import NO_CAMERAS, CameraLooks
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.segments import SegmentEstimator
 
@@ -11,5 +11,5 @@ class ImuEstimator(SegmentEstimator):
     The cameras still place the body at the start, and align the IMUs with it.
     """
 
-    def _camera_looks(self, observation: Observation, delay_s: float) -> list[CameraLook]:
-        return []
+    def _camera_looks(self, observation: Observation, delay_s: float) -> CameraLooks:
+        return NO_CAMERAS

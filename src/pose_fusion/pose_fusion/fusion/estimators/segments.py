@@ -1,7 +1,6 @@
 """``default``: rotations of the body's links on the manifold, every sensor's frame as it comes."""
 
 from copy import copy
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -17,7 +16,8 @@ from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import trunk_axes
 from pose_fusion.filters.segment_filter import (
-    CameraLook,
+    NO_IMUS,
+    CameraLooks,
     LinkLooks,
     SegmentFilter,
     UpdateReport,
@@ -28,10 +28,10 @@ from pose_fusion.fusion.estimators.handover import Handover, Sources
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
-from pose_fusion.fusion.estimators.side_swaps import unswapped
 from pose_fusion.fusion.estimators.uncertainty import Uncertainty
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.kernels.links import ImuTrust, looks_of
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.seeing import share_cameras
 from pose_fusion.streams.samples import FloatArray
@@ -78,6 +78,12 @@ class SegmentEstimator(Estimator):
         names = model.link_names
         self._link_of = {name: names.index(link) for name, link in model.segments.items()}
         self._links_asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self._imu_trust = ImuTrust(
+            mounting=float(parameters.imu_mounting_stddev),
+            frames=IMU_FRAMES,
+            gyro=GYRO_STDDEV,
+            held_jerk=HELD_JERK,
+        )
         self._lost = LostLimbs(model)
         self._uncertainty = Uncertainty(model)
         self._stamp_ns = 0
@@ -127,7 +133,7 @@ class SegmentEstimator(Estimator):
             return None
         ahead = self._filter.ahead(ahead_s)
         report = nothing_seen(self._tree)
-        if readings:
+        if len(readings):
             try:
                 report = ahead.update(imus=self._imu_looks(readings))
             except np.linalg.LinAlgError:
@@ -136,7 +142,7 @@ class SegmentEstimator(Estimator):
         handover.predict(ahead_s)
         shown = handover.shown(ahead.known_state)
         pose = self._reader.copy().read(shown, report, told.sensor_weight)
-        pose = replace(pose, variance=self._uncertainty.variance(pose, self._uncertainty.distance))
+        pose.variance = self._uncertainty.variance(pose, self._uncertainty.distance)
         return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
 
     def _read(
@@ -144,7 +150,8 @@ class SegmentEstimator(Estimator):
     ) -> FusedPose:
         """The degrees of freedom of a state, with the variances that its errors keep to."""
         pose = self._reader.read(state, report, _sensor_weight(observation))
-        return replace(pose, variance=self._uncertainty.variance(pose, distance))
+        pose.variance = self._uncertainty.variance(pose, distance)
+        return pose
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None
@@ -159,10 +166,9 @@ class SegmentEstimator(Estimator):
         state = self._filter.state
         if state is None:
             return None
-        before = copied(shown.pose) if shown is not None else None
         imus = self._imu_looks(observation.readings)
         # How late the trackers are matters where rates are known: by gyroscopes.
-        delay_s = late_s + (self.parameters.tracker_delay if imus is not None else 0.0)
+        delay_s = late_s + (self.parameters.tracker_delay if len(imus.links) else 0.0)
         try:
             report = self._filter.update(self._camera_looks(observation, delay_s), imus)
         except np.linalg.LinAlgError:
@@ -170,6 +176,7 @@ class SegmentEstimator(Estimator):
             self._filter.state = None
             return None
         self.counters.add("limbs_turned_back", report.flipped)
+        self.counters.add("sides_swapped", report.swapped)
         lost = self._lost.check(observation.stamp_ns, report.distance)
         if lost is None:
             self.counters.add("filter_restarts_strayed")
@@ -180,6 +187,9 @@ class SegmentEstimator(Estimator):
         eventful = self._sources.is_eventful(
             self._stamp_ns, _names(observation), lost != [] or shown is not state
         )
+        before: Pose | None = self._filter.predicted
+        if shown is not state:  # the filter has started, maybe anew
+            before = None if shown is None else shown.pose
         self._handover.follow(before, (self._filter.state or state).pose, eventful)
         return report
 
@@ -195,43 +205,28 @@ class SegmentEstimator(Estimator):
         self._filter.start(kinematics.pose(dof).rotations, dof[:3])
         return True
 
-    def _camera_looks(self, observation: Observation, delay_s: float) -> list[CameraLook]:
-        positions, states, swaps = unswapped(
-            self._tree,
-            self._filter.known_state.pose,
+    def _camera_looks(self, observation: Observation, delay_s: float) -> CameraLooks:
+        """What the cameras say of the observation's instant, ``delay_s`` [s] ago."""
+        return CameraLooks(
             observation.positions,
             observation.tracking_state,
+            observation.cameras,
+            observation.offsets,
+            float(delay_s),
         )
-        if swaps:
-            self.counters.add("sides_swapped", swaps)
-        return [
-            CameraLook(
-                positions=positions[index],
-                tracking_state=states[index],
-                camera=observation.cameras[index],
-                offsets=observation.offsets[index],
-                delay_s=delay_s,
-            )
-            for index in np.flatnonzero(states.any(axis=1)).tolist()
-        ]
 
-    def _imu_looks(self, readings: SegmentReadings) -> LinkLooks | None:
-        """What the IMUs say of the model's links; None if nothing."""
+    def _imu_looks(self, readings: SegmentReadings) -> LinkLooks:
+        """What the IMUs say of the model's links."""
+        if not len(readings):
+            return NO_IMUS
         links = self._links_of(readings.segments)
-        known = links >= 0
-        if not known.any():
-            return None
-        age_s = readings.age_s[known]
-        # What swings has gone elsewhere while its reading was only carried on.
-        held = (HELD_JERK * age_s**3 / 3.0) ** 2
-        stddev, mounting = readings.stddev[known], self.parameters.imu_mounting_stddev
-        variance = (stddev**2 + mounting**2) * IMU_FRAMES + held
-        return LinkLooks(
-            links=links[known],
-            R_map_link=readings.R_map_segment[known],
-            variance=variance.repeat(3).reshape(-1, 3),
-            angular_velocity=readings.angular_velocity[known],
-            rate_variance=GYRO_STDDEV**2 + (HELD_JERK * age_s**2) ** 2,
+        return looks_of(
+            links,
+            readings.R_map_segment,
+            readings.angular_velocity,
+            readings.stddev,
+            readings.age_s,
+            self._imu_trust,
         )
 
     def _links_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
@@ -241,11 +236,6 @@ class SegmentEstimator(Estimator):
             links = np.array([self._link_of.get(segment, -1) for segment in segments], np.int64)
             self._links_asked[segments] = links
         return links
-
-
-def copied(pose: Pose) -> Pose:
-    """An independent copy."""
-    return Pose(*(array.copy() for array in pose))
 
 
 def nothing_seen(tree: SegmentTree) -> UpdateReport:
@@ -259,8 +249,9 @@ def nothing_seen(tree: SegmentTree) -> UpdateReport:
 
 def _names(observation: Observation) -> list[str]:
     """The cameras, by number, and the segments' IMUs that speak of an instant."""
-    cameras = np.flatnonzero(observation.tracking_state.any(axis=1)).tolist()
-    return [*map(str, cameras), *observation.readings.segments]
+    states = observation.tracking_state.tolist()
+    cameras = [str(camera) for camera, of_joints in enumerate(states) if any(of_joints)]
+    return [*cameras, *observation.readings.segments]
 
 
 def _sensor_weight(observation: Observation) -> FloatArray:
