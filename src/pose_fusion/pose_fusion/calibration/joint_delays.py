@@ -15,7 +15,7 @@ from pose_fusion.calibration.motion_track import SLOW_S, without_slow
 from pose_fusion.streams.samples import FloatArray
 
 LAG_SPREAD_S = (
-    0.004  # [s] between two trackers' lags of a joint; on recordings of two Kinects 0.003
+    0.004  # [s] between two trackers' lags of a joint; real ones: 0.003
 )
 CORRELATION_S = 0.4  # [s] after which a joint's error is another one
 REACH_S = 0.07  # [s] to either side: a velocity over less is noise, which hides the delay
