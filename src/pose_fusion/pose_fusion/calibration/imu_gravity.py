@@ -1,14 +1,20 @@
 r"""The vertical in the reference sensor's frame, from IMUs on the limbs that it sees.
 
 With :math:`u` the vertical and :math:`b` a bone's direction in the camera's frame, and :math:`g`
-the vertical and :math:`a` the same bone in the IMU's, :math:`u \cdot b(t) + c = a \cdot g(t)` for
-all instants, where :math:`c` is what the tracker sees wrong of that limb all the time. The unit
-vectors :math:`u`, one for all, and :math:`a`, one a limb, and :math:`c` are found by Gauss-Newton
-with Tukey's weights, from what the person's upright stance says of :math:`u`. Neither headings nor
-the mountings of the IMUs need be known; but limbs must have pointed elsewhere than down.
+the vertical and :math:`a` the same bone in the IMU's, for all instants
+
+.. math:: (u + e) \cdot b(t) + c = a \cdot g(t)
+
+where :math:`c` is what the tracker sees wrong of that limb all the time, and :math:`e` what changes
+of it with where the limb points, alike for all sensors. :math:`u`, one for all, :math:`e`, one a
+limb, and :math:`a` and :math:`c`, one a limb and view, are found by Gauss-Newton with Tukey's
+weights, from what the person's upright stance says of :math:`u`, and priors on :math:`c` and
+:math:`e`. Neither headings nor the mountings of the IMUs need be known; but several limbs must have
+pointed elsewhere than down.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,12 +30,40 @@ RATE = 10.0  # [Hz] of the instants that are compared
 LEAST_SAMPLES = 50  # [-] of a limb
 ITERATIONS = 15
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
-# [rad] of the IMUs' own tilt and of what limbs are seen wrong alike, which no more motion betters.
-# So large that what is told fits the errors of eight synthetic motions.
-FLOOR_STDDEV = np.radians(1.2)
+FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own tilt, which no more motion betters
 LIMB_STDDEV = 0.05  # [-] of what is seen wrong of a limb all the time: 1.5 cm of 30 cm
+LIMB_SLOPE_STDDEV = 0.08  # [-] of what changes of it with where it points: 1.7 cm at either end
 OPTIMISM = 2.0  # [-] true over formal errors: a limb's slow errors are few, not many
 IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without them, with which they earn a mention
+
+
+@dataclass(frozen=True)
+class _Limb:
+    """What one camera sees of a limb, and the IMU on it feels."""
+
+    segment: str
+    bone: FloatArray  # (n, 3) unit vectors in the reference's frame
+    felt: FloatArray  # (n, 3) the vertical in the IMU
+
+
+@dataclass
+class _State:
+    """What is sought."""
+
+    up: FloatArray  # (3,) unit vector
+    slopes: FloatArray  # (segments, 3) [-]
+    axes: FloatArray  # (limbs, 3) unit vectors in the IMU
+    biases: FloatArray  # (limbs,) [-]
+
+    def move(self, step: FloatArray) -> None:
+        """Take a step: 2 of the vertical, 3 a segment, 3 a limb."""
+        middle = 2 + self.slopes.size
+        self.up = _unit(self.up + _tangents(self.up) @ step[:2])
+        self.slopes = self.slopes + step[2:middle].reshape(-1, 3)
+        own = step[middle:].reshape(-1, 3)
+        turned = [a + _tangents(a) @ one[:2] for a, one in zip(self.axes, own, strict=True)]
+        self.axes = np.array([_unit(a) for a in turned])
+        self.biases = self.biases + own[:, 2]
 
 
 def gravity_from_imus(
@@ -52,33 +86,34 @@ def gravity_from_imus(
         The vertical in the reference's frame; None if the limbs' motion adds nothing to it.
     """
     limbs = [
-        pair
+        limb
         for view, R in zip(views, turns, strict=True)
         for segment, each in felt.items()
-        if (pair := _matched(view, R, segment, each, delay_s)) is not None
+        if (limb := _matched(view, R, segment, each, delay_s)) is not None
     ]
     if not limbs:
         return None
-    up = np.mean([R @ view.up for view, R in zip(views, turns, strict=True)], axis=0)
-    up /= np.linalg.norm(up)
-    known, biases = up, np.zeros(len(limbs))
-    axes = [_unit(np.linalg.lstsq(g, b @ up, rcond=None)[0]) for b, g in limbs]
+    ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
+    known = _unit(np.array(ups, float).sum(axis=0))
+    segments = sorted({limb.segment for limb in limbs})
+    state = _State(
+        up=known,
+        slopes=np.zeros((len(segments), 3)),
+        axes=np.array([_axis(limb, known) for limb in limbs]),
+        biases=np.zeros(len(limbs)),
+    )
+    of_segment = [segments.index(limb.segment) for limb in limbs]
     for _ in range(ITERATIONS):
-        step, information = _step(limbs, up, axes, biases, (known, up_stddev))
-        up = _unit(up + _tangents(up) @ step[:2])
-        axes = [_unit(a + _tangents(a) @ step[3 * i + 2 : 3 * i + 4]) for i, a in enumerate(axes)]
-        biases = biases + step[4::3]
+        information, gradient = _normal_equations(limbs, of_segment, state, (known, up_stddev))
+        state.move(np.asarray(-np.linalg.solve(information, gradient), float))
     covariance = np.linalg.inv(information)[:2, :2]
-    random_stddev = float(np.sqrt(np.linalg.eigvalsh(covariance)[-1]))
-    if random_stddev > IMUS_COUNT_BELOW * up_stddev:
+    stddev = float(np.hypot(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), FLOOR_STDDEV))
+    if stddev > IMUS_COUNT_BELOW * up_stddev:
         return None
-    return Gravity(up=up, stddev=float(np.hypot(random_stddev, FLOOR_STDDEV)), source=BODY_IMUS)
+    return Gravity(up=state.up, stddev=stddev, source=BODY_IMUS)
 
 
-def _matched(
-    view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float
-) -> tuple[FloatArray, FloatArray] | None:
-    """A limb's directions in the reference's frame and the verticals felt with them, (n, 3)."""
+def _matched(view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float) -> _Limb | None:
     start, end = (JOINT_INDEX[name] for name in BONES[segment])
     track = view.track
     if len(track.stamps) < 2:
@@ -91,35 +126,52 @@ def _matched(
     if known.sum() < LEAST_SAMPLES:
         return None
     bone = bone[known] @ R.T
-    return bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known]
+    return _Limb(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
 
 
-def _step(
-    limbs: Sequence[tuple[FloatArray, FloatArray]],
-    up: FloatArray,
-    axes: Sequence[FloatArray],
-    biases: FloatArray,
+def _axis(limb: _Limb, up: FloatArray) -> FloatArray:
+    """Where the limb points in its IMU, (3,), if it is seen rightly and this is the vertical."""
+    axis, *_ = np.linalg.lstsq(limb.felt, limb.bone @ up, rcond=None)
+    return _unit(axis.astype(float))
+
+
+def _normal_equations(
+    limbs: Sequence[_Limb],
+    of_segment: Sequence[int],
+    state: _State,
     prior: tuple[FloatArray, float],
 ) -> tuple[FloatArray, FloatArray]:
-    """A Gauss-Newton step in ``up``, then in each limb's axis and bias, and the information."""
-    size = 2 + 3 * len(limbs)
+    """The information and the gradient of the cost, in the order of :meth:`_State.move`."""
+    first_own = 2 + state.slopes.size
+    size = first_own + 3 * len(limbs)
     information, gradient = 1e-6 * np.eye(size), np.zeros(size)
-    across = _tangents(up)
+    across = _tangents(state.up)
     known, stddev = prior
     information[:2, :2] += np.eye(2) / stddev**2
-    gradient[:2] += across.T @ (up - known) / stddev**2
-    for index, ((bone, felt), axis) in enumerate(zip(limbs, axes, strict=True)):
-        off = bone @ up + biases[index] - felt @ axis
+    gradient[:2] += across.T @ (state.up - known) / stddev**2
+    weights = np.zeros(size)
+    weights[2:first_own] = LIMB_SLOPE_STDDEV**-2
+    weights[first_own + 2 :: 3] = LIMB_STDDEV**-2
+    information += np.diag(weights)
+    gradient[2:first_own] += weights[2:first_own] * state.slopes.reshape(-1)
+    gradient[first_own + 2 :: 3] += LIMB_STDDEV**-2 * state.biases
+    for index, (limb, segment) in enumerate(zip(limbs, of_segment, strict=True)):
+        axis = state.axes[index]
+        seen = limb.bone @ (state.up + state.slopes[segment]) + state.biases[index]
+        off = seen - limb.felt @ axis
         scale = max(SCATTER * float(np.median(np.abs(off))), 0.01)
         weight = np.clip(1.0 - (off / (TUKEY * scale)) ** 2, 0.0, None) ** 2
         weight /= (OPTIMISM * scale) ** 2 * CORRELATION_S * RATE
-        J = np.column_stack([bone @ across, -felt @ _tangents(axis), np.ones(len(off))])
-        columns = [0, 1, *range(3 * index + 2, 3 * index + 5)]
+        own = -limb.felt @ _tangents(axis)
+        J = np.column_stack([limb.bone @ across, limb.bone, own, np.ones(len(off))])
+        columns = [
+            *(0, 1),
+            *range(2 + 3 * segment, 5 + 3 * segment),
+            *range(first_own + 3 * index, first_own + 3 * index + 3),
+        ]
         information[np.ix_(columns, columns)] += J.T @ (J * weight[:, None])
         gradient[columns] += J.T @ (weight * off)
-        information[columns[-1], columns[-1]] += LIMB_STDDEV**-2
-        gradient[columns[-1]] += biases[index] / LIMB_STDDEV**2
-    return np.asarray(-np.linalg.solve(information, gradient), float), information
+    return information, gradient
 
 
 def _tangents(v: FloatArray) -> FloatArray:
@@ -130,4 +182,4 @@ def _tangents(v: FloatArray) -> FloatArray:
 
 
 def _unit(v: FloatArray) -> FloatArray:
-    return np.asarray(v / np.linalg.norm(v))
+    return np.asarray(v / np.linalg.norm(v), float)

@@ -43,14 +43,15 @@ APART_S = 0.15  # [s] a shift nearer to the best one is the same
 MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, it is badly seen
 LEAST_EXPLAINED = 0.5  # [-] of a limb's changes of steepness, by the IMU
 OWN_REACH_S = 0.2  # [s] to either side of the common shift, in which each limb has its own
-LAG_FLOOR_S = 0.006  # [s] between the lags of limbs that are seen well
+LAG_FLOOR_S = 0.012  # [s] between the lags of limbs that are seen well
 UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: a limb seen badly is seen late
 LEAST_LIMBS = 3  # [-] in all views together: one may be badly seen
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag from one motion to another
 FINE = 3  # [-] steps of the grid to either side that a parabola is laid through
 JUMP_BACK_NS = 1_000_000_000  # [ns]
 EVERY_NS = 19_000_000  # [ns] samples closer in time say the same
-MEDIAN_LOSS = 1.2533  # [-] standard error of a median over that of a mean
+LEAST_LATE = 0.7  # [-] of the limbs' weight is later than the tracker's own lag
+QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -249,13 +250,13 @@ def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float
 
 
 def _combined(found: FloatArray) -> Delay:
-    """The weighted median of the limbs' shifts (n, 2): a badly seen limb only ever is later."""
+    """A weighted quantile of the limbs' shifts (n, 2): a badly seen limb only ever is later."""
     shift, random = found[np.argsort(found[:, 0])].T
     weight = 1.0 / (random + LAG_FLOOR_S**2)
-    share = np.cumsum(weight) / weight.sum()
-    noise = MEDIAN_LOSS / float(np.sqrt(weight.sum()))
+    share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
+    noise = QUANTILE_LOSS / float(np.sqrt(weight.sum()))
     return Delay(
-        estimate_s=float(shift[int(np.searchsorted(share, 0.5))]),
+        estimate_s=float(np.interp(LEAST_LATE, share, shift)),
         stddev_s=float(np.hypot(noise, TRACKER_LAG_STDDEV_S)),
         noise_s=noise,
     )

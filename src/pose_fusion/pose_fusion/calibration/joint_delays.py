@@ -14,9 +14,7 @@ import numpy as np
 from pose_fusion.calibration.motion_track import SLOW_S, without_slow
 from pose_fusion.streams.samples import FloatArray
 
-LAG_SPREAD_S = (
-    0.004  # [s] between two trackers' lags of a joint; real ones: 0.003
-)
+LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; real ones: 0.003
 CORRELATION_S = 0.4  # [s] after which a joint's error is another one
 REACH_S = 0.07  # [s] to either side: a velocity over less is noise, which hides the delay
 FAR = 3.0  # [-] deviations from the median joint beyond which one counts for less
