@@ -8,7 +8,6 @@ import numpy as np
 from geometry_msgs.msg import Point, Transform, TransformStamped
 from pose_msgs.msg import PoseEstimate, Skeleton
 from rosbags.typesys.store import Typestore
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import JointState, TimeReference
 from std_msgs.msg import ColorRGBA, Header, String
 from tf2_msgs.msg import TFMessage
@@ -21,6 +20,7 @@ from pose_fusion.body.model import ROOT_DOF, BodyModel
 from pose_fusion.calibration.clocks import IMUS, Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.kernels.rotations import quaternion
 from pose_fusion.streams.samples import FloatArray
 
 WORLD_FRAME = "map"
@@ -159,7 +159,9 @@ Place = tuple[list[float], list[float]]  # position [m]; quaternion x, y, z, w
 
 
 def _places(T: FloatArray) -> Iterator[Place]:
-    quaternions = Rotation.from_matrix(T[:, :3, :3]).as_quat()
+    quaternions = np.empty((len(T), 4))
+    for each, out in zip(T, quaternions, strict=True):
+        quaternion(np.ascontiguousarray(each[:3, :3], float), out)
     return zip(T[:, :3, 3].tolist(), quaternions.tolist(), strict=True)
 
 

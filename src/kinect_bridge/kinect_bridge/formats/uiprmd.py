@@ -15,7 +15,6 @@ squat on the floor, and agrees with the Vicon's hip angles; the others do not.
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from kinect_bridge.formats.format import Format
 from kinect_bridge.joint_maps import FloatArray, JointMap
@@ -133,6 +132,9 @@ def joint_places(offsets: FloatArray, angles: FloatArray) -> FloatArray:
     Returns:
         Places in the file's world [cm], shape (n, 22, 3).
     """
+    # Loads scipy for half a second, which only these recordings should wait for.
+    from scipy.spatial.transform import Rotation
+
     places = np.empty_like(offsets)
     rotations: dict[str, Rotation] = {}
     index = {name: number for number, name in enumerate(PARENTS)}

@@ -5,12 +5,12 @@ flexion and abduction, the next bone's direction gives rotation and the hinge's 
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_common.joints import JOINT_INDEX, SIDES
 from pose_fusion.body.kinematics import rotation_from_vector
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import mid_hip, trunk_axes
+from pose_fusion.kernels.rotations import logarithm
 from pose_fusion.streams.samples import FloatArray
 
 STRAIGHT = np.radians(15.0)  # a limb straighter than that says nothing of its own rotation
@@ -63,7 +63,9 @@ def vector_from_rotation(R: FloatArray) -> FloatArray:
     """Rotation vector [rad] of a rotation matrix, shape (3, 3) to (3,), length at most π."""
     if not np.all(np.isfinite(R)):
         return np.full(3, np.nan)
-    return np.asarray(Rotation.from_matrix(R).as_rotvec())
+    vector = np.empty(3)
+    logarithm(np.ascontiguousarray(R, float), vector)
+    return vector
 
 
 def _neck_angles(bone: FloatArray) -> dict[str, float]:

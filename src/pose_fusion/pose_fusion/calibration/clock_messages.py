@@ -2,13 +2,15 @@
 
 import re
 from collections import defaultdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pose_common.bags import BagReader
 from pose_common.stamps import NS_PER_S, nanoseconds
 from pose_fusion.calibration.clocks import Clock
+
+if TYPE_CHECKING:  # reading bags takes a while to import, which a live node does not need
+    from pose_common.bags import BagReader
 
 CLOCK_TOPIC = re.compile(r"(?:^|/)clock_offsets$")
 DRIFT_OVER_NS = 120 * NS_PER_S  # [ns] of messages before a drift is seen in them
@@ -20,7 +22,7 @@ def clock_of(message: Any) -> Clock:
     return Clock(offset_ns=at_ns - nanoseconds(message.header.stamp), at_ns=at_ns)
 
 
-def read_clocks(bag: BagReader) -> dict[str, Clock]:
+def read_clocks(bag: "BagReader") -> dict[str, Clock]:
     """The clocks that a bag's ``clock_offsets`` tell of, by source.
 
     The last message counts; where they cover more than two minutes, so does the drift between them.

@@ -9,8 +9,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import fft
-from scipy.ndimage import uniform_filter1d
 
 from pose_common.stamps import NS_PER_S
 from pose_fusion.calibration.clock_drift import Measured, clock_from
@@ -170,6 +168,10 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
         b: The same of the other view.
         reach: Largest shift [samples].
     """
+    # Loads scipy for half a second, which a node that starts should not wait for.
+    from scipy import fft
+    from scipy.ndimage import uniform_filter1d
+
     width = round(COARSE_SLOW_S * GRID_RATE)
     quick, known = [], []
     for positions in (a, b):

@@ -3,10 +3,11 @@
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
 from pose_common.finite_numbers import finite_numbers
+from pose_fusion.kernels.rotations import matrix_of_quaternion
+from pose_fusion.kernels.rotations import quaternion as quaternion_of
 from pose_fusion.streams.samples import FloatArray
 
 UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
@@ -19,8 +20,8 @@ def rounded(value: float, digits: int) -> float:
 
 def quaternion_values(R: FloatArray, digits: int) -> list[float]:
     """A rotation as the quaternion x, y, z, w: of the two that mean the same, one."""
-    quaternion = Rotation.from_matrix(R).as_quat()
-    quaternion *= np.sign(quaternion[3]) or 1.0
+    quaternion = np.empty(4)
+    quaternion_of(np.ascontiguousarray(R, float), quaternion)
     return [rounded(value, digits) for value in quaternion]
 
 
@@ -51,4 +52,6 @@ def read_rotation(what: str, value: Any) -> FloatArray:
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > UNIT_TOLERANCE:
         raise InputError(f"{what} has length {length:.4f}, expected a unit quaternion x, y, z, w")
-    return Rotation.from_quat(quaternion).as_matrix()
+    R = np.empty((3, 3))
+    matrix_of_quaternion(quaternion, R)
+    return R

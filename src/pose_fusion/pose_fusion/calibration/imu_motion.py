@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from pose_common.joints import JOINT_INDEX, SIDES
 from pose_fusion.calibration.joint_delays import CORRELATION_S, Delay
@@ -95,6 +94,9 @@ class ImuMemory:
 
     def felt(self, begin_ns: int) -> dict[str, "Felt"]:
         """Each IMU's vertical over time, in seconds since an instant [ns]."""
+        # Loads scipy for half a second, which a node that starts should not wait for.
+        from scipy.spatial.transform import Rotation
+
         return {
             segment: Felt(
                 (np.array(stamps) - begin_ns) * 1e-9,

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_fusion.body.kinematics import rotation_from_vector
 from pose_fusion.calibration.rigid_transform import MAXWELL_MEDIAN, TUKEY, transformed
 from pose_fusion.streams.samples import FloatArray
 
@@ -239,7 +239,7 @@ class JointRefinement:
     def _apply(self, step: FloatArray) -> None:
         for s in range(1, len(self._T)):
             turn, shift = step[6 * (s - 1) : 6 * s - 3], step[6 * s - 3 : 6 * s]
-            R = Rotation.from_rotvec(turn).as_matrix()
+            R = rotation_from_vector(turn)
             T = self._T[s]
             T[:3, 3] = R @ (T[:3, 3] - self._centre) + self._centre + shift
             T[:3, :3] = R @ T[:3, :3]

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from pose_common.joints import JOINTS, TrackingState
 from pose_common.stamps import NS_PER_S
@@ -56,6 +55,9 @@ def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
 
 def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> FloatArray:
     """Values (n, joints, 3) less their moving mean over the known ones, 0 where unknown."""
+    # Loads scipy for half a second, which a node that starts should not wait for.
+    from scipy.ndimage import uniform_filter1d
+
     count = uniform_filter1d(known.astype(float), width, axis=0, mode="nearest")
     mean = uniform_filter1d(values, width, axis=0, mode="nearest")
     mean = mean / np.maximum(count, 1e-6)[..., None]

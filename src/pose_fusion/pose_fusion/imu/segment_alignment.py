@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_fusion.imu.heading import HeadingAnchor
 from pose_fusion.imu.mounting import Mounting
@@ -78,14 +77,25 @@ class SegmentAlignment:
         """Take the mean of the collected readings as the mounting; the heading is sought anew."""
         if not self._neutral:
             return
-        mean = Rotation.from_matrix(np.stack(self._neutral)).mean()
+        mean = mean_rotation(np.stack(self._neutral))
         self.has_stood = True
         if self.mounting is not None:
-            x, y, _ = (mean.as_matrix() @ self.mounting.R_sensor_segment)[:, 0]
+            x, y, _ = (mean @ self.mounting.R_sensor_segment)[:, 0]
             turn = math.remainder(body_heading - math.atan2(y, x), 2.0 * math.pi)
             self.anchor.observe_standing(turn, STANDING_STDDEV)
             self._neutral.clear()
             return
-        self._take_mounting(mean.as_matrix(), body_heading)
+        self._take_mounting(mean, body_heading)
         self.anchor.reset()
         self._neutral.clear()
+
+
+def mean_rotation(rotations: FloatArray) -> FloatArray:
+    """The rotation that is nearest to some, (n, 3, 3), in the sum of squares of all elements.
+
+    References:
+        Markley et al. (2007), Journal of Guidance, Control, and Dynamics 30(4).
+    """
+    U, _, Vt = np.linalg.svd(rotations.sum(axis=0))
+    U[:, 2] *= np.sign(np.linalg.det(U @ Vt))
+    return np.asarray(U @ Vt)

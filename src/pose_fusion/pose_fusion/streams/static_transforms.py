@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_common.errors import InputError
+from pose_fusion.kernels.rotations import matrix_of_quaternion
 from pose_fusion.streams.samples import FloatArray
 
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
@@ -35,13 +35,13 @@ def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
 def _matrix(transform: Any) -> FloatArray:
     """The (4, 4) matrix of a ``geometry_msgs/TransformStamped``."""
     q, t = transform.transform.rotation, transform.transform.translation
-    matrix = np.eye(4)
-    try:
-        matrix[:3, :3] = Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-    except ValueError as error:
+    matrix, R = np.eye(4), np.empty((3, 3))
+    if q.x == q.y == q.z == q.w == 0.0:
         raise InputError(
             f"the transform of {transform.child_frame_id} has no rotation: its quaternion is zero"
-        ) from error
+        )
+    matrix_of_quaternion(np.array([q.x, q.y, q.z, q.w], float), R)
+    matrix[:3, :3] = R
     matrix[:3, 3] = t.x, t.y, t.z
     if not np.isfinite(matrix).all():
         raise InputError(f"the transform of {transform.child_frame_id} holds NaN or infinity")
