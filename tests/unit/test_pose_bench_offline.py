@@ -46,6 +46,7 @@ def noted(states):
         "published/left": left,
         "published/right": right,
         "arrived": dict(sorted(arrived.items())[:states]),
+        "late": {},
     }
 
 
@@ -66,6 +67,11 @@ def test_a_frame_without_a_joint_state_is_counted():
     notes = noted(20)
     del notes["arrived"][sorted(notes["arrived"])[9]]
     assert _result(notes, S, *USAGES).without_state == 1
+
+
+def test_frames_that_came_late_are_those_used_since_the_steady_part_began():
+    notes = {**noted(20), "late": {S - 5: 3, S + 100_000_000: 3, S + 200_000_000: 5}}
+    assert _result(notes, S, *USAGES).late_but_used == 2
 
 
 def test_a_graph_that_says_nothing_is_an_error():

@@ -97,8 +97,8 @@ def _of_live(result: LiveResult) -> Iterator[Row]:
     yield _row("publication to joint state, 99 % [ms]", p99, 10.0, 1)
     yield _row("the whole graph's load [cores]", sum(result.load.values()), 0.8, 2)
     yield _row("the whole graph's memory [MB]", sum(result.memory_mb.values()), 700.0, 0)
-    lost = f"frames without a joint state, of {result.frames}"
-    yield _row(lost, float(result.without_state), 0.0, 0)
+    lost = f"frames that neither gave a joint state nor corrected one, of {result.frames}"
+    yield _row(lost, float(result.without_state - result.late_but_used), 0.0, 0)
 
 
 def _of_fuse(bag: Path) -> Iterator[Row]:

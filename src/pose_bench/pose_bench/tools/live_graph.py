@@ -31,6 +31,7 @@ class LiveResult:
     from_capture_ms: FloatArray  # (n,) from the stamp
     frames: int  # of all Kinects, published while it ran steadily
     without_state: int  # of these
+    late_but_used: int  # of these: they corrected the pose, whose later state was out already
     load: dict[str, float]  # [cores] by process
     memory_mb: dict[str, float]  # [MB] by process
 
@@ -114,12 +115,15 @@ def _result(
     begin_ns, end_ns = known[0] + HALF_PERIOD_NS, known[-1] - HALF_PERIOD_NS
     frames = sum(begin_ns < stamp < end_ns for each in (first, *others) for stamp in each)
     states = sum(begin_ns < stamp < end_ns for stamp in arrived)
+    late = sorted(_stamps(noted, "late").items())
+    late_before = [count for stamp, count in late if stamp < begin_ns]
     seconds = after[0] - before[0]
     return LiveResult(
         latency_ms=np.array([(arrived[s] - first[s]) * 1e-6 for s in known]),
         from_capture_ms=np.array([(arrived[s] - s) * 1e-6 for s in known]),
         frames=frames,
         without_state=frames - states,
+        late_but_used=late[-1][1] - max(late_before, default=0) if late else 0,
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
         memory_mb=dict(after[2]),
     )
