@@ -25,6 +25,7 @@ from pose_fusion.streams.time_alignment import TimeAligner
 
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
+NEXT_WITHIN_S = 8.0  # [s] of common view, at the latest: nobody should walk on for nothing
 SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
 FOLLOWED_NS = 500_000  # [ns] by which a clock moves before it is told
 IMU_REACH_NS = 90_000_000_000  # [ns] of what the IMUs felt, that is remembered
@@ -272,7 +273,8 @@ class LiveCalibration:
         else:
             self.state = CalibrationState.CALIBRATED
             later_s = max(parameters.collect_duration, observed_s + ATTEMPT_EVERY_S)
-            self._attempt_at_s = min(NEXT_AFTER * observed_s, later_s)
+            next_s = min(NEXT_AFTER * observed_s, observed_s + NEXT_WITHIN_S)
+            self._attempt_at_s = min(next_s, later_s)
 
     def _find_clocks(self) -> bool:
         """Find the clocks' offsets in what was seen; whether they have changed what was aligned."""

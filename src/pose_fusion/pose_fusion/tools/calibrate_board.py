@@ -23,9 +23,8 @@ from pose_fusion.calibration.board.collecting import BoardCollector
 from pose_fusion.calibration.board.detection import BoardDetector, BoardView
 from pose_fusion.calibration.board.extrinsics import board_extrinsics
 from pose_fusion.calibration.board.images import grey_from_message, paired_files, read_grey
-from pose_fusion.calibration.board.printing import PAPERS, print_board
 from pose_fusion.calibration.board.solution import BoardCalibration, calibrate_board
-from pose_fusion.calibration.board.target import Board, BoardParameters
+from pose_fusion.calibration.board.target import PAPERS, Board, BoardParameters
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_file import save_extrinsics
 from pose_fusion.calibration.floor import KnownMounting
@@ -215,6 +214,8 @@ def run(arguments: argparse.Namespace) -> None:
     """The tool."""
     board = Board(from_arguments(BoardParameters, arguments))
     if arguments.print is not None:
+        from pose_fusion.calibration.board.printing import print_board  # slow to load
+
         print_board(board, arguments.print, arguments.paper)
         print(f"{arguments.print}: print at 100 %, measure the line, then the squares")
         return

@@ -9,11 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from pose_common.errors import InputError, ParameterError
-from pose_fusion.calibration.board.target import CHARUCO, Board
+from pose_fusion.calibration.board.target import CHARUCO, PAPERS, Board
 
 INCH = 0.0254  # [m]
-PAPERS = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "A2": (0.420, 0.594), "A1": (0.594, 0.841)}
-"""Width and height [m], ISO 216."""
 MARGIN = 0.008  # [m] that printers leave white
 FOOT = 0.020  # [m] for the ruler and the text
 RULER = 0.1  # [m]

@@ -16,6 +16,8 @@ CHECKERBOARD, CHARUCO = "checkerboard", "charuco"
 # large one, and its markers differ more.
 SMALL_DICTIONARY, LARGE_DICTIONARY, SMALL_COUNT = "DICT_4X4_50", "DICT_4X4_250", 50
 OLDEST_OPENCV = (4, 8)
+PAPERS = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "A2": (0.420, 0.594), "A1": (0.594, 0.841)}
+"""Width and height [m], ISO 216."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,217 @@
+"""``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand.
+
+``./pose calibrate board`` does it with images of a board, ``./pose calibrate live`` with the
+running sensors. ``./pose calibrate imu`` finds how the IMUs sit on the body.
+"""
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from pose_common.bags import BagReader, open_bag
+from pose_common.errors import InputError
+from pose_common.joints import JOINTS
+from pose_common.parameters import add_arguments, from_arguments
+from pose_fusion.calibration.extrinsics import PairResiduals
+from pose_fusion.calibration.extrinsics_file import save_extrinsics
+from pose_fusion.calibration.parameters import CalibrationParameters
+from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_fusion.calibration.session_calibration import SessionCalibration, calibrate
+from pose_fusion.streams.bags import BagSamples
+from pose_fusion.streams.single_person import SinglePersonSelector
+from pose_fusion.streams.topics import sensor_topics
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The command line."""
+    parser = argparse.ArgumentParser(prog="pose calibrate", description=__doc__)
+    parser.add_argument("in_bag", type=Path, help="a bag with kinect_<name>/skeletons")
+    parser.add_argument(
+        "-o", "--output", type=Path, required=True, help="the YAML to write; replaced if it exists"
+    )
+    parser.add_argument(
+        "--sensors", nargs="+", metavar="NAME", help="the reference first (default: all, by name)"
+    )
+    parser.add_argument(
+        "--date",
+        default="",
+        help="noted in the file, for people (default: none, so that the "
+        "same bag gives the same bytes)",
+    )
+    parser.add_argument(
+        "--clock-offsets",
+        action=argparse.BooleanOptionalAction,
+        default=True,
+        help="also find the offsets between the sensors' clocks (default: yes)",
+    )
+    add_arguments(parser.add_argument_group("parameters"), CalibrationParameters)
+    return parser
+
+
+def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, ...]:
+    """The sensors to calibrate, checked against the bag.
+
+    Raises:
+        InputError: If the bag has fewer than two of them.
+    """
+    found = tuple(sensor_topics(bag))
+    if not found:
+        BagSamples(bag)  # says what is missing
+    missing = [name for name in wanted or () if name not in found]
+    if missing:
+        raise InputError(
+            f"{bag.path} holds no skeletons of {', '.join(missing)}: it has {', '.join(found)}"
+        )
+    sensors = tuple(wanted) if wanted else found
+    if len(set(sensors)) < 2:
+        raise InputError(
+            f"{bag.path}: one sensor alone ({', '.join(set(sensors))}) has nothing to be "
+            "calibrated against: give a bag with two or more"
+        )
+    if len(set(sensors)) < len(sensors):
+        raise InputError(f"--sensors {' '.join(sensors)}: expected different names")
+    return sensors
+
+
+def calibrate_bag(
+    bag: BagReader,
+    sensors: Sequence[str],
+    parameters: CalibrationParameters,
+    *,
+    find_clock_offsets: bool = True,
+    console: Console | None = None,
+) -> SessionCalibration:
+    """Calibrate the session that a bag holds.
+
+    Raises:
+        CalibrationError: If it does not determine the calibration.
+        InputError: If the bag is damaged.
+    """
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    console = console or Console(stderr=True)
+    with Progress(
+        *(*columns, TimeRemainingColumn()),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    ) as progress:
+        task = progress.add_task("reading", total=1.0)
+        samples = BagSamples(
+            bag,
+            progress=lambda share: progress.update(task, completed=share),
+            selector=SinglePersonSelector(parameters.person),
+        )
+        everything = list(samples)
+        progress.update(task, description="solving", total=None)
+        try:
+            return calibrate(
+                everything,
+                sensors,
+                limits=parameters.limits,
+                mounting=parameters.known_mounting,
+                find_clock_offsets=find_clock_offsets,
+            )
+        except CalibrationError as error:
+            left_out = samples.person_counters["several_persons"]
+            if not left_out:
+                raise
+            raise CalibrationError(
+                f"{error} ({left_out} frames that show several persons were left out: name one "
+                "with --person)"
+            ) from error
+
+
+def agreement_table(session: SessionCalibration) -> Table:
+    """How well each sensor agrees with the reference, before and after, and joint by joint."""
+    residuals = session.extrinsics.residuals
+    table = Table(title=f"agreement with '{session.extrinsics.reference}'", show_edge=False)
+    table.add_column("")
+    for name in residuals:
+        table.add_column(name, justify="right")
+
+    def add_row(label: str, value: Callable[[PairResiduals], str], last: bool = False) -> None:
+        table.add_row(label, *(value(pair) for pair in residuals.values()), end_section=last)
+
+    add_row("frames seen by both", lambda pair: str(pair.frames))
+    add_row("distance as recorded, median", lambda pair: _cm(pair.raw_median))
+    add_row("distance as recorded, RMS", lambda pair: _cm(pair.raw_rms))
+    add_row("distance calibrated, median", lambda pair: _cm(pair.median))
+    add_row("distance calibrated, RMS", lambda pair: _cm(pair.rms))
+    add_row("distance calibrated, RMS of inliers", lambda pair: _cm(pair.inlier_rms))
+    add_row("rotation known to", lambda pair: f"{np.degrees(pair.rotation_stddev):.1f}°")
+    table.add_row("clock ahead", *(_ahead(session, name) for name in residuals), end_section=True)
+    add_row("inliers", lambda pair: f"{pair.all_inlier_share:.0%}", last=True)
+    for joint in JOINTS:
+        shares = [pair.inlier_share.get(joint) for pair in residuals.values()]
+        table.add_row(joint, *("–" if share is None else f"{share:.0%}" for share in shares))
+    return table
+
+
+def _cm(length: float) -> str:
+    return f"{length * 100.0:.1f} cm"
+
+
+def _ahead(session: SessionCalibration, sensor: str) -> str:
+    offset = session.clock_offsets.get(sensor)
+    if offset is None:
+        return "not sought"
+    if not offset.observable:
+        return "not observable"
+    text = f"{offset.estimate_s * 1e3:.0f} ± {offset.stddev_s * 1e3:.0f} ms"
+    drift = offset.clock.drift * 1e6 if offset.clock is not None else 0.0
+    return f"{text}, {drift:+.0f} ppm"
+
+
+def imus_line(session: SessionCalibration) -> str:
+    """One line about the IMUs' clock; empty where there are none."""
+    imus = session.imus
+    if imus is None:
+        return ""
+    if not np.isfinite(imus.offset_stddev_s):
+        return "the IMUs' clock: the motion does not tell it"
+    taken = "" if imus.clock is not None else ", taken as 0: trackers' lags differ by as much"
+    return (
+        f"the IMUs' clock is {imus.offset_s * 1e3:.0f} ± {imus.offset_stddev_s * 1e3:.0f} ms "
+        f"ahead{taken}"
+    )
+
+
+def floor_line(session: SessionCalibration) -> str:
+    """One line about how the world frame was found."""
+    floor = session.extrinsics.floor
+    if floor is None:
+        return ""
+    return (
+        f"'{session.extrinsics.reference}' stands {floor.height:.2f} ± {floor.height_stddev:.2f} m "
+        f"above the floor, tilted down by {np.degrees(floor.tilt):.1f} ± "
+        f"{np.degrees(floor.up_stddev):.1f}° (from: {floor.source})"
+    )
+
+
+def main(given: list[str]) -> None:
+    """Run with the arguments of the command line."""
+    arguments = make_parser().parse_args(given)
+    parameters = from_arguments(CalibrationParameters, arguments)
+    if not arguments.output.parent.is_dir():
+        raise InputError(f"cannot write {arguments.output}: its folder does not exist")
+    with open_bag(arguments.in_bag) as bag:
+        sensors = choose_sensors(bag, arguments.sensors)
+        session = calibrate_bag(
+            bag,
+            sensors,
+            parameters,
+            find_clock_offsets=arguments.clock_offsets,
+            console=Console(stderr=True),
+        )
+    save_extrinsics(arguments.output, session.extrinsics, arguments.date)
+    console = Console(soft_wrap=True)
+    console.print(agreement_table(session))
+    print(floor_line(session))
+    if session.imus is not None:
+        print(imus_line(session))
+    print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")
