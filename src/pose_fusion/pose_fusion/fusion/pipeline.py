@@ -6,7 +6,6 @@ sensors at common instants gets them aligned in time (li2020 (2)); any other get
 frame as it comes. What comes out depends on the samples alone, never on a clock.
 """
 
-from collections import deque
 from collections.abc import Callable, Iterator
 
 from pose_common.counters import Counters
@@ -22,20 +21,19 @@ from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate
 from pose_fusion.fusion.estimators.estimator import Estimator, Observation, TimedPose
 from pose_fusion.fusion.estimators.registry import estimator_class
+from pose_fusion.fusion.frame_queue import FrameQueue
 from pose_fusion.fusion.learning import COUNTERS as LEARNING_COUNTERS
 from pose_fusion.fusion.learning import FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
 from pose_fusion.fusion.seen import SeenFrame, SensorsInMap
-from pose_fusion.fusion.silence import CamerasSilence
 from pose_fusion.fusion.telling import body_estimate
 from pose_fusion.fusion.waiting import WaitingSamples
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.mounting import Mountings
 from pose_fusion.imu.readings import NO_READINGS, SegmentReadings
-from pose_fusion.streams.frame_order import FrameOrder
 from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
-from pose_fusion.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
+from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
 
 COUNTERS = (
     "skeletons",
@@ -93,14 +91,13 @@ class FusionPipeline:
             takes_offsets=not self._estimator_class.NEEDS_ALIGNED_FRAMES,
         )
         self._unlearnt: SeenFrame | None = None
-        self._silence = CamerasSilence()
         self.outlet: Callable[[BodyEstimate], None] | None = None
         """Is given every estimate at once, before the next frame is looked at."""
         self._estimator: Estimator | None = None
-        self._pending: deque[AlignedFrame] = deque()
-        self._order: FrameOrder[AlignedFrame] = FrameOrder()
+        self._frames = FrameQueue(
+            self.aligner if self._estimator_class.NEEDS_ALIGNED_FRAMES else None
+        )
         self._waiting = WaitingSamples()
-        self._newest_ns = 0
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -130,8 +127,9 @@ class FusionPipeline:
                 self._catch_up()
 
     def _catch_up(self) -> None:
-        while self._pending and self._is_ready(self._pending[0].stamp_ns):
-            self._unlearnt = self._see(self._pending.popleft())
+        ready = self._frames.ready
+        while ready and self._is_ready(ready[0].stamp_ns):
+            self._unlearnt = self._see(ready.popleft())
             self.learn()
 
     def use_mountings(self, mountings: Mountings) -> None:
@@ -173,11 +171,11 @@ class FusionPipeline:
     @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for another sensor's that should come before it."""
-        return self._order.holds
+        return self._frames.holds_frames
 
     def wait_no_longer(self) -> list[BodyEstimate]:
         """Go on without the frames that others wait for: a live caller's patience has ended."""
-        self._let_go()
+        self._frames.let_go()
         return self._release()
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
@@ -200,31 +198,19 @@ class FusionPipeline:
 
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
-        self._let_go()
-        self._pending.extend(self.aligner.flush())
+        self._frames.flush()
         estimates = self._release(everything=True)
         if self._estimator is not None:
             estimates += self._told(self._estimator.flush())
         self.learn()
         return estimates
 
-    def _let_go(self) -> None:
-        for frame in self._order.flush():
-            self._await(frame)
-
     def _take_skeleton(self, sample: SkeletonSample) -> None:
         sample = on_reference_clock(sample, self.clocks)
         if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
             self.counters.add("skeletons_of_unknown_sensors")
             return
-        self._note_time(sample.stamp_ns)
-        if self._estimator_class.NEEDS_ALIGNED_FRAMES:
-            self._pending.extend(self.aligner.add(sample))
-            return
-        self._silence.note_seen(sample.stamp_ns)
-        frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
-        for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
-            self._await(ready)
+        self._frames.add_skeleton(sample)
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
@@ -235,45 +221,25 @@ class FusionPipeline:
         start = 0
         while start < len(block):
             # While the cameras are silent, the IMUs alone give frames.
-            is_late = block.stamps_ns[start:] > self._silence.begins_ns()
-            is_alone = bool(is_late.any()) and not self._estimator_class.NEEDS_ALIGNED_FRAMES
-            stop = start + int(is_late.argmax()) + 1 if is_alone else len(block)
+            stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
             part = block.rows(slice(start, stop)) if stop - start < len(block) else block
             self.counters.add("imu_samples_out_of_order", self.imus.add(part))
-            self._silence.newest_imu_ns = int(part.stamps_ns.max())
-            self._note_time(self._silence.newest_imu_ns)
-            if is_alone:
-                self._let_go()
-                self._go_on_alone(int(part.stamps_ns[-1]))
+            self.counters.add("frames_of_imus_alone", self._frames.add_imus(part.stamps_ns))
             start = stop
             yield
-
-    def _go_on_alone(self, stamp_ns: int) -> None:
-        """Frames of the IMUs alone up to an instant."""
-        for instant_ns in self._silence.instants(stamp_ns):
-            self.counters.add("frames_of_imus_alone")
-            self._await(AlignedFrame(stamp_ns=instant_ns, samples={}))
-
-    def _await(self, frame: AlignedFrame) -> None:
-        """Put a frame, of one sensor or of none, into the queue."""
-        self._silence.note_frame(frame.stamp_ns)
-        self._pending.append(frame)
-
-    def _note_time(self, stamp_ns: int) -> None:
-        is_set_back = stamp_ns < self._newest_ns - JUMP_BACK_NS  # a recording that loops
-        self._newest_ns = stamp_ns if is_set_back else max(self._newest_ns, stamp_ns)
 
     def _release(self, everything: bool = False) -> list[BodyEstimate]:
         """Process the frames whose IMU samples have come, or need not be waited for."""
         estimates: list[BodyEstimate] = []
-        while self._pending and (everything or self._is_ready(self._pending[0].stamp_ns)):
-            estimates += self._process(self._pending.popleft())
+        ready = self._frames.ready
+        while ready and (everything or self._is_ready(ready[0].stamp_ns)):
+            estimates += self._process(ready.popleft())
         return estimates
 
     def _is_ready(self, stamp_ns: int) -> bool:
         if not self._estimator_class.NEEDS_ALIGNED_FRAMES:
             return True
-        waited_ns = self._newest_ns - stamp_ns
+        waited_ns = self._frames.newest_ns - stamp_ns
         return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
 
     def learn(self) -> None:
@@ -322,4 +288,4 @@ class FusionPipeline:
         self._estimator = self._estimator_class(self.model, shape, self.parameters, self.counters)
 
     def _estimate(self, told: TimedPose) -> BodyEstimate:
-        return body_estimate(told, self.model, self.parameters.sensors, self._newest_ns)
+        return body_estimate(told, self.model, self.parameters.sensors, self._frames.newest_ns)
