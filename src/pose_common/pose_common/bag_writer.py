@@ -5,8 +5,9 @@ import shutil
 import sqlite3
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys.store import Typestore
 
 from pose_common import mcap
+from pose_common.background_file import BackgroundFile
 from pose_common.errors import InputError, one_line
 from pose_common.typestore import make_typestore, register_package
 
@@ -70,6 +72,9 @@ class BagWriter:
             self._hidden / self.path.name, version=9, storage_plugin=STORAGES[storage]
         )
         self._writer.open()
+        storage = self._writer.storage
+        if isinstance(storage, McapWriter):
+            storage.bio = cast(Any, BackgroundFile(storage.bio))
         self._connections: dict[str, Connection] = {}
 
     def add_topic(
@@ -192,7 +197,8 @@ class BagWriter:
     def abort(self) -> None:
         """Remove what was written."""
         try:
-            self._writer.abort()
+            with suppress(OSError):  # what cannot be written need not be
+                self._writer.abort()
         finally:
             shutil.rmtree(self._hidden, ignore_errors=True)
 
