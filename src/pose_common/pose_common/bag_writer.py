@@ -72,9 +72,9 @@ class BagWriter:
             self._hidden / self.path.name, version=9, storage_plugin=STORAGES[storage]
         )
         self._writer.open()
-        storage = self._writer.storage
-        if isinstance(storage, McapWriter):
-            storage.bio = cast(Any, BackgroundFile(storage.bio))
+        opened = self._writer.storage
+        if isinstance(opened, McapWriter):
+            opened.bio = cast(Any, BackgroundFile(opened.bio))
         self._connections: dict[str, Connection] = {}
 
     def add_topic(

@@ -9,24 +9,50 @@ from collections.abc import Mapping
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import QoSSubscriptionEventType
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 
-class _NeverRun(CallbackGroup):
+class NotWoken(CallbackGroup):
     """Keeps its subscriptions out of what an executor waits for."""
 
     def can_execute(self, entity: Any) -> bool:
+        """Nothing is called."""
         del entity
         return False
 
     def beginning_execution(self, entity: Any) -> bool:
+        """Likewise."""
         del entity
         return False
 
     def ending_execution(self, entity: Any) -> None:
         """Nothing ends that never begins."""
+
+
+class Losses:
+    """Messages that the middleware lost before a subscription could take them.
+
+    They are asked for: whoever waits for this event is woken by every message of the topic too.
+    """
+
+    def __init__(self, subscription: Subscription) -> None:
+        with subscription.handle:
+            self._event = rclpy_implementation.EventHandle(
+                subscription.handle, QoSSubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST
+            )
+
+    def count(self) -> int:
+        """How many since the last time."""
+        with self._event:
+            return int(self._event.take_event().total_count_change)
+
+    def destroy(self) -> None:
+        """Let go of the subscription."""
+        self._event.destroy_when_not_in_use()
 
 
 class Inbox:
@@ -42,10 +68,10 @@ class Inbox:
     def __init__(
         self, node: Node, message_type: type, topics: Mapping[str, str], profile: QoSProfile
     ) -> None:
-        group = _NeverRun()
+        group = NotWoken()
         self._subscriptions = {
             name: node.create_subscription(
-                message_type, topic, _nobody, profile, callback_group=group, raw=True
+                message_type, topic, nobody, profile, callback_group=group, raw=True
             )
             for name, topic in topics.items()
         }
@@ -69,5 +95,5 @@ def waiting(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
     return entries
 
 
-def _nobody(_data: bytes) -> None:
+def nobody(_data: bytes) -> None:
     """Never called."""

@@ -2,9 +2,8 @@
 
 import argparse
 import sys
-import time
 from collections.abc import Sequence
-from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +24,13 @@ from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_common.nodes.running import RCLError, run_node
 from pose_common.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.inbox import waiting
+from pose_fusion.nodes.inbox import Losses, NotWoken, nobody, waiting
 from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import Recording, free_path
 
 DISCOVERY_PERIOD_S = 0.2
+TAKING_PERIOD_S = 0.02  # to be woken for each message costs far more than to look
 FLUSH_PERIOD_S = 1.0
 
 
@@ -46,6 +46,8 @@ class Recorder(Node):
             raise ParameterError("set either topics, or all to true")
         self._wanted = [self._resolved(topic) for topic in self._settings.topics]
         self._subscriptions_by_topic: dict[str, Subscription] = {}
+        self._losses_by_topic: dict[str, Losses] = {}
+        self._not_woken = NotWoken()
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
         self._recording: Recording | None = None
@@ -54,6 +56,7 @@ class Recorder(Node):
         self.create_service(Trigger, "~/start", self._on_start)
         self.create_service(Trigger, "~/stop", self._on_stop)
         self.create_timer(DISCOVERY_PERIOD_S, self._discover)
+        self.create_timer(TAKING_PERIOD_S, self._take)
         self.create_timer(FLUSH_PERIOD_S, self._flush)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
@@ -70,12 +73,12 @@ class Recorder(Node):
 
     def _finish(self) -> str:
         """Complete the bag, let go of all topics; what became of it."""
+        self._take()
         recording, self._recording = self._recording, None
         if recording is None:
             return ""
-        for subscription in self._subscriptions_by_topic.values():
-            self.destroy_subscription(subscription)
-        self._subscriptions_by_topic.clear()
+        for topic in list(self._subscriptions_by_topic):
+            self._unsubscribe(topic)
         self._refused.clear()
         recording.close()
         count, path = recording.message_count, recording.path
@@ -131,7 +134,8 @@ class Recorder(Node):
             if current is None:
                 self._start_topic(topic, types, offered, profile)
             elif _asks_more(current.qos_profile, profile):
-                self.destroy_subscription(current)
+                self._take()
+                self._unsubscribe(topic)
                 self._subscribe(topic, types[0], profile)
 
     def _is_wanted(self, topic: str) -> bool:
@@ -154,35 +158,45 @@ class Recorder(Node):
             self.get_logger().warning(f"{topic} is not recorded: {error}")
 
     def _subscribe(self, topic: str, msgtype: str, profile: QoSProfile) -> None:
-        self._subscriptions_by_topic[topic] = self.create_subscription(
+        # Without what warns of publishers that offer less: they are subscribed to as they offer.
+        subscription = self.create_subscription(
             message_class(msgtype),
             topic,
-            partial(self._write, topic),
+            nobody,
             profile,
+            callback_group=self._not_woken,
             raw=True,
-            event_callbacks=SubscriptionEventCallbacks(
-                message_lost=lambda event: self._counters.add(
-                    "lost_messages", event.total_count_change
-                ),
-                use_default_callbacks=False,
-            ),
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
         )
+        self._subscriptions_by_topic[topic] = subscription
+        self._losses_by_topic[topic] = Losses(subscription)
+
+    def _unsubscribe(self, topic: str) -> None:
+        losses = self._losses_by_topic.pop(topic)
+        self._counters.add("lost_messages", losses.count())
+        losses.destroy()
+        self.destroy_subscription(self._subscriptions_by_topic.pop(topic))
 
     # -- messages -------------------------------------------------------------------------------
 
-    def _write(self, topic: str, data: bytes) -> None:
-        """Write a message, and what else waits on its topic: one wake-up serves a whole burst."""
-        if self._recording is None or topic not in self._subscriptions_by_topic:
-            return  # it came while the recording ended
-        self._recording.write(topic, data, time.time_ns())
-        subscription = self._subscriptions_by_topic[topic]
-        for more, _ in waiting(subscription):
-            self._recording.write(topic, more, time.time_ns())
+    def _take(self) -> None:
+        """Write down what has come on all topics, in the order in which it came."""
+        if self._recording is None or self._recording.is_over:
+            return
+        entries = [
+            (noted["received_timestamp"], topic, data)
+            for topic, subscription in self._subscriptions_by_topic.items()
+            for data, noted in waiting(subscription)
+        ]
+        for stamp_ns, topic, data in sorted(entries, key=itemgetter(0)):
+            self._recording.write(topic, data, stamp_ns)
 
     def _report(self) -> Report:
         recording = self._recording
         if recording is None:
             return Report(level=Level.OK, message="not recording", values={"bag": ""})
+        for losses in self._losses_by_topic.values():
+            self._counters.add("lost_messages", losses.count())
         counts = recording.counts
         missing = [topic for topic in self._wanted if not counts.get(topic)]
         level, message = Level.OK, f"recording {len(counts)} topics into {recording.path}"

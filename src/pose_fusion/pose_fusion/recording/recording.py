@@ -72,6 +72,11 @@ class Recording:
             raise InputError(f"cannot write {path}: {error.strerror}") from error
 
     @property
+    def is_over(self) -> bool:
+        """Whether it has ended, by itself or not."""
+        return self._writer.storage is None
+
+    @property
     def counts(self) -> dict[str, int]:
         """Messages by topic."""
         return {
