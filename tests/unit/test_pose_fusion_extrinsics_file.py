@@ -270,3 +270,13 @@ def test_sections_are_plain_and_do_not_hide_the_calibration(extrinsics, tmp_path
     path.write_text(path.read_text() + "imus: 3\n")
     with pytest.raises(InputError, match="section 'imus' is 3, expected a mapping"):
         load_section(path, "imus")
+
+
+@pytest.mark.parametrize(
+    ("slip", "meant"), [("clock", "clocks"), ("view_offset", "view_offsets"), ("imu", "imus")]
+)
+def test_a_slip_in_a_section_s_name_is_refused(slip, meant, document, tmp_path):
+    file = tmp_path / "slip.yaml"
+    file.write_text(yaml.safe_dump({**document, slip: {}}))
+    with pytest.raises(InputError, match=f"has a section '{slip}', expected '{meant}'"):
+        load_extrinsics(file)

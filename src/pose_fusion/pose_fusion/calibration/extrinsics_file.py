@@ -26,6 +26,7 @@
 import os
 import tempfile
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +49,8 @@ from pose_fusion.streams.samples import FloatArray
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
 OWN_KEYS = ("version", "reference", "date", "map", "sensors", "clocks", "view_offsets")
+SECTIONS = ("body", "imus")  # that others keep; there may be more
+ALIKE = 0.8  # [-] of difflib: a key that like to a known one is a slip
 METRE_DIGITS = 6
 QUATERNION_DIGITS = 9
 
@@ -132,6 +135,7 @@ def load_extrinsics(path: Path) -> Extrinsics:
         InputError: If the file is missing or not such a file.
     """
     document = read_document(path)
+    _check_keys(path, document)
     reference = document.get("reference")
     sensors = _mapping(path, document, "sensors")
     if not isinstance(reference, str) or not reference:
@@ -157,6 +161,15 @@ def load_extrinsics(path: Path) -> Extrinsics:
         view_offsets=view_offsets,
         body=read_body(path, document.get("body")),
     )
+
+
+def _check_keys(path: Path, document: Mapping[Any, Any]) -> None:
+    """Refuse what is nearly a key: a slip would be left out in silence."""
+    known = [*OWN_KEYS, *SECTIONS]
+    for key in map(str, document):
+        meant = get_close_matches(key, known, n=1, cutoff=ALIKE)
+        if key not in known and meant:
+            raise InputError(f"{path} has a section '{key}', expected '{meant[0]}': rename it")
 
 
 def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
