@@ -7,6 +7,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.parameter import Parameter
 
+from pose_common.nodes.running import RCLError
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.live_calibration import LiveCalibration
 from pose_fusion.calibration.rigid_transform import CalibrationError
@@ -43,7 +44,10 @@ def calibrate_live(
             rclpy.spin_once(node, timeout_sec=SPIN_S)
             on_progress(node.calibration)
         return _result(node.calibration, timeout_s)
-    except ExternalShutdownException:
+    except (ExternalShutdownException, RCLError):
+        # A signal ends the context at once, also while the node is made.
+        if rclpy.ok():
+            raise
         raise KeyboardInterrupt from None
     finally:
         if node is not None:

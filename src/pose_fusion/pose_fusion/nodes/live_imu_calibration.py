@@ -18,6 +18,7 @@ from tf2_msgs.msg import TFMessage
 from pose_common.counters import Counters
 from pose_common.errors import InputError
 from pose_common.joints import SEGMENTS
+from pose_common.nodes.running import RCLError
 from pose_fusion.calibration.clock_messages import clock_of
 from pose_fusion.calibration.clocks import Clock
 from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
@@ -168,7 +169,10 @@ def calibrate_imus_live(
         if node.calibration is None or node.extrinsics is None:
             raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {node.missing}")
         return node.calibration.finish(), node.extrinsics
-    except ExternalShutdownException:
+    except (ExternalShutdownException, RCLError):
+        # A signal ends the context at once, also while the node is made.
+        if rclpy.ok():
+            raise
         raise KeyboardInterrupt from None
     finally:
         executor.shutdown()
