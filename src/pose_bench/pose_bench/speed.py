@@ -112,7 +112,7 @@ class Scene:
             segment: SegmentReading(
                 R_map_segment=self.rotations[frame, names.index(self.model.segments[segment])],
                 angular_velocity=np.zeros(3),
-                stddev=0.05,
+                stddev=np.full(3, 0.05),
             )
             for segment in segments
         }

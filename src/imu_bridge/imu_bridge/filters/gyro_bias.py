@@ -7,7 +7,7 @@ FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
 REST_RATE_STDDEV = 0.05  # [rad/s] a standing person's sway stays below
-REST_RATE_MEAN = 0.1  # [rad/s] more is motion: an MPU-9150's zero-rate output, trimmed, is below
+REST_RATE_MEAN = 0.35  # [rad/s] more is motion: an MPU-9150 at rest may tell of 20 deg/s
 REST_ACCELERATION_STDDEV = 0.2  # [m/s^2] a slow turn shows in gravity's direction
 MEMORY_WINDOWS = 5  # [-] the bias is a mean over about so many rests
 

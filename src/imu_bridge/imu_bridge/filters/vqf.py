@@ -23,6 +23,8 @@ FIRST_PERIOD_S = 0.01  # [s] of a sensor that has sent one sample
 PERIOD_TOLERANCE = 0.05  # [-] difference of a sensor's period from the filter's that is let be
 PERIOD_MIN_S = 0.0005  # [s] no body-worn sensor is faster; drivers hand on several at once
 REPLAYS = (4, 16, 64)  # [-] counts of samples after which the period is looked at again
+NEW_BIAS_STDDEV = np.radians(1.0)  # [rad/s] of a cheap sensor that nobody has seen at rest
+KNOWN_BIAS_STDDEV = np.radians(0.5)  # [rad/s] once it has been: VQF's own expectation
 GRAVITY_MIN = 1e-3  # [m/s^2] less is no acceleration but a missing one
 
 Sample = tuple[float, FloatArray, FloatArray, FloatArray | None]
@@ -115,7 +117,8 @@ class VqfOrientation:
             biasClip=float(np.degrees(REST_RATE_MEAN)),
             restMinT=s.bias_window_s if s.bias_window_s > 0.0 else 1.5,
         )
-        vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), -1.0)  # outlives a reset
+        stddev = KNOWN_BIAS_STDDEV if self.rests[i] else NEW_BIAS_STDDEV
+        vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), stddev)  # outlives a reset
         sensor = _Sensor(vqf=vqf, period_s=period_s, first=first)
         for sample in first:
             _feed(sensor, sample)

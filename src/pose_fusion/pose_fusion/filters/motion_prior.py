@@ -17,7 +17,7 @@ class MotionPrior:
     root_acceleration: float = 6.6  # [m/s²]
     acceleration: dict[str, float] = field(  # [rad/s²] by link, without its side
         default_factory=lambda: {
-            "pelvis": 5.4,
+            "pelvis": 12.0,
             "trunk": 20.0,
             "head": 22.0,
             "upper_arm": 30.0,
@@ -29,11 +29,11 @@ class MotionPrior:
     carried: dict[str, float] = field(  # [-] share of the parent's acceleration that a link takes
         default_factory=lambda: {
             "pelvis": 0.0,
-            "trunk": 0.5,
+            "trunk": 0.9,
             "head": 0.0,
             "upper_arm": 0.1,
             "forearm": 0.9,
-            "thigh": 0.6,
+            "thigh": 0.3,
             "shank": 0.13,
         }
     )

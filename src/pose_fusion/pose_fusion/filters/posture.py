@@ -24,7 +24,7 @@ class PosturePrior:
         default_factory=lambda: {"upper_arm": 0.5, "thigh": 0.2, "head": 0.26}
     )
     twist_frames: float = 49.0
-    waist_stddev: tuple[float, float, float] = (0.12, 0.2, 0.2)  # [rad] about x, y, z
+    waist_stddev: tuple[float, float, float] = (0.4, 0.4, 0.4)  # [rad] about x, y, z
     waist_frames: float = 30.0
 
 

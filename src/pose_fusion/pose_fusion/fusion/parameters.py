@@ -93,7 +93,7 @@ class FusionParameters(Li2020Parameters):
         doc="slow error of a tracker's joint that no filter averages out, for zhang2015's σ₁",
     )
     imu_mounting_stddev: float = parameter(
-        0.03,
+        0.01,
         unit="rad",
         low=0.0,
         high=1.0,

@@ -14,7 +14,7 @@ class SegmentReading:
 
     R_map_segment: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in map
-    stddev: float  # [rad] of the sensor's tilt and heading together
+    stddev: FloatArray  # (3,) [rad] about map's axes: of the tilt, of the heading
     age_s: float = 0.0  # [s] for which the gyroscope has carried it on
 
 
@@ -25,7 +25,7 @@ class SegmentReadings(Mapping[str, SegmentReading]):
     segments: tuple[str, ...]
     R_map_segment: FloatArray  # (n, 3, 3)
     angular_velocity: FloatArray  # (n, 3) [rad/s] in map
-    stddev: FloatArray  # (n,) [rad]
+    stddev: FloatArray  # (n, 3) [rad] about map's axes
     age_s: FloatArray  # (n,) [s]
 
     def __getitem__(self, segment: str) -> SegmentReading:
@@ -35,7 +35,7 @@ class SegmentReadings(Mapping[str, SegmentReading]):
         return SegmentReading(
             R_map_segment=self.R_map_segment[row],
             angular_velocity=self.angular_velocity[row],
-            stddev=float(self.stddev[row]),
+            stddev=self.stddev[row],
             age_s=float(self.age_s[row]),
         )
 
@@ -53,7 +53,7 @@ def readings_of(readings: Mapping[str, SegmentReading]) -> SegmentReadings:
         segments=tuple(readings),
         R_map_segment=np.array([r.R_map_segment for r in each]).reshape(-1, 3, 3),
         angular_velocity=np.array([r.angular_velocity for r in each]).reshape(-1, 3),
-        stddev=np.array([r.stddev for r in each], float),
+        stddev=np.array([r.stddev for r in each]).reshape(-1, 3),
         age_s=np.array([r.age_s for r in each], float),
     )
 

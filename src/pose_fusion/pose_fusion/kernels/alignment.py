@@ -115,7 +115,7 @@ def read_all(
         sensor_stddev: Likewise, (m, 3) [rad].
         R_map_segment: Filled, (m, 3, 3).
         rate_map: Filled, (m, 3) [rad/s] in map.
-        stddev: Filled, (m,) [rad].
+        stddev: Filled, (m, 3) [rad] about map's axes.
 
     Returns:
         Which of the m are aligned.
@@ -135,8 +135,8 @@ def read_all(
             R_map_segment[count],
             rate_map[count],
         )
-        x, y = sensor_stddev[m, 0], sensor_stddev[m, 1]
-        stddev[count] = np.sqrt((x * x + y * y + anchors.covariance[i, 0, 0]) / 3.0)
+        stddev[count] = sensor_stddev[m]  # its tilt's, and in place of its north's the heading's
+        stddev[count, 2] = np.sqrt(anchors.covariance[i, 0, 0])
         aligned[count] = m
         count += 1
     return aligned[:count]

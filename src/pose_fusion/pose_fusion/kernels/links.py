@@ -97,7 +97,7 @@ def looks_of(
         links: Which link each tells of, (n,).
         R_map_segment: (n, 3, 3).
         angular_velocity: (n, 3) [rad/s] in map.
-        stddev: (n,) [rad].
+        stddev: (n, 3) [rad] about map's axes.
         age_s: (n,) [s] for which each is only carried on.
         trust: What they are worth.
     """
@@ -113,8 +113,9 @@ def looks_of(
         age = age_s[known[row]]
         # What swings has gone elsewhere while its reading was only carried on.
         held = trust.held_jerk * age * age * age / 3.0
-        own = stddev[known[row]] ** 2 + trust.mounting**2
-        looks.variance[row] = own * trust.frames + held * held
+        for axis in range(3):
+            own = stddev[known[row], axis] ** 2 + trust.mounting**2
+            looks.variance[row, axis] = own * trust.frames + held * held
         looks.rate_variance[row] = trust.gyro**2 + (trust.held_jerk * age * age) ** 2
     return looks
 

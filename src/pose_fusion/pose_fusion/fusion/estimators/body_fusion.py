@@ -164,7 +164,7 @@ class BodyFusion:
     ) -> Weights:
         """Weights of one link, whose Kinect gives a rotation and its variance [rad²]."""
         (R_kinect, kinect_variance), R_imu = kinect, reading.R_map_segment
-        imu_variance = reading.stddev**2 + self._imu_mounting_stddev**2
+        imu_variance = float(np.mean(reading.stddev**2)) + self._imu_mounting_stddev**2
         if is_tracked:
             cosine = float(np.clip(R_kinect[:, 2] @ R_imu[:, 2], -1.0, 1.0))
             # Of a direction, two axes of both.

@@ -35,16 +35,16 @@ class Trust:
 # noise is enlarged to what slow errors leave of it.
 FITTING = 0.55
 KINECT = {
-    "hip": Trust(factor=0.26, late_s=0.17, stddev_deg=0.6),
-    "knee": Trust(factor=0.65, late_s=0.23),
-    "shoulder": Trust(factor=2.0, late_s=0.035, stddev_deg=1.1),
-    "elbow": Trust(factor=6.5, late_s=0.32, stddev_deg=2.3),
+    "hip": Trust(factor=0.12, late_s=0.21),
+    "knee": Trust(factor=0.85, late_s=0.07),
+    "shoulder": Trust(factor=1.2, late_s=0.035, stddev_deg=1.1),
+    "elbow": Trust(factor=3.8, late_s=0.03, stddev_deg=3.3),
 }
 WITH_IMU = {
-    "hip": Trust(factor=0.2, stddev_deg=1.4),
-    "knee": Trust(factor=0.52, stddev_deg=0.35),
-    "shoulder": Trust(factor=2.6, late_s=0.06, stddev_deg=2.3),
-    "elbow": Trust(factor=5.9, late_s=0.23, stddev_deg=1.15),
+    "hip": Trust(factor=0.17),
+    "knee": Trust(factor=0.35),
+    "shoulder": Trust(factor=2.7, stddev_deg=0.6),
+    "elbow": Trust(factor=5.0),
 }
 
 
