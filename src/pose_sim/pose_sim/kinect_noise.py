@@ -103,7 +103,7 @@ class KinectParameters:
         0.04, unit="s", low=0.0, high=0.5, doc="mean delay of the tracker's own smoothing"
     )
     own_lag: float = parameter(
-        1.0,
+        0.15,
         low=0.0,
         high=1.0,
         doc="of what the joints' delays differ by, the part that is the sensor's own; 0: all the "
