@@ -53,7 +53,9 @@ def smoothed(steps: Sequence[FilterStep], motion: MotionPrior) -> list[SegmentSt
         state = step.updated.copy()
         move(state.pose, G @ difference(later, predicted))
         covariance = P + G @ (later.covariance - predicted.covariance) @ G.T
-        state.covariance = 0.5 * (covariance + covariance.T)
+        if np.diagonal(covariance).min() > 0.0:
+            state.covariance = 0.5 * (covariance + covariance.T)
+        # else the filter's own is kept: F leaves out that an unseen turn grows no further
         result.append(state)
     return result[::-1]
 

@@ -9,7 +9,7 @@ from pose_fusion.kernels.compiling import compiled
 from pose_fusion.streams.samples import FloatArray
 
 AXIS_STDDEV = 0.07  # [rad] of a direction that the cameras see, most of it slow
-CORRELATION_S = 3.0  # [s] over which errors of that direction stay alike
+CORRELATION_S = 0.5  # [s] over which errors of that direction stay alike
 LONGEST_STEP_S = 0.1  # [s] that one instant may count for
 LEAST_LEAN = 0.17  # [-] horizontal part of an axis, ten degrees, below which it shows no heading
 LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts no more

@@ -1,6 +1,7 @@
 """``default``: rotations of the body's links on the manifold, every sensor's frame as it comes."""
 
 from copy import copy
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -142,7 +143,9 @@ class SegmentEstimator(Estimator):
         handover.predict(ahead_s)
         shown = handover.shown(ahead.known_state)
         pose = self._reader.copy().read(shown, report, told.sensor_weight)
-        pose.variance = self._uncertainty.variance(pose, self._uncertainty.distance)
+        # As late as it was when it was last told, though its rates have died away since.
+        moving = replace(pose, velocity=told.velocity)
+        pose.variance = self._uncertainty.variance(moving, self._uncertainty.distance)
         return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
 
     def _read(
