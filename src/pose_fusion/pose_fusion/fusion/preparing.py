@@ -121,7 +121,9 @@ def _prepare_learning(model: BodyModel, shape: BodyShape, parameters: FusionPara
 
 def _observation(model: BodyModel, stamp_ns: int) -> Observation:
     segment = next(iter(model.segments))
-    reading = SegmentReading(R_map_segment=np.eye(3), angular_velocity=np.zeros(3), stddev=np.full(3, 0.05))
+    reading = SegmentReading(
+        R_map_segment=np.eye(3), angular_velocity=np.zeros(3), stddev=np.full(3, 0.05)
+    )
     return Observation(
         stamp_ns=stamp_ns,
         positions=np.stack([neutral_pose(), neutral_pose()]),

@@ -134,7 +134,11 @@ class ImuAlignment:
         """The segments' rotations, of those whose mounting and heading are known."""
         rows = self._rows_of(states.segments)
         count = len(rows)
-        R_map_segment, rate, stddev = np.empty((count, 3, 3)), np.empty((count, 3)), np.empty((count, 3))
+        R_map_segment, rate, stddev = (
+            np.empty((count, 3, 3)),
+            np.empty((count, 3)),
+            np.empty((count, 3)),
+        )
         aligned = kernel.read_all(
             self._rows.anchors,
             self._rows.mounted,
