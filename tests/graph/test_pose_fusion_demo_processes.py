@@ -10,6 +10,7 @@ import yaml
 from ament_index_python.packages import get_package_share_directory
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from patience import PATIENCE_S
 
 from pose_common.bags import open_bag
 from pose_common.joints import JOINTS
@@ -34,7 +35,7 @@ def synthetic(start_module_process, demo, tmp_path_factory):
     """One short run that several tests look at: (process, folder)."""
     folder = tmp_path_factory.mktemp("demo") / "run"
     process = start_module_process([demo, "--duration", "20", "-o", folder])
-    process.wait(170.0)
+    process.wait(2.0 * PATIENCE_S)
     return process, folder, start_module_process
 
 
@@ -132,7 +133,7 @@ def test_a_real_recording_is_fused_and_its_views_are_compared(
     recording = shared_data / "kinectmultitrack" / "Study_10_Kinect_1_Time_4_10_14_PM.csv.gz"
     folder = tmp_path / "run"
     process = start_process([demo, recording, "--duration", "9", "-o", folder])
-    assert process.wait(170.0) == 0, process.describe()
+    assert process.wait(2.0 * PATIENCE_S) == 0, process.describe()
     assert "Do the views agree?" in process.output
     path = folder / "agreement.csv"
     logged = values(path, "distance_as_logged")["left-right", ""]
@@ -146,7 +147,7 @@ def refused(start_process, demo, words, tmp_path):
     """The one line that a refusal is; nothing may be left."""
     before = sorted(tmp_path.rglob("*"))
     process = start_process([demo, *words], cwd=tmp_path)
-    assert process.wait(60.0) == 1, process.describe()
+    assert process.wait(PATIENCE_S) == 1, process.describe()
     after = [path for path in sorted(tmp_path.rglob("*")) if path.suffix != ".log"]
     assert after == before
     lines = process.output.splitlines()
@@ -177,7 +178,7 @@ def test_an_interrupt_stops_everything_and_leaves_nothing(start_process, demo, t
     work = tmp_path / "work"
     work.mkdir()
     process = start_process([demo, "--duration", "20"], cwd=work)
-    process.wait_for_output(r"^running", timeout_s=60.0)
+    process.wait_for_output(r"^running", timeout_s=PATIENCE_S)
     assert process.stop() == 130, process.describe()
     assert list(work.iterdir()) == []
     assert start_process.living() == []
