@@ -5,6 +5,7 @@ import time
 
 import pytest
 from ament_index_python.packages import get_package_prefix
+from patience import PATIENCE_S
 
 from pose_fusion.calibration.imus.section import load_mountings
 from pose_fusion.tools.demo_start import first_lead_s
@@ -12,7 +13,6 @@ from pose_fusion.tools.demo_start import first_lead_s
 pytestmark = pytest.mark.graph
 
 GENERATING_S = 8.0  # the session is made, and all processes are up, in the time until its start
-PATIENCE_S = 100.0
 
 
 def executable(package, name):
@@ -30,7 +30,7 @@ def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_proc
             *("--start-at", start_at, "-o", session),
         ]
     )
-    assert generate.wait(60.0) == 0
+    assert generate.wait(PATIENCE_S) == 0
     link = session / "imu_device"
     start_process(
         [executable("pose_sim", "imu_device"), session, "--link", link, "--start-at", start_at]
@@ -40,7 +40,7 @@ def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_proc
             *(executable("pose_common", "up"), "sensors.launch.yaml"),
             *(f"recording:={session}/kinects.csv", "format:=csv", f"start_at:={start_at}"),
             *("sensor_left:=left", "sensor_right:=right", "imus:=true", f"imu_port:={link}"),
-            *("imu_wait_for_port:=60.0", f"imu_nodes_file:={session}/imu_nodes.yaml"),
+            *("imu_wait_for_port:=240.0", f"imu_nodes_file:={session}/imu_nodes.yaml"),
         ]
     )
     start_process([executable("pose_fusion", "calibration")])
