@@ -19,26 +19,27 @@ class Device:
 
     def __init__(self, link: Path) -> None:
         self.link = link
-        self.master, self._slave = os.openpty()
-        tty.setraw(self._slave)
+        self.master, slave = os.openpty()
+        self._open: tuple[int, ...] = (self.master, slave)
+        tty.setraw(slave)
         link.unlink(missing_ok=True)
-        link.symlink_to(os.ttyname(self._slave))
+        link.symlink_to(os.ttyname(slave))
 
     def send(self, data: bytes) -> None:
         os.write(self.master, data)
 
     def unplug(self) -> None:
         self.link.unlink(missing_ok=True)
-        for descriptor in (self.master, self._slave):
+        for descriptor in self._open:
             os.close(descriptor)
+        self._open = ()
 
 
 @pytest.fixture
 def device(tmp_path: Path) -> Iterator[Device]:
     device = Device(tmp_path / "sink")
     yield device
-    if device.link.exists():
-        device.unplug()
+    device.unplug()
 
 
 @pytest.fixture
@@ -148,6 +149,7 @@ def test_a_port_that_vanishes_is_reopened_when_it_is_back(device: Device, open_s
     back.send(b"after")
     assert receive(source, 5) == b"after"
     assert source.counters["port_losses"] == 1
+    back.unplug()
 
 
 def test_closing_ends_the_thread_even_while_the_port_is_lost(device: Device, open_source):
