@@ -75,9 +75,8 @@ def test_sensors_do_not_see_each_other(name: str):
     np.testing.assert_allclose(among.tumble(3.0)[2], alone.tumble(3.0)[0], atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    "deg_s", [(0.5, -0.4, 0.3), (-3.0, 2.0, 14.0)]
-)  # cheap ones are off so far
+# The second: cheap sensors are off so far.
+@pytest.mark.parametrize("deg_s", [(0.5, -0.4, 0.3), (-3.0, 2.0, 14.0)])
 @pytest.mark.parametrize("name", REAL)
 def test_the_bias_of_a_resting_gyroscope_is_found(name: str, deg_s: tuple[float, ...]):
     bench, bias = Bench(name), np.radians(deg_s)

@@ -13,7 +13,7 @@ from pose_bench.methods import METHODS, Method, available_methods
 from pose_bench.pool import Progress as ToldProgress
 from pose_bench.real_data import ESTIMATORS, run_kinectmultitrack, run_uiprmd
 from pose_bench.scores_csv import rows_csv, scores_csv
-from pose_bench.suite import JUDGING_SEEDS, LEVELS, cells, quick_cells
+from pose_bench.suite import CALIBRATION_WALK, JUDGING_SEEDS, LEVELS, cells, quick_cells
 from pose_bench.summary import failures, tables
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import document, output_folder, show
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="+",
         choices=[method.name for method in METHODS],
         metavar="NAME",
-        help=f"of {names} (default: all but walk_about)",
+        help=f"of {names} (default: all)",
     )
     parser.add_argument(
         "--jobs",
@@ -69,7 +69,7 @@ def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
         nargs="+",
         metavar="NAME",
         default=[],
-        help=f"of {', '.join(CHOREOGRAPHIES)} (default: all but walk_about)",
+        help=f"of {', '.join(CHOREOGRAPHIES)} (default: all but {CALIBRATION_WALK})",
     )
     group.add_argument(
         "--levels",

@@ -30,7 +30,7 @@ from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import Recording, free_path
 
 DISCOVERY_PERIOD_S = 0.2
-TAKING_PERIOD_S = 0.02  # to be woken for each message costs far more than to look
+TAKING_PERIOD_S = 0.02  # [s] to be woken for each message costs far more than to look
 FLUSH_PERIOD_S = 1.0
 
 
