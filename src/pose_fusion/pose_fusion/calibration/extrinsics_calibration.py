@@ -181,8 +181,8 @@ class ExtrinsicsCalibrator:
         if pair.rotation_stddev > limits.rotation_stddev:
             raise CalibrationError(
                 f"too little motion between '{pair.partner}' and '{name}': it leaves the rotation "
-                f"uncertain by {np.degrees(pair.rotation_stddev):.1f} deg, expected at most "
-                f"{np.degrees(limits.rotation_stddev):.1f} deg (spread of the joints "
+                f"uncertain by {np.degrees(pair.rotation_stddev):.2f} deg, expected at most "
+                f"{np.degrees(limits.rotation_stddev):.2f} deg (spread of the joints "
                 + ", ".join(f"{extent:.2f}" for extent in pair.spread)
                 + " m): raise the arms sideways and walk about"
             )
