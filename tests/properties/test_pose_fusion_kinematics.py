@@ -137,3 +137,16 @@ def test_a_rotation_vector_goes_on_beyond_half_a_turn(rng):
         vector = Rotation.from_rotvec(angle * axis).as_rotvec()
         previous = continuous_vector(vector, previous)
         np.testing.assert_allclose(previous, angle * axis, atol=1e-9)
+
+
+def test_a_shoulder_that_was_seen_wrongly_comes_back_to_angles_that_a_body_can_reach():
+    link, body = MODEL.links["left_upper_arm"], kinematics()
+    which = [MODEL.dof_index[dof.name] for dof in link.dof]
+    true, dof = np.radians([20.0, 15.0, 5.0]), np.zeros(MODEL.size)
+    other_way = np.array([true[0] - np.pi, np.pi - true[1], true[2] + np.pi])
+    dof[which] = true
+    R = body.pose(dof).rotations[MODEL.link_names.index(link.name)]
+    np.testing.assert_allclose(link_angles(link, R, other_way), true, atol=1e-9)
+    dof[which] = other_way  # the same pose
+    same = body.pose(dof).rotations[MODEL.link_names.index(link.name)]
+    np.testing.assert_allclose(same, R, atol=1e-9)

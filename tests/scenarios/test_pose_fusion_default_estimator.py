@@ -218,3 +218,16 @@ def test_looking_ahead_tells_the_same_instants_and_less_late():
         for kind, each in (("live", live), ("smooth", smooth))
     }
     assert rms["smooth"] < 0.95 * rms["live"]
+
+
+def test_looking_ahead_tells_arms_that_pass_overhead_by_the_same_angles():
+    """Told is the pose of some seconds ago: an arm may hang now that was overhead then."""
+
+    def swung(time):
+        return np.radians(75.0) * (1.0 - np.cos(2.0 * np.pi * time / 3.0))
+
+    t, dof = performance(12.0, {"left_shoulder_abduction": swung})
+    _, smooth = run(samples_of(dof), estimator="smoothed")
+    moving = [e for e in smooth if seconds(e) > 4.0]
+    for name in ("left_shoulder_flexion", "left_shoulder_abduction"):
+        assert np.percentile(error_deg(moving, t, dof, name), 90) < 45.0

@@ -19,16 +19,17 @@ def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> 
     Args:
         link: With three degrees of freedom (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
         R_parent_link: The link's rotation in its parent, shape (3, 3).
-        previous: The angles before, shape (degrees of freedom,) [rad]: of the equivalent answers
-            the nearest is taken, so that no angle jumps by 2π.
+        previous: The angles before, shape (degrees of freedom,) [rad], from which the equivalent
+            answers are told apart; see :func:`pose_fusion.kernels.reading.link_angles`.
 
     Returns:
         Angles [rad], shape (degrees of freedom,).
     """
     angles = np.empty(len(link.dof))
     signs = np.array([float(sum(dof.axis)) for dof in link.dof])
+    limits = np.array([[dof.lower, dof.upper] for dof in link.dof])
     reading.link_angles(
-        np.ascontiguousarray(R_parent_link), signs, np.array(previous, float), angles
+        np.ascontiguousarray(R_parent_link), signs, limits, np.array(previous, float), angles
     )
     return angles
 

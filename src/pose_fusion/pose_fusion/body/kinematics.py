@@ -186,9 +186,11 @@ def model_numbers(model: BodyModel, offsets: FloatArray) -> ModelNumbers:
     links = list(model.links.values())
     index = {link.name: number for number, link in enumerate(links)}
     dof, axes = np.full((len(links), 3), -1, np.int64), np.zeros((len(links), 3, 3))
+    limits = np.zeros((len(links), 3, 2))
     for row, link in enumerate(links):
         for column, degree in enumerate(link.dof):
             dof[row, column], axes[row, column] = model.dof_index[degree.name], degree.axis
+            limits[row, column] = degree.lower, degree.upper
     parents = [-1 if link.parent is None else index[link.parent] for link in links]
     about = [-1 if link.joint is None else JOINT_INDEX[link.joint] for link in links]
     return ModelNumbers(
@@ -196,6 +198,7 @@ def model_numbers(model: BodyModel, offsets: FloatArray) -> ModelNumbers:
         dof_count=np.array([len(link.dof) for link in links], np.int64),
         dof=dof,
         axes=axes,
+        limits=limits,
         turns_about=np.array(about, np.int64),
         link_of_joint=np.array([index[model.joints[j].link] for j in JOINTS], np.int64),
         offsets=np.array(offsets, float, order="C"),

@@ -53,8 +53,9 @@ def smoothed(steps: Sequence[FilterStep], motion: MotionPrior) -> list[SegmentSt
         state = step.updated.copy()
         move(state.pose, G @ difference(later, predicted))
         covariance = P + G @ (later.covariance - predicted.covariance) @ G.T
-        if np.diagonal(covariance).min() > 0.0:
-            state.covariance = 0.5 * (covariance + covariance.T)
+        covariance = 0.5 * (covariance + covariance.T)
+        if is_positive(covariance):
+            state.covariance = covariance
         # else the filter's own is kept: F leaves out that an unseen turn grows no further
         result.append(state)
     return result[::-1]
@@ -68,6 +69,15 @@ def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
     F[layout.rates, layout.rates] *= keep
     F[layout.slide, layout.slide] *= float(np.exp(-dt_s / motion.slide_memory))
     return F
+
+
+def is_positive(covariance: FloatArray) -> bool:
+    """Whether every direction has a variance above zero."""
+    try:
+        np.linalg.cholesky(covariance)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def difference(state: SegmentState, other: SegmentState) -> FloatArray:

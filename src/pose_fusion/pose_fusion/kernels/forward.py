@@ -22,6 +22,7 @@ class ModelNumbers(NamedTuple):
     dof_count: NDArray[np.int64]  # (links,) degrees of freedom
     dof: NDArray[np.int64]  # (links, 3): their place in the state
     axes: FloatArray  # (links, 3, 3): of each, in the link's axes
+    limits: FloatArray  # (links, 3, 2) [rad]: of each, lower and upper
     turns_about: NDArray[np.int64]  # (links,): the joint, −1 of the root
     link_of_joint: NDArray[np.int64]  # (joints,): the link that each is fixed in
     offsets: FloatArray  # (joints, 3) [m]: where in it

@@ -14,6 +14,8 @@ from pose_fusion.streams.samples import FloatArray
 FULL_TURN = 2.0 * np.pi
 RATE_DAMPING = 0.05  # [-] of the rates where two axes of a joint nearly coincide
 VARIANCE_DAMPING = 0.1  # [-] likewise of an angle's variance
+BEYOND = 4.0  # [-] weight of a square beyond the limits, to one from the angles before
+NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a limb's tilt, below which its angles are plain
 
 
 @compiled
@@ -32,13 +34,27 @@ def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatAr
 
 @compiled
 def link_angles(
-    R_parent_link: FloatArray, signs: FloatArray, previous: FloatArray, out: FloatArray
+    R_parent_link: FloatArray,
+    signs: FloatArray,
+    limits: FloatArray,
+    previous: FloatArray,
+    out: FloatArray,
 ) -> None:
-    """A link's joint angles [rad]; of the equivalent answers the one nearest to the previous.
+    """A link's joint angles [rad], of the equivalent answers the one nearest to the previous.
+
+    Of a ball joint's angles a, b, c about y, x and z, a + π, π − b, c + π is the same rotation.
+    Nearest is by the turn between the two, for which
+
+        Δ² = Δa² + Δb² + Δc² − 2 sin b Δa Δc                                               (1)
+
+    holds of small ones. Where b is a quarter turn, an arm stretched sideways, both answers meet,
+    and the one that a body can reach is taken: else arms that swing past there wind up. A limb
+    that hangs nearly as in the neutral pose has one such answer only.
 
     Args:
         R_parent_link: The link's rotation in its parent, (3, 3).
         signs: Of its axes: three (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
+        limits: Of its angles, lower and upper, (k, 2) [rad].
         previous: The angles before.
         out: The angles.
     """
@@ -47,22 +63,36 @@ def link_angles(
         # Between the two bones, as a camera would measure it; never negative.
         out[0] = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
         return
-    answer = np.empty(3)
     about_x = np.arcsin(min(max(-R[1, 2], -1.0), 1.0))
-    least = np.inf
-    for candidate in range(1 if count == 2 else 2):
-        answer[0], answer[1] = np.arctan2(R[0, 2], R[2, 2]), about_x
-        answer[2] = np.arctan2(R[1, 0], R[1, 1])
-        if candidate == 1:
-            answer[0], answer[1], answer[2] = answer[0] + np.pi, np.pi - about_x, answer[2] + np.pi
-        distance = 0.0
-        for k in range(count):
-            answer[k] *= signs[k]
-            answer[k] += FULL_TURN * np.round((previous[k] - answer[k]) / FULL_TURN)
-            distance += (answer[k] - previous[k]) ** 2
-        if distance < least:
-            least = distance
-            out[:] = answer[:count]
+    about_y = np.arctan2(R[0, 2], R[2, 2])
+    if count == 2:
+        out[0] = nearest_turn(signs[0] * about_y, previous[0])
+        out[1] = nearest_turn(signs[1] * about_x, previous[1])
+        return
+    about_z = np.arctan2(R[1, 0], R[1, 1])
+    answer, least = np.empty(3), np.inf
+    for half_turns in range(1 if R[2, 2] > NEARLY_NEUTRAL else 2):
+        x = about_x if half_turns == 0 else np.pi - about_x
+        y0 = nearest_turn(signs[0] * (about_y + half_turns * np.pi), previous[0])
+        z0 = nearest_turn(signs[2] * (about_z + half_turns * np.pi), previous[2])
+        answer[1] = nearest_turn(signs[1] * x, previous[1])
+        twist = signs[0] * signs[2] * np.sin(0.5 * signs[1] * (answer[1] + previous[1]))
+        for y_turns in range(-1, 2):
+            for z_turns in range(-1, 2):
+                answer[0], answer[2] = y0 + y_turns * FULL_TURN, z0 + z_turns * FULL_TURN
+                cost = -2.0 * twist * (answer[0] - previous[0]) * (answer[2] - previous[2])
+                for k in range(3):
+                    beyond = max(limits[k, 0] - answer[k], answer[k] - limits[k, 1], 0.0)
+                    cost += (answer[k] - previous[k]) ** 2 + BEYOND * beyond**2
+                if cost < least:
+                    least = cost
+                    out[:] = answer
+
+
+@compiled
+def nearest_turn(angle: float, previous: float) -> float:
+    """The same angle [rad], by full turns as near to the previous one as can be."""
+    return angle + FULL_TURN * np.round((previous - angle) / FULL_TURN)
 
 
 @compiled
@@ -204,7 +234,7 @@ def read_link(
     A, rates, inverse = np.empty((count, 3)), np.empty((count, 1)), np.empty((count, 3))
     for k in range(count):
         signs[k], before[k] = axes[k, 0] + axes[k, 1] + axes[k, 2], previous[dof[k]]
-    link_angles(R_parent_link, signs, before, angles)
+    link_angles(R_parent_link, signs, numbers.limits[link, :count], before, angles)
     moved_axes(pose.rotations[parent], axes, angles, A)
     omega = (pose.rates[link] - pose.rates[parent]).reshape(3, 1)
     least_squares(A, omega, RATE_DAMPING, rates)

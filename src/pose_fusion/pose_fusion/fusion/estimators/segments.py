@@ -93,6 +93,17 @@ class SegmentEstimator(Estimator):
 
     def update(self, observation: Observation) -> FusedPose | None:
         """Predict to the instant and take everything that is known of it."""
+        report, state = self._take(observation), self._filter.state
+        if report is None or state is None:
+            return None
+        self._told = self._read(
+            self._handover.shown(state), self._uncertainty.distance, report, observation
+        )
+        self._tracking_state = observation.tracking_state.max(axis=0)
+        return self._told
+
+    def _take(self, observation: Observation) -> UpdateReport | None:
+        """Bring the filter to the observation's instant; None if there is no new pose to tell."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         if -JUMP_BACK_S < ahead_s < -LATEST_S:
             self.counters.add("frames_too_late")
@@ -113,18 +124,13 @@ class SegmentEstimator(Estimator):
         if ahead_s <= -JUMP_BACK_S:
             self._stamp_ns = observation.stamp_ns
         report = self._correct(observation, max(-ahead_s, 0.0), shown)
-        state = self._filter.state
-        if report is None or state is None:
+        if report is None or self._filter.state is None:
             return None
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")  # its instant has been told already
             return None
         self._uncertainty.note(max(ahead_s, 0.0), report.distance)
-        self._told = self._read(
-            self._handover.shown(state), self._uncertainty.distance, report, observation
-        )
-        self._tracking_state = observation.tracking_state.max(axis=0)
-        return self._told
+        return report
 
     def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
         """The state gone on to the instant; what the IMUs say of it counts already."""

@@ -50,7 +50,7 @@ class SmoothedEstimator(SegmentEstimator):
         if observation.stamp_ns < self._stamp_ns - NS_PER_S:  # a recording that begins anew
             told = self.flush()
             self._told_ns = 0
-        self.update(observation)
+        self._take(observation)  # nothing is read yet: angles go on from what was told last
         if self._steps and self._stamp_ns - self._steps[0].stamp_ns > LOOKAHEAD_NS + CHUNK_NS:
             told += self._tell(self._steps[0].stamp_ns + CHUNK_NS)
         return told
