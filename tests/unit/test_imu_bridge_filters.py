@@ -86,6 +86,18 @@ def test_the_bias_of_a_resting_gyroscope_is_found(name: str, deg_s: tuple[float,
     assert bench.filter.rests[0] >= 1
 
 
+def test_vqf_takes_the_bias_from_motion_until_a_rest_has_told_it():
+    bench, bias = Bench("vqf"), np.radians([0.5, -0.4, 0.3])
+    bench.tumble(60.0, bias=bias)
+    assert bench.filter.rests[0] == 0
+    np.testing.assert_allclose(bench.filter.bias[0], bias, atol=np.radians(0.2))
+    for _ in range(300):
+        bench.step(bias=bias)
+    told = bench.filter.bias.copy()
+    bench.tumble(30.0, bias=3.0 * bias)  # as if motion told something else
+    np.testing.assert_array_equal(bench.filter.bias, told)
+
+
 @pytest.mark.parametrize("name", REAL)
 def test_without_a_window_of_rest_no_bias_is_estimated(name: str):
     bench = Bench(name, bias_window_s=0.0)

@@ -119,6 +119,8 @@ class VqfOrientation:
         )
         stddev = KNOWN_BIAS_STDDEV if self.rests[i] else NEW_BIAS_STDDEV
         vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), stddev)  # outlives a reset
+        if self.rests[i]:
+            vqf.setMotionBiasEstEnabled(False)
         sensor = _Sensor(vqf=vqf, period_s=period_s, first=first)
         for sample in first:
             _feed(sensor, sample)
@@ -130,6 +132,10 @@ class VqfOrientation:
             return
         self.bias[i] = sensor.vqf.getBiasEstimate()[0]
         resting = bool(sensor.vqf.getRestDetected())
+        if resting:
+            # From now on rests alone tell: what motion tells of the upright axis pulls it aside by
+            # some tenths of a degree a second in a quarter of an hour.
+            sensor.vqf.setMotionBiasEstEnabled(False)
         self.rests[i] += resting and not sensor.was_resting
         sensor.was_resting = resting
 
