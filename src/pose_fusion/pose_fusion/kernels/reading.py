@@ -15,6 +15,7 @@ FULL_TURN = 2.0 * np.pi
 RATE_DAMPING = 0.05  # [-] of the rates where two axes of a joint nearly coincide
 VARIANCE_DAMPING = 0.1  # [-] likewise of an angle's variance
 BEYOND = 4.0  # [-] weight of a square beyond the limits, to one from the angles before
+WOUND_UP = 1.5 * np.pi  # [rad] that no angle reaches near the neutral pose
 NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a limb's tilt, below which its angles are plain
 
 
@@ -49,7 +50,8 @@ def link_angles(
 
     holds of small ones. Where b is a quarter turn, an arm stretched sideways, both answers meet,
     and the one that a body can reach is taken: else arms that swing past there wind up. A limb
-    that hangs nearly as in the neutral pose has one such answer only.
+    that hangs nearly as in the neutral pose has one such answer only, and whatever wrongly seen
+    joints have wound up is unwound there.
 
     Args:
         R_parent_link: The link's rotation in its parent, (3, 3).
@@ -70,8 +72,15 @@ def link_angles(
         out[1] = nearest_turn(signs[1] * about_x, previous[1])
         return
     about_z = np.arctan2(R[1, 0], R[1, 1])
+    if R[2, 2] > NEARLY_NEUTRAL:
+        plain = (signs[0] * about_y, signs[1] * about_x, signs[2] * about_z)
+        for k in range(3):
+            out[k] = nearest_turn(plain[k], previous[k])
+            if abs(out[k]) > WOUND_UP:
+                out[k] = plain[k]
+        return
     answer, least = np.empty(3), np.inf
-    for half_turns in range(1 if R[2, 2] > NEARLY_NEUTRAL else 2):
+    for half_turns in range(2):
         x = about_x if half_turns == 0 else np.pi - about_x
         y0 = nearest_turn(signs[0] * (about_y + half_turns * np.pi), previous[0])
         z0 = nearest_turn(signs[2] * (about_z + half_turns * np.pi), previous[2])
@@ -82,8 +91,10 @@ def link_angles(
                 answer[0], answer[2] = y0 + y_turns * FULL_TURN, z0 + z_turns * FULL_TURN
                 cost = -2.0 * twist * (answer[0] - previous[0]) * (answer[2] - previous[2])
                 for k in range(3):
+                    cost += (answer[k] - previous[k]) ** 2
+                for k in range(2):  # the turn about itself of a straight limb is but guessed
                     beyond = max(limits[k, 0] - answer[k], answer[k] - limits[k, 1], 0.0)
-                    cost += (answer[k] - previous[k]) ** 2 + BEYOND * beyond**2
+                    cost += BEYOND * beyond**2
                 if cost < least:
                     least = cost
                     out[:] = answer

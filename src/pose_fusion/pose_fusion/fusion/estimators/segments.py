@@ -29,7 +29,7 @@ from pose_fusion.fusion.estimators.handover import Handover, Sources
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
-from pose_fusion.fusion.estimators.uncertainty import Uncertainty
+from pose_fusion.fusion.estimators.uncertainty import LIVE, Trusts, Uncertainty
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.kernels.links import ImuTrust, looks_of
@@ -62,6 +62,7 @@ class SegmentEstimator(Estimator):
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
     CAN_PREDICT: ClassVar[bool] = True
+    TRUSTS: ClassVar[Trusts] = LIVE
 
     def __init__(
         self,
@@ -86,7 +87,7 @@ class SegmentEstimator(Estimator):
             held_jerk=HELD_JERK,
         )
         self._lost = LostLimbs(model)
-        self._uncertainty = Uncertainty(model)
+        self._uncertainty = Uncertainty(model, self.TRUSTS)
         self._stamp_ns = 0
         self._told: FusedPose | None = None  # the last pose, and how each joint was tracked
         self._tracking_state = np.zeros(len(JOINTS), np.uint8)

@@ -13,6 +13,7 @@ from pose_fusion.filters.segment_smoother import FilterStep, smoothed
 from pose_fusion.filters.segment_state import SegmentState
 from pose_fusion.fusion.estimators.estimator import Observation, TimedPose, timed
 from pose_fusion.fusion.estimators.segments import SegmentEstimator
+from pose_fusion.fusion.estimators.uncertainty import LOOKING_AHEAD, Trusts
 from pose_fusion.fusion.parameters import FusionParameters
 
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
@@ -32,6 +33,7 @@ class SmoothedEstimator(SegmentEstimator):
     """Keeps the filter's last steps, and tells each when the next seconds are known."""
 
     NEEDS_FUTURE: ClassVar[bool] = True
+    TRUSTS: ClassVar[Trusts] = LOOKING_AHEAD
 
     def __init__(
         self,

@@ -31,21 +31,45 @@ class Trust:
     stddev_deg: float = 0.0  # s
 
 
+@dataclass(frozen=True, kw_only=True)
+class Trusts:
+    """By kind of joint, without and with an IMU on its segments."""
+
+    kinect: dict[str, Trust]
+    with_imu: dict[str, Trust]
+
+
 # The mean squared distance that fits. It is below 3, the measurements' degrees of freedom, for the
 # noise is enlarged to what slow errors leave of it.
 FITTING = 0.55
-KINECT = {
-    "hip": Trust(factor=0.12, late_s=0.21),
-    "knee": Trust(factor=0.85, late_s=0.07),
-    "shoulder": Trust(factor=1.2, late_s=0.035, stddev_deg=1.1),
-    "elbow": Trust(factor=3.8, late_s=0.03, stddev_deg=3.3),
-}
-WITH_IMU = {
-    "hip": Trust(factor=0.17),
-    "knee": Trust(factor=0.35),
-    "shoulder": Trust(factor=2.7, stddev_deg=0.6),
-    "elbow": Trust(factor=5.0),
-}
+LIVE = Trusts(
+    kinect={
+        "hip": Trust(factor=0.2, late_s=0.21, stddev_deg=0.6),
+        "knee": Trust(factor=0.6, late_s=0.1),
+        "shoulder": Trust(factor=2.7, late_s=0.03, stddev_deg=1.0),
+        "elbow": Trust(factor=4.5, late_s=0.2, stddev_deg=2.7),
+    },
+    with_imu={
+        "hip": Trust(factor=0.13, late_s=0.2, stddev_deg=0.6),
+        "knee": Trust(factor=0.2, late_s=0.03),
+        "shoulder": Trust(factor=9.0, late_s=0.06),
+        "elbow": Trust(factor=14.0, late_s=0.15, stddev_deg=0.3),
+    },
+)
+LOOKING_AHEAD = Trusts(
+    kinect={
+        "hip": Trust(factor=0.35, late_s=0.15, stddev_deg=0.3),
+        "knee": Trust(factor=0.7, late_s=0.1),
+        "shoulder": Trust(factor=5.0, late_s=0.06, stddev_deg=1.0),
+        "elbow": Trust(factor=12.0, late_s=0.2, stddev_deg=0.3),
+    },
+    with_imu={
+        "hip": Trust(factor=0.28, late_s=0.15),
+        "knee": Trust(factor=0.35, late_s=0.03),
+        "shoulder": Trust(factor=13.0, late_s=0.06, stddev_deg=0.6),
+        "elbow": Trust(factor=14.0, late_s=0.2, stddev_deg=0.6),
+    },
+)
 
 
 class Uncertainty:
@@ -53,11 +77,14 @@ class Uncertainty:
 
     Args:
         model: The body model.
+        trusts: How much the filter's variances are worth.
     """
 
-    def __init__(self, model: BodyModel) -> None:
+    def __init__(self, model: BodyModel, trusts: Trusts = LIVE) -> None:
         self._distance = FITTING
-        self._trusts = np.stack([_numbers(model, trusts) for trusts in (KINECT, WITH_IMU)])
+        self._trusts = np.stack(
+            [_numbers(model, each) for each in (trusts.kinect, trusts.with_imu)]
+        )
 
     @property
     def distance(self) -> float:
