@@ -27,7 +27,10 @@ MOTIONS = tuple(name for name in CHOREOGRAPHIES if name != CALIBRATION_WALK)
 LEVELS = ("easy", "typical", "hard")
 TUNING_SEEDS = (1, 2, 3)
 JUDGING_SEEDS = (101, 102, 103)
-TUNING_CHOREOGRAPHIES = ("leg_lift_march", "squats", "arm_raises", "bow", "turn", "dance")
+TUNING_CHOREOGRAPHIES = (
+    *("leg_lift_march", "squats", "arm_raises", "bow", "turn", "dance"),
+    *("twisting", "walk_turns"),  # looked at for the pelvis alone
+)
 """Tuning may look at these, with :data:`TUNING_SEEDS`; the others are judged unseen."""
 
 QUICK_CHOREOGRAPHIES = ("squats", "kicks")
