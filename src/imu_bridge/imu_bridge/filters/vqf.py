@@ -1,4 +1,4 @@
-"""VQF: orientation with bias estimation at rest and in motion, and disturbance rejection.
+"""VQF: orientation with bias from rests, in motion until the first, and disturbance rejection.
 
 The library's C++ code runs a filter a sensor; this adapts it to sensors whose rate nobody has
 declared and whose samples may get lost.
@@ -112,15 +112,13 @@ class VqfOrientation:
             tauAcc=s.acceleration_tau_s,
             tauMag=s.magnetometer_tau_s,
             magDistRejectionEnabled=s.magnetometer != "on",
-            motionBiasEstEnabled=s.bias_window_s > 0.0,
+            motionBiasEstEnabled=s.bias_window_s > 0.0 and not self.rests[i],
             restBiasEstEnabled=s.bias_window_s > 0.0,
             biasClip=float(np.degrees(REST_RATE_MEAN)),
             restMinT=s.bias_window_s if s.bias_window_s > 0.0 else 1.5,
         )
         stddev = KNOWN_BIAS_STDDEV if self.rests[i] else NEW_BIAS_STDDEV
         vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), stddev)  # outlives a reset
-        if self.rests[i]:
-            vqf.setMotionBiasEstEnabled(False)
         sensor = _Sensor(vqf=vqf, period_s=period_s, first=first)
         for sample in first:
             _feed(sensor, sample)
