@@ -10,11 +10,23 @@ pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("prepare")]
 POSE = Path(__file__).resolve().parents[2] / "pose"
 
 
-@pytest.fixture
-def slow(tmp_path, start_process):
+IMPORTS = {
+    "python": "time.sleep(60)",
+    # scipy's and others', made with Cython
+    "compiled": """
+try:
+    time.sleep(60)
+except KeyboardInterrupt:
+    raise ImportError("initialization failed") from None
+""",
+}
+
+
+@pytest.fixture(params=IMPORTS)
+def slow(tmp_path, start_process, request):
     """An executable whose module takes long to import."""
     (tmp_path / "slow_tool.py").write_text(
-        "import time\nprint('importing', flush=True)\ntime.sleep(60)\n"
+        f"import time\nprint('importing', flush=True)\n{IMPORTS[request.param]}\n"
     )
     code = "from pose_common.entry import start; start.slow_tool()"
     process = start_process(
@@ -29,6 +41,14 @@ def test_ctrl_c_while_it_imports_ends_it_without_a_traceback(slow):
 
     assert slow.wait() == 130
     assert slow.output == "importing\n"
+
+
+def test_a_module_that_is_not_there_is_told_of(start_process):
+    code = "from pose_common.entry import start; start.no_such_module()"
+    process = start_process([sys.executable, "-c", code])
+
+    assert process.wait() == 1
+    assert "No module named 'no_such_module'" in process.output
 
 
 def test_ctrl_c_while_python_itself_starts_waits_for_the_executable(start_process):

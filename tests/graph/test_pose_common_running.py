@@ -54,3 +54,60 @@ def test_the_same_errors_of_a_node_that_nobody_stops_are_not_hidden(start_proces
 
     assert process.wait() == 1
     assert "of a node that works" in process.output
+
+
+BUSY = """
+import sys, time
+import rclpy
+from rclpy.node import Node
+from pose_common.nodes.running import run_node
+
+class Busy(Node):
+    def __init__(self):
+        super().__init__("busy")
+        self.create_timer(0.01, self.write)
+
+    def write(self):
+        print("writing", flush=True)
+        while rclpy.ok():
+            time.sleep(0.001)
+        print("written", flush=True)
+
+run_node(Busy)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_callback_is_not_broken_off_by_a_signal(start_process, number):
+    process = start_process([sys.executable, "-c", BUSY])
+    process.wait_for_output("writing")
+
+    process.signal(number)
+
+    assert process.wait() == 0
+    assert process.output.split() == ["writing", "written"]
+
+
+SLOW = """
+import time
+from pose_common.nodes.running import run_node
+
+def make():
+    print("making", flush=True)
+    try:
+        time.sleep(60)
+    except KeyboardInterrupt:
+        raise ImportError("initialization failed") from None  # as a compiled module has it
+
+run_node(make)
+"""
+
+
+def test_ctrl_c_breaks_the_making_of_a_node_off(start_process):
+    process = start_process([sys.executable, "-c", SLOW])
+    process.wait_for_output("making")
+
+    process.signal(signal.SIGINT)
+
+    assert process.wait() == 0
+    assert process.output.split() == ["making"]

@@ -28,11 +28,23 @@ class Start:
 
     def __call__(self) -> None:
         """Run the module's ``main``."""
+        interrupted = False
+
+        def interrupt(*_: object) -> None:
+            nonlocal interrupted
+            interrupted = True
+            raise KeyboardInterrupt
+
+        signal.signal(signal.SIGINT, interrupt)
         try:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             import_module(self._module).main()
         except KeyboardInterrupt:
             sys.exit(INTERRUPTED)
+        except ImportError:
+            if not interrupted:
+                raise
+            sys.exit(INTERRUPTED)  # of a compiled module that was broken off in its making
 
 
 start = Start()

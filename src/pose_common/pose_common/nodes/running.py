@@ -15,6 +15,23 @@ from pose_common.errors import PoseError
 RCLError = rclpy_implementation.RCLError
 
 
+class _Interrupt:
+    """What SIGINT does: breaks the making of a node off, and lets a node that spins finish.
+
+    An exception in the midst of a callback could hit an import or a file that is being written;
+    rclpy's own handler ends the spinning as soon as the callback has returned.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.breaks_off = True
+
+    def __call__(self, *_: object) -> None:
+        self.asked = True
+        if self.breaks_off:
+            raise KeyboardInterrupt
+
+
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> None:
     """Make a node, spin it until it is asked to stop, and exit.
 
@@ -24,6 +41,8 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
     """
     status = 0
     node = None
+    interrupt = _Interrupt()
+    signal.signal(signal.SIGINT, interrupt)  # before rclpy's own handler, which calls it
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except RCLError as error:  # a bad --ros-args, or a parameter file that is none
@@ -32,15 +51,17 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         sys.exit(1)
     try:
         node = make_node()
+        interrupt.breaks_off = False
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except PoseError as error:
         print(f"error: {error}", file=sys.stderr)
         status = 1
-    except (RCLError, InvalidHandle, NotInitializedException):
-        # A signal ends the context at once, also in the midst of a callback that then publishes.
-        if rclpy.ok():
+    except (RCLError, InvalidHandle, NotInitializedException, ImportError):
+        # A signal ends the context at once, also in the midst of a callback that then publishes;
+        # a compiled module that it breaks off in its making tells of a failed import.
+        if rclpy.ok() and not interrupt.asked:
             raise
     finally:
         # A launcher and the terminal may both send SIGINT: the second must not break the ending.
