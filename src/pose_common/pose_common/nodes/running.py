@@ -11,6 +11,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from pose_common.errors import PoseError
+from pose_common.nodes.executor import QuickExecutor
 
 RCLError = rclpy_implementation.RCLError
 
@@ -52,7 +53,9 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
     try:
         node = make_node()
         interrupt.breaks_off = False
-        rclpy.spin(node)
+        executor = QuickExecutor()
+        executor.add_node(node)
+        executor.spin()
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except PoseError as error:

@@ -1,0 +1,152 @@
+"""An executor that wakes a node for a message in a third of the time that rclpy's takes.
+
+``rclpy.executors.SingleThreadedExecutor`` looks at all entities of its nodes, and makes a new wait
+set, three times for each callback. This one does so when entities come or go, and otherwise waits
+for the same ones again.
+"""
+
+from collections.abc import Callable, Collection, Coroutine, Iterable, Iterator, Sequence
+from typing import Any
+
+from rclpy.context import Context
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+from rclpy.task import Task
+from rclpy.waitable import NumberOfEntities
+
+
+class QuickExecutor(SingleThreadedExecutor):
+    """Spins nodes whose callbacks are plain functions, and which call no other node's services."""
+
+    def __init__(self, *, context: Context | None = None) -> None:
+        self._has_changed = True  # the base's __init__ may already wake
+        super().__init__(context=context)
+
+    def spin(self) -> None:
+        """Call callbacks in this thread until the executor or the context is shut down.
+
+        Raises:
+            rclpy.executors.ExternalShutdownException: If it was the context.
+        """
+        while self._can_go_on():
+            if self._has_changed:
+                self._has_changed = False  # before looking: another thread may change more
+                entities = _Entities(self.get_nodes())
+                wait_set = entities.make_wait_set(self)
+            wait_set.clear_entities()
+            entities.add_to(wait_set)
+            for own in (self._guard, self._sigint_gc):
+                wait_set.add_guard_condition(own.handle)
+            wait_set.wait(-1)
+            if self._can_go_on():
+                self._call(entities, wait_set)
+
+    def wake(self) -> None:
+        """Look anew at what there is to wait for: an entity has come or gone."""
+        self._has_changed = True
+        super().wake()
+
+    def add_node(self, node: Node) -> bool:
+        """Add a node; whether it was not there yet."""
+        self._has_changed = True
+        return bool(super().add_node(node))
+
+    def _can_go_on(self) -> bool:
+        if not self.context.ok():
+            raise ExternalShutdownException
+        return not self._is_shutdown
+
+    def _call(self, entities: "_Entities", wait_set: Any) -> None:
+        """Call the callbacks of all that is ready, in rclpy's order."""
+        for waitable in entities.waitables:
+            if waitable.is_ready(wait_set):
+                self._finish(self._take_waitable(waitable))
+        for timer in _ready(entities.timers, wait_set, "timer"):
+            if timer.handle.is_timer_ready():  # it may have been cancelled meanwhile
+                timer.handle.call_timer()
+                timer.callback()
+        for subscription in _ready(entities.subscriptions, wait_set, "subscription"):
+            _take(subscription)
+        for guard in _ready(entities.guards, wait_set, "guard_condition"):
+            guard.callback()
+        for service in _ready(entities.services, wait_set, "service"):
+            self._finish(self._take_service(service))
+
+    def _finish(self, execute: Callable[[], Coroutine[Any, Any, None]] | None) -> None:
+        """Run what rclpy has made of something that is rare."""
+        if execute is not None:
+            task = Task(execute, executor=self)
+            task()
+            task.result()
+
+
+class _Entities:
+    """What some nodes have that can wake them."""
+
+    def __init__(self, nodes: Sequence[Node]) -> None:
+        self.subscriptions = _callable(node.subscriptions for node in nodes)
+        self.timers = _callable(node.timers for node in nodes)
+        self.guards = _callable(node.guards for node in nodes)
+        self.services = _callable(node.services for node in nodes)
+        self.waitables = _callable(node.waitables for node in nodes)
+
+    def make_wait_set(self, executor: SingleThreadedExecutor) -> Any:
+        """Room for them, and for the executor's own two guard conditions."""
+        count = NumberOfEntities(
+            num_subs=len(self.subscriptions),
+            num_gcs=len(self.guards) + 2,
+            num_timers=len(self.timers),
+            num_services=len(self.services),
+        )
+        for waitable in self.waitables:
+            count += waitable.get_num_entities()
+        return rclpy_implementation.WaitSet(
+            count.num_subscriptions,
+            count.num_guard_conditions,
+            count.num_timers,
+            count.num_clients,
+            count.num_services,
+            count.num_events,
+            executor.context.handle,
+        )
+
+    def add_to(self, wait_set: Any) -> None:
+        """Have them waited for."""
+        for subscription in self.subscriptions:
+            wait_set.add_subscription(subscription.handle)
+        for timer in self.timers:
+            wait_set.add_timer(timer.handle)
+        for guard in self.guards:
+            wait_set.add_guard_condition(guard.handle)
+        for service in self.services:
+            wait_set.add_service(service.handle)
+        for waitable in self.waitables:
+            waitable.add_to_wait_set(wait_set)
+
+
+def _callable(of_nodes: Iterable[Iterable[Any]]) -> list[Any]:
+    """Those entities whose callback group lets them be called at all."""
+    entities = (entity for of_node in of_nodes for entity in of_node)
+    return [entity for entity in entities if entity.callback_group.can_execute(entity)]
+
+
+def _ready(entities: Collection[Any], wait_set: Any, kind: str) -> Iterator[Any]:
+    """Those entities of a kind that are ready, and that no callback before has destroyed."""
+    if entities and (pointers := wait_set.get_ready_entities(kind)):
+        for entity in entities:
+            if entity.handle.pointer in pointers:
+                yield entity
+
+
+def _take(subscription: Subscription) -> None:
+    """Call back with a message, if there is one."""
+    taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+    if taken is None:
+        return
+    message_only = Subscription.CallbackType.MessageOnly
+    if subscription._callback_type is message_only:
+        subscription.callback(taken[0])
+    else:
+        subscription.callback(*taken)
