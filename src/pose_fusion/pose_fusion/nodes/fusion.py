@@ -48,7 +48,7 @@ QUEUE = 50  # [messages] a burst after a pause of the process is not lost
 SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
 IMU_QUEUE = 200  # [messages] of each IMU
 IMU_QOS = QoSProfile(depth=IMU_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
-IMU_PERIOD_S = 0.03  # [s] after which IMUs' samples are taken, at the latest
+IMU_PERIOD_S = 0.01  # [s] after which IMUs' samples are taken: few wait when a frame comes
 PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
 LATCHED_QOS = latched(QUEUE)
 
