@@ -121,6 +121,31 @@ def test_services_answer(node, peer, spin):
     assert answers[0].message == "served"
 
 
+def test_the_answer_of_another_node_s_service_is_told(node, peer, spin):
+    answers = []
+
+    def serve(_request, response):
+        response.message = "served"
+        return response
+
+    def ask():
+        if client.service_is_ready():
+            node.destroy_timer(timer)
+            client.call_async(Trigger.Request()).add_done_callback(tell)
+
+    def tell(future):
+        answers.append(future.result().message)
+        spin.end()
+
+    peer.create_service(Trigger, "serve", serve)
+    client = node.create_client(Trigger, "serve")
+    timer = node.create_timer(0.02, ask)
+
+    spin()
+
+    assert answers == ["served"]
+
+
 def test_the_middleware_s_events_are_told_of(node, peer, spin):
     from rclpy.event_handler import SubscriptionEventCallbacks
     from rclpy.qos import QoSProfile, ReliabilityPolicy

@@ -12,6 +12,7 @@ from pose_fusion.tools.demo_processes import executable, run_to_end, start, stop
 
 PROBE_S = 4.0  # [s] until the probe listens
 WATCHED_S = 12.0  # [s] for which the graph runs
+LAUNCH_FILE = "capture.launch.yaml"
 PARAMETERS = "/**:\n  ros__parameters:\n    extrinsics_file: {}\n"
 
 
@@ -49,7 +50,7 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
         time.sleep(PROBE_S)
         begin_ns = time.time_ns()
         with (folder / "start.log").open("w") as log:
-            command = [executable("pose_common", "up"), "capture.launch.yaml", *words]
+            command: list[str | Path] = [executable("pose_common", "up"), LAUNCH_FILE, *words]
             graph = start(command, stdout=log, stderr=subprocess.STDOUT)
             time.sleep(WATCHED_S)
             stop(graph)

@@ -18,7 +18,7 @@ from rclpy.waitable import NumberOfEntities
 
 
 class QuickExecutor(SingleThreadedExecutor):
-    """Spins nodes whose callbacks are plain functions, and which call no other node's services."""
+    """Spins nodes whose callbacks are plain functions."""
 
     def __init__(self, *, context: Context | None = None) -> None:
         self._has_changed = True  # the base's __init__ may already wake
@@ -71,13 +71,24 @@ class QuickExecutor(SingleThreadedExecutor):
             _take(subscription)
         for guard in _ready(entities.guards, wait_set, "guard_condition"):
             guard.callback()
+        for client in _ready(entities.clients, wait_set, "client"):
+            self._finish(self._take_client(client))
         for service in _ready(entities.services, wait_set, "service"):
             self._finish(self._take_service(service))
+        self._run_tasks()
 
     def _finish(self, execute: Callable[[], Coroutine[Any, Any, None]] | None) -> None:
         """Run what rclpy has made of something that is rare."""
         if execute is not None:
             task = Task(execute, executor=self)
+            task()
+            task.result()
+
+    def _run_tasks(self) -> None:
+        """What has been left for later: who waits for a service's answer is told it."""
+        with self._tasks_lock:
+            tasks, self._tasks = self._tasks, []
+        for task, _, _ in tasks:
             task()
             task.result()
 
@@ -89,6 +100,7 @@ class _Entities:
         self.subscriptions = _callable(node.subscriptions for node in nodes)
         self.timers = _callable(node.timers for node in nodes)
         self.guards = _callable(node.guards for node in nodes)
+        self.clients = _callable(node.clients for node in nodes)
         self.services = _callable(node.services for node in nodes)
         self.waitables = _callable(node.waitables for node in nodes)
 
@@ -98,6 +110,7 @@ class _Entities:
             num_subs=len(self.subscriptions),
             num_gcs=len(self.guards) + 2,
             num_timers=len(self.timers),
+            num_clients=len(self.clients),
             num_services=len(self.services),
         )
         for waitable in self.waitables:
@@ -120,6 +133,8 @@ class _Entities:
             wait_set.add_timer(timer.handle)
         for guard in self.guards:
             wait_set.add_guard_condition(guard.handle)
+        for client in self.clients:
+            wait_set.add_client(client.handle)
         for service in self.services:
             wait_set.add_service(service.handle)
         for waitable in self.waitables:
