@@ -2,8 +2,8 @@
 
 The same code as in the live graph makes the stamps: ``kinect_bridge.timeline`` maps each Kinect's
 clock onto the host's; ``imu_bridge.pipeline`` decodes the nodes' bytes, maps their clocks, removes
-the gyroscopes' biases and runs Madgwick's filter. Samples are in the order in which they arrive
-at the host; beyond that, nothing knows of anything but their stamps.
+the gyroscopes' biases and runs the bridge's default filter. Samples are in the order in which they
+arrive at the host; beyond that, nothing knows of anything but their stamps.
 """
 
 from collections.abc import Mapping

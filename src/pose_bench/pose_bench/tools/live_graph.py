@@ -43,8 +43,11 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
         duration_s: Length of the session [s].
         folder: Where the session, the bag and the log go.
 
+    Returns:
+        Latencies, load and memory of its steady part.
+
     Raises:
-        PoseError: If the graph fails, or gives no joint states.
+        PoseError: If the duration is too short, the graph fails, or it gives no joint states.
     """
     if duration_s < STEADY_S + 5.0:
         raise InputError(f"duration = {duration_s:g} s: expected {STEADY_S + 5.0:g} s or more")

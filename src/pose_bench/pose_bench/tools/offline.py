@@ -73,7 +73,19 @@ class FuseCost:
 
 
 def fuse_cost(path: Path, times: int, imus: bool) -> FuseCost:
-    """Fuse a bag that is repeated, its IMUs left out or not."""
+    """Fuse a bag that is repeated.
+
+    Args:
+        path: The bag.
+        times: How often it is repeated.
+        imus: Whether its IMUs stay in.
+
+    Returns:
+        What it took, start-up included.
+
+    Raises:
+        InputError: If the bag cannot be read or fused.
+    """
     with tempfile.TemporaryDirectory(prefix="pose_bench_offline_") as name:
         folder = Path(name)
         with open_bag(path) as bag:

@@ -29,6 +29,12 @@ def declare_parameters(node: Node, parameters: type[T], changeable: Collection[s
         node: The node to declare them on.
         parameters: The dataclass.
         changeable: The ones that are not read-only; see :func:`accept_changes`.
+
+    Returns:
+        The dataclass, filled.
+
+    Raises:
+        ParameterError: If a value is not allowed, or a parameter is none of the node's.
     """
     # rclpy passes over what is set but never declared, and has no public way to ask for it.
     given = node._parameter_overrides

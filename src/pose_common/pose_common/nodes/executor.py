@@ -87,7 +87,8 @@ class QuickExecutor(SingleThreadedExecutor):
     def _run_tasks(self) -> None:
         """What has been left for later: who waits for a service's answer is told it."""
         with self._tasks_lock:
-            tasks, self._tasks = self._tasks, []
+            tasks = list(self._tasks)
+            self._tasks.clear()
         for task, _, _ in tasks:
             task()
             task.result()

@@ -37,13 +37,21 @@ class FusionParameters(Li2020Parameters):
         2.0, unit="s", low=0.2, high=60.0, doc="stretch of samples that bone lengths come from"
     )
     max_skew: float = parameter(
-        0.02, unit="s", low=0.001, high=0.1, doc="largest difference of stamps in a pair of frames"
+        0.02,
+        unit="s",
+        low=0.001,
+        high=0.1,
+        doc="baselines: largest difference of stamps in a pair of frames",
     )
     max_gap: float = parameter(
-        0.1, unit="s", low=0.02, high=1.0, doc="longest gap of one sensor to interpolate across"
+        0.1,
+        unit="s",
+        low=0.02,
+        high=1.0,
+        doc="baselines: longest gap of one sensor to interpolate across",
     )
     max_wait: float = parameter(
-        0.2, unit="s", low=0.05, high=2.0, doc="longest silence of a sensor to wait for"
+        0.2, unit="s", low=0.05, high=2.0, doc="baselines: longest silence of a sensor to wait for"
     )
     output_rate: float = parameter(
         0.0,
@@ -53,14 +61,15 @@ class FusionParameters(Li2020Parameters):
         doc="rate at which the pose is predicted to now and published; 0: once for each frame",
     )
     restart_after: float = parameter(
-        0.5, unit="s", low=0.1, high=10.0, doc="gap after which the filter starts anew"
+        0.5, unit="s", low=0.1, high=10.0, doc="baselines: gap after which the filter starts anew"
     )
     restart_distance: float = parameter(
         0.3,
         unit="m",
         low=0.05,
         high=2.0,
-        doc="a median joint that far from its prediction for half a second restarts the filter",
+        doc="baselines: a median joint that far from its prediction for half a second restarts "
+        "the filter",
     )
     use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
     imu_weighting: str = parameter(
@@ -69,7 +78,11 @@ class FusionParameters(Li2020Parameters):
         doc="`li2020`'s weights of Kinect and IMU: least variance, or the paper's 0.8 and 0.2",
     )
     imu_wait: float = parameter(
-        0.1, unit="s", low=0.0, high=0.5, doc="longest wait for an IMU's sample of an instant"
+        0.1,
+        unit="s",
+        low=0.0,
+        high=0.5,
+        doc="baselines: longest wait for an IMU's sample of an instant",
     )
     forget_after: float = parameter(
         1.0,
@@ -97,5 +110,5 @@ class FusionParameters(Li2020Parameters):
         unit="rad",
         low=0.0,
         high=1.0,
-        doc="error of an IMU's alignment with its segment, for zhang2015's σ₂",
+        doc="error of an IMU's alignment with its segment; also zhang2015's σ₂",
     )
