@@ -1,6 +1,7 @@
 """The calibration node: skeletons of several sensors in, where the sensors stand out."""
 
-from functools import partial
+from collections.abc import Sequence
+from heapq import merge
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +35,12 @@ from pose_fusion.conversions import (
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
 from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.skeleton_messages import skeleton_samples
+from pose_fusion.streams.skeleton_bytes import Persons, SkeletonReader
 
 # What may wait while a solution is sought, for two seconds.
+FRAMES_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 IMU_QOS = QoSProfile(depth=250, reliability=ReliabilityPolicy.BEST_EFFORT)
+PERIOD_S = 0.1  # [s] after which samples are taken, all at once: nobody waits for them
 EVERY_OTHER = 2  # [-] of the IMUs' samples suffices, at the 100 Hz that they have
 
 
@@ -73,13 +76,9 @@ class CalibrationNode(Node):
         )
         self._told_clocks: tuple[str, ...] = ()
         self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", latched(1))
-        for sensor in parameters.sensors:
-            self.create_subscription(
-                SkeletonArray,
-                f"kinect_{sensor}/skeletons",
-                partial(self._on_skeletons, sensor),
-                qos_profile_sensor_data,
-            )
+        frames = {sensor: f"kinect_{sensor}/skeletons" for sensor in parameters.sensors}
+        self._readers = {sensor: SkeletonReader(sensor) for sensor in frames}
+        self._frames = Inbox(self, SkeletonArray, frames, FRAMES_QOS)
         self._reference_frame = sensor_frame(parameters.sensors[0])
         self.create_subscription(
             Imu,
@@ -89,6 +88,7 @@ class CalibrationNode(Node):
         )
         topics = {segment: f"imu_{segment}/data" for segment in BONES}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
+        self.create_timer(PERIOD_S, self._take)
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
         self.create_service(Trigger, "~/progress", self._on_progress)
         self.create_service(Trigger, "~/save", self._on_save)
@@ -101,14 +101,28 @@ class CalibrationNode(Node):
         """What it feeds."""
         return self._calibration
 
-    def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
-        try:
-            persons = skeleton_samples(message, sensor)
-        except InputError as error:
-            self._counters.add("malformed_frames")
-            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
-            return
+    def _take(self) -> None:
+        """Take all that has come."""
         self._take_imus()
+        taken = self._frames.take()
+        by_sensor = [self._read(sensor, datas) for sensor, datas in taken.items()]
+        for persons in merge(*by_sensor, key=lambda persons: persons[0].stamp_ns):
+            self._add(persons)
+
+    def _read(self, sensor: str, datas: Sequence[bytes]) -> list[Persons]:
+        """One sensor's frames in which there is somebody."""
+        frames = []
+        for persons in self._readers[sensor].read(datas):
+            if isinstance(persons, InputError):
+                self._counters.add("malformed_frames")
+                self.get_logger().warning(str(persons), throttle_duration_sec=5.0)
+            elif persons:
+                frames.append(persons)
+            else:
+                self._calibration.add(persons)  # is counted
+        return frames
+
+    def _add(self, persons: Persons) -> None:
         extrinsics = self._calibration.add(persons)
         clocks = self._calibration.take_clocks()
         if clocks is not None:
