@@ -126,9 +126,9 @@ def _result(
         latency_ms=np.array([(arrived[s] - first[s]) * 1e-6 for s in known]),
         from_capture_ms=np.array([(arrived[s] - s) * 1e-6 for s in known]),
         frames=frames,
-        without_state=frames - states,
+        without_state=max(frames - states, 0),  # clocks that are put right move stamps past the ends
         # Counts come once a second: they may be of a little more than the steady part.
-        late_but_used=min(used_late, frames - states),
+        late_but_used=min(used_late, max(frames - states, 0)),
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
         memory_mb=dict(after[2]),
     )
