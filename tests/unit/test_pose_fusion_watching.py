@@ -209,6 +209,15 @@ def test_what_is_wrong_is_said_first_however_little_room_there_is():
     assert "more nodes" in lines[-1]
 
 
+def test_a_node_that_says_much_is_still_named():
+    status = NodeStatus(name="/calibration", level=Level.OK, message="calibrated " * 20)
+
+    line = shown(replace(HEALTHY, statuses=(status,)))[-1]
+
+    assert line.startswith("calibration    calibrated calibrated")
+    assert line.endswith("…")
+
+
 def test_an_empty_graph_says_how_to_start_one():
     empty = replace(HEALTHY, topics=(), statuses=(), tracked={}, placed_sensors=())
     text = "\n".join(shown(replace(empty, fusion_latency_s=None)))

@@ -121,14 +121,16 @@ def _result(
     late = sorted(_stamps(noted, "late").items())
     late_before = [count for stamp, count in late if stamp < begin_ns]
     used_late = late[-1][1] - max(late_before, default=0) if late else 0
+    # Clocks that are put right move other sensors' stamps across the ends.
+    without_state = max(frames - states, 0)
     seconds = after[0] - before[0]
     return LiveResult(
         latency_ms=np.array([(arrived[s] - first[s]) * 1e-6 for s in known]),
         from_capture_ms=np.array([(arrived[s] - s) * 1e-6 for s in known]),
         frames=frames,
-        without_state=max(frames - states, 0),  # clocks that are put right move stamps past the ends
+        without_state=without_state,
         # Counts come once a second: they may be of a little more than the steady part.
-        late_but_used=min(used_late, max(frames - states, 0)),
+        late_but_used=min(used_late, without_state),
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
         memory_mb=dict(after[2]),
     )

@@ -212,7 +212,8 @@ class FusionNode(Node):
 
     def _send(self, estimate: BodyEstimate) -> None:
         now_ns = self.get_clock().now().nanoseconds
-        self._latency_s = (now_ns - estimate.newest_ns) / NS_PER_S
+        # Clocks are put right to within some milliseconds: a sample may seem to be of later.
+        self._latency_s = max(now_ns - estimate.newest_ns, 0) / NS_PER_S
         if self._bytes is None:
             model, body_id = self.pipeline.model, self._body_id
             self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)

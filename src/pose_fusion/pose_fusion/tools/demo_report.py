@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.text import Text
 
@@ -25,10 +24,12 @@ from pose_fusion.evaluation.tables import (
     evaluation_markdown,
     evaluation_table,
 )
-from pose_fusion.streams.bags import read_body_series, read_estimates, read_extrinsics
+from pose_fusion.streams.bags import read_body_series, read_extrinsics
 from pose_fusion.streams.series import SkeletonSeries
 from pose_fusion.streams.topics import body_topic
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
+from pose_fusion.watching.findings import STAGE
+from pose_fusion.watching.stages import STAGES
 
 TRUTH_NAMESPACE = "/truth"
 
@@ -112,10 +113,19 @@ def _print_counts(
         f"{count} out, the first {after_s:.1f} s after the first frame "
         "(extrinsics and bone lengths come first)",
     )
-    latency_s = read_estimates(bag).latency_s
-    if len(latency_s):
-        median, p99 = 1000.0 * np.percentile(latency_s, [50, 99])
-        _line(console, "latency", f"median {median:.0f} ms, p99 {p99:.0f} ms, capture to output")
+    if stages := _stages(run):
+        _line(console, "latency", f"[ms] {stages} (last ten seconds)")
+
+
+def _stages(run: DemoRun) -> str:
+    """How long the reference sensor's frames took to each stage."""
+    return "; ".join(
+        f"{name.replace('_', ' ')} {node.values[STAGE + name]}"
+        for path, node in run.nodes.items()
+        if path.endswith("/fusion")
+        for name in STAGES
+        if STAGE + name in node.values
+    )
 
 
 def _sensor_text(bag: BagReader, run: DemoRun, name: str) -> str:

@@ -138,7 +138,7 @@ def _share(share: float) -> Text:
 def _warnings(statuses: Sequence[NodeStatus], lines: int) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), show_header=False, width=80)
     table.add_column(no_wrap=True, style="bold", width=NAME_WIDTH, overflow="ellipsis")
-    table.add_column(no_wrap=True, overflow="ellipsis")
+    table.add_column(no_wrap=True, overflow="ellipsis", ratio=1)
     ordered = sorted(statuses, key=lambda status: -status.level)
     room = lines if len(ordered) <= lines else lines - 1
     for status in ordered[:room]:
