@@ -28,6 +28,14 @@ LATCHED = QoSProfile(
 )
 
 
+AT_ONCE = 6  # [samples] of both sensors; fewer than a publisher keeps
+
+
+def batched(some, size):
+    """Lists of so many."""
+    return [some[first : first + size] for first in range(0, len(some), size)]
+
+
 @pytest.fixture
 def graph(ros_context):
     """Start the node with parameters; returns it with what it publishes."""
@@ -55,20 +63,21 @@ def graph(ros_context):
             self.diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
 
         def play(self, some, until=lambda: False):
-            """Publish samples, each once the one before has arrived."""
+            """Publish samples, a few at once, each lot when the one before has arrived."""
             for publisher in self.publishers.values():
                 self.spin_until(lambda p=publisher: p.get_subscription_count(), what="the node")
-            for one in some:
+            for group in batched(some, AT_ONCE):
                 received = self.node._calibration.selector.counters
-                before = sum(received.as_dict().values())
-                self.publishers[one.sensor].publish(skeleton_message(one))
+                wanted = sum(received.as_dict().values()) + len(group)
+                for one in group:
+                    self.publishers[one.sensor].publish(skeleton_message(one))
                 self.spin_until(
-                    lambda n=before, r=received: (
-                        sum(r.as_dict().values()) > n
+                    lambda n=wanted, r=received: (
+                        sum(r.as_dict().values()) >= n
                         or self.node._counters["malformed_frames"]
                         or self.node._calibration.state.value in ("refined", "loaded")
                     ),
-                    what="a skeleton to arrive",
+                    what="skeletons to arrive",
                 )
                 if until():
                     return
@@ -104,18 +113,26 @@ def test_a_walking_person_gives_transforms_that_late_listeners_still_get(graph):
     assert extrinsics.transform.translation.x == pytest.approx(TRUE[0, 3], abs=0.03)
 
 
+def values_of(graph):
+    """What the node has said last of itself."""
+    (status,) = graph.diagnostics[-1].status
+    return {value.key: value.value for value in status.values}
+
+
 def test_what_is_missing_stands_in_diagnostics(graph):
     graph.start()
     graph.listen()
     graph.play([one for one in samples(duration_s=0.5) if one.sensor == "left"])
     graph.node._diagnostics.publish()
-    graph.spin_until(lambda: graph.diagnostics, what="diagnostics")
+    graph.spin_until(
+        lambda: graph.diagnostics and values_of(graph)["alignment/received"] == "15",
+        what="diagnostics of all 15 frames",
+    )
     (status,) = graph.diagnostics[-1].status
     assert status.name == "/calibration"
     assert status.level == b"\x01"
-    values = {value.key: value.value for value in status.values}
     assert status.message == "collecting: no skeletons from right yet"
-    assert values["alignment/received"] == "15"
+    values = values_of(graph)
     assert values["person/several_persons"] == "0"
 
 
