@@ -15,6 +15,23 @@ from importlib import import_module
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 
 
+class Interrupt:
+    """What SIGINT does: breaks off what is being done, unless told not to, and is remembered.
+
+    A compiled module that is broken off in its making tells of a failed import instead.
+    """
+
+    def __init__(self) -> None:
+        self.asked = False
+        self.breaks_off = True
+
+    def __call__(self, *_: object) -> None:
+        """Handle the signal."""
+        self.asked = True
+        if self.breaks_off:
+            raise KeyboardInterrupt
+
+
 class Start:
     """Calling it imports the module whose dotted name it was reached by, and runs its ``main``."""
 
@@ -28,13 +45,7 @@ class Start:
 
     def __call__(self) -> None:
         """Run the module's ``main``."""
-        interrupted = False
-
-        def interrupt(*_: object) -> None:
-            nonlocal interrupted
-            interrupted = True
-            raise KeyboardInterrupt
-
+        interrupt = Interrupt()
         signal.signal(signal.SIGINT, interrupt)
         try:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
@@ -42,9 +53,9 @@ class Start:
         except KeyboardInterrupt:
             sys.exit(INTERRUPTED)
         except ImportError:
-            if not interrupted:
+            if not interrupt.asked:
                 raise
-            sys.exit(INTERRUPTED)  # of a compiled module that was broken off in its making
+            sys.exit(INTERRUPTED)
 
 
 start = Start()

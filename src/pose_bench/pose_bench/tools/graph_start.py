@@ -6,6 +6,7 @@ import sys
 import time
 from pathlib import Path
 
+from pose_bench.tools.live_graph import stopped
 from pose_common.errors import InputError
 from pose_common.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import executable, run_to_end, start, stop
@@ -31,7 +32,8 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
         PoseError: If none arrived.
     """
     known, parameters = folder / "extrinsics.yaml", folder / "start_fusion.yaml"
-    run_to_end([executable("pose_fusion", "calibrate"), bag, "-o", known])
+    if not known.exists():
+        run_to_end([executable("pose_fusion", "calibrate"), bag, "-o", known])
     parameters.write_text(PARAMETERS.format(known))
     arguments = {
         "recording": str(session / "kinects.csv"),
@@ -52,11 +54,12 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
         with (folder / "start.log").open("w") as log:
             command: list[str | Path] = [executable("pose_common", "up"), LAUNCH_FILE, *words]
             graph = start(command, stdout=log, stderr=subprocess.STDOUT)
-            time.sleep(WATCHED_S)
-            stop(graph)
+            try:
+                time.sleep(WATCHED_S)
+            finally:
+                stop(graph)
     finally:
-        probe.send_signal(2)
-        output, _ = probe.communicate(timeout=20.0)
+        output = stopped(probe)
     arrived = json.loads(output)["arrived"].values()
     if not arrived:
         raise InputError(f"no joint state came within {WATCHED_S:g} s: see {folder}/start.log")

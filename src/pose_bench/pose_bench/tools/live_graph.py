@@ -69,12 +69,13 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
             after = _usages(graph.pid)
             graph.stop()
     finally:
-        stop_output = _stopped(probe)
+        stop_output = stopped(probe)
     steady_ns = start_ns + round(STEADY_S * NS_PER_S)
     return _result(json.loads(stop_output), steady_ns, before, after)
 
 
-def _stopped(probe: "subprocess.Popen[str]") -> str:
+def stopped(probe: "subprocess.Popen[str]") -> str:
+    """End the probe; what it has noted, as JSON."""
     probe.send_signal(2)
     try:
         output, _ = probe.communicate(timeout=20.0)

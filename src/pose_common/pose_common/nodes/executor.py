@@ -1,4 +1,4 @@
-"""An executor that wakes a node for a message in a third of the time that rclpy's takes.
+"""An executor that wakes a node for a message in half of the time that rclpy's takes.
 
 ``rclpy.executors.SingleThreadedExecutor`` looks at all entities of its nodes, and makes a new wait
 set, three times for each callback. This one does so when entities come or go, and otherwise waits

@@ -10,27 +10,11 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from pose_common.entry import Interrupt
 from pose_common.errors import PoseError
 from pose_common.nodes.executor import QuickExecutor
 
 RCLError = rclpy_implementation.RCLError
-
-
-class _Interrupt:
-    """What SIGINT does: breaks the making of a node off, and lets a node that spins finish.
-
-    An exception in the midst of a callback could hit an import or a file that is being written;
-    rclpy's own handler ends the spinning as soon as the callback has returned.
-    """
-
-    def __init__(self) -> None:
-        self.asked = False
-        self.breaks_off = True
-
-    def __call__(self, *_: object) -> None:
-        self.asked = True
-        if self.breaks_off:
-            raise KeyboardInterrupt
 
 
 def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> None:
@@ -42,7 +26,7 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
     """
     status = 0
     node = None
-    interrupt = _Interrupt()
+    interrupt = Interrupt()
     signal.signal(signal.SIGINT, interrupt)  # before rclpy's own handler, which calls it
     try:
         rclpy.init(args=list(args) if args is not None else None)
@@ -52,6 +36,8 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         sys.exit(1)
     try:
         node = make_node()
+        # In the midst of a callback an exception could hit an import, or a file that is written;
+        # rclpy's own handler ends the spinning as soon as the callback has returned.
         interrupt.breaks_off = False
         executor = QuickExecutor()
         executor.add_node(node)
@@ -62,8 +48,7 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         print(f"error: {error}", file=sys.stderr)
         status = 1
     except (RCLError, InvalidHandle, NotInitializedException, ImportError):
-        # A signal ends the context at once, also in the midst of a callback that then publishes;
-        # a compiled module that it breaks off in its making tells of a failed import.
+        # A signal ends the context at once, also in the midst of a callback that then publishes.
         if rclpy.ok() and not interrupt.asked:
             raise
     finally:
