@@ -93,9 +93,21 @@ def test_vqf_takes_the_bias_from_motion_until_a_rest_has_told_it():
     np.testing.assert_allclose(bench.filter.bias[0], bias, atol=np.radians(0.2))
     for _ in range(300):
         bench.step(bias=bias)
+    bench.tumble(1.0, bias=bias)  # the rest has ended
     told = bench.filter.bias.copy()
     bench.tumble(30.0, bias=3.0 * bias)  # as if motion told something else
     np.testing.assert_array_equal(bench.filter.bias, told)
+
+
+@pytest.mark.parametrize("rest_s", [2.7, 3.2, 6.0])
+def test_a_turn_that_begins_slowly_does_not_count_as_bias(rest_s: float):
+    bench, bias = Bench("vqf"), np.radians([0.5, -0.4, 0.3])
+    for _ in range(round(rest_s * RATE_HZ)):
+        bench.step(bias=bias)
+    for t in np.arange(0.0, 1.0, 1.0 / RATE_HZ):
+        bench.step([0.0, 0.0, np.radians(2.0) * t**2], bias=bias)
+    bench.tumble(3.0, bias=bias)
+    np.testing.assert_allclose(bench.filter.bias[0], bias, atol=np.radians(0.02))
 
 
 @pytest.mark.parametrize("name", REAL)

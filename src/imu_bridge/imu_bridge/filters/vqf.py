@@ -7,6 +7,7 @@ References:
     Laidig, Seel (2023), Information Fusion 91, doi:10.1016/j.inffus.2022.10.014.
 """
 
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,6 +26,8 @@ PERIOD_MIN_S = 0.0005  # [s] no body-worn sensor is faster; drivers hand on seve
 REPLAYS = (4, 16, 64)  # [-] counts of samples after which the period is looked at again
 NEW_BIAS_STDDEV = np.radians(1.0)  # [rad/s] of a cheap sensor that nobody has seen at rest
 KNOWN_BIAS_STDDEV = np.radians(0.5)  # [rad/s] once it has been: VQF's own expectation
+REST_END_S = 1.0  # [s] for which VQF may still take slow first motion for rest
+BIAS_FOUND_S = 0.5  # [s] of rest after which VQF has the bias
 GRAVITY_MIN = 1e-3  # [m/s^2] less is no acceleration but a missing one
 
 Sample = tuple[float, FloatArray, FloatArray, FloatArray | None]
@@ -39,6 +42,11 @@ class _Sensor:
     first: list[Sample] = field(default_factory=list)
     rate_before: FloatArray = field(default_factory=lambda: np.zeros(3))
     was_resting: bool = False
+    rest_biases: deque[FloatArray] = field(init=False)  # sample by sample, of a rest's end
+
+    def __post_init__(self) -> None:
+        kept_s = BIAS_FOUND_S + REST_END_S
+        self.rest_biases = deque(maxlen=max(1, round(kept_s / self.period_s)))
 
 
 class VqfOrientation:
@@ -128,9 +136,13 @@ class VqfOrientation:
         """Take over what the filter has found out."""
         if self._settings.bias_window_s <= 0.0:
             return
-        self.bias[i] = sensor.vqf.getBiasEstimate()[0]
         resting = bool(sensor.vqf.getRestDetected())
+        if sensor.was_resting and not resting:
+            sensor.vqf.setBiasEstimate(_before_motion(sensor))
+            sensor.rest_biases.clear()
+        self.bias[i] = sensor.vqf.getBiasEstimate()[0]
         if resting:
+            sensor.rest_biases.append(self.bias[i].copy())
             # From now on rests alone tell: what motion tells of the upright axis pulls it aside by
             # some tenths of a degree a second in a quarter of an hour.
             sensor.vqf.setMotionBiasEstEnabled(False)
@@ -147,6 +159,12 @@ class VqfOrientation:
         rejects = disturbed and bool(self._verified[i])
         self.rejected[i] += rejects
         return not rejects
+
+
+def _before_motion(sensor: _Sensor) -> FloatArray:
+    """The bias before the last second of a rest, in which slow motion bends it by 0.2 deg/s."""
+    found = round(BIAS_FOUND_S / sensor.period_s)
+    return sensor.rest_biases[min(found, len(sensor.rest_biases) - 1)]
 
 
 def _feed(sensor: _Sensor, sample: Sample) -> None:
