@@ -108,7 +108,7 @@ def test_samples_waiting_for_extrinsics_are_bounded():
     for shift_s in range(0, 200, 3):
         for sample in samples[::10]:
             pipeline.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns + shift_s * 10**9))
-    assert len(pipeline._waiting) < 200
+    assert len(pipeline._observer._waiting) < 200
 
 
 def test_when_one_sensor_falls_silent_the_other_carries_on():

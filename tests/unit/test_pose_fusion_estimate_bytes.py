@@ -19,13 +19,16 @@ def test_bytes_are_those_of_the_messages(estimator):
         kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(2), 0.005
     )
     pipeline = FusionPipeline(FusionParameters(estimator=estimator), extrinsics())
-    estimates = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    blocks = []
+    pipeline.outlet = blocks.append
+    for sample in samples:
+        pipeline.add_skeleton(sample)
     typestore = make_typestore()
-    fast = EstimateBytes(pipeline.model, "someone", typestore, estimates[0])
-    for estimate in (estimates[0], estimates[-1]):
-        estimate.tracking_state[:3] = 0, 1, 2
-        found = dict(fast.write([estimate], [0.25]))
-        messages = to_messages(estimate, pipeline.model, "someone", 0.25)
+    fast = EstimateBytes(pipeline.model, "someone", typestore, blocks[0][0])
+    for block in (blocks[0], blocks[-1]):
+        block.tracking_state[:, :3] = 0, 1, 2
+        found = dict(fast.write(block, np.array([0.25])))
+        messages = to_messages(block[0], pipeline.model, "someone", 0.25)
         assert found.keys() == messages.keys()
         for topic, message in messages.items():
             expected = to_bag_message(message, typestore)

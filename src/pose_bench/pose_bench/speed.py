@@ -116,8 +116,11 @@ class Scene:
             )
             for segment in segments
         }
+        stamp_ns = round(1e9 * PERIOD_S * (frame + 1))
         return Observation(
-            stamp_ns=round(1e9 * PERIOD_S * (frame + 1)),
+            stamp_ns=stamp_ns,
+            newest_ns=stamp_ns,
+            shape=self.shape,
             positions=self.seen(frame, 2),
             tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
             cameras=np.stack([camera_place(0), camera_place(1)]),

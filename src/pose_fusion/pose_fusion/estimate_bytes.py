@@ -1,7 +1,6 @@
 """Estimates' messages as bytes, without making the messages, which takes ten times as long."""
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,7 @@ from pose_fusion.conversions import (
     to_bag_message,
     to_messages,
 )
-from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_fusion.streams.message_template import MessageTemplate
 from pose_fusion.streams.samples import FloatArray
 
@@ -57,32 +56,33 @@ class EstimateBytes:
         self._common_colors = markers.float32[: -4 * len(first.joints)]
 
     def write(
-        self, estimates: Sequence[BodyEstimate], latencies_s: Sequence[float]
+        self, estimates: EstimateBlock, latencies_s: FloatArray
     ) -> Iterator[tuple[str, NDArray[np.uint8]]]:
-        """Each topic and the bytes of its messages, shape (n, bytes), the joint states first."""
-        stamps_ns = np.array([estimate.stamp_ns for estimate in estimates], np.int64)
-        position = _stacked([estimate.position for estimate in estimates])
-        velocity = _stacked([estimate.velocity for estimate in estimates])
+        """Each topic and the bytes of its messages, shape (n, bytes), the joint states first.
+
+        Args:
+            estimates: Of n instants.
+            latencies_s: How late each is [s], shape (n,).
+        """
+        stamps_ns, position, velocity = estimates.stamps_ns, estimates.position, estimates.velocity
         angles = np.concatenate([position[:, ROOT_DOF:], velocity[:, ROOT_DOF:]], axis=1)
         yield self._filled(0, stamps_ns, angles)
-        joints = _stacked([estimate.joints for estimate in estimates])
-        state = _stacked([estimate.tracking_state for estimate in estimates])
+        joints, state = estimates.joints, estimates.tracking_state
         points = joints.reshape(len(estimates), -1)
         yield self._filled(1, stamps_ns, points, uint8=state)
         numbers = [
             position,
             velocity,
-            _stacked([estimate.position_stddev for estimate in estimates]),
-            _stacked([estimate.weight_kinect for estimate in estimates]),
-            _stacked([estimate.weight_imu for estimate in estimates]),
-            np.array(latencies_s)[:, None],
+            estimates.position_stddev,
+            estimates.weight_kinect,
+            estimates.weight_imu,
+            latencies_s[:, None],
         ]
-        source = _stacked([estimate.source for estimate in estimates])
-        yield self._filled(2, stamps_ns, np.concatenate(numbers, axis=1), uint8=source)
+        numbers_of_all = np.concatenate(numbers, axis=1)
+        yield self._filled(2, stamps_ns, numbers_of_all, uint8=estimates.source)
         colors = self._marker_colors(state)
         yield self._filled(3, stamps_ns, self._markers(joints), float32=colors)
-        links = _stacked([estimate.T_map_link for estimate in estimates])
-        places = self._frames.places(links, position, joints)
+        places = self._frames.places(estimates.T_map_link, position, joints)
         yield self._filled(4, stamps_ns, places.reshape(len(estimates), -1))
 
     def _filled(
@@ -108,8 +108,3 @@ class EstimateBytes:
         count = len(state)
         common = np.tile(self._common_colors, (count, 1))
         return np.concatenate([common, self._colors[state].reshape(count, -1)], axis=1)
-
-
-def _stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """One after the other; one alone is not copied."""
-    return rows[0][None] if len(rows) == 1 else np.array(rows)

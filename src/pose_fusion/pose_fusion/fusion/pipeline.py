@@ -6,46 +6,23 @@ sensors at common instants gets them aligned in time (li2020 (2)); any other get
 frame as it comes. What comes out depends on the samples alone, never on a clock.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 
 from pose_common.counters import Counters
-from pose_common.stamps import NS_PER_S
-from pose_fusion.body.model import load_body_model
+from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.calibration.clocks import (
-    Clocks,
-    block_on_reference_clock,
-    on_reference_clock,
-)
+from pose_fusion.calibration.clocks import Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.fusion.estimators.estimator import Estimator, Observation, TimedPose
-from pose_fusion.fusion.estimators.registry import estimator_class
-from pose_fusion.fusion.frame_queue import FrameQueue
-from pose_fusion.fusion.learning import COUNTERS as LEARNING_COUNTERS
-from pose_fusion.fusion.learning import FrameLearner
+from pose_fusion.fusion.estimates import BodyEstimate, EstimateBlock
+from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimators.estimator import Observation
+from pose_fusion.fusion.estimators.registry import body_model_of
+from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.preparing import prepare
-from pose_fusion.fusion.seen import SeenFrame, SensorsInMap
-from pose_fusion.fusion.telling import body_estimate
-from pose_fusion.fusion.waiting import WaitingSamples
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.mounting import Mountings
-from pose_fusion.imu.readings import NO_READINGS, SegmentReadings
-from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
-from pose_fusion.streams.time_alignment import AlignedFrame, TimeAligner
-
-COUNTERS = (
-    "skeletons",
-    "skeletons_before_extrinsics",
-    "skeletons_of_unknown_sensors",
-    "imu_samples",
-    "imu_samples_out_of_order",
-    "frames",
-    "frames_of_imus_alone",
-    *LEARNING_COUNTERS,
-    "estimates",
-)
+from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample
+from pose_fusion.streams.time_alignment import TimeAligner
 
 
 class FusionPipeline:
@@ -64,119 +41,87 @@ class FusionPipeline:
         shape: BodyShape | None = None,
     ) -> None:
         self.parameters = parameters
-        self._estimator_class = estimator_class(parameters.estimator)
-        self._estimator_class.check(parameters)
-        is_auto = parameters.body_model == "auto"
-        self.model = load_body_model(
-            self._estimator_class.BODY_MODEL if is_auto else parameters.body_model
-        )
-        prepare(self._estimator_class, self.model.name)
-        self.extrinsics: Extrinsics | None = None
-        self._sensors = SensorsInMap(parameters.sensors, None)
-        self.clocks: Clocks = {}
-        self.shape: BodyShape | None = None
-        self.counters = Counters(*COUNTERS, *self._estimator_class.COUNTERS)
-        self.aligner = TimeAligner(
-            parameters.sensors,
-            max_skew_s=parameters.max_skew,
-            max_gap_s=parameters.max_gap,
-            max_wait_s=parameters.max_wait,
-        )
-        self.imus = ImuSet(self.model, parameters.tracker_delay)
-        self._learner = FrameLearner(
-            self.model,
-            parameters,
-            self.imus,
-            self.counters,
-            takes_offsets=not self._estimator_class.NEEDS_ALIGNED_FRAMES,
-        )
-        self._unlearnt: SeenFrame | None = None
-        self.outlet: Callable[[BodyEstimate], None] | None = None
-        """Is given every estimate at once, before the next frame is looked at."""
-        self._estimator: Estimator | None = None
-        self._frames = FrameQueue(
-            self.aligner if self._estimator_class.NEEDS_ALIGNED_FRAMES else None
-        )
-        self._waiting = WaitingSamples()
+        self.model: BodyModel = body_model_of(parameters)
+        self.counters = Counters(*COUNTERS, *estimation_counters(parameters))
+        self._estimation = Estimation(self.model, parameters, self.counters)
+        self._observer = Observer(self.model, parameters, self.counters)
+        self.outlet: Callable[[EstimateBlock], None] | None = None
+        """Is given all estimates at once, before the next frame is looked at."""
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
             self.use_shape(shape)
 
-    def place_sensors(self, extrinsics: Extrinsics) -> None:
-        """Use these extrinsics, and their clocks, from now on.
+    @property
+    def extrinsics(self) -> Extrinsics | None:
+        """Where the sensors are, once it is known."""
+        return self._observer.extrinsics
 
-        What the last half minute held, since the first sample, is caught up on: the body's measures
-        and the IMUs' alignment are learnt from it, for nobody stands still in the neutral pose a
-        second time. Estimates of the past are not made.
-        """
-        self.learn()
-        self.use_clocks(extrinsics.clocks)
-        self.extrinsics = extrinsics
-        self._sensors = SensorsInMap(self.parameters.sensors, extrinsics)
-        body = extrinsics.body
-        if self.shape is None and body is not None and body.model == self.model.name:
-            self.use_shape(body.shape)
-        while self._waiting:
-            sample = self._waiting.popleft()
-            if isinstance(sample, SkeletonSample):
-                self._take_skeleton(sample)
-                self._catch_up()
-                continue
-            for _ in self._take_imus(sample):
-                self._catch_up()
+    @property
+    def clocks(self) -> Clocks:
+        """By which stamps are put right."""
+        return self._observer.clocks
 
-    def _catch_up(self) -> None:
-        ready = self._frames.ready
-        while ready and self._is_ready(ready[0].stamp_ns):
-            self._unlearnt = self._see(ready.popleft())
-            self.learn()
+    @property
+    def shape(self) -> BodyShape | None:
+        """The person's measures, once they are known."""
+        return self._observer.shape
 
-    def use_mountings(self, mountings: Mountings) -> None:
-        """Take how these IMUs sit from a calibration, instead of from a neutral pose."""
-        self.imus.alignment.use_mountings(mountings)
+    @property
+    def imus(self) -> ImuSet:
+        """The IMUs that have spoken."""
+        return self._observer.imus
 
-    def use_clocks(self, clocks: Clocks) -> None:
-        """Put stamps right by these clocks from now on; what came before stays where it is."""
-        self.clocks = clocks
+    @property
+    def aligner(self) -> TimeAligner:
+        """Brings all sensors to common instants, if the estimator wants that."""
+        return self._observer.aligner
 
     @property
     def status(self) -> str:
         """What the chain is doing, for people."""
-        if self.extrinsics is None:
-            return "waiting for extrinsics"
-        return self._learner.status if self._estimator is None else "tracking"
-
-    def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
-        """Take one person's joints from one sensor; returns the estimates that this completes."""
-        self.learn()
-        self.counters.add("skeletons")
-        if self.extrinsics is None:
-            self.counters.add("skeletons_before_extrinsics")
-            self._waiting.add(sample)
-            return []
-        self._take_skeleton(sample)
-        return self._release()
-
-    def add_imu(self, samples: ImuSample | ImuBlock) -> list[BodyEstimate]:
-        """Take IMUs' orientations; returns the estimates that were waiting for them."""
-        self.learn()
-        block = block_of(samples) if isinstance(samples, ImuSample) else samples
-        self.counters.add("imu_samples", len(block))
-        if self.extrinsics is None:
-            self._waiting.add(block)
-            return []
-        return [estimate for _ in self._take_imus(block) for estimate in self._release()]
+        return self._observer.status
 
     @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for another sensor's that should come before it."""
-        return self._frames.holds_frames
+        return self._observer.holds_frames
+
+    def place_sensors(self, extrinsics: Extrinsics) -> None:
+        """Use these extrinsics, and their clocks, from now on; see :meth:`Observer.place_sensors`.
+
+        Estimates of the past are not made.
+        """
+        self._observer.place_sensors(extrinsics)
+
+    def use_mountings(self, mountings: Mountings) -> None:
+        """Take how these IMUs sit from a calibration, instead of from a neutral pose."""
+        self._observer.use_mountings(mountings)
+
+    def use_clocks(self, clocks: Clocks) -> None:
+        """Put stamps right by these clocks from now on; what came before stays where it is."""
+        self._observer.clocks = clocks
+
+    def use_shape(self, shape: BodyShape) -> None:
+        """Track a body of these measures from now on."""
+        self._observer.shape = shape
+
+    def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
+        """Take one person's joints from one sensor; returns the estimates that this completes."""
+        return self._estimated(self._observer.add(sample))
+
+    def add_imu(self, samples: ImuSample | ImuBlock) -> list[BodyEstimate]:
+        """Take IMUs' orientations; returns the estimates that were waiting for them."""
+        return self._estimated(self._observer.add(samples))
 
     def wait_no_longer(self) -> list[BodyEstimate]:
         """Go on without the frames that others wait for: a live caller's patience has ended."""
-        self._frames.let_go()
-        return self._release()
+        return self._estimated(self._observer.wait_no_longer())
+
+    def flush(self) -> list[BodyEstimate]:
+        """Wait for nothing more: the streams have ended."""
+        estimates = self._estimated(self._observer.flush())
+        return estimates + self._told(self._estimation.flush(self._observer.newest_ns))
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
         """The pose at an instant that no frame has come of yet; changes nothing.
@@ -187,60 +132,14 @@ class FusionPipeline:
         Returns:
             None while there is no pose, or none any more.
         """
+        block = self.predict_block(stamp_ns)
+        return None if block is None else block[0]
+
+    def predict_block(self, stamp_ns: int) -> EstimateBlock | None:
+        """The same as a block of one."""
         self.learn()
-        if self._estimator is None:
-            return None
-        told = self._estimator.predicted(stamp_ns, self._readings(stamp_ns))
-        return None if told is None else self._estimate(told)
-
-    def _readings(self, stamp_ns: int) -> SegmentReadings:
-        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_READINGS
-
-    def flush(self) -> list[BodyEstimate]:
-        """Wait for nothing more: the streams have ended."""
-        self._frames.flush()
-        estimates = self._release(everything=True)
-        if self._estimator is not None:
-            estimates += self._told(self._estimator.flush())
-        self.learn()
-        return estimates
-
-    def _take_skeleton(self, sample: SkeletonSample) -> None:
-        sample = on_reference_clock(sample, self.clocks)
-        if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
-            self.counters.add("skeletons_of_unknown_sensors")
-            return
-        self._frames.add_skeleton(sample)
-
-    def _is_placed(self, sensor: str) -> bool:
-        return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
-
-    def _take_imus(self, block: ImuBlock) -> Iterator[None]:
-        """Take IMUs' samples; stops wherever frames may be ready, once at least."""
-        block = block_on_reference_clock(block, self.clocks)
-        start = 0
-        while start < len(block):
-            # While the cameras are silent, the IMUs alone give frames.
-            stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
-            part = block.rows(slice(start, stop)) if stop - start < len(block) else block
-            self.counters.add("imu_samples_out_of_order", self.imus.add(part))
-            self.counters.add("frames_of_imus_alone", self._frames.add_imus(part.stamps_ns))
-            start = stop
-            yield
-
-    def _release(self, everything: bool = False) -> list[BodyEstimate]:
-        """Process the frames whose IMU samples have come, or need not be waited for."""
-        estimates: list[BodyEstimate] = []
-        ready = self._frames.ready
-        while ready and (everything or self._is_ready(ready[0].stamp_ns)):
-            estimates += self._process(ready.popleft())
-        return estimates
-
-    def _is_ready(self, stamp_ns: int) -> bool:
-        if not self._estimator_class.NEEDS_ALIGNED_FRAMES:
-            return True
-        waited_ns = self._frames.newest_ns - stamp_ns
-        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
+        readings = self._observer.readings(stamp_ns)
+        return self._estimation.predict(stamp_ns, self._observer.newest_ns, readings)
 
     def learn(self) -> None:
         """Learn from the last frame, whose estimate has gone out before.
@@ -248,44 +147,15 @@ class FusionPipeline:
         Otherwise done when the next sample comes: a live caller has it done while it waits. The
         estimates are the same.
         """
-        if self._unlearnt is None:
-            return
-        frame, self._unlearnt = self._unlearnt, None
-        shape = self._learner.learn(frame, self.shape)
-        if shape is not None:
-            self.use_shape(shape)
+        self._observer.learn()
 
-    def _process(self, frame: AlignedFrame) -> list[BodyEstimate]:
-        self.learn()
-        self._unlearnt = seen = self._see(frame)
-        if self._estimator is None:
-            return []
-        observation = Observation(
-            stamp_ns=seen.stamp_ns,
-            positions=seen.positions,
-            tracking_state=seen.tracking_state,
-            cameras=self._sensors.places,
-            offsets=self._learner.offsets,
-            readings=self._readings(frame.stamp_ns),
-        )
-        return self._told(self._estimator.advance(observation))
+    def _estimated(self, observations: Iterable[Observation]) -> list[BodyEstimate]:
+        return [e for seen in observations for e in self._told(self._estimation.take([seen]))]
 
-    def _told(self, poses: list[TimedPose]) -> list[BodyEstimate]:
-        self.counters.add("estimates", len(poses))
-        estimates = [self._estimate(each) for each in poses]
-        if self.outlet is not None:
-            for estimate in estimates:
-                self.outlet(estimate)
+    def _told(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
+        estimates: list[BodyEstimate] = []
+        for block in blocks:
+            if self.outlet is not None:
+                self.outlet(block)
+            estimates += block
         return estimates
-
-    def _see(self, frame: AlignedFrame) -> SeenFrame:
-        self.counters.add("frames")
-        return self._sensors.see(frame)
-
-    def use_shape(self, shape: BodyShape) -> None:
-        """Track a body of these measures from now on."""
-        self.shape = shape
-        self._estimator = self._estimator_class(self.model, shape, self.parameters, self.counters)
-
-    def _estimate(self, told: TimedPose) -> BodyEstimate:
-        return body_estimate(told, self.model, self.parameters.sensors, self._frames.newest_ns)

@@ -18,7 +18,7 @@ from pose_fusion.fusion.estimators.estimator import Estimator, Observation
 from pose_fusion.fusion.learning import COUNTERS, FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SensorsInMap
-from pose_fusion.fusion.telling import body_estimate
+from pose_fusion.fusion.telling import told
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
@@ -68,11 +68,11 @@ def prepare(kind: type[Estimator], model_name: str) -> None:
     parameters = FusionParameters(sensors=("left", "right"))
     estimator = kind(model, shape, parameters, Counters(*kind.COUNTERS))
     for frame in range(1, FRAMES + 1):
-        observation = _observation(model, frame * PERIOD_NS)
-        for told in estimator.advance(observation):
-            estimate = body_estimate(told, model, parameters.sensors, told.stamp_ns)
-            instant = (estimate.T_map_link[None], estimate.position[None], estimate.joints[None])
-            BodyFrames(model, parameters.subject).places(*instant)
+        observation = _observation(model, shape, frame * PERIOD_NS)
+        for pose in estimator.advance(observation):
+            block = told([pose], [pose.stamp_ns], model, parameters.sensors)
+            instants = (block.T_map_link, block.position, block.joints)
+            BodyFrames(model, parameters.subject).places(*instants)
     _prepare_learning(model, shape, parameters)
     _prepare_rare()
 
@@ -119,13 +119,15 @@ def _prepare_learning(model: BodyModel, shape: BodyShape, parameters: FusionPara
     imus.read(stamp_ns)
 
 
-def _observation(model: BodyModel, stamp_ns: int) -> Observation:
+def _observation(model: BodyModel, shape: BodyShape, stamp_ns: int) -> Observation:
     segment = next(iter(model.segments))
     reading = SegmentReading(
         R_map_segment=np.eye(3), angular_velocity=np.zeros(3), stddev=np.full(3, 0.05)
     )
     return Observation(
         stamp_ns=stamp_ns,
+        newest_ns=stamp_ns,
+        shape=shape,
         positions=np.stack([neutral_pose(), neutral_pose()]),
         tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
         cameras=np.array([[3.0, 0.0, 1.0], [0.0, 3.0, 1.0]]),

@@ -1,48 +1,80 @@
-"""From an estimator's pose to what the fusion says of a person."""
+"""From an estimator's poses to what the fusion says of a person."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_fusion.body.model import BodyModel
-from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.estimates import EstimateBlock
 from pose_fusion.fusion.estimators.estimator import TimedPose
-from pose_fusion.kernels.frames import place_origins
+from pose_fusion.streams.samples import FloatArray
 
 
-def body_estimate(
-    told: TimedPose, model: BodyModel, sensors: Sequence[str], newest_ns: int
-) -> BodyEstimate:
+def told(
+    poses: Sequence[TimedPose],
+    newest_ns: Sequence[int],
+    model: BodyModel,
+    sensors: Sequence[str],
+) -> EstimateBlock:
     """What the fusion says of one person.
 
     Args:
-        told: The pose and its instant.
+        poses: n poses and their instants, one at least.
+        newest_ns: Of each, stamp of the newest sample of any source by then [ns].
         model: The body model.
-        sensors: Names, in the order of the pose's weights.
-        newest_ns: Stamp of the newest sample of any source [ns].
+        sensors: Names, in the order of the poses' weights.
     """
-    fused = told.pose
-    T_map_link = np.empty((len(model.links), 4, 4))
-    place_origins(
-        np.ascontiguousarray(fused.position),
-        np.ascontiguousarray(fused.rotations),
-        np.ascontiguousarray(fused.joints),
-        model.link_joints,
-        T_map_link,
-    )
-    return BodyEstimate(
-        stamp_ns=told.stamp_ns,
-        newest_ns=newest_ns,
+    fused = [each.pose for each in poses]
+    position = _stacked([each.position for each in fused])
+    joints = _stacked([each.joints for each in fused])
+    rotations = _stacked([each.rotations for each in fused])
+    return EstimateBlock(
+        stamps_ns=np.array([each.stamp_ns for each in poses], np.int64),
+        newest_ns=np.array(newest_ns, np.int64),
         dof_names=model.dof_names,
-        position=fused.position,
-        velocity=fused.velocity,
-        position_stddev=np.sqrt(fused.variance),
-        weight_kinect=fused.weight_kinect,
-        weight_imu=fused.weight_imu,
-        source=fused.source,
-        joints=fused.joints,
-        tracking_state=told.tracking_state,
+        position=position,
+        velocity=_stacked([each.velocity for each in fused]),
+        position_stddev=np.sqrt(_stacked([each.variance for each in fused])),
+        weight_kinect=_stacked([each.weight_kinect for each in fused]),
+        weight_imu=_stacked([each.weight_imu for each in fused]),
+        source=_stacked([each.source for each in fused]),
+        joints=joints,
+        tracking_state=_stacked([each.tracking_state for each in poses]),
         link_names=model.link_names,
-        T_map_link=T_map_link,
-        sensor_weight=dict(zip(sensors, fused.sensor_weight, strict=True)),
+        T_map_link=link_transforms(position, rotations, joints, model.link_joints),
+        sensors=tuple(sensors),
+        sensor_weight=_stacked([each.sensor_weight for each in fused]),
     )
+
+
+def link_transforms(
+    position: FloatArray,
+    rotations: FloatArray,
+    joints: FloatArray,
+    turns_about: NDArray[np.int64],
+) -> FloatArray:
+    """The links' transforms: each has its origin at the joint that it turns about.
+
+    Args:
+        position: Degrees of freedom, the root's place [m] first, shape (n, d).
+        rotations: ``R_map_link``, shape (n, links, 3, 3).
+        joints: In map [m], shape (n, 15, 3).
+        turns_about: The joint of each link, shape (links,); −1 of the root.
+
+    Returns:
+        ``T_map_link``, shape (n, links, 4, 4).
+    """
+    T_map_link = np.zeros((*rotations.shape[:2], 4, 4))
+    T_map_link[..., :3, :3] = rotations
+    origins = T_map_link[..., :3, 3]
+    origins[:] = joints[:, turns_about]
+    origins[:, turns_about < 0] = position[:, None, :3]
+    T_map_link[..., 3, 3] = 1.0
+    return T_map_link
+
+
+def _stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """One after the other; one alone is not copied."""
+    return rows[0][None] if len(rows) == 1 else np.array(rows)

@@ -32,7 +32,7 @@ from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
 from pose_fusion.calibration.imus.section import load_mountings_if_any
 from pose_fusion.conversions import body_topics, to_string, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.estimates import EstimateBlock
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pipeline import FusionPipeline
@@ -201,25 +201,28 @@ class FusionNode(Node):
 
     def _publish_prediction(self) -> None:
         self._take_imus()
-        estimate = self.pipeline.predict(self.get_clock().now().nanoseconds)
-        if estimate is not None:
-            self._send(estimate)
+        estimates = self.pipeline.predict_block(self.get_clock().now().nanoseconds)
+        if estimates is not None:
+            self._send(estimates)
 
     def _learn(self) -> None:
         """What may wait until the estimate has gone out."""
         self.pipeline.learn()
         self._announce_shape()
 
-    def _send(self, estimate: BodyEstimate) -> None:
+    def _send(self, estimates: EstimateBlock) -> None:
         now_ns = self.get_clock().now().nanoseconds
         # Clocks are put right to within some milliseconds: a sample may seem to be of later.
-        self._latency_s = max(now_ns - estimate.newest_ns, 0) / NS_PER_S
+        latencies_s = np.maximum(now_ns - estimates.newest_ns, 0) / NS_PER_S
+        self._latency_s = float(latencies_s[-1])
         if self._bytes is None:
             model, body_id = self.pipeline.model, self._body_id
-            self._bytes = EstimateBytes(model, body_id, self._typestore, estimate)
-        for topic, (data,) in self._bytes.write([estimate], [self._latency_s]):
-            self._publishers_by_topic[topic].publish(data.tobytes())
-        self._stages.note_told(estimate.stamp_ns, self.get_clock().now().nanoseconds)
+            self._bytes = EstimateBytes(model, body_id, self._typestore, estimates[0])
+        for topic, rows in self._bytes.write(estimates, latencies_s):
+            for data in rows:
+                self._publishers_by_topic[topic].publish(data.tobytes())
+        stamp_ns = int(estimates.stamps_ns[-1])
+        self._stages.note_told(stamp_ns, self.get_clock().now().nanoseconds)
 
     def _announce_shape(self) -> None:
         """Publish the person's tree, and save the measures, once they are known."""

@@ -1,17 +1,17 @@
 """``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pose_common.bag_writer import BagWriter
 from pose_common.bags import BagReader, open_bag
 from pose_common.command_line import run_tool
+from pose_common.counters import Counters
 from pose_common.errors import InputError
 from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
 from pose_common.stamps import NS_PER_S
@@ -31,15 +31,16 @@ from pose_fusion.conversions import (
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.fusion.estimates import BodyEstimate
+from pose_fusion.fusion.estimates import EstimateBlock
+from pose_fusion.fusion.estimation import estimation_counters
+from pose_fusion.fusion.estimation_process import EstimationProcess
+from pose_fusion.fusion.estimators.registry import body_model_of
+from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.streams.bags import BagSamples, read_extrinsics
-from pose_fusion.streams.samples import SkeletonSample
 from pose_fusion.streams.topics import sensor_topics
 
 TF_STATIC = "/tf_static"
-AT_ONCE = 100  # [estimates] whose messages are made and written together
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -101,51 +102,54 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
 class EstimateWriter:
     """Writes estimates into a bag, under the live topics' names."""
 
-    def __init__(self, writer: BagWriter, pipeline: FusionPipeline, extrinsics: Extrinsics) -> None:
+    def __init__(self, writer: BagWriter, observer: Observer, extrinsics: Extrinsics) -> None:
         self._writer = writer
-        self._pipeline = pipeline
+        self._observer = observer
         self._extrinsics = extrinsics
-        self._body_id = pipeline.parameters.subject
+        self._body_id = observer.parameters.subject
         self._bytes: EstimateBytes | None = None
-        self._pending: list[BodyEstimate] = []
-        self.count = 0
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
         writer.add_topic(urdf_topic(self._body_id), "std_msgs/msg/String", latched=True)
         for topic, message_type in body_topics(self._body_id).items():
             writer.add_topic(topic, type_name(message_type))
 
-    def write(self, estimates: Sequence[BodyEstimate]) -> None:
+    def write(self, blocks: Iterable[EstimateBlock]) -> None:
         """Append all messages of estimates, stamped with their instants."""
-        if self.count == 0 and estimates:
-            self._write_latched(estimates[0].stamp_ns)
-        self.count += len(estimates)
-        self._pending += estimates
-        if len(self._pending) >= AT_ONCE:
-            self.flush()
-
-    def flush(self) -> None:
-        """Append what waits for more."""
-        estimates, self._pending = self._pending, []
-        if not estimates:
-            return
-        if self._bytes is None:
-            model, typestore = self._pipeline.model, self._writer.typestore
-            self._bytes = EstimateBytes(model, self._body_id, typestore, estimates[0])
-        latencies_s = [(each.newest_ns - each.stamp_ns) / NS_PER_S for each in estimates]
-        rows = [data for _, data in self._bytes.write(estimates, latencies_s)]
-        stamps_ns = np.array([each.stamp_ns for each in estimates], np.int64)
-        self._writer.write_rows(self._bytes.types, stamps_ns, rows)
+        for block in blocks:
+            if self._bytes is None:
+                self._write_latched(int(block.stamps_ns[0]))
+                model, typestore = self._observer.model, self._writer.typestore
+                self._bytes = EstimateBytes(model, self._body_id, typestore, block[0])
+            latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
+            rows = [data for _, data in self._bytes.write(block, latencies_s)]
+            self._writer.write_rows(self._bytes.types, block.stamps_ns, rows)
 
     def _write_latched(self, stamp_ns: int) -> None:
-        sensors = self._pipeline.parameters.sensors
+        sensors = self._observer.parameters.sensors
         placed = {sensor: self._extrinsics.T_map_sensor(sensor) for sensor in sensors}
         self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
-        if self._pipeline.shape is not None:
-            urdf = make_urdf(self._pipeline.model, self._pipeline.shape, self._body_id)
+        if self._observer.shape is not None:
+            urdf = make_urdf(self._observer.model, self._observer.shape, self._body_id)
             self._append(urdf_topic(self._body_id), to_string(urdf), stamp_ns)
 
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
         self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
+
+
+def make_observer(
+    parameters: FusionParameters, extrinsics: Extrinsics, console: Console
+) -> Observer:
+    """The chain's first half, with what the parameters' files tell; counts for both halves."""
+    counters = Counters(*COUNTERS, *estimation_counters(parameters))
+    observer = Observer(body_model_of(parameters), parameters, counters)
+    observer.place_sensors(extrinsics)
+    if parameters.shape_file and Path(parameters.shape_file).exists():
+        observer.shape = load_body_shape(Path(parameters.shape_file), observer.model)
+    name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
+    observer.use_mountings(mountings)
+    if mountings:
+        console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
+    return observer
 
 
 def fuse(
@@ -155,55 +159,47 @@ def fuse(
     *,
     storage: str = "mcap",
     console: Console | None = None,
-) -> FusionPipeline:
-    """Fuse a bag into a new one.
+) -> Observer:
+    """Fuse a bag into a new one: another process estimates while this one reads and writes.
 
     Returns:
-        The chain, for its counts.
+        The chain's first half, for its counts, which are those of the second, too.
 
     Raises:
         InputError: If the bag gives no estimates, or the new one cannot be written.
+        WorkerLostError: If the process that estimates has ended before its time.
     """
     console = console or Console(stderr=True)
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     extrinsics = find_extrinsics(bag, parameters, console)
-    pipeline = FusionPipeline(parameters, extrinsics)
-    if parameters.shape_file and Path(parameters.shape_file).exists():
-        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
-    name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
-    pipeline.use_mountings(mountings)
-    if mountings:
-        console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
+    observer = make_observer(parameters, extrinsics, console)
     columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
+        # First, for it forks: the writer and the progress bar have threads.
+        EstimationProcess(observer.model, parameters, observer.counters) as estimation,
         BagWriter(out_bag, storage) as writer,
         Progress(*columns, TimeRemainingColumn(), console=console) as progress,
     ):
-        output = EstimateWriter(writer, pipeline, extrinsics)
+        output = EstimateWriter(writer, observer, extrinsics)
         task = progress.add_task("fusing", total=1.0)
         samples = BagSamples(
             bag, parameters.person, lambda share: progress.update(task, completed=share)
         )
         for sample in samples:
-            estimates = (
-                pipeline.add_skeleton(sample)
-                if isinstance(sample, SkeletonSample)
-                else pipeline.add_imu(sample)
-            )
-            output.write(estimates)
-        output.write(pipeline.flush())
-        output.flush()
-        if output.count == 0:
+            output.write(estimation.take(observer.add(sample)))
+        output.write(estimation.take(observer.flush()))
+        output.write(estimation.flush(observer.newest_ns))
+        if observer.counters["estimates"] == 0:
             raise InputError(
-                f"{bag.path} gave no pose in {pipeline.counters['frames']} frames "
-                f"({pipeline.status}): the sensors must see the whole person for "
+                f"{bag.path} gave no pose in {observer.counters['frames']} frames "
+                f"({observer.status}): the sensors must see the whole person for "
                 f"{parameters.shape_duration:g} s"
             )
         path = Path(parameters.shape_file)
-        if parameters.shape_file and pipeline.shape is not None and not path.exists():
-            save_body_shape(path, pipeline.model, pipeline.shape, parameters.subject)
-    return pipeline
+        if parameters.shape_file and observer.shape is not None and not path.exists():
+            save_body_shape(path, observer.model, observer.shape, parameters.subject)
+    return observer
 
 
 def run() -> None:
@@ -212,10 +208,10 @@ def run() -> None:
     console = Console(stderr=True)
     with open_bag(arguments.in_bag) as bag:
         parameters = read_parameters(arguments, bag)
-        pipeline = fuse(
+        observer = fuse(
             bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
         )
-    counts = pipeline.counters
+    counts = observer.counters
     print(
         f"{arguments.out_bag}: {counts['estimates']} estimates from "
         f"{counts['skeletons']} skeletons and {counts['imu_samples']} IMU samples"

@@ -17,9 +17,11 @@ from pose_fusion.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Observation:
-    """What the sensors say of one instant, in ``map``."""
+    """What the sensors say of one instant, in ``map``, and of whom."""
 
     stamp_ns: int  # [ns]
+    newest_ns: int  # [ns] stamp of the newest sample of any source that had come by then
+    shape: BodyShape  # the person's measures; another object is another body
     positions: FloatArray  # (sensors, 15, 3) [m]; NaN where a sensor says nothing
     tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
     cameras: FloatArray  # (sensors, 3) [m] where the sensors stand; NaN not placed

@@ -8,8 +8,11 @@ imported: parameters, which estimators read, take their choices from this table.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from pose_fusion.body.model import BodyModel, load_body_model
+
 if TYPE_CHECKING:
     from pose_fusion.fusion.estimators.estimator import Estimator
+    from pose_fusion.fusion.parameters import FusionParameters
 
 ESTIMATORS: dict[str, str] = {
     "default": "segments.SegmentEstimator",
@@ -31,3 +34,11 @@ def estimator_class(name: str) -> "type[Estimator]":
         import_module(f"pose_fusion.fusion.estimators.{module}"), class_name
     )
     return found
+
+
+def body_model_of(parameters: "FusionParameters") -> BodyModel:
+    """The kinematic tree that the parameters name, or the one that their estimator was made for."""
+    name = parameters.body_model
+    return load_body_model(
+        estimator_class(parameters.estimator).BODY_MODEL if name == "auto" else name
+    )

@@ -1,0 +1,135 @@
+"""The chain's second half in a process of its own, for recordings: it works beside the first.
+
+What goes there and back are blocks of a hundred observations or estimates.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from pose_common.counters import Counters
+from pose_common.worker_process import WorkerProcess
+from pose_fusion.body.model import BodyModel
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.fusion.estimates import EstimateBlock
+from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimators.estimator import Observation
+from pose_fusion.fusion.observation_block import ObservationBlock, block_of_observations
+from pose_fusion.fusion.parameters import FusionParameters
+
+AT_ONCE = 100  # [observations]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _End:
+    newest_ns: int  # [ns] see Estimation.flush
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Request:
+    block: ObservationBlock | _End
+    new_shape: BodyShape | None  # another body's, from this block on
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Answer:
+    estimates: list[EstimateBlock]
+    counts: dict[str, int]  # since the last
+
+
+class EstimationProcess:
+    """As :class:`Estimation`, but estimates come later: at the latest with :meth:`flush`.
+
+    To be closed, and to be made before other threads are; see :class:`WorkerProcess`.
+
+    Args:
+        model: The body model.
+        parameters: See :class:`FusionParameters`.
+        counters: Declares :func:`estimation_counters`.
+
+    Raises:
+        ParameterError: If the estimator cannot work with the parameters.
+    """
+
+    def __init__(self, model: BodyModel, parameters: FusionParameters, counters: Counters) -> None:
+        self._counters = counters
+        self._waiting: list[Observation] = []
+        self._shape: BodyShape | None = None  # of the last block that was sent
+        answering = _Answering(model, parameters)
+        self._process = WorkerProcess[_Request, _Answer](answering, "the estimator")
+
+    def take(self, observations: Iterable[Observation]) -> list[EstimateBlock]:
+        """Hand observations over; the estimates that have come back meanwhile.
+
+        Raises:
+            WorkerLostError: If the process has ended.
+            Exception: What the estimator raised.
+        """
+        estimates: list[EstimateBlock] = []
+        for observation in observations:
+            waiting = self._waiting
+            if waiting and (len(waiting) == AT_ONCE or waiting[0].shape is not observation.shape):
+                estimates += self._send_waiting()
+            self._waiting.append(observation)
+        return estimates
+
+    def flush(self, newest_ns: int) -> list[EstimateBlock]:
+        """All that is left, when nothing comes any more; raises as :meth:`take`.
+
+        Args:
+            newest_ns: Stamp of the newest sample of any source [ns].
+        """
+        estimates = self._send_waiting() if self._waiting else []
+        estimates += self._send(_Request(block=_End(newest_ns=newest_ns), new_shape=None))
+        while self._process.under_way:
+            estimates += self._receive()
+        return estimates
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.close()
+
+    def __enter__(self) -> "EstimationProcess":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _send_waiting(self) -> list[EstimateBlock]:
+        waiting, self._waiting = self._waiting, []
+        shape = waiting[0].shape
+        is_new, self._shape = shape is not self._shape, shape
+        block = block_of_observations(waiting)
+        return self._send(_Request(block=block, new_shape=shape if is_new else None))
+
+    def _send(self, request: _Request) -> list[EstimateBlock]:
+        """Send a request; what had to be received before."""
+        estimates = self._receive() if self._process.is_full else []
+        self._process.put(request)
+        return estimates
+
+    def _receive(self) -> list[EstimateBlock]:
+        answer = self._process.get()
+        for name, count in answer.counts.items():
+            self._counters.add(name, count)
+        return answer.estimates
+
+
+class _Answering:
+    """What the process does with a request."""
+
+    def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
+        self._counters = Counters(*estimation_counters(parameters))
+        self._estimation = Estimation(model, parameters, self._counters)
+        self._shape: BodyShape | None = None
+
+    def __call__(self, request: _Request) -> _Answer:
+        before = self._counters.as_dict()
+        self._shape = request.new_shape or self._shape
+        block = request.block
+        if isinstance(block, _End):
+            estimates = self._estimation.flush(block.newest_ns)
+        else:
+            assert self._shape is not None
+            estimates = self._estimation.take(block.observations(self._shape))
+        counts = {name: n - before[name] for name, n in self._counters.as_dict().items()}
+        return _Answer(estimates=estimates, counts=counts)

@@ -1,0 +1,95 @@
+"""The estimator in a process of its own says what it says in this one."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from synthetic_body import body_offsets, extrinsics
+from worn_imus import merged, moving_wearer
+
+from pose_common.counters import Counters
+from pose_common.errors import ParameterError
+from pose_fusion.body.shape import BodyShape
+from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimation_process import AT_ONCE, EstimationProcess
+from pose_fusion.fusion.estimators.registry import body_model_of
+from pose_fusion.fusion.observation_block import block_of_observations
+from pose_fusion.fusion.observer import COUNTERS, Observer
+from pose_fusion.fusion.parameters import FusionParameters
+
+
+@pytest.fixture(scope="module")
+def samples():
+    *_, skeletons, imus = moving_wearer(9.0)
+    return merged(skeletons, imus)
+
+
+def observed(samples, parameters):
+    observer = Observer(body_model_of(parameters), parameters, Counters(*COUNTERS))
+    observer.place_sensors(extrinsics())
+    observations = [o for sample in samples for o in observer.add(sample)]
+    return observations + list(observer.flush()), observer.newest_ns
+
+
+def estimated(kind, parameters, observations, newest_ns):
+    """All estimates, and the counts."""
+    counters = Counters(*estimation_counters(parameters))
+    estimation = kind(body_model_of(parameters), parameters, counters)
+    blocks = [block for each in observations for block in estimation.take([each])]
+    blocks += estimation.flush(newest_ns)
+    if isinstance(estimation, EstimationProcess):
+        estimation.close()
+    return [estimate for block in blocks for estimate in block], counters.as_dict()
+
+
+def assert_same(found, expected):
+    assert len(found) == len(expected) > 0
+    for one, other in zip(found, expected, strict=True):
+        for field in fields(one):
+            np.testing.assert_equal(getattr(one, field.name), getattr(other, field.name))
+
+
+@pytest.mark.parametrize("estimator", ["default", "smoothed", "li2020"])
+def test_estimates_and_counts_are_the_same_to_the_last_bit(estimator, samples):
+    parameters = FusionParameters(estimator=estimator)
+    observations, newest_ns = observed(samples, parameters)
+    expected, counts = estimated(Estimation, parameters, observations, newest_ns)
+    found, found_counts = estimated(EstimationProcess, parameters, observations, newest_ns)
+    assert_same(found, expected)
+    assert found_counts == counts
+    assert counts["estimates"] == len(found)
+
+
+def test_another_body_begins_anew_where_it_comes(samples):
+    parameters = FusionParameters()
+    observations, newest_ns = observed(samples, parameters)
+    other = BodyShape(offsets=1.1 * body_offsets())
+    change = AT_ONCE + 17
+    observations[change:] = [replace(each, shape=other) for each in observations[change:]]
+    expected, counts = estimated(Estimation, parameters, observations, newest_ns)
+    found, _ = estimated(EstimationProcess, parameters, observations, newest_ns)
+    assert_same(found, expected)
+    assert counts["filter_starts"] == 2
+
+
+def test_a_block_gives_its_observations_back(samples):
+    observations, _ = observed(samples, FusionParameters())
+    chosen = observations[::20]
+    assert len({len(each.readings) for each in chosen}) > 1
+    block = block_of_observations(chosen)
+    for one, other in zip(block.observations(chosen[0].shape), chosen, strict=True):
+        assert one.shape is other.shape
+        assert one.readings.segments == other.readings.segments
+        for field in fields(one):
+            if field.name not in ("shape", "readings"):
+                found, expected = getattr(one, field.name), getattr(other, field.name)
+                np.testing.assert_array_equal(found, expected)
+        for name in ("R_map_segment", "angular_velocity", "stddev", "age_s"):
+            found, expected = getattr(one.readings, name), getattr(other.readings, name)
+            np.testing.assert_array_equal(found, expected)
+
+
+def test_parameters_that_cannot_work_are_refused_before_anything_is_started():
+    parameters = FusionParameters(estimator="left", sensors=("one", "other"))
+    with pytest.raises(ParameterError):
+        EstimationProcess(body_model_of(parameters), parameters, Counters())
