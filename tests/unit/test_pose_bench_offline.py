@@ -1,11 +1,14 @@
 """The bags that ``./pose bench offline`` repeats, and what ``live`` makes of what it noted."""
 
+import sys
+
 import numpy as np
 import pytest
 from session_bag import write_session
 from synthetic_body import FRAME_NS, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_bench.repeated_bag import PAUSE_NS, repeat
+from pose_bench.tools import offline
 from pose_bench.tools.bench import run
 from pose_bench.tools.live_graph import _result
 from pose_common.bags import open_bag
@@ -13,6 +16,7 @@ from pose_common.errors import InputError
 from pose_fusion.streams.bags import BagSamples
 
 S = 10**9
+HOLDING = 50 * 10**6  # [bytes] that each of two processes fills
 
 
 @pytest.fixture(scope="module")
@@ -89,3 +93,37 @@ def test_a_prediction_is_nearer_to_now_than_the_last_output(tmp_path):
     rows = [line.split("|") for line in rows if line.startswith("| kicks")]
     assert len(rows) == 2
     assert all(float(row[4]) < 1.0 for row in rows)
+
+
+@pytest.fixture
+def tool(tmp_path, monkeypatch):
+    """Has a script of Python take the place of ``fuse``."""
+
+    def replace_tool(lines):
+        path = tmp_path / "tool"
+        path.write_text("\n".join([f"#!{sys.executable}", "import os, sys, time", *lines]))
+        path.chmod(0o755)
+        monkeypatch.setattr(offline, "executable", lambda *_: path)
+
+    return replace_tool
+
+
+def test_memory_and_time_are_those_of_a_process_and_its_children(tool):
+    fill = f"held = bytearray(os.urandom(1) * {HOLDING})"
+    tool(
+        [
+            "child = os.fork()",
+            fill,
+            "while time.process_time() < 1.0: pass",
+            "if child: os.waitpid(child, 0)",
+        ]
+    )
+    _, cpu_s, memory_mb = offline._fused("in", "out")
+    assert memory_mb > 2 * HOLDING * 1e-6
+    assert cpu_s >= 2.0
+
+
+def test_a_tool_that_fails_is_an_error(tool):
+    tool(["sys.exit(1)"])
+    with pytest.raises(InputError, match="fuse failed on in"):
+        offline._fused("in", "out")
