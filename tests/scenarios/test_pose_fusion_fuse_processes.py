@@ -13,6 +13,7 @@ from patience import PATIENCE_S
 from session_bag import write_session
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
+WRITING = 3  # [threads] the main one, the bag's, the progress bar's
 FUSE = "from pose_common.entry import start; start.pose_fusion.tools.fuse()"
 
 
@@ -31,6 +32,10 @@ def children(pid):
     return list(map(int, Path(f"/proc/{pid}/task/{pid}/children").read_text().split()))
 
 
+def threads(pid):
+    return len(list(Path(f"/proc/{pid}/task").iterdir()))
+
+
 def is_running(pid):
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
@@ -44,11 +49,17 @@ def fusing(bag, tmp_path):
     words = [sys.executable, "-c", FUSE, str(bag), str(tmp_path / "out")]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + PATIENCE_S
-    while not (found := children(process.pid)):
-        assert process.poll() is None
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
+
+    def wait_for(has_come):
+        while not has_come():
+            assert process.poll() is None
+            assert time.monotonic() < deadline
+            time.sleep(0.001)
+
+    wait_for(lambda: children(process.pid))
+    found = children(process.pid)
     os.kill(found[0], signal.SIGSTOP)
+    wait_for(lambda: threads(process.pid) >= WRITING)
     yield process, found[0]
     for pid in (process.pid, found[0]):
         if is_running(pid):

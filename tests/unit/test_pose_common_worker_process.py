@@ -2,11 +2,10 @@
 
 import os
 import signal
-from multiprocessing.connection import wait
+from multiprocessing import active_children
 
 import numpy as np
 import pytest
-from patience import PATIENCE_S
 
 from pose_common.errors import InputError
 from pose_common.worker_process import UNDER_WAY, WorkerLostError, WorkerProcess
@@ -68,6 +67,14 @@ def test_more_requests_than_may_be_under_way_are_refused():
             process.put(1.0)
 
 
+def test_a_request_that_might_have_to_be_waited_for_is_refused():
+    with (
+        WorkerProcess(len, "counting") as process,
+        pytest.raises(ValueError, match="beside its arrays is too large"),
+    ):
+        process.put(list(range(10_000)))
+
+
 def test_an_error_arrives_as_it_was_raised_after_the_answers_before_it():
     with WorkerProcess(fail, "failing") as process:
         for request in (1, -2, 3):
@@ -105,7 +112,8 @@ def test_a_process_that_is_killed_is_told_in_one_line_to_who_waits():
 def test_a_process_that_is_killed_is_told_to_who_asks_more():
     with WorkerProcess(kill_oneself, "the estimator") as process:
         process.put(0)
-        wait([process.sentinel], PATIENCE_S)
+        (child,) = active_children()
+        os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
         with pytest.raises(WorkerLostError, match="of the estimator was ended by SIGKILL, "):
             process.put(0)
 

@@ -19,6 +19,7 @@ A = TypeVar("A")
 
 UNDER_WAY = 4  # [requests] at most
 SLOT_SIZE = 2**24  # [bytes] of a request's or an answer's arrays; see SharedSlots
+LARGEST_REQUEST = 2**14  # [bytes] beside its arrays: UNDER_WAY of them fit any socket's buffer
 
 
 class WorkerLostError(PoseError):
@@ -34,9 +35,10 @@ class _Failure:
 class WorkerProcess(Generic[Q, A]):
     """Has a function called in a process that is forked here and shares what is loaded.
 
-    Requests are answered in their order. A few may be under way: what a caller sends is small, so
-    that it never waits in :meth:`put`, and neither side can wait for a reader who waits himself.
-    The process ends with :meth:`close`, or by itself when its parent has ended.
+    Requests are answered in their order, and a few may be under way. What a caller sends is small,
+    so that it never waits in :meth:`put`: answers may be of any size, for nobody who could read
+    them waits for the process to read. The process ends with :meth:`close`, or by itself when its
+    parent has ended.
 
     To be made before other threads are: a child would inherit the locks that they hold.
 
@@ -55,19 +57,17 @@ class WorkerProcess(Generic[Q, A]):
         self._process = context.Process(
             target=self._serve, args=(function, theirs), name=name, daemon=True
         )
-        gc.freeze()  # a child that collects garbage need not copy what is loaded
+        gc.freeze()  # the child collects no garbage here: pages that it touched would be copied
         # Ctrl-C is its parent's matter, from the beginning.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            self._process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        self._process.start()
+        gc.unfreeze()
         theirs.close()
-
-    @property
-    def sentinel(self) -> int:
-        """What :func:`multiprocessing.connection.wait` takes: ready when the process has ended."""
-        return self._process.sentinel
+        try:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        except BaseException:  # it came meanwhile
+            self.close()
+            raise
 
     @property
     def is_full(self) -> bool:
@@ -88,6 +88,11 @@ class WorkerProcess(Generic[Q, A]):
         if self.is_full:
             raise ValueError(f"{self.under_way} requests are under way: take an answer first")
         parcel = self._requests.pack(self._put, request)
+        if len(parcel.data) > LARGEST_REQUEST:
+            raise ValueError(
+                f"a request of {len(parcel.data)} bytes beside its arrays is too large: "
+                f"at most {LARGEST_REQUEST}, and {SLOT_SIZE} of arrays"
+            )
         try:
             self._connection.send(parcel)
         except OSError as error:
