@@ -57,11 +57,11 @@ class WorkerProcess(Generic[Q, A]):
         self._process = context.Process(
             target=self._serve, args=(function, theirs), name=name, daemon=True
         )
-        gc.freeze()  # the child collects no garbage here: pages that it touched would be copied
+        # Neither looks for garbage in what both have: pages that are touched are copied.
+        gc.freeze()
         # Ctrl-C is its parent's matter, from the beginning.
         before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         self._process.start()
-        gc.unfreeze()
         theirs.close()
         try:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -120,6 +120,7 @@ class WorkerProcess(Generic[Q, A]):
         self._connection.close()
         self._process.kill()
         self._process.join()
+        gc.unfreeze()
 
     def __enter__(self) -> "WorkerProcess[Q, A]":
         return self
