@@ -53,6 +53,18 @@ def test_knee_flexion_follows_the_truth(plain):
     assert angle_rms(estimates, t, dof, "right_hip_flexion") < 8.0
 
 
+def test_an_outlet_is_given_what_is_returned_without_one(plain):
+    _, _, samples, _, estimates = plain
+    pipeline = FusionPipeline(LI2020, extrinsics())
+    blocks = []
+    pipeline.outlet = blocks.append
+    assert fused(pipeline, samples) == []
+    given = [estimate for block in blocks for estimate in block]
+    for one, other in zip(estimates, given, strict=True):
+        assert one.stamp_ns == other.stamp_ns
+        np.testing.assert_array_equal(one.T_map_link, other.T_map_link)
+
+
 def test_running_twice_gives_the_same_numbers(plain):
     _, _, samples, _, estimates = plain
     _, again = run(samples)

@@ -46,7 +46,7 @@ class FusionPipeline:
         self._estimation = Estimation(self.model, parameters, self.counters)
         self._observer = Observer(self.model, parameters, self.counters)
         self.outlet: Callable[[EstimateBlock], None] | None = None
-        """Is given all estimates at once, before the next frame is looked at."""
+        """Is given all estimates at once, before the next frame is looked at; none are returned."""
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -153,9 +153,8 @@ class FusionPipeline:
         return [e for seen in observations for e in self._told(self._estimation.take([seen]))]
 
     def _told(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
-        estimates: list[BodyEstimate] = []
+        if self.outlet is None:
+            return [estimate for block in blocks for estimate in block]
         for block in blocks:
-            if self.outlet is not None:
-                self.outlet(block)
-            estimates += block
-        return estimates
+            self.outlet(block)
+        return []

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pose_fusion.body.model import BodyModel
 from pose_fusion.fusion.estimates import EstimateBlock
 from pose_fusion.fusion.estimators.estimator import TimedPose
+from pose_fusion.kernels.frames import place_origins
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -66,12 +67,11 @@ def link_transforms(
     Returns:
         ``T_map_link``, shape (n, links, 4, 4).
     """
-    T_map_link = np.zeros((*rotations.shape[:2], 4, 4))
-    T_map_link[..., :3, :3] = rotations
-    origins = T_map_link[..., :3, 3]
-    origins[:] = joints[:, turns_about]
-    origins[:, turns_about < 0] = position[:, None, :3]
-    T_map_link[..., 3, 3] = 1.0
+    T_map_link = np.empty((*rotations.shape[:2], 4, 4))
+    position, rotations = np.ascontiguousarray(position), np.ascontiguousarray(rotations)
+    joints = np.ascontiguousarray(joints)
+    for row, filled in enumerate(T_map_link):
+        place_origins(position[row], rotations[row], joints[row], turns_about, filled)
     return T_map_link
 
 
