@@ -12,7 +12,7 @@ from pose_bench.reference.tracker import covariances, foreshortening, inertia, s
 from pose_common.joints import TrackingState
 from pose_fusion.body.kinematics import rotation_from_vector, skew
 from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.filters.looks import CameraLooks, LinkLooks, UpdateReport
+from pose_fusion.filters.looks import CameraLooks, LinkLooks, Outcome, UpdateReport
 from pose_fusion.filters.motion_prior import MotionPrior, acceleration_power
 from pose_fusion.filters.posture import PosturePrior
 from pose_fusion.filters.segment_filter import NO_CAMERAS, NO_IMUS
@@ -20,6 +20,7 @@ from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.tracker_model import TrackerNoise
 from pose_fusion.streams.samples import FloatArray
 
+MOST = 20.0  # [-] a squared distance that counts no more than that, in the mean
 WRONG_BEND = np.radians(-35.0)  # a hinge bent further the wrong way is a limb turned by half a turn
 LARGEST_STDDEV = np.radians(60.0)  # an unseen turn grows no further
 
@@ -141,10 +142,18 @@ class ReferenceFilter:
         P = np.linalg.inv(np.linalg.inv(state.covariance) + information)
         state.covariance = 0.5 * (P + P.T)
         _move(state, state.covariance @ vector, layout)
+        seen = distance[np.isfinite(distance)]
+        outcome = Outcome(
+            is_definite=True,
+            flipped=self._turn_back(),
+            swapped=0,
+            typical=float(np.mean(np.minimum(seen, MOST))) if len(seen) else np.nan,
+            farthest=float(np.max(seen)) if len(seen) else np.nan,
+        )
         return UpdateReport(
+            outcome=outcome,
             distance=distance,
             information=np.stack([kinect_information, imu_information]),
-            flipped=self._turn_back(),
         )
 
     def _add_camera(

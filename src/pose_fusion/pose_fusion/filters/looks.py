@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from pose_fusion.kernels.camera import CameraLooks as CameraLooks
+from pose_fusion.kernels.correction import Outcome as Outcome
 from pose_fusion.kernels.links import LinkLooks as LinkLooks
 from pose_fusion.streams.samples import FloatArray
 
@@ -11,7 +12,6 @@ from pose_fusion.streams.samples import FloatArray
 class UpdateReport:
     """What an update did."""
 
+    outcome: Outcome
     distance: FloatArray  # (15,) squared Mahalanobis distance of each joint; NaN unseen
     information: FloatArray  # (2, links, 3, 3) [1/rad²] of the Kinects and of the IMUs
-    flipped: int = 0  # limbs turned by half a turn
-    swapped: int = 0  # groups of joints that a tracker took for the other side's

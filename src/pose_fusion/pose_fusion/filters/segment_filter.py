@@ -24,7 +24,7 @@ from pose_fusion.filters.posture import PosturePrior, posture_numbers
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.side_swaps import SWAPS
 from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_numbers
-from pose_fusion.kernels.correction import NOT_DEFINITE, Expectations, correct
+from pose_fusion.kernels.correction import Expectations, correct
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.prediction import Elapsed, predict
 from pose_fusion.streams.samples import FloatArray
@@ -157,7 +157,7 @@ class SegmentFilter:
         state, layout = self.known_state, self.layout
         distance = np.empty(len(self.tree.offsets))
         of_links = np.empty((2, layout.links, 3, 3))
-        flipped, swapped = correct(
+        outcome = correct(
             self._expectations,
             cameras,
             imus,
@@ -168,11 +168,9 @@ class SegmentFilter:
             distance,
             of_links,
         )
-        if flipped == NOT_DEFINITE:
+        if not outcome.is_definite:
             raise np.linalg.LinAlgError("the covariance is not positive definite")
-        return UpdateReport(
-            distance=distance, information=of_links, flipped=flipped, swapped=swapped
-        )
+        return UpdateReport(outcome=outcome, distance=distance, information=of_links)
 
     @property
     def known_state(self) -> SegmentState:

@@ -23,7 +23,6 @@ from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.kernels.compiling import say_if_compiling
-from pose_fusion.kernels.rotations import turn_all
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
 from pose_fusion.streams.time_alignment import AlignedFrame
 
@@ -78,11 +77,10 @@ def prepare(kind: type[Estimator], model_name: str) -> None:
 
 
 def _prepare_rare() -> None:
-    """What is called once in a while only: a heading that is lent, a glide."""
+    """What is called once in a while only: a heading that is lent."""
     alignment = SegmentAlignment(AlignmentRows())
     if not alignment.is_mounted:
         alignment.anchor.start(0.0, 1.0)
-    turn_all(np.zeros((1, 3)), 1.0, np.eye(3)[None].copy(), np.empty((1, 3, 3)))
 
 
 def _prepare_learning(model: BodyModel, shape: BodyShape, parameters: FusionParameters) -> None:

@@ -63,9 +63,8 @@ def add_cameras(
     information: FloatArray,
     vector: FloatArray,
     distance: FloatArray,
-) -> int:
-    """Add the frames of all cameras that saw anything, see :func:`add_camera`; how many did."""
-    count = 0
+) -> None:
+    """Add the frames of all cameras that saw anything, see :func:`add_camera`."""
     for s in range(len(looks.positions)):
         if not np.any(looks.tracking_state[s]):
             continue
@@ -88,8 +87,6 @@ def add_cameras(
             vector,
             distance,
         )
-        count += 1
-    return count
 
 
 @compiled

@@ -16,7 +16,19 @@ from pose_fusion.kernels.side_swaps import SwapNumbers, unswap_cameras
 from pose_fusion.kernels.tracker import TrackerNumbers
 from pose_fusion.streams.samples import FloatArray
 
-NOT_DEFINITE = -1
+MOST = 20.0  # [-] a squared Mahalanobis distance that counts no more than that
+
+
+class Outcome(NamedTuple):
+    """What an update did."""
+
+    is_definite: bool  # False: the covariance has broken
+    flipped: int  # limbs turned by half a turn
+    swapped: int  # groups of joints that a tracker took for the other side's
+    typical: (
+        float  # mean squared Mahalanobis distance of what is seen, each at most MOST; NaN: none
+    )
+    farthest: float  # the largest of them; NaN: none
 
 
 class Expectations(NamedTuple):
@@ -41,7 +53,7 @@ def correct(
     predicted: Pose,
     distance: FloatArray,
     of_links: FloatArray,
-) -> tuple[int, int]:
+) -> Outcome:
     """Take what cameras, IMUs and the posture tell, and move the pose, in place.
 
     Args:
@@ -54,13 +66,12 @@ def correct(
         predicted: Filled: the state as it was.
         distance: Filled, (joints,): squared Mahalanobis distance of each joint; NaN unseen.
         of_links: Filled, (2, links, 3, 3): the cameras' and the IMUs' own information of each link.
-
-    Returns:
-        How many limbs were turned back, :data:`NOT_DEFINITE` where the covariance has broken; and
-        how many groups of joints had been swapped.
     """
     keep_pose(pose, predicted)
-    information, vector = np.zeros(P.shape), np.zeros(len(P))
+    # Only IMUs' rates, and cameras that saw what was a while ago, tell of rates.
+    tells_rates = len(imus.links) > 0 or cameras.delay_s != 0.0
+    informed = len(P) if tells_rates else 3 + 3 * len(pose.rotations) + 3 * len(pose.slides)
+    information, vector = np.zeros((informed, informed)), np.zeros(informed)
     distance[:] = np.nan
     seen = CameraLooks(
         cameras.positions.copy(),
@@ -70,7 +81,7 @@ def correct(
         cameras.delay_s,
     )
     swaps = unswap_cameras(expected.body, pose, expected.swaps, seen.positions, seen.tracking_state)
-    seeing = add_cameras(
+    add_cameras(
         expected.body,
         expected.tracker,
         expected.limb_ends,
@@ -88,15 +99,28 @@ def correct(
     of_links[1] -= of_links[0]
     posture = expected.posture
     add_posture(posture, pose.rotations, information, vector)
-    # Only IMUs' rates, and cameras that saw what was a while ago, tell of rates.
-    tells_rates = len(imus.links) > 0 or (seeing > 0 and cameras.delay_s != 0.0)
-    pose_size = 3 + 3 * len(pose.rotations) + 3 * len(pose.slides)
-    if not add_information(P, information, len(P) if tells_rates else pose_size):
-        return NOT_DEFINITE, swaps
-    move(pose, np.dot(P, vector))
+    typical, farthest = judge(distance)
+    if not add_information(P, information):
+        return Outcome(False, 0, swaps, typical, farthest)
+    error = np.zeros(len(P))
+    for k in range(informed):
+        error += vector[k] * P[k]
+    move(pose, error)
     hinges = (posture.hinge_parents, posture.hinge_links, posture.hinge_signs)
     flipped = turn_back(pose.rotations, hinges[0], hinges[1], hinges[2], expected.wrong_bend)
-    return flipped, swaps
+    return Outcome(True, flipped, swaps, typical, farthest)
+
+
+@compiled
+def judge(distance: FloatArray) -> tuple[float, float]:
+    """The mean of the distances that are known, each at most :data:`MOST`, and the largest."""
+    total, count, farthest = 0.0, 0, np.nan
+    for each in distance:
+        if np.isfinite(each):
+            total += min(each, MOST)
+            count += 1
+            farthest = each if count == 1 else max(farthest, each)
+    return total / count if count > 0 else np.nan, farthest
 
 
 @compiled

@@ -7,7 +7,18 @@ import numpy as np
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.rotations import exponential, logarithm, product, product_transposed
+from pose_fusion.kernels.vectors import norm
 from pose_fusion.streams.samples import FloatArray
+
+NEGLIGIBLE_TURN = np.radians(0.05)  # [rad]
+NEGLIGIBLE_SHIFT = 0.0005  # [m]
+
+
+class Glide(NamedTuple):
+    """What still lies between a state and what goes out for it."""
+
+    turns: FloatArray  # (links, 3) [rad] in map: out = exp(turn) state
+    shift: FloatArray  # (3,) [m] of the root
 
 
 class Limits(NamedTuple):
@@ -17,12 +28,6 @@ class Limits(NamedTuple):
     turn_time_s: float  # [s] of the link's own rate, by which that may be more
     shift: float  # [m] of the root
     shift_time_s: float  # [s] likewise, of its velocity
-
-
-@compiled
-def norm(v: FloatArray) -> float:
-    """Length of a vector of three."""
-    return np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
 @compiled
@@ -48,8 +53,8 @@ def take_up(
     before: Pose,
     after: Pose,
     limits: Limits,
-    turns: FloatArray,
-    shift: FloatArray,
+    keep: float,
+    glide: Glide,
     at_once: FloatArray,
 ) -> None:
     """Take up a correction, in place.
@@ -58,10 +63,13 @@ def take_up(
         before: The pose as predicted.
         after: As corrected.
         limits: What may show at once.
-        turns: What glides, (links, 3) [rad] in map.
-        shift: Likewise of the root, (3,) [m].
+        keep: What remains of the glide since it was changed last [-].
+        glide: What glides.
         at_once: What has shown at once since a pose went out: of each link [rad], of the root [m].
     """
+    turns, shift = glide.turns, glide.shift
+    turns *= keep
+    shift *= keep
     links = len(turns)
     turn, shown, apart, missing = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
     for link in range(links):
@@ -79,9 +87,9 @@ def take_up(
 
 
 @compiled
-def is_over(turns: FloatArray, shift: FloatArray, least_turn: float, least_shift: float) -> bool:
-    """Whether all that glides is less than that [rad], [m]."""
-    for link in range(len(turns)):
-        if norm(turns[link]) >= least_turn:
+def is_over(glide: Glide) -> bool:
+    """Whether nothing glides that anybody would see."""
+    for link in range(len(glide.turns)):
+        if norm(glide.turns[link]) >= NEGLIGIBLE_TURN:
             return False
-    return norm(shift) < least_shift
+    return norm(glide.shift) < NEGLIGIBLE_SHIFT

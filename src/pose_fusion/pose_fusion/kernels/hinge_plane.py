@@ -7,17 +7,18 @@ from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.rotations import exponential, product
+from pose_fusion.kernels.vectors import cross, dot, norm
 from pose_fusion.streams.samples import FloatArray
 
 
 class Hinges(NamedTuple):
-    """A body's hinges as arrays, and how far they must be bent; see below."""
+    """A body's hinges as arrays, and how far they must be bent."""
 
     parents: NDArray[np.int64]
     links: NDArray[np.int64]
     signs: FloatArray
-    straight: float
-    bent: float
+    straight: float  # sine of a bend up to which the plane counts for nothing
+    bent: float  # from which on it counts alone
 
 
 @compiled
@@ -29,37 +30,32 @@ def turn_about_own_axis(R: FloatArray, angle: float) -> None:
 
 
 @compiled
-def turn_into_hinge_planes(
-    rotations: FloatArray,
-    parents: NDArray[np.int64],
-    links: NDArray[np.int64],
-    signs: FloatArray,
-    straight: float,
-    bent: float,
-) -> None:
+def turn_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
     """Turn limbs about themselves, in place; no bone changes its direction.
 
     Args:
         rotations: ``R_map_link``, (links, 3, 3).
-        parents: Of each hinge.
-        links: Of each hinge.
-        signs: Of each hinge.
-        straight: Sine of a bend up to which the plane counts for nothing.
-        bent: From which on it counts alone.
+        hinges: Of the body.
     """
-    for hinge in range(len(links)):
-        upper, lower = rotations[parents[hinge]], rotations[links[hinge]]
+    across = np.empty(3)
+    for hinge in range(len(hinges.links)):
+        upper, lower = rotations[hinges.parents[hinge]], rotations[hinges.links[hinge]]
         # Both bones run along −z: across = −sign (−lower z) × (−upper z).
-        across = -signs[hinge] * np.cross(lower[:, 2], upper[:, 2])
-        sine = np.sqrt((across**2).sum())
-        share = min(max((sine - straight) / (bent - straight), 0.0), 1.0)
+        cross(lower[:, 2], upper[:, 2], across)
+        sine = norm(across)
+        bend = (sine - hinges.straight) / (hinges.bent - hinges.straight)
+        share = min(max(bend, 0.0), 1.0)
         if share == 0.0:
             continue
-        normal = across / sine
-        turned = np.cross(upper[:, 1], normal)
-        angle = np.arctan2((turned * upper[:, 2]).sum(), (upper[:, 1] * normal).sum())
-        turn_about_own_axis(upper, share * angle)
+        across *= -hinges.signs[hinge] / sine
+        turn_about_own_axis(upper, share * angle_about_own_axis(upper, across))
         # The lower bone is where the hinge takes it, turned about itself as little as can be.
-        turned = np.cross(lower[:, 1], upper[:, 1])
-        angle = np.arctan2((turned * lower[:, 2]).sum(), (lower[:, 1] * upper[:, 1]).sum())
-        turn_about_own_axis(lower, share * angle)
+        turn_about_own_axis(lower, share * angle_about_own_axis(lower, upper[:, 1]))
+
+
+@compiled
+def angle_about_own_axis(R: FloatArray, lateral: FloatArray) -> float:
+    """How far a link must turn about its z axis [rad], for its y axis to be this one, (3,)."""
+    turned = np.empty(3)
+    cross(R[:, 1], lateral, turned)
+    return np.arctan2(dot(turned, R[:, 2]), dot(R[:, 1], lateral))

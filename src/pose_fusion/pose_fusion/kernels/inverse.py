@@ -29,7 +29,7 @@ def invert(A: FloatArray) -> bool:
 
 
 @compiled
-def add_information(P: FloatArray, information: FloatArray, informed: int) -> bool:
+def add_information(P: FloatArray, information: FloatArray) -> bool:
     r"""P becomes (P⁻¹ + information)⁻¹; False: one of both was not positive definite.
 
     Of the others' rows only what goes along with those that are informed changes, by
@@ -37,27 +37,28 @@ def add_information(P: FloatArray, information: FloatArray, informed: int) -> bo
 
     Args:
         P: A covariance; is used up.
-        information: As large; zero but for the first rows and columns.
-        informed: How many those are.
+        information: Of P's first rows and columns; there is none of the others.
     """
+    informed = len(information)
     if informed == len(P):
-        if not invert(P):
+        if not invert_by_halves(P):
             return False
         P += information
         return invert(P)
     A, C = P[:informed, :informed].copy(), P[informed:, :informed].copy()
-    if not invert(A):
+    if not invert_by_halves(A):
         return False
     K = np.dot(C, A)
-    A += information[:informed, :informed]
+    A += information
     if not invert(A):
         return False
     changed = np.dot(K, A)
+    fell = np.dot(changed - C, K.T)
+    mirror(fell)
     P[:informed, :informed] = A
     P[informed:, :informed] = changed
     P[:informed, informed:] = changed.T
-    P[informed:, informed:] += np.dot(changed - C, K.T)
-    mirror(P)
+    P[informed:, informed:] += fell
     return True
 
 

@@ -1,11 +1,9 @@
 """Joint angles, rates and variances from links' rotations: the inverse of the chain."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
-from pose_fusion.kernels.forward import ModelNumbers, place_links
-from pose_fusion.kernels.hinge_plane import Hinges, turn_into_hinge_planes
+from pose_fusion.kernels.forward import ModelNumbers
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.rotations import exponential, logarithm, product, transposed_product
 from pose_fusion.kernels.small_matrices import solve
@@ -143,52 +141,6 @@ def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray)
 
 
 @compiled
-def read_body(
-    numbers: ModelNumbers,
-    hinges: Hinges,
-    pose: Pose,
-    P: FloatArray,
-    information: FloatArray,
-    least: float,
-    previous: FloatArray,
-    out: FloatArray,
-    source: NDArray[np.uint8],
-    rotations: FloatArray,
-    joints: FloatArray,
-) -> None:
-    """All that is told of a pose; limbs are turned about themselves as their hinges show.
-
-    Args:
-        numbers: The body model.
-        hinges: Its hinges.
-        pose: See :func:`read_pose`.
-        P: Likewise.
-        information: Likewise.
-        least: See :func:`share_out`.
-        previous: The degrees of freedom before, (d,); become the present ones.
-        out: (5, d): values, rates, variances, then each source's share.
-        source: Filled, (d,).
-        rotations: Filled, (links, 3, 3): of the pose that the degrees of freedom give.
-        joints: Filled, (joints, 3) [m]: likewise.
-    """
-    rotations[:] = pose.rotations
-    turn_into_hinge_planes(
-        rotations, hinges.parents, hinges.links, hinges.signs, hinges.straight, hinges.bent
-    )
-    turned = Pose(pose.position, rotations, pose.slides, pose.velocity, pose.rates)
-    read_pose(numbers, turned, P, information, previous, out)
-    share_out(out[3:], least, out[3:], source)
-    previous[:] = out[0]
-    place_links(
-        numbers,
-        np.eye(3),
-        previous.reshape((1, -1)),
-        rotations.reshape((1, len(rotations), 3, 3)),
-        joints.reshape((1, len(joints), 3)),
-    )
-
-
-@compiled
 def read_pose(
     numbers: ModelNumbers,
     pose: Pose,
@@ -263,53 +215,3 @@ def read_link(
         at = dof[k]
         out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
         out[3, at], out[4, at] = known[0], known[1]
-
-
-@compiled
-def share_out(
-    information: FloatArray, least: float, share: FloatArray, source: NDArray[np.uint8]
-) -> None:
-    """Each source's share of what an update knew, and the name for it.
-
-    Args:
-        information: Of Kinects and of IMUs, (2, d).
-        least: Information that counts.
-        share: Filled, (2, d) [-]; may be the information itself.
-        source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
-    """
-    known_of = np.empty(2)
-    for at in range(len(source)):
-        known_of[0], known_of[1] = information[0, at], information[1, at]
-        total = known_of[0] + known_of[1]
-        source[at] = 0
-        for which in range(2):
-            known = known_of[which]
-            share[which, at] = known / total if total > least else 0.0
-            if known > least:
-                source[at] += which + 1
-
-
-@compiled
-def published_variance(
-    variance: FloatArray,
-    velocity: FloatArray,
-    weight_imu: FloatArray,
-    scale: float,
-    trusts: FloatArray,
-    out: FloatArray,
-) -> None:
-    """Variances that errors keep to; see :mod:`pose_fusion.fusion.estimators.uncertainty`.
-
-    Args:
-        variance: The filter's, (d,).
-        velocity: (d,).
-        weight_imu: Share of the IMUs, (d,) [-].
-        scale: Of the variances [-].
-        trusts: Factor [-], lateness [s] and deviation, by Kinects alone and with an IMU, (2, 3, d).
-        out: Filled, (d,).
-    """
-    for at in range(len(out)):
-        which = 1 if weight_imu[at] > 0.0 else 0
-        factor, late_s, stddev = trusts[which, 0, at], trusts[which, 1, at], trusts[which, 2, at]
-        moved = late_s * velocity[at]
-        out[at] = factor * scale * variance[at] + moved**2 + stddev**2

@@ -117,5 +117,5 @@ class Estimator(ABC):
 
 def timed(pose: FusedPose, observation: Observation) -> TimedPose:
     """A pose of an observation's instant."""
-    state = observation.tracking_state.max(axis=0)
+    state = np.maximum.reduce(observation.tracking_state)
     return TimedPose(stamp_ns=observation.stamp_ns, tracking_state=state, pose=pose)

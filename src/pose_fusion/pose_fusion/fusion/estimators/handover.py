@@ -8,16 +8,13 @@ one pose that goes out to the next.
 """
 
 from collections.abc import Iterable
-from dataclasses import replace
 from math import exp
 
 import numpy as np
 
 from pose_common.stamps import NS_PER_S
-from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.kernels.gliding import Limits, is_over, take_up
+from pose_fusion.kernels.gliding import Glide, Limits, take_up
 from pose_fusion.kernels.placing import Pose
-from pose_fusion.kernels.rotations import turn_all
 
 DECAY_S = 0.12  # [s] time constant of the glide
 EVENT_NS = NS_PER_S // 10  # [ns] for which an event's corrections come
@@ -28,8 +25,6 @@ AFTER_AN_EVENT = Limits(
 """What one update may correct at once, after an event."""
 EVER_LARGER = 12.0  # [-] times as much at other times
 AT_OTHER_TIMES = Limits(*(EVER_LARGER * limit for limit in AFTER_AN_EVENT))
-NEGLIGIBLE_TURN = float(np.radians(0.05))
-NEGLIGIBLE_SHIFT = 0.0005  # [m]
 
 
 class Sources:
@@ -65,15 +60,14 @@ class Handover:
     """
 
     def __init__(self, links: int) -> None:
-        self._turns = np.zeros((links, 3))  # [rad] in map: out = exp(turn) state
-        self._shift = np.zeros(3)  # [m]
+        self._links = links
+        self._glide = no_glide(links)
+        self._gone_s = 0.0  # [s] since that changed last
         self._at_once = np.zeros(links + 1)  # [rad], [m] corrections since a pose went out
 
     def predict(self, dt_s: float) -> None:
         """Glide on for ``dt_s`` [s]."""
-        keep = exp(-dt_s / DECAY_S)
-        self._turns = keep * self._turns  # not in place: a copy may go on by itself
-        self._shift = keep * self._shift
+        self._gone_s += dt_s
 
     def follow(self, before: Pose | None, after: Pose, eventful: bool) -> None:
         """Take up a correction.
@@ -83,17 +77,27 @@ class Handover:
             after: The corrected pose of the same instant.
             eventful: Whether something has just happened that makes the state jump.
         """
+        keep, self._gone_s = exp(-self._gone_s / DECAY_S), 0.0
         if before is None:
-            self._turns, self._shift = np.zeros_like(self._turns), np.zeros(3)
+            self._glide = no_glide(self._links)
             return
         limits = AFTER_AN_EVENT if eventful else AT_OTHER_TIMES
-        take_up(before, after, limits, self._turns, self._shift, self._at_once)
+        take_up(before, after, limits, keep, self._glide, self._at_once)
 
-    def shown(self, state: SegmentState) -> SegmentState:
-        """What goes out for a state; shares what is not changed with it."""
-        self._at_once = np.zeros_like(self._at_once)
-        if is_over(self._turns, self._shift, NEGLIGIBLE_TURN, NEGLIGIBLE_SHIFT):
-            return state
-        rotations = np.empty_like(state.rotations)
-        turn_all(self._turns, 1.0, state.rotations, rotations)
-        return replace(state, rotations=rotations, position=state.position + self._shift)
+    def show(self) -> Glide:
+        """What lies between the state and what goes out now."""
+        self._at_once[:] = 0.0
+        return self.ahead(0.0)
+
+    def ahead(self, dt_s: float) -> Glide:
+        """The same ``dt_s`` [s] later; nothing goes out."""
+        gone_s = self._gone_s + dt_s
+        if gone_s == 0.0:
+            return self._glide
+        keep = exp(-gone_s / DECAY_S)
+        return Glide(keep * self._glide.turns, keep * self._glide.shift)
+
+
+def no_glide(links: int) -> Glide:
+    """What goes out is the state."""
+    return Glide(np.zeros((links, 3)), np.zeros(3))

@@ -39,19 +39,20 @@ class LostLimbs:
         }
         self._since_ns: dict[str, int] = {}
 
-    def check(self, stamp_ns: int, distance: FloatArray) -> Sequence[int] | None:
+    def check(self, stamp_ns: int, distance: FloatArray, farthest: float) -> Sequence[int] | None:
         """Judge one update.
 
         Args:
             stamp_ns: Its instant.
             distance: Squared Mahalanobis distance of each joint, shape (15,); NaN unseen.
+            farthest: The largest of them.
 
         Returns:
             The links of limbs that are lost; None if the whole person is.
         """
-        distances = distance.tolist()
-        if not self._since_ns and not any(each >= FAR for each in distances):  # false of NaN
+        if not self._since_ns and not farthest >= FAR:  # false of NaN
             return []
+        distances = distance.tolist()
         if self._has_been_far("body", self._body, stamp_ns, distances):
             self._since_ns.clear()
             return None

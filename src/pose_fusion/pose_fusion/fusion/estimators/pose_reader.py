@@ -3,6 +3,7 @@
 from copy import copy
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_common.joints import JOINTS
 from pose_fusion.body.hinge_plane import hinges_of
@@ -13,10 +14,12 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.filters.looks import UpdateReport
 from pose_fusion.filters.segment_state import SegmentState
 from pose_fusion.fusion.estimators.estimator import FusedPose
-from pose_fusion.kernels.reading import read_body
+from pose_fusion.fusion.estimators.uncertainty import Trusts, numbers_of
+from pose_fusion.kernels.gliding import Glide
+from pose_fusion.kernels.telling import BodyAsTold, Told, tell
 from pose_fusion.streams.samples import FloatArray
 
-NOTHING = 1e-6  # [1/rad²] information that is none
+OWN_RATES = np.zeros(0)
 
 
 class PoseReader:
@@ -26,11 +29,17 @@ class PoseReader:
         model: The body model.
         shape: The person's measures.
         tree: The body as the filter has it.
+        trusts: How much the filter's variances are worth.
     """
 
-    def __init__(self, model: BodyModel, shape: BodyShape, tree: SegmentTree) -> None:
-        self._numbers = model_numbers(model, shape.offsets)
-        self._hinges = hinges_of(tree)
+    def __init__(
+        self, model: BodyModel, shape: BodyShape, tree: SegmentTree, trusts: Trusts
+    ) -> None:
+        self._body = BodyAsTold(
+            numbers=model_numbers(model, shape.offsets),
+            hinges=hinges_of(tree),
+            trusts=numbers_of(model, trusts),
+        )
         self._previous = np.zeros(model.size)
 
     def copy(self) -> "PoseReader":
@@ -40,40 +49,53 @@ class PoseReader:
         return other
 
     def read(
-        self, state: SegmentState, report: UpdateReport, sensor_weight: FloatArray
+        self,
+        state: SegmentState,
+        glide: Glide,
+        report: UpdateReport,
+        scale: float,
+        tracking_state: NDArray[np.uint8],
+        rates: FloatArray = OWN_RATES,
     ) -> FusedPose:
         """The pose of a state.
 
         Args:
             state: Of the filter.
+            glide: What still lies between it and what goes out.
             report: Of the update that led to it.
-            sensor_weight: Each sensor's share in each joint, shape (sensors, 15).
+            scale: Of the variances [-].
+            tracking_state: Of each sensor's joints, shape (sensors, 15).
+            rates: Of the degrees of freedom, (d,), by which they may be late; its own if left out.
         """
         size = len(self._previous)
-        read, source = np.empty((5, size)), np.empty(size, np.uint8)
-        rotations, joints = np.empty_like(state.rotations), np.empty((len(JOINTS), 3))
-        read_body(
-            self._numbers,
-            self._hinges,
+        told = Told(
+            np.empty((5, size)),
+            np.empty(size, np.uint8),
+            np.empty(state.rotations.shape),
+            np.empty((len(JOINTS), 3)),
+            np.empty(tracking_state.shape),
+        )
+        tell(
+            self._body,
             state.pose,
+            glide,
             state.covariance,
             report.information,
-            NOTHING,
+            scale,
+            rates,
+            tracking_state,
             self._previous,
-            read,
-            source,
-            rotations,
-            joints,
+            told,
         )
-        position, velocity, variance, weight_kinect, weight_imu = read
+        position, velocity, variance, weight_kinect, weight_imu = told.of_dof
         return FusedPose(
             position=position,
             velocity=velocity,
             variance=variance,
             weight_kinect=weight_kinect,
             weight_imu=weight_imu,
-            source=source,
-            rotations=rotations,
-            joints=joints,
-            sensor_weight=sensor_weight,
+            source=told.source,
+            rotations=told.rotations,
+            joints=told.joints,
+            sensor_weight=told.sensor_weight,
         )

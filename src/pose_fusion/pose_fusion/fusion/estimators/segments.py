@@ -1,7 +1,5 @@
 """``default``: rotations of the body's links on the manifold, every sensor's frame as it comes."""
 
-from copy import copy
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -16,6 +14,7 @@ from pose_fusion.body.model import BodyModel
 from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import trunk_axes
+from pose_fusion.filters.looks import Outcome
 from pose_fusion.filters.segment_filter import (
     NO_IMUS,
     CameraLooks,
@@ -29,13 +28,11 @@ from pose_fusion.fusion.estimators.handover import Handover, Sources
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
 from pose_fusion.fusion.estimators.pose_reader import PoseReader
-from pose_fusion.fusion.estimators.uncertainty import LIVE, Trusts, Uncertainty
+from pose_fusion.fusion.estimators.uncertainty import LIVE, Fit, Trusts, scale_of
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.kernels.links import ImuTrust, looks_of
 from pose_fusion.kernels.placing import Pose
-from pose_fusion.kernels.seeing import share_cameras
-from pose_fusion.streams.samples import FloatArray
 
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
@@ -74,7 +71,7 @@ class SegmentEstimator(Estimator):
         super().__init__(model, shape, parameters, counters)
         self._tree = SegmentTree(model, shape)
         self._filter = SegmentFilter(self._tree)
-        self._reader = PoseReader(model, shape, self._tree)
+        self._reader = PoseReader(model, shape, self._tree, self.TRUSTS)
         self._handover = Handover(len(self._tree.parents))
         self._sources = Sources()
         names = model.link_names
@@ -87,20 +84,19 @@ class SegmentEstimator(Estimator):
             held_jerk=HELD_JERK,
         )
         self._lost = LostLimbs(model)
-        self._uncertainty = Uncertainty(model, self.TRUSTS)
+        self._fit = Fit()
         self._stamp_ns = 0
-        self._told: FusedPose | None = None  # the last pose, and how each joint was tracked
-        self._tracking_state = np.zeros(len(JOINTS), np.uint8)
+        self._told: FusedPose | None = None  # the last pose
+        self._tracking_state = np.zeros((0, len(JOINTS)), np.uint8)  # of its observation
 
     def update(self, observation: Observation) -> FusedPose | None:
         """Predict to the instant and take everything that is known of it."""
         report, state = self._take(observation), self._filter.state
         if report is None or state is None:
             return None
-        self._told = self._read(
-            self._handover.shown(state), self._uncertainty.distance, report, observation
-        )
-        self._tracking_state = observation.tracking_state.max(axis=0)
+        self._tracking_state = observation.tracking_state
+        glide, scale = self._handover.show(), scale_of(self._fit.distance)
+        self._told = self._reader.read(state, glide, report, scale, self._tracking_state)
         return self._told
 
     def _take(self, observation: Observation) -> UpdateReport | None:
@@ -130,7 +126,7 @@ class SegmentEstimator(Estimator):
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")  # its instant has been told already
             return None
-        self._uncertainty.note(max(ahead_s, 0.0), report.distance)
+        self._fit.note(max(ahead_s, 0.0), report.outcome.typical)
         return report
 
     def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
@@ -146,22 +142,17 @@ class SegmentEstimator(Estimator):
                 report = ahead.update(imus=self._imu_looks(readings))
             except np.linalg.LinAlgError:
                 return None
-        handover = copy(self._handover)
-        handover.predict(ahead_s)
-        shown = handover.shown(ahead.known_state)
-        pose = self._reader.copy().read(shown, report, told.sensor_weight)
-        # As late as it was when it was last told, though its rates have died away since.
-        moving = replace(pose, velocity=told.velocity)
-        pose.variance = self._uncertainty.variance(moving, self._uncertainty.distance)
-        return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
-
-    def _read(
-        self, state: SegmentState, distance: float, report: UpdateReport, observation: Observation
-    ) -> FusedPose:
-        """The degrees of freedom of a state, with the variances that its errors keep to."""
-        pose = self._reader.read(state, report, _sensor_weight(observation))
-        pose.variance = self._uncertainty.variance(pose, distance)
-        return pose
+        pose = self._reader.copy().read(
+            ahead.known_state,
+            self._handover.ahead(ahead_s),
+            report,
+            scale_of(self._fit.distance),
+            self._tracking_state,
+            # As late as it was when it was last told, though its rates have died away since.
+            told.velocity,
+        )
+        best = np.maximum.reduce(self._tracking_state)
+        return TimedPose(stamp_ns=stamp_ns, tracking_state=best, pose=pose)
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None
@@ -185,9 +176,9 @@ class SegmentEstimator(Estimator):
             self.counters.add("filter_restarts_numerical")
             self._filter.state = None
             return None
-        self.counters.add("limbs_turned_back", report.flipped)
-        self.counters.add("sides_swapped", report.swapped)
-        lost = self._lost.check(observation.stamp_ns, report.distance)
+        self.counters.add("limbs_turned_back", report.outcome.flipped)
+        self.counters.add("sides_swapped", report.outcome.swapped)
+        lost = self._lost.check(observation.stamp_ns, report.distance, report.outcome.farthest)
         if lost is None:
             self.counters.add("filter_restarts_strayed")
             self._start(observation)
@@ -251,9 +242,9 @@ class SegmentEstimator(Estimator):
 def nothing_seen(tree: SegmentTree) -> UpdateReport:
     """The report of an instant of which nothing is known."""
     return UpdateReport(
+        outcome=Outcome(is_definite=True, flipped=0, swapped=0, typical=np.nan, farthest=np.nan),
         distance=np.full(len(JOINTS), np.nan),
         information=np.zeros((2, len(tree.parents), 3, 3)),
-        flipped=0,
     )
 
 
@@ -262,10 +253,3 @@ def _names(observation: Observation) -> list[str]:
     states = observation.tracking_state.tolist()
     cameras = [str(camera) for camera, of_joints in enumerate(states) if any(of_joints)]
     return [*cameras, *observation.readings.segments]
-
-
-def _sensor_weight(observation: Observation) -> FloatArray:
-    """Each sensor's share in each joint: sensors that track it count alike."""
-    weight = np.empty(observation.tracking_state.shape)
-    share_cameras(observation.tracking_state, weight)
-    return weight

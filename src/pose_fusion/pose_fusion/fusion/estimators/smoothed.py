@@ -12,8 +12,9 @@ from pose_fusion.filters.segment_filter import UpdateReport
 from pose_fusion.filters.segment_smoother import FilterStep, smoothed
 from pose_fusion.filters.segment_state import SegmentState
 from pose_fusion.fusion.estimators.estimator import Observation, TimedPose, timed
+from pose_fusion.fusion.estimators.handover import no_glide
 from pose_fusion.fusion.estimators.segments import SegmentEstimator
-from pose_fusion.fusion.estimators.uncertainty import LOOKING_AHEAD, Trusts
+from pose_fusion.fusion.estimators.uncertainty import LOOKING_AHEAD, Trusts, scale_of
 from pose_fusion.fusion.parameters import FusionParameters
 
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
@@ -26,7 +27,7 @@ class _Step:
     observation: Observation
     report: UpdateReport
     filter_step: FilterStep
-    distance: float  # of the measurements; see Uncertainty
+    scale: float  # of the variances [-]
 
 
 class SmoothedEstimator(SegmentEstimator):
@@ -70,7 +71,7 @@ class SmoothedEstimator(SegmentEstimator):
         updated = self._filter.state
         if report is None or updated is None:
             return report
-        follows = predicted is not None and report.flipped == 0 and updated is state
+        follows = predicted is not None and report.outcome.flipped == 0 and updated is state
         dt_ns = self._stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
         step = FilterStep(
             dt_s=dt_ns / NS_PER_S,
@@ -83,7 +84,7 @@ class SmoothedEstimator(SegmentEstimator):
                 observation=observation,
                 report=report,
                 filter_step=step,
-                distance=self._uncertainty.distance,
+                scale=scale_of(self._fit.distance),
             )
         )
         return report
@@ -91,6 +92,7 @@ class SmoothedEstimator(SegmentEstimator):
     def _tell(self, until_ns: int) -> list[TimedPose]:
         """Smooth all steps and tell the first of them, up to an instant."""
         states = smoothed([step.filter_step for step in self._steps], self._filter.motion)
+        glide = no_glide(len(self._filter.tree.parents))
         told: list[TimedPose] = []
         for state in states:
             if not self._steps or self._steps[0].stamp_ns > until_ns:
@@ -99,6 +101,7 @@ class SmoothedEstimator(SegmentEstimator):
             if step.observation.stamp_ns <= self._told_ns:
                 continue  # a late frame's instant has been told already
             self._told_ns = step.observation.stamp_ns
-            pose = self._read(state, step.distance, step.report, step.observation)
+            tracking_state = step.observation.tracking_state
+            pose = self._reader.read(state, glide, step.report, step.scale, tracking_state)
             told.append(timed(pose, step.observation))
         return told

@@ -8,17 +8,14 @@ errors of synthetic sessions, docs/algorithm.md says to which.
 """
 
 from dataclasses import dataclass
-from math import exp, isfinite
+from math import exp, isnan
 
 import numpy as np
 
 from pose_fusion.body.model import BodyModel
-from pose_fusion.fusion.estimators.estimator import FusedPose
-from pose_fusion.kernels.reading import published_variance
 from pose_fusion.streams.samples import FloatArray
 
 MEMORY_S = 20.0  # [s] time constant
-MOST = 20.0  # [-] a squared Mahalanobis distance that counts no more than that
 RANGE = (0.2, 6.0)  # [-] of what the distances scale variances by
 
 
@@ -72,47 +69,28 @@ LOOKING_AHEAD = Trusts(
 )
 
 
-class Uncertainty:
-    """Published variances of one body's degrees of freedom.
+class Fit:
+    """How well what a filter expects fits what it sees."""
 
-    Args:
-        model: The body model.
-        trusts: How much the filter's variances are worth.
-    """
-
-    def __init__(self, model: BodyModel, trusts: Trusts = LIVE) -> None:
-        self._distance = FITTING
-        self._trusts = np.stack(
-            [_numbers(model, each) for each in (trusts.kinect, trusts.with_imu)]
-        )
-
-    @property
-    def distance(self) -> float:
+    def __init__(self) -> None:
+        self.distance = FITTING
         """Running mean of the squared Mahalanobis distances."""
-        return self._distance
 
-    def note(self, dt_s: float, distance: FloatArray) -> None:
-        """Take the distances of one update's joints, shape (15,); NaN unseen."""
-        known = [min(each, MOST) for each in distance.tolist() if isfinite(each)]
-        if not known:
-            return
-        share = 1.0 - exp(-dt_s / MEMORY_S)
-        self._distance += share * (sum(known) / len(known) - self._distance)
+    def note(self, dt_s: float, distance: float) -> None:
+        """Take the mean distance of one update's joints, ``dt_s`` after the last; NaN: unseen."""
+        if not isnan(distance):
+            self.distance += (1.0 - exp(-dt_s / MEMORY_S)) * (distance - self.distance)
 
-    def variance(self, pose: FusedPose, distance: float) -> FloatArray:
-        """Of the degrees of freedom, (d,) [m²] or [rad²].
 
-        Args:
-            pose: As read off the filter.
-            distance: The mean distance of its time.
-        """
-        least, most = RANGE
-        scale = min(max(distance / FITTING, least), most)
-        variance = np.empty_like(pose.variance)
-        published_variance(
-            pose.variance, pose.velocity, pose.weight_imu, scale, self._trusts, variance
-        )
-        return variance
+def scale_of(distance: float) -> float:
+    """What variances are to be scaled by [-], where the mean distance is that."""
+    least, most = RANGE
+    return min(max(distance / FITTING, least), most)
+
+
+def numbers_of(model: BodyModel, trusts: Trusts) -> FloatArray:
+    """Factor, lateness [s] and deviation [rad], by Kinects alone and with an IMU, (2, 3, d)."""
+    return np.stack([_numbers(model, each) for each in (trusts.kinect, trusts.with_imu)])
 
 
 def _numbers(model: BodyModel, trusts: dict[str, Trust]) -> FloatArray:
