@@ -23,7 +23,9 @@ from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.kernels.compiling import say_if_compiling
+from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
+from pose_fusion.streams.skeleton_bytes import our_joints
 from pose_fusion.streams.time_alignment import AlignedFrame
 
 NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about anybody
@@ -73,7 +75,14 @@ def prepare(kind: type[Estimator], model_name: str) -> None:
             instants = (block.T_map_link, block.position, block.joints)
             BodyFrames(model, parameters.subject).places(*instants)
     _prepare_learning(model, shape, parameters)
+    _prepare_reading()
     _prepare_rare()
+
+
+def _prepare_reading() -> None:
+    imu_block({})
+    joints = np.arange(len(JOINTS))
+    our_joints(neutral_pose()[None], np.zeros((1, len(JOINTS)), np.uint8), joints, joints)
 
 
 def _prepare_rare() -> None:

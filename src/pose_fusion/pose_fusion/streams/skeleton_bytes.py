@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_fusion.streams.cdr_layout import ByteRows, Walker, byte_rows, numbers, stamps
+from pose_fusion.kernels.messages import clean_joints
+from pose_fusion.streams.cdr_layout import HEADER_SIZE, ByteRows, Walker, byte_rows, numbers, stamps
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
 WHAT = "pose_msgs/msg/SkeletonArray"
-LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
 FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
 
 Persons = list[SkeletonSample]
@@ -30,19 +30,19 @@ class _Person:
     positions_at: int
     states_at: int
     count: int
-    named: NDArray[np.intp]  # which of the joints are ours
-    joints: NDArray[np.intp]  # and which ours they are
+    named: NDArray[np.int64]  # which of the joints are ours
+    joints: NDArray[np.int64]  # and which ours they are
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Form:
     order: str
-    fixed: NDArray[np.bool_]  # (bytes,)
-    texts: NDArray[np.uint8]  # the fixed bytes
+    fixed: NDArray[np.intp]  # places of the bytes that are alike
+    texts: NDArray[np.uint8]  # those bytes
     persons: tuple[_Person, ...]
 
     def fits(self, rows: ByteRows) -> NDArray[np.bool_]:
-        return np.asarray((rows[:, self.fixed] == self.texts).all(axis=1))
+        return np.asarray((rows.take(self.fixed, axis=1) == self.texts).all(axis=1))
 
 
 class SkeletonReader:
@@ -92,8 +92,9 @@ class SkeletonReader:
                 left, rows = left[1:], rows[1:]
                 continue
             fits = form.fits(rows)
+            fitting = rows if fits.all() else rows[fits]
             for index, persons in zip(
-                left[fits].tolist(), _persons(form, rows[fits], self._sensor), strict=True
+                left[fits].tolist(), _persons(form, fitting, self._sensor), strict=True
             ):
                 result[index] = persons
             left, rows = left[~fits], rows[~fits]
@@ -111,8 +112,9 @@ def _form_of(data: bytes) -> _Form:
     walker.skip(4, 2)
     walker.string()
     persons = tuple(_person(walker) for _ in range(walker.length()))
-    texts = np.frombuffer(data, np.uint8)[-len(walker.fixed) :][walker.fixed]
-    return _Form(order=walker.order, fixed=walker.fixed, texts=texts, persons=persons)
+    fixed = np.flatnonzero(walker.fixed)
+    texts = np.frombuffer(data, np.uint8)[HEADER_SIZE:][fixed]
+    return _Form(order=walker.order, fixed=fixed, texts=texts, persons=persons)
 
 
 def _person(walker: Walker) -> _Person:
@@ -136,8 +138,8 @@ def _person(walker: Walker) -> _Person:
         positions_at=positions_at,
         states_at=states_at,
         count=len(names),
-        named=np.array(list(ours.values()), np.intp),
-        joints=np.array(list(ours), np.intp),
+        named=np.array(list(ours.values()), np.int64),
+        joints=np.array(list(ours), np.int64),
     )
 
 
@@ -147,11 +149,8 @@ def _persons(form: _Form, rows: ByteRows, sensor: str) -> list[Persons | InputEr
     for person in form.persons:
         states = numbers(rows, person.states_at, person.count, "u1")
         xyz = numbers(rows, person.positions_at, 3 * person.count, f"{form.order}f8")
-        positions, state = clean_joints(
-            xyz.reshape(len(rows), person.count, 3)[:, person.named],
-            states[:, person.named],
-            person.joints,
-        )
+        xyz = xyz.astype(np.float64, copy=False).reshape(len(rows), person.count, 3)
+        positions, state = our_joints(xyz, states, person.named, person.joints)
         strange = states.max(axis=1, initial=0) > max(TrackingState)
         stamps_ns = stamps(rows, person.stamp_at, form.order).tolist()
         for index, stamp_ns in enumerate(stamps_ns):
@@ -176,24 +175,24 @@ def _persons(form: _Form, rows: ByteRows, sensor: str) -> list[Persons | InputEr
     return result
 
 
-def clean_joints(
-    xyz: FloatArray, states: NDArray[np.uint8], joints: NDArray[np.intp]
+def our_joints(
+    xyz: FloatArray,
+    states: NDArray[np.uint8],
+    named: NDArray[np.int64],
+    joints: NDArray[np.int64],
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
     """Joints as sensors give them, brought to our 15; what is no position is NaN, not tracked.
 
     Args:
         xyz: Positions, shape (n, k, 3) [m].
         states: Values of :class:`TrackingState`, shape (n, k).
-        joints: Which of our joints the k are, shape (k,).
+        named: Which of the k are ours, shape (m,).
+        joints: And which of ours they are, shape (m,).
 
     Returns:
         Positions, shape (n, 15, 3) [m], and states, shape (n, 15).
     """
-    positions = np.full((len(xyz), len(JOINTS), 3), np.nan)
-    state = np.full((len(xyz), len(JOINTS)), TrackingState.NOT_TRACKED, np.uint8)
-    # Trackers send (0, 0, 0) for what they have lost.
-    known = (np.abs(xyz) < LONGEST_RANGE).all(axis=2) & xyz.any(axis=2)  # false of NaN
-    known &= states != TrackingState.NOT_TRACKED
-    positions[:, joints] = np.where(known[..., None], xyz, np.nan)
-    state[:, joints] = np.where(known, states, TrackingState.NOT_TRACKED)
+    positions = np.empty((len(xyz), len(JOINTS), 3))
+    state = np.empty((len(xyz), len(JOINTS)), np.uint8)
+    clean_joints(xyz, states, named, joints, positions, state)
     return positions, state

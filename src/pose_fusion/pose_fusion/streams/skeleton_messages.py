@@ -8,7 +8,7 @@ from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, TrackingState
 from pose_common.stamps import nanoseconds
 from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.skeleton_bytes import clean_joints
+from pose_fusion.streams.skeleton_bytes import our_joints
 
 
 def stamp_ns(header: Any) -> int:
@@ -40,10 +40,10 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
             "tracked), 1 (inferred) or 2 (tracked)"
         )
     ours = {JOINT_INDEX[n]: index for index, n in enumerate(message.name) if n in JOINT_INDEX}
-    named = list(ours.values())
+    named = np.array(list(ours.values()), np.int64)
     xyz = np.array([(p.x, p.y, p.z) for p in message.position], float).reshape(1, -1, 3)
     states = np.array(message.tracking_state, np.uint8).reshape(1, -1)
-    (positions,), (state,) = clean_joints(xyz[:, named], states[:, named], np.array([*ours], int))
+    (positions,), (state,) = our_joints(xyz, states, named, np.array([*ours], np.int64))
     return SkeletonSample(
         stamp_ns=stamp_ns(message.header),
         sensor=sensor,

@@ -1,0 +1,123 @@
+"""Numbers out of serialised messages, one after the other in one array of bytes."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.streams.samples import FloatArray
+
+HEADER_SIZE = 4  # [bytes] of CDR's encapsulation, the second of which tells the byte order
+STAMP_SIZE = 8  # [bytes] seconds and nanoseconds, of four each
+LENGTH_SIZE = 4  # [bytes] before a string
+NUMBER_SIZE = 8  # [bytes] of a float, at a multiple of that
+IMU_NUMBERS = 37  # orientation, rate, acceleration, and their covariances
+IMU_VARIANCE = np.array([4, 8, 12])  # the diagonal of the orientation's covariance
+IMU_RATE = 13
+FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
+LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
+NS_PER_S = 1_000_000_000
+
+
+@compiled
+def integer(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
+    """The number of four bytes at a place, without sign."""
+    value = 0
+    for k in range(4):
+        value = value * 256 + data[at + 3 - k if is_little else at + k]
+    return value
+
+
+@compiled
+def copy_numbers(data: NDArray[np.uint8], at: int, is_little: bool, out: NDArray[np.uint8]) -> None:
+    """Copy the bytes of some numbers as this machine has them, the lowest first."""
+    for k in range(len(out)):
+        out[k] = data[at + k] if is_little else data[at + (k ^ (NUMBER_SIZE - 1))]
+
+
+@compiled
+def read_imus(
+    data: NDArray[np.uint8],
+    ends: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    orientation: FloatArray,
+    orientation_stddev: FloatArray,
+    angular_velocity: FloatArray,
+    says_something: NDArray[np.bool_],
+) -> None:
+    """Messages of ``sensor_msgs/Imu``, n of them.
+
+    Args:
+        data: Their bytes.
+        ends: Where each ends, (n,).
+        stamps_ns: Filled, (n,) [ns].
+        orientation: Filled, (n, 4).
+        orientation_stddev: Filled, (n, 3) [rad].
+        angular_velocity: Filled, (n, 3) [rad/s].
+        says_something: Filled, (n,): whether it has an orientation, and numbers that can be.
+    """
+    raw = np.empty(NUMBER_SIZE * IMU_NUMBERS, np.uint8)
+    values = raw.view(np.float64)
+    start = 0
+    for row in range(len(ends)):
+        size, first, start = ends[row] - start, start, ends[row]
+        says_something[row] = False
+        at = HEADER_SIZE + STAMP_SIZE
+        if size < at + LENGTH_SIZE:
+            continue
+        is_little = data[first + 1] % 2 == 1
+        at += LENGTH_SIZE + integer(data, first + at, is_little)
+        at += -(at - HEADER_SIZE) % NUMBER_SIZE
+        if at + NUMBER_SIZE * IMU_NUMBERS > size:
+            continue
+        seconds = integer(data, first + HEADER_SIZE, is_little)
+        nanoseconds = integer(data, first + HEADER_SIZE + STAMP_SIZE // 2, is_little)
+        stamps_ns[row] = seconds * NS_PER_S + nanoseconds
+        copy_numbers(data, first + at, is_little, raw)
+        squared, is_known = 0.0, True
+        for k in range(4):
+            orientation[row, k] = values[k]
+            squared += values[k] ** 2
+        for k in range(3):
+            variance, rate = values[IMU_VARIANCE[k]], values[IMU_RATE + k]
+            orientation_stddev[row, k] = np.sqrt(max(variance, 0.0))
+            angular_velocity[row, k] = rate
+            is_known &= np.isfinite(variance) and abs(rate) < FASTEST_RATE  # false of NaN
+        # REP 145: a first element of −1 says that there is no orientation.
+        has_orientation = values[IMU_VARIANCE[0]] != -1.0 and 0.81 < squared < 1.21
+        says_something[row] = has_orientation and is_known
+
+
+@compiled
+def clean_joints(
+    xyz: FloatArray,
+    states: NDArray[np.uint8],
+    named: NDArray[np.int64],
+    joints: NDArray[np.int64],
+    positions: FloatArray,
+    tracking_state: NDArray[np.uint8],
+) -> None:
+    """Joints as sensors give them, brought to ours; what is no position is NaN, not tracked.
+
+    Args:
+        xyz: Positions, (n, k, 3) [m].
+        states: Values of ``TrackingState``, (n, k).
+        named: Which of the k are ours, (m,).
+        joints: And which of ours they are, (m,).
+        positions: Filled, (n, joints, 3) [m].
+        tracking_state: Filled, (n, joints).
+    """
+    positions[:] = np.nan
+    tracking_state[:] = 0
+    for row in range(len(xyz)):
+        for k in range(len(named)):
+            x, y, z = xyz[row, named[k]]
+            is_place = abs(x) < LONGEST_RANGE and abs(y) < LONGEST_RANGE and abs(z) < LONGEST_RANGE
+            # Trackers send (0, 0, 0) for what they have lost.
+            if not is_place or (x == 0.0 and y == 0.0 and z == 0.0):  # nor a NaN
+                continue
+            if states[row, named[k]] == 0:
+                continue
+            joint = joints[k]
+            positions[row, joint, 0], positions[row, joint, 1] = x, y
+            positions[row, joint, 2] = z
+            tracking_state[row, joint] = states[row, named[k]]
