@@ -47,13 +47,17 @@ class EstimateBytes:
         self._colors = np.ones((max(STATE_COLORS) + 1, 4), np.float32)
         for state, color in STATE_COLORS.items():
             self._colors[state, :3] = color
-        markers = self._templates[3]
-        # Each marker's own pose and scale come before its points.
-        own = (len(markers.float64) - 3 * len(self._bones) - 3 * len(first.joints)) // 2
-        self._bones_own = markers.float64[:own]
-        self._balls_own = markers.float64[own + 3 * len(self._bones) :][:own]
-        # The two markers' common colours come before those of the joints.
-        self._common_colors = markers.float32[: -4 * len(first.joints)]
+        self._keep_looks(self._templates[3], len(first.joints))
+
+    def _keep_looks(self, markers: MessageTemplate, joints: int) -> None:
+        """Of the markers, bones and balls, only points and the balls' colours change."""
+        points, colors = 3 * len(self._bones), 4 * joints
+        # Each marker's own pose and scale come before its points, both's own colours before all.
+        own = (len(markers.float64) - points - 3 * joints) // 2
+        is_point = np.ones(len(markers.float64), bool)
+        is_point[:own] = is_point[own + points :][:own] = False
+        is_color = np.arange(len(markers.float32)) >= len(markers.float32) - colors
+        markers.change_only(is_point, is_color)
 
     def write(
         self, estimates: EstimateBlock, latencies_s: FloatArray
@@ -80,10 +84,12 @@ class EstimateBytes:
         ]
         numbers_of_all = np.concatenate(numbers, axis=1)
         yield self._filled(2, stamps_ns, numbers_of_all, uint8=estimates.source)
-        colors = self._marker_colors(state)
-        yield self._filled(3, stamps_ns, self._markers(joints), float32=colors)
-        places = self._frames.places(estimates.T_map_link, position, joints)
-        yield self._filled(4, stamps_ns, places.reshape(len(estimates), -1))
+        bones = joints[:, self._bones].reshape(len(joints), -1)
+        colors = self._colors[state].reshape(len(state), -1)
+        places = np.concatenate([bones, points], axis=1)
+        yield self._filled(3, stamps_ns, places, float32=colors)
+        frames = self._frames.places(estimates.T_map_link, position, joints)
+        yield self._filled(4, stamps_ns, frames.reshape(len(estimates), -1))
 
     def _filled(
         self,
@@ -96,15 +102,3 @@ class EstimateBytes:
     ) -> tuple[str, NDArray[np.uint8]]:
         rows = self._templates[index].fill(stamps_ns, float64, float32, uint8)
         return self._topics[index], rows
-
-    def _markers(self, joints: FloatArray) -> FloatArray:
-        count = len(joints)
-        bones, balls = joints[:, self._bones].reshape(count, -1), joints.reshape(count, -1)
-        own = (np.tile(each, (count, 1)) for each in (self._bones_own, self._balls_own))
-        bones_own, balls_own = own
-        return np.concatenate([bones_own, bones, balls_own, balls], axis=1)
-
-    def _marker_colors(self, state: NDArray[np.uint8]) -> NDArray[np.float32]:
-        count = len(state)
-        common = np.tile(self._common_colors, (count, 1))
-        return np.concatenate([common, self._colors[state].reshape(count, -1)], axis=1)

@@ -1,4 +1,4 @@
-"""Numbers out of serialised messages, one after the other in one array of bytes."""
+"""Numbers out of serialised messages, and into them."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,3 +121,46 @@ def clean_joints(
             positions[row, joint, 0], positions[row, joint, 1] = x, y
             positions[row, joint, 2] = z
             tracking_state[row, joint] = states[row, named[k]]
+
+
+@compiled
+def fill_rows(
+    template: NDArray[np.uint8],
+    stamp_places: NDArray[np.int64],
+    float64_places: NDArray[np.int64],
+    float32_places: NDArray[np.int64],
+    uint8_places: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    float64: FloatArray,
+    float32: NDArray[np.float32],
+    uint8: NDArray[np.uint8],
+    rows: NDArray[np.uint8],
+) -> None:
+    """Copies of a message with other numbers, n of them.
+
+    Args:
+        template: Its bytes, as many as a multiple of eight, numbers where their sizes fit.
+        stamp_places: Where stamps stand, in units of four bytes.
+        float64_places: Where floats stand, (k,), in units of eight bytes.
+        float32_places: Those of half the size, (l,), in units of four.
+        uint8_places: Bytes, (m,).
+        stamps_ns: (n,) [ns].
+        float64: (n, k), or (n, 0): they stay.
+        float32: (n, l), or likewise.
+        uint8: (n, m), or likewise.
+        rows: Filled, (n, bytes).
+    """
+    for index in range(len(rows)):
+        row = rows[index]
+        row[:] = template
+        doubles, singles = row.view(np.float64), row.view(np.float32)
+        integers = row.view(np.uint32)
+        for k in range(float64.shape[1]):
+            doubles[float64_places[k]] = float64[index, k]
+        for k in range(float32.shape[1]):
+            singles[float32_places[k]] = float32[index, k]
+        for k in range(uint8.shape[1]):
+            row[uint8_places[k]] = uint8[index, k]
+        for place in stamp_places:
+            integers[place] = stamps_ns[index] // NS_PER_S
+            integers[place + 1] = stamps_ns[index] % NS_PER_S

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
-from pose_common.stamps import NS_PER_S
+from pose_fusion.kernels.messages import fill_rows
 from pose_fusion.streams.samples import FloatArray
 
 HEADER_SIZE = 4  # [bytes] of the encapsulation
@@ -58,6 +58,10 @@ class MessageTemplate:
         self._uint8 = begin + np.array(self._places["uint8"], int)
         self._seconds = (begin + np.array(self._places["stamp"], int)) // 4
 
+    def change_only(self, float64: NDArray[np.bool_], float32: NDArray[np.bool_]) -> None:
+        """Leave the other numbers: :meth:`fill` takes these alone, shapes (k,) and (l,)."""
+        self._float64, self._float32 = self._float64[float64], self._float32[float32]
+
     @property
     def float64(self) -> FloatArray:
         """The message's own numbers, in the order of its fields."""
@@ -83,15 +87,19 @@ class MessageTemplate:
             float32: Likewise; None leaves them.
             uint8: Likewise.
         """
-        rows = np.tile(self._row, (len(stamps_ns), 1))
-        rows.view("<f8")[:, self._float64] = float64
-        if float32 is not None:
-            rows.view("<f4")[:, self._float32] = float32
-        if uint8 is not None:
-            rows[:, self._uint8] = uint8
-        seconds, nanoseconds = np.divmod(stamps_ns[:, None], NS_PER_S)
-        rows.view("<i4")[:, self._seconds] = seconds
-        rows.view("<u4")[:, self._seconds + 1] = nanoseconds
+        rows = np.empty((len(stamps_ns), len(self._row)), np.uint8)
+        fill_rows(
+            self._row,
+            self._seconds,
+            self._float64,
+            self._float32,
+            self._uint8,
+            stamps_ns,
+            float64,
+            np.empty((len(rows), 0), np.float32) if float32 is None else float32,
+            np.empty((len(rows), 0), np.uint8) if uint8 is None else uint8,
+            rows,
+        )
         return rows[:, MARGIN : self._end]
 
     def _walk_message(self, message: Any, at: int) -> int:
