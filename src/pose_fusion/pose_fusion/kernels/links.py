@@ -83,41 +83,30 @@ class ImuTrust(NamedTuple):
 
 
 @compiled
-def looks_of(
-    links: NDArray[np.int64],
-    R_map_segment: FloatArray,
-    angular_velocity: FloatArray,
+def trust_readings(
     stddev: FloatArray,
     age_s: FloatArray,
     trust: ImuTrust,
-) -> LinkLooks:
-    """What readings, a row each, say of links; −1: of none.
+    variance: FloatArray,
+    rate_variance: FloatArray,
+) -> None:
+    """What n readings are worth; see :class:`LinkLooks`.
 
     Args:
-        links: Which link each tells of, (n,).
-        R_map_segment: (n, 3, 3).
-        angular_velocity: (n, 3) [rad/s] in map.
-        stddev: (n, 3) [rad] about map's axes.
-        age_s: (n,) [s] for which each is only carried on.
+        stddev: Their own, (n, 3) [rad] about map's axes.
+        age_s: For which each is only carried on, (n,) [s].
         trust: What they are worth.
+        variance: Filled, (n, 3) [rad²].
+        rate_variance: Filled, (n,) [rad²/s²].
     """
-    known = np.flatnonzero(links >= 0)
-    looks = LinkLooks(
-        links[known],
-        R_map_segment[known],
-        np.empty((len(known), 3)),
-        angular_velocity[known],
-        np.empty(len(known)),
-    )
-    for row in range(len(known)):
-        age = age_s[known[row]]
+    for row in range(len(age_s)):
+        age = age_s[row]
         # What swings has gone elsewhere while its reading was only carried on.
         held = trust.held_jerk * age * age * age / 3.0
         for axis in range(3):
-            own = stddev[known[row], axis] ** 2 + trust.mounting**2
-            looks.variance[row, axis] = own * trust.frames + held * held
-        looks.rate_variance[row] = trust.gyro**2 + (trust.held_jerk * age * age) ** 2
-    return looks
+            own = stddev[row, axis] ** 2 + trust.mounting**2
+            variance[row, axis] = own * trust.frames + held * held
+        rate_variance[row] = trust.gyro**2 + (trust.held_jerk * age * age) ** 2
 
 
 @compiled

@@ -31,7 +31,7 @@ from pose_fusion.fusion.estimators.pose_reader import PoseReader
 from pose_fusion.fusion.estimators.uncertainty import LIVE, Fit, Trusts, scale_of
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
-from pose_fusion.kernels.links import ImuTrust, looks_of
+from pose_fusion.kernels.links import ImuTrust, trust_readings
 from pose_fusion.kernels.placing import Pose
 
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
@@ -76,7 +76,7 @@ class SegmentEstimator(Estimator):
         self._sources = Sources()
         names = model.link_names
         self._link_of = {name: names.index(link) for name, link in model.segments.items()}
-        self._links_asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self._links_asked: dict[tuple[str, ...], tuple[NDArray[np.int64], bool]] = {}
         self._imu_trust = ImuTrust(
             mounting=float(parameters.imu_mounting_stddev),
             frames=IMU_FRAMES,
@@ -176,9 +176,11 @@ class SegmentEstimator(Estimator):
             self.counters.add("filter_restarts_numerical")
             self._filter.state = None
             return None
-        self.counters.add("limbs_turned_back", report.outcome.flipped)
-        self.counters.add("sides_swapped", report.outcome.swapped)
-        lost = self._lost.check(observation.stamp_ns, report.distance, report.outcome.farthest)
+        outcome = report.outcome
+        if outcome.flipped or outcome.swapped:
+            self.counters.add("limbs_turned_back", outcome.flipped)
+            self.counters.add("sides_swapped", outcome.swapped)
+        lost = self._lost.check(observation.stamp_ns, report.distance, outcome.farthest)
         if lost is None:
             self.counters.add("filter_restarts_strayed")
             self._start(observation)
@@ -218,25 +220,29 @@ class SegmentEstimator(Estimator):
 
     def _imu_looks(self, readings: SegmentReadings) -> LinkLooks:
         """What the IMUs say of the model's links."""
-        if not len(readings):
+        count = len(readings)
+        if not count:
             return NO_IMUS
-        links = self._links_of(readings.segments)
-        return looks_of(
+        links, are_known = self._links_of(readings.segments)
+        looks = LinkLooks(
             links,
             readings.R_map_segment,
+            np.empty((count, 3)),
             readings.angular_velocity,
-            readings.stddev,
-            readings.age_s,
-            self._imu_trust,
+            np.empty(count),
         )
+        trust_readings(
+            readings.stddev, readings.age_s, self._imu_trust, looks.variance, looks.rate_variance
+        )
+        return looks if are_known else LinkLooks(*(array[links >= 0] for array in looks))
 
-    def _links_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
-        """The links that segments are; −1 those that the model does not know."""
-        links = self._links_asked.get(segments)
-        if links is None:
+    def _links_of(self, segments: tuple[str, ...]) -> tuple[NDArray[np.int64], bool]:
+        """The links that segments are, −1 where the model knows none; and whether it knows all."""
+        asked = self._links_asked.get(segments)
+        if asked is None:
             links = np.array([self._link_of.get(segment, -1) for segment in segments], np.int64)
-            self._links_asked[segments] = links
-        return links
+            asked = self._links_asked[segments] = links, bool((links >= 0).all())
+        return asked
 
 
 def nothing_seen(tree: SegmentTree) -> UpdateReport:
