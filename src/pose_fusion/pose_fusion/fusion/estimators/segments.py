@@ -224,17 +224,13 @@ class SegmentEstimator(Estimator):
         if not count:
             return NO_IMUS
         links, are_known = self._links_of(readings.segments)
-        looks = LinkLooks(
-            links,
-            readings.R_map_segment,
-            np.empty((count, 3)),
-            readings.angular_velocity,
-            np.empty(count),
-        )
-        trust_readings(
-            readings.stddev, readings.age_s, self._imu_trust, looks.variance, looks.rate_variance
-        )
-        return looks if are_known else LinkLooks(*(array[links >= 0] for array in looks))
+        R, rate = readings.R_map_segment, readings.angular_velocity
+        variance, rate_variance = np.empty((count, 3)), np.empty(count)
+        trust_readings(readings.stddev, readings.age_s, self._imu_trust, variance, rate_variance)
+        if are_known:
+            return LinkLooks(links, R, variance, rate, rate_variance)
+        known = links >= 0
+        return LinkLooks(links[known], R[known], variance[known], rate[known], rate_variance[known])
 
     def _links_of(self, segments: tuple[str, ...]) -> tuple[NDArray[np.int64], bool]:
         """The links that segments are, −1 where the model knows none; and whether it knows all."""
