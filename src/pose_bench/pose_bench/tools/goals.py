@@ -22,7 +22,7 @@ SUMMARY = "all of speed, live, offline and prediction against their goals, in on
 FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
 STARTS = 3
 LIVE_S = 45.0  # [s] of the live session
-REPEATED = 10  # times the live session's bag, for the offline run
+FUSED_S = 7200.0  # [s] of the live session's bag, repeated, for the offline run
 PREDICTION_SEED = 101  # that no parameter was tuned on
 
 Row = tuple[str, str, str, str]
@@ -38,16 +38,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="S",
         help=f"of the live session [s] ({LIVE_S:g})",
     )
+    parser.add_argument(
+        "--fuse-duration",
+        type=float,
+        default=FUSED_S,
+        metavar="S",
+        help=f"of the bag that is fused: the live session's, repeated [s] ({FUSED_S:g})",
+    )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure all and print one table."""
+    fused_min = arguments.fuse_duration / 60.0
     table = TextTable(
         title="Goals",
         header=["", "measured", "goal", ""],
         note=f"{FRAMES} repeats of an update, {SLOW_FRAMES} of filterpy's, CPU time of one thread; "
-        f"live: {arguments.live_duration:g} s in real processes; fuse: that bag {REPEATED} times, "
-        f"start-up included. Synthetic motion. {machine()}.",
+        f"live: {arguments.live_duration:g} s in real processes; fuse: that bag, repeated to "
+        f"{fused_min:g} min, start-up included. Synthetic motion. {machine()}.",
     )
     with (
         tempfile.TemporaryDirectory(prefix="pose_bench_goals_") as name,
@@ -62,7 +70,8 @@ def run(arguments: argparse.Namespace) -> int:
         status.update("starting the graph")
         table.rows += _of_start(folder)
         status.update("fusing the recorded bag, repeated")
-        table.rows += _of_fuse(folder / "bag")
+        repeats = max(1, round(arguments.fuse_duration / arguments.live_duration))
+        table.rows += _of_fuse(folder / "bag", repeats)
         status.update("predicting to now")
         table.rows += _of_prediction()
     show([table])
@@ -112,9 +121,9 @@ def _of_start(folder: Path) -> Iterator[Row]:
     yield _row(name, median(starts), 4.0, 1)
 
 
-def _of_fuse(bag: Path) -> Iterator[Row]:
+def _of_fuse(bag: Path, repeats: int) -> Iterator[Row]:
     for imus, goal in ((False, 100.0), (True, 50.0)):
-        cost = fuse_cost(bag, REPEATED, imus)
+        cost = fuse_cost(bag, repeats, imus)
         name = "fuse, two Kinects and nine IMUs" if imus else "fuse, two Kinects"
         times = cost.duration_s / cost.clock_s
         yield _row(f"{name}, times real time", times, goal, 1, at_least=True)
