@@ -40,3 +40,11 @@ def test_a_template_tells_its_own_numbers():
     typestore = make_typestore()
     point = typestore.types["geometry_msgs/msg/Point"](x=1.0, y=2.0, z=3.0)
     np.testing.assert_array_equal(MessageTemplate(point, typestore).float64, [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_a_template_refuses_more_or_fewer_numbers_than_it_has(count):
+    typestore = make_typestore()
+    point = typestore.types["geometry_msgs/msg/Point"](x=1.0, y=2.0, z=3.0)
+    with pytest.raises(ValueError, match="expected"):
+        MessageTemplate(point, typestore).fill(np.zeros(1, np.int64), np.zeros((1, count)))

@@ -49,13 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Measure all and print one table."""
-    fused_min = arguments.fuse_duration / 60.0
     table = TextTable(
         title="Goals",
         header=["", "measured", "goal", ""],
         note=f"{FRAMES} repeats of an update, {SLOW_FRAMES} of filterpy's, CPU time of one thread; "
-        f"live: {arguments.live_duration:g} s in real processes; fuse: that bag, repeated to "
-        f"{fused_min:g} min, start-up included. Synthetic motion. {machine()}.",
+        f"live: {arguments.live_duration:g} s in real processes; fuse: that bag repeated, start-up "
+        f"included. Synthetic motion. {machine()}.",
     )
     with (
         tempfile.TemporaryDirectory(prefix="pose_bench_goals_") as name,
@@ -124,7 +123,8 @@ def _of_start(folder: Path) -> Iterator[Row]:
 def _of_fuse(bag: Path, repeats: int) -> Iterator[Row]:
     for imus, goal in ((False, 100.0), (True, 50.0)):
         cost = fuse_cost(bag, repeats, imus)
-        name = "fuse, two Kinects and nine IMUs" if imus else "fuse, two Kinects"
+        sensors = "two Kinects and nine IMUs" if imus else "two Kinects"
+        name = f"fuse, {sensors}, {cost.duration_s / 60.0:.0f} min"
         times = cost.duration_s / cost.clock_s
         yield _row(f"{name}, times real time", times, goal, 1, at_least=True)
         yield _row(f"{name}, memory [MB]", cost.memory_mb, 300.0, 0)

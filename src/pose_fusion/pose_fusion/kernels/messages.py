@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.streams.samples import FloatArray
 
@@ -15,7 +16,7 @@ IMU_VARIANCE = np.array([4, 8, 12])  # the diagonal of the orientation's covaria
 IMU_RATE = 13
 FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
 LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
-NS_PER_S = 1_000_000_000
+SHORTEST, LONGEST = 0.9, 1.1  # [-] length of what is a quaternion
 
 
 @compiled
@@ -83,8 +84,9 @@ def read_imus(
             angular_velocity[row, k] = rate
             is_known &= np.isfinite(variance) and abs(rate) < FASTEST_RATE  # false of NaN
         # REP 145: a first element of −1 says that there is no orientation.
-        has_orientation = values[IMU_VARIANCE[0]] != -1.0 and 0.81 < squared < 1.21
-        says_something[row] = has_orientation and is_known
+        has_orientation = values[IMU_VARIANCE[0]] != -1.0
+        is_quaternion = SHORTEST**2 < squared < LONGEST**2
+        says_something[row] = has_orientation and is_quaternion and is_known
 
 
 @compiled

@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_common.stamps import NS_PER_S
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.imu import interpolate, turn_on
 from pose_fusion.streams.samples import FloatArray
 
-NS_PER_S = 1_000_000_000
 HISTORY_NS = NS_PER_S  # further back than this, a clock was set back
 MAX_GAP_NS = 100_000_000  # nothing is said over a longer silence
 SLOPE_NS = 20_000_000  # over which a rate's slope is taken

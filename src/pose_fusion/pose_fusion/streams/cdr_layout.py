@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from pose_common.errors import InputError
 from pose_common.stamps import NS_PER_S
+from pose_fusion.kernels.messages import HEADER_SIZE
 
-HEADER_SIZE = 4  # [bytes] of the encapsulation
 ByteRows = NDArray[np.uint8]
 """Messages of one length, shape (messages, bytes), without the encapsulation."""
 

@@ -12,11 +12,10 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
-from pose_fusion.kernels.messages import fill_rows
+from pose_fusion.kernels.messages import HEADER_SIZE, fill_rows
 from pose_fusion.streams.samples import FloatArray
 
-HEADER_SIZE = 4  # [bytes] of the encapsulation
-MARGIN = 4  # [bytes] before it
+MARGIN = 4  # [bytes] before the encapsulation
 TIME = "builtin_interfaces/msg/Time"
 SIZES = {
     **dict.fromkeys(("bool", "byte", "char", "int8", "uint8"), 1),
@@ -86,8 +85,17 @@ class MessageTemplate:
             float64: All of them, in the order of the fields, shape (n, k).
             float32: Likewise; None leaves them.
             uint8: Likewise.
+
+        Raises:
+            ValueError: If there are more or fewer numbers than places for them.
         """
-        rows = np.empty((len(stamps_ns), len(self._row)), np.uint8)
+        count = len(stamps_ns)
+        # The kernel does not look where it writes.
+        given = ((float64, self._float64), (float32, self._float32), (uint8, self._uint8))
+        for numbers, places in given:
+            if numbers is not None and numbers.shape != (count, len(places)):
+                raise ValueError(f"found {numbers.shape} numbers: expected {(count, len(places))}")
+        rows = np.empty((count, len(self._row)), np.uint8)
         fill_rows(
             self._row,
             self._seconds,
@@ -96,8 +104,8 @@ class MessageTemplate:
             self._uint8,
             stamps_ns,
             float64,
-            np.empty((len(rows), 0), np.float32) if float32 is None else float32,
-            np.empty((len(rows), 0), np.uint8) if uint8 is None else uint8,
+            np.empty((count, 0), np.float32) if float32 is None else float32,
+            np.empty((count, 0), np.uint8) if uint8 is None else uint8,
             rows,
         )
         return rows[:, MARGIN : self._end]
