@@ -6,8 +6,8 @@ from pose_common.counters import Counters
 from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.body.model import load_body_model
 from pose_fusion.calibration.neutral_stand import shape_of
+from pose_fusion.fusion.estimation import Estimation, estimation_counters
 from pose_fusion.fusion.estimators.estimator import Observation
-from pose_fusion.fusion.estimators.segments import SegmentEstimator
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import neutral_pose
 from pose_fusion.imu.readings import SegmentReading, readings_of
@@ -19,21 +19,20 @@ def angles(readings):
     """What the estimator says after a few frames of a person who stands."""
     parameters = FusionParameters(sensors=("left",))
     shape = shape_of(MODEL, neutral_pose())
-    estimator = SegmentEstimator(MODEL, shape, parameters, Counters(*SegmentEstimator.COUNTERS))
+    estimation = Estimation(MODEL, parameters, Counters(*estimation_counters(parameters)))
     for frame in range(1, 5):
-        pose = estimator.update(
-            Observation(
-                stamp_ns=frame * 33_000_000,
-                newest_ns=frame * 33_000_000,
-                shape=shape,
-                positions=neutral_pose()[None],
-                tracking_state=np.full((1, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
-                cameras=np.array([[3.0, 0.0, 1.0]]),
-                offsets=np.zeros((1, len(JOINTS), 3)),
-                readings=readings_of(readings),
-            )
+        observation = Observation(
+            stamp_ns=frame * 33_000_000,
+            newest_ns=frame * 33_000_000,
+            shape=shape,
+            positions=neutral_pose()[None],
+            tracking_state=np.full((1, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
+            cameras=np.array([[3.0, 0.0, 1.0]]),
+            offsets=np.zeros((1, len(JOINTS), 3)),
+            readings=readings_of(readings),
         )
-    return pose.position
+        [block] = estimation.take([observation])
+    return block.position[0]
 
 
 def reading(turn):

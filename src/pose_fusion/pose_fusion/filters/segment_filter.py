@@ -24,6 +24,7 @@ from pose_fusion.filters.posture import PosturePrior, posture_numbers
 from pose_fusion.filters.segment_state import Layout, SegmentState
 from pose_fusion.filters.side_swaps import SWAPS
 from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_numbers
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.correction import Expectations, correct
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.prediction import Elapsed, predict
@@ -78,6 +79,7 @@ class SegmentFilter:
             posture=posture_numbers(posture or PosturePrior(), tree),
             wrong_bend=WRONG_BEND,
         )
+        self._predict, self._correct = settled(predict), settled(correct)
         self._memory: FloatArray = np.full((len(tree.offsets), 3), np.nan)
         self.state: SegmentState | None = None
         self.predicted: Pose = empty_pose(self.layout)
@@ -113,7 +115,7 @@ class SegmentFilter:
             keep_slide=exp(-dt_s / motion.slide_memory),
             forgotten=1.0 - exp(-dt_s / self.noise.memory),
         )
-        predict(
+        self._predict(
             self.tree.numbers,
             state.pose,
             state.covariance,
@@ -151,13 +153,20 @@ class SegmentFilter:
     def update(self, cameras: CameraLooks = NO_CAMERAS, imus: LinkLooks = NO_IMUS) -> UpdateReport:
         """Take everything that is known of the filter's instant.
 
+        Args:
+            cameras: What the cameras saw; arrays of contiguous rows.
+            imus: What the IMUs say; likewise.
+
         Raises:
+            ValueError: If an array's rows are not contiguous.
             numpy.linalg.LinAlgError: If the covariance lost its positive definiteness.
         """
         state, layout = self.known_state, self.layout
+        if not all(array.flags.c_contiguous for array in (*cameras[:4], *imus)):
+            raise ValueError("an array of what is seen has rows apart: make it contiguous")
         distance = np.empty(len(self.tree.offsets))
         of_links = np.empty((2, layout.links, 3, 3))
-        outcome = correct(
+        outcome = self._correct(
             self._expectations,
             cameras,
             imus,

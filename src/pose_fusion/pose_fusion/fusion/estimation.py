@@ -1,16 +1,17 @@
-"""The chain's second half: from observations to estimates."""
+"""From observations to estimates, in one process: what tracks a body, and what tells its poses."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from pose_common.counters import Counters
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimators.estimator import Estimator, Observation, TimedPose
+from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
-from pose_fusion.fusion.telling import told
+from pose_fusion.fusion.telling import Telling
+from pose_fusion.fusion.tracking import Tracking
 from pose_fusion.imu.readings import SegmentReadings
 
 
@@ -32,24 +33,20 @@ class Estimation:
     """
 
     def __init__(self, model: BodyModel, parameters: FusionParameters, counters: Counters) -> None:
-        self._class = estimator_class(parameters.estimator)
-        self._class.check(parameters)
-        prepare(self._class, model.name)
-        self._model = model
-        self._parameters = parameters
-        self._counters = counters
+        self._tracking = Tracking(model, parameters, counters)
+        self._telling = Telling(model, parameters)
         self._shape: BodyShape | None = None
-        self._estimator: Estimator | None = None
+        prepare(parameters.estimator, model.name)
 
     def take(self, observations: Iterable[Observation]) -> list[EstimateBlock]:
-        """The estimates that observations complete: none or one block."""
-        poses: list[TimedPose] = []
-        newest_ns: list[int] = []
+        """The estimates that observations complete, a block for each."""
+        blocks = []
         for observation in observations:
-            completed = self._estimator_of(observation.shape).advance(observation)
-            poses += completed
-            newest_ns += [observation.newest_ns] * len(completed)
-        return self._told(poses, newest_ns)
+            self._shape = observation.shape
+            poses = self._tracking.take([observation], self._shape)
+            if poses is not None:
+                blocks.append(self._telling.tell(poses, self._shape))
+        return blocks
 
     def flush(self, newest_ns: int) -> list[EstimateBlock]:
         """What is left to be told when nothing comes any more: none or one block.
@@ -57,8 +54,10 @@ class Estimation:
         Args:
             newest_ns: Stamp of the newest sample of any source [ns].
         """
-        poses = [] if self._estimator is None else self._estimator.flush()
-        return self._told(poses, [newest_ns] * len(poses))
+        poses = self._tracking.flush(newest_ns)
+        if poses is None or self._shape is None:
+            return []
+        return [self._telling.tell(poses, self._shape)]
 
     def predict(
         self, stamp_ns: int, newest_ns: int, readings: SegmentReadings
@@ -70,22 +69,5 @@ class Estimation:
             newest_ns: Stamp of the newest sample of any source [ns].
             readings: Of the aligned IMUs at that instant, carried on by their gyroscopes.
         """
-        if self._estimator is None:
-            return None
-        pose = self._estimator.predicted(stamp_ns, readings)
-        if pose is None:
-            return None
-        return told([pose], [newest_ns], self._model, self._parameters.sensors)
-
-    def _told(self, poses: Sequence[TimedPose], newest_ns: Sequence[int]) -> list[EstimateBlock]:
-        self._counters.add("estimates", len(poses))
-        if not poses:
-            return []
-        return [told(poses, newest_ns, self._model, self._parameters.sensors)]
-
-    def _estimator_of(self, shape: BodyShape) -> Estimator:
-        """The estimator of a body: another one begins anew."""
-        if self._estimator is None or shape is not self._shape:
-            self._shape = shape
-            self._estimator = self._class(self._model, shape, self._parameters, self._counters)
-        return self._estimator
+        poses = self._tracking.predict(stamp_ns, newest_ns, readings)
+        return None if poses is None else self._telling.tell_ahead(poses)

@@ -1,8 +1,9 @@
-"""The chain's second half in a process of its own, for recordings: it works beside the first.
+"""Tracking in a process of its own, for recordings: the chain's other parts work beside it.
 
-What goes there and back are blocks of a hundred observations or estimates.
+What goes there and back are blocks of a hundred observations or poses.
 """
 
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -11,17 +12,21 @@ from pose_common.worker_process import WorkerProcess
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimation import estimation_counters
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.observation_block import ObservationBlock, block_of_observations
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import PoseBlock
+from pose_fusion.fusion.preparing import prepare
+from pose_fusion.fusion.telling import Telling
+from pose_fusion.fusion.tracking import Tracking
 
 AT_ONCE = 100  # [observations]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _End:
-    newest_ns: int  # [ns] see Estimation.flush
+    newest_ns: int  # [ns] see Tracking.flush
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,12 +37,12 @@ class _Request:
 
 @dataclass(frozen=True, kw_only=True)
 class _Answer:
-    estimates: list[EstimateBlock]
+    poses: PoseBlock | None
     counts: dict[str, int]  # since the last
 
 
 class EstimationProcess:
-    """As :class:`Estimation`, but estimates come later: at the latest with :meth:`flush`.
+    """As ``Estimation``, but estimates come later: at the latest with :meth:`flush`.
 
     To be closed, and to be made before other threads are; see :class:`WorkerProcess`.
 
@@ -54,7 +59,10 @@ class EstimationProcess:
         self._counters = counters
         self._waiting: list[Observation] = []
         self._shape: BodyShape | None = None  # of the last block that was sent
+        self._asked: deque[BodyShape | None] = deque()  # whose poses are to come
+        self._telling = Telling(model, parameters)
         answering = _Answering(model, parameters)
+        prepare(parameters.estimator, model.name)  # once for both processes
         self._process = WorkerProcess[_Request, _Answer](answering, "the estimator")
 
     def take(self, observations: Iterable[Observation]) -> list[EstimateBlock]:
@@ -105,13 +113,16 @@ class EstimationProcess:
         """Send a request; what had to be received before."""
         estimates = self._receive() if self._process.is_full else []
         self._process.put(request)
+        self._asked.append(self._shape)
         return estimates
 
     def _receive(self) -> list[EstimateBlock]:
-        answer = self._process.get()
+        answer, shape = self._process.get(), self._asked.popleft()
         for name, count in answer.counts.items():
             self._counters.add(name, count)
-        return answer.estimates
+        if answer.poses is None or shape is None:
+            return []
+        return [self._telling.tell(answer.poses, shape)]
 
 
 class _Answering:
@@ -119,7 +130,7 @@ class _Answering:
 
     def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
         self._counters = Counters(*estimation_counters(parameters))
-        self._estimation = Estimation(model, parameters, self._counters)
+        self._tracking = Tracking(model, parameters, self._counters)
         self._shape: BodyShape | None = None
 
     def __call__(self, request: _Request) -> _Answer:
@@ -127,9 +138,9 @@ class _Answering:
         self._shape = request.new_shape or self._shape
         block = request.block
         if isinstance(block, _End):
-            estimates = self._estimation.flush(block.newest_ns)
+            poses = self._tracking.flush(block.newest_ns)
         else:
             assert self._shape is not None
-            estimates = self._estimation.take(block.observations(self._shape))
+            poses = self._tracking.take(block.observations(self._shape), self._shape)
         counts = {name: n - before[name] for name, n in self._counters.as_dict().items()}
-        return _Answer(estimates=estimates, counts=counts)
+        return _Answer(poses=poses, counts=counts)

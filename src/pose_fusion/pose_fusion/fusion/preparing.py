@@ -14,11 +14,13 @@ from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.neutral_stand import shape_of
-from pose_fusion.fusion.estimators.estimator import Estimator, Observation
+from pose_fusion.fusion.estimators.estimator import Observation
+from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.learning import COUNTERS, FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SensorsInMap
-from pose_fusion.fusion.telling import told
+from pose_fusion.fusion.telling import Telling
+from pose_fusion.fusion.tracking import Tracking
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
@@ -55,23 +57,24 @@ def neutral_pose() -> FloatArray:
 
 
 @cache
-def prepare(kind: type[Estimator], model_name: str) -> None:
+def prepare(estimator: str, model_name: str) -> None:
     """Have an estimator's kernels ready; does nothing the second time.
 
     Args:
-        kind: The estimator.
+        estimator: Its name.
         model_name: Of the body model.
     """
     say_if_compiling()
     model = load_body_model(model_name)
     shape = shape_of(model, neutral_pose())
     # The estimator that shows one sensor alone wants its name among the sensors'.
-    parameters = FusionParameters(sensors=("left", "right"))
-    estimator = kind(model, shape, parameters, Counters(*kind.COUNTERS))
+    parameters = FusionParameters(estimator=estimator, sensors=("left", "right"))
+    counters = Counters("estimates", *estimator_class(estimator).COUNTERS)
+    tracking, telling = Tracking(model, parameters, counters), Telling(model, parameters)
     for frame in range(1, FRAMES + 1):
-        observation = _observation(model, shape, frame * PERIOD_NS)
-        for pose in estimator.advance(observation):
-            block = told([pose], [pose.stamp_ns], model, parameters.sensors)
+        poses = tracking.take([_observation(model, shape, frame * PERIOD_NS)], shape)
+        if poses is not None:
+            block = telling.tell(poses, shape)
             instants = (block.T_map_link, block.position, block.joints)
             BodyFrames(model, parameters.subject).places(*instants)
     _prepare_learning(model, shape, parameters)

@@ -1,80 +1,125 @@
-"""From an estimator's poses to what the fusion says of a person."""
-
-from collections.abc import Sequence
-from typing import Any
+"""The chain's last part: from an estimator's poses to what the fusion says of a person."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from pose_common.joints import JOINTS
+from pose_fusion.body.hinge_plane import hinges_of
+from pose_fusion.body.kinematics import model_numbers
 from pose_fusion.body.model import BodyModel
+from pose_fusion.body.segment_tree import SegmentTree
+from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimators.estimator import TimedPose
-from pose_fusion.kernels.frames import place_origins
+from pose_fusion.fusion.estimators.registry import estimator_class
+from pose_fusion.fusion.estimators.uncertainty import Trusts, numbers_of
+from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import PoseBlock, StateBlock
+from pose_fusion.kernels.compiling import settled
+from pose_fusion.kernels.telling import BodyAsTold, Told, tell
 from pose_fusion.streams.samples import FloatArray
 
+OWN_RATES = np.zeros(0)
 
-def told(
-    poses: Sequence[TimedPose],
-    newest_ns: Sequence[int],
-    model: BodyModel,
-    sensors: Sequence[str],
-) -> EstimateBlock:
-    """What the fusion says of one person.
+
+class Telling:
+    """Tells poses that are not told yet; a body's angles go on from one block to the next.
 
     Args:
-        poses: n poses and their instants, one at least.
-        newest_ns: Of each, stamp of the newest sample of any source by then [ns].
         model: The body model.
-        sensors: Names, in the order of the poses' weights.
+        parameters: See :class:`FusionParameters`.
     """
-    fused = [each.pose for each in poses]
-    position = _stacked([each.position for each in fused])
-    joints = _stacked([each.joints for each in fused])
-    rotations = _stacked([each.rotations for each in fused])
-    return EstimateBlock(
-        stamps_ns=np.array([each.stamp_ns for each in poses], np.int64),
-        newest_ns=np.array(newest_ns, np.int64),
-        dof_names=model.dof_names,
-        position=position,
-        velocity=_stacked([each.velocity for each in fused]),
-        position_stddev=np.sqrt(_stacked([each.variance for each in fused])),
-        weight_kinect=_stacked([each.weight_kinect for each in fused]),
-        weight_imu=_stacked([each.weight_imu for each in fused]),
-        source=_stacked([each.source for each in fused]),
-        joints=joints,
-        tracking_state=_stacked([each.tracking_state for each in poses]),
-        link_names=model.link_names,
-        T_map_link=link_transforms(position, rotations, joints, model.link_joints),
-        sensors=tuple(sensors),
-        sensor_weight=_stacked([each.sensor_weight for each in fused]),
-    )
+
+    def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
+        self._model = model
+        self._sensors = parameters.sensors
+        self._trusts = estimator_class(parameters.estimator).TRUSTS
+        self._shape: BodyShape | None = None
+        self._reader: _StateReader | None = None
+
+    def tell(self, block: PoseBlock, shape: BodyShape) -> EstimateBlock:
+        """What the fusion says of poses.
+
+        Args:
+            block: Of one body.
+            shape: That body's; another one's angles begin anew.
+        """
+        if isinstance(block, EstimateBlock):
+            return block
+        if self._reader is None or shape is not self._shape:
+            self._shape = shape
+            self._reader = _StateReader(self._model, shape, self._trusts, self._sensors)
+        return self._reader.read(block)
+
+    def tell_ahead(self, block: PoseBlock) -> EstimateBlock | None:
+        """What it says of poses ahead of the last one, if there was one; the next follow that."""
+        if isinstance(block, EstimateBlock):
+            return block
+        return None if self._reader is None else self._reader.read_ahead(block)
 
 
-def link_transforms(
-    position: FloatArray,
-    rotations: FloatArray,
-    joints: FloatArray,
-    turns_about: NDArray[np.int64],
-) -> FloatArray:
-    """The links' transforms: each has its origin at the joint that it turns about.
+class _StateReader:
+    """Turns a segment filter's states into the model's degrees of freedom, continuously.
 
     Args:
-        position: Degrees of freedom, the root's place [m] first, shape (n, d).
-        rotations: ``R_map_link``, shape (n, links, 3, 3).
-        joints: In map [m], shape (n, 15, 3).
-        turns_about: The joint of each link, shape (links,); −1 of the root.
-
-    Returns:
-        ``T_map_link``, shape (n, links, 4, 4).
+        model: The body model.
+        shape: The person's measures.
+        trusts: How much the filter's variances are worth.
+        sensors: Their names.
     """
-    T_map_link = np.empty((*rotations.shape[:2], 4, 4))
-    position, rotations = np.ascontiguousarray(position), np.ascontiguousarray(rotations)
-    joints = np.ascontiguousarray(joints)
-    for row, filled in enumerate(T_map_link):
-        place_origins(position[row], rotations[row], joints[row], turns_about, filled)
-    return T_map_link
 
+    def __init__(
+        self, model: BodyModel, shape: BodyShape, trusts: Trusts, sensors: tuple[str, ...]
+    ) -> None:
+        self._model = model
+        self._sensors = sensors
+        self._body = BodyAsTold(
+            numbers=model_numbers(model, shape.offsets),
+            hinges=hinges_of(SegmentTree(model, shape)),
+            trusts=numbers_of(model, trusts),
+        )
+        self._tell = settled(tell)
+        self._previous = np.zeros(model.size)
+        self._rates = np.zeros(model.size)
 
-def _stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """One after the other; one alone is not copied."""
-    return rows[0][None] if len(rows) == 1 else np.array(rows)
+    def read(self, block: StateBlock) -> EstimateBlock:
+        """What is said of states."""
+        told = self._told(block, OWN_RATES, self._previous)
+        self._rates = told.velocity[-1]
+        return told
+
+    def read_ahead(self, block: StateBlock) -> EstimateBlock:
+        """The same of states ahead: as late as it was at the last, though its rates die away."""
+        return self._told(block, self._rates, self._previous.copy())
+
+    def _told(self, block: StateBlock, rates: FloatArray, previous: FloatArray) -> EstimateBlock:
+        model, size, links = self._model, len(previous), len(self._model.link_names)
+        count, sensors = block.tracking_state.shape[:2]
+        position, velocity, variance, weight_kinect, weight_imu = np.empty((5, count, size))
+        told = Told(
+            position=position,
+            velocity=velocity,
+            variance=variance,
+            weight_kinect=weight_kinect,
+            weight_imu=weight_imu,
+            source=np.empty((count, size), np.uint8),
+            joints=np.empty((count, len(JOINTS), 3)),
+            T_map_link=np.empty((count, links, 4, 4)),
+            sensor_weight=np.empty((count, sensors, len(JOINTS))),
+        )
+        self._tell(self._body, block.states, block.tracking_state, rates, previous, told)
+        return EstimateBlock(
+            stamps_ns=block.stamps_ns,
+            newest_ns=block.newest_ns,
+            dof_names=model.dof_names,
+            position=told.position,
+            velocity=told.velocity,
+            position_stddev=np.sqrt(told.variance),
+            weight_kinect=told.weight_kinect,
+            weight_imu=told.weight_imu,
+            source=told.source,
+            joints=told.joints,
+            tracking_state=block.tracking_state.max(axis=1),
+            link_names=model.link_names,
+            T_map_link=told.T_map_link,
+            sensors=self._sensors,
+            sensor_weight=told.sensor_weight,
+        )

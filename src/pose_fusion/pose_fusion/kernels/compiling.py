@@ -53,6 +53,27 @@ def compiled(function: F) -> F:
     return cast(F, numba.njit(cache=True, error_model="numpy")(function))
 
 
+def settled(kernel: F) -> F:
+    """The kernel for a caller whose arguments are of the same types at every call.
+
+    Only the first call's are looked at. Numba otherwise tells the type of each argument, and of all
+    that is in a tuple, at every call, which takes it 0.2 µs each: longer than some kernels take. So
+    an array must stay of its type, and of contiguous rows if it was at first.
+    """
+    chosen: Callable[..., Any] | None = None
+
+    def call(*arguments: Any) -> Any:
+        nonlocal chosen
+        if chosen is None:
+            types = tuple(map(numba.typeof, arguments))
+            dispatcher = cast(Any, kernel)
+            dispatcher.compile(types)
+            chosen = cast(Callable[..., Any], dispatcher.get_overload(types))
+        return chosen(*arguments)
+
+    return cast(F, call)
+
+
 def say_if_compiling() -> None:
     """One line before the first start, which takes longer than all others."""
     if not any(COMPILED_FOLDER.rglob("*.nbi")):

@@ -1,10 +1,11 @@
 """Joint angles, rates and variances from links' rotations: the inverse of the chain."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.forward import ModelNumbers
-from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.rotations import exponential, logarithm, product, transposed_product
 from pose_fusion.kernels.small_matrices import solve
 from pose_fusion.streams.samples import FloatArray
@@ -15,6 +16,21 @@ VARIANCE_DAMPING = 0.1  # [-] likewise of an angle's variance
 BEYOND = 4.0  # [-] weight of a square beyond the limits, to one from the angles before
 WOUND_UP = 1.5 * np.pi  # [rad] that no angle reaches near the neutral pose
 NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a limb's tilt, below which its angles are plain
+
+
+class StateNumbers(NamedTuple):
+    """What of a segment filter's state is told, whenever that is; of n states: n rows of each."""
+
+    position: FloatArray  # (3,) [m] of the root
+    velocity: FloatArray  # (3,) [m/s]
+    rotations: FloatArray  # (links, 3, 3): R_map_link
+    rates: FloatArray  # (links, 3) [rad/s] in map
+    turns: FloatArray  # (links, 3) [rad] what the pose glides by, see Glide
+    shift: FloatArray  # (3,) [m] likewise
+    place_variance: FloatArray  # (3,) [m²] of the root's position
+    covariance: FloatArray  # (links, 3, 3) [rad²] of each link's turn, relative to its parent's
+    information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
+    scale: FloatArray  # (1,) [-] of the variances
 
 
 @compiled
@@ -143,9 +159,9 @@ def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray)
 @compiled
 def read_pose(
     numbers: ModelNumbers,
-    pose: Pose,
-    P: FloatArray,
-    information: FloatArray,
+    position: FloatArray,
+    rotations: FloatArray,
+    state: StateNumbers,
     previous: FloatArray,
     out: FloatArray,
 ) -> None:
@@ -153,30 +169,30 @@ def read_pose(
 
     Args:
         numbers: The body model.
-        pose: The links' rotations and rates.
-        P: Covariance of the error.
-        information: Of each source on each link, (2, links, 3, 3) [1/rad²].
+        position: Of the root as it goes out, (3,) [m].
+        rotations: ``R_map_link`` as they go out, (links, 3, 3).
+        state: Rates, covariance and information.
         previous: The degrees of freedom before, (d,).
         out: (5, d): values, rates, variances, then each source's information.
     """
     relative, vector = np.empty((3, 3)), np.empty(3)
     for axis in range(3):
-        out[0, axis], out[1, axis] = pose.position[axis], pose.velocity[axis]
-        out[2, axis] = P[axis, axis]
+        out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
+        out[2, axis] = state.place_variance[axis]
     for link in range(len(numbers.parents)):
         parent = numbers.parents[link]
         if parent < 0:
-            logarithm(pose.rotations[link], vector)
+            logarithm(rotations[link], vector)
             continuous_vector(vector, previous[3:6], out[0, 3:6])
             for axis in range(3):
-                at = 3 + 3 * link + axis
-                out[1, 3 + axis], out[2, 3 + axis] = pose.rates[link, axis], P[at, at]
+                out[1, 3 + axis] = state.rates[link, axis]
+                out[2, 3 + axis] = state.covariance[link, axis, axis]
             for source in range(2):
-                own = information[source, link]
+                own = state.information[source, link]
                 out[3 + source, :6] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
             continue
-        transposed_product(pose.rotations[parent], pose.rotations[link], relative)
-        read_link(numbers, link, relative, pose, P, information, previous, out)
+        transposed_product(rotations[parent], rotations[link], relative)
+        read_link(numbers, link, relative, rotations[parent], state, previous, out)
 
 
 @compiled
@@ -184,34 +200,30 @@ def read_link(
     numbers: ModelNumbers,
     link: int,
     R_parent_link: FloatArray,
-    pose: Pose,
-    P: FloatArray,
-    information: FloatArray,
+    R_map_parent: FloatArray,
+    state: StateNumbers,
     previous: FloatArray,
     out: FloatArray,
 ) -> None:
     """One link's degrees of freedom; see :func:`read_pose`."""
-    count, parent = numbers.dof_count[link], numbers.parents[link]
+    count = numbers.dof_count[link]
     dof, axes = numbers.dof[link, :count], numbers.axes[link, :count]
     signs, before, angles = np.empty(count), np.empty(count), np.empty(count)
     A, rates, inverse = np.empty((count, 3)), np.empty((count, 1)), np.empty((count, 3))
     for k in range(count):
         signs[k], before[k] = axes[k, 0] + axes[k, 1] + axes[k, 2], previous[dof[k]]
     link_angles(R_parent_link, signs, numbers.limits[link, :count], before, angles)
-    moved_axes(pose.rotations[parent], axes, angles, A)
-    omega = (pose.rates[link] - pose.rates[parent]).reshape(3, 1)
+    moved_axes(R_map_parent, axes, angles, A)
+    omega = (state.rates[link] - state.rates[numbers.parents[link]]).reshape(3, 1)
     least_squares(A, omega, RATE_DAMPING, rates)
     least_squares(A, np.eye(3), VARIANCE_DAMPING, inverse)
-    own, above = 3 + 3 * link, 3 + 3 * parent
     for k in range(count):
         variance, known = 0.0, np.zeros(2)
         for a in range(3):
             for b in range(3):
-                relative = P[own + a, own + b] + P[above + a, above + b]
-                relative -= P[own + a, above + b] + P[above + a, own + b]
-                variance += inverse[k, a] * relative * inverse[k, b]
+                variance += inverse[k, a] * state.covariance[link, a, b] * inverse[k, b]
                 for source in range(2):
-                    known[source] += A[k, a] * information[source, link, a, b] * A[k, b]
+                    known[source] += A[k, a] * state.information[source, link, a, b] * A[k, b]
         at = dof[k]
         out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
         out[3, at], out[4, at] = known[0], known[1]

@@ -1,4 +1,4 @@
-"""What goes out for a state: the gliding pose, its degrees of freedom, their uncertainty."""
+"""What goes out for states: the gliding pose, its degrees of freedom, their uncertainty."""
 
 from typing import NamedTuple
 
@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.forward import ModelNumbers, place_links
+from pose_fusion.kernels.frames import place_origins
 from pose_fusion.kernels.gliding import Glide, is_over
 from pose_fusion.kernels.hinge_plane import Hinges, turn_into_hinge_planes
 from pose_fusion.kernels.placing import Pose
-from pose_fusion.kernels.reading import read_pose
+from pose_fusion.kernels.reading import StateNumbers, read_pose
 from pose_fusion.kernels.rotations import turn_all
 from pose_fusion.kernels.seeing import share_cameras
 from pose_fusion.streams.samples import FloatArray
@@ -27,64 +28,138 @@ class BodyAsTold(NamedTuple):
 
 
 class Told(NamedTuple):
-    """What is told of a pose: filled."""
+    """What is told of n states: filled."""
 
-    of_dof: FloatArray  # (5, d): values, rates, variances, the Kinects' and the IMUs' shares
-    source: NDArray[np.uint8]  # (d,)
-    rotations: FloatArray  # (links, 3, 3): of the pose that the degrees of freedom give
-    joints: FloatArray  # (joints, 3) [m]: likewise
-    sensor_weight: FloatArray  # (s, joints) [-]
+    position: FloatArray  # (n, d) [m] or [rad]
+    velocity: FloatArray  # (n, d)
+    variance: FloatArray  # (n, d)
+    weight_kinect: FloatArray  # (n, d) [-]
+    weight_imu: FloatArray  # (n, d) [-]
+    source: NDArray[np.uint8]  # (n, d)
+    joints: FloatArray  # (n, joints, 3) [m]: of the pose that the degrees of freedom give
+    T_map_link: FloatArray  # (n, links, 4, 4): likewise
+    sensor_weight: FloatArray  # (n, s, joints) [-]
+
+
+@compiled
+def keep(
+    pose: Pose,
+    P: FloatArray,
+    parents: NDArray[np.int64],
+    glide: Glide,
+    scale: float,
+    out: StateNumbers,
+) -> None:
+    """Copy what of a state is told, but for the information, which is its update's own.
+
+    Args:
+        pose: The state.
+        P: Its covariance.
+        parents: Of its links, (links,); −1 of the root.
+        glide: What its pose still glides by.
+        scale: See :func:`published_variance`.
+        out: Filled.
+    """
+    out.position[:], out.velocity[:] = pose.position, pose.velocity
+    out.rotations[:], out.rates[:] = pose.rotations, pose.rates
+    out.turns[:], out.shift[:] = glide.turns, glide.shift
+    out.scale[0] = scale
+    for axis in range(3):
+        out.place_variance[axis] = P[axis, axis]
+    for link in range(len(parents)):
+        own, above = 3 + 3 * link, 3 + 3 * parents[link]
+        for a in range(3):
+            for b in range(3):
+                relative = P[own + a, own + b]
+                if parents[link] >= 0:
+                    relative += P[above + a, above + b]
+                    relative -= P[own + a, above + b] + P[above + a, own + b]
+                out.covariance[link, a, b] = relative
 
 
 @compiled
 def tell(
     body: BodyAsTold,
-    pose: Pose,
-    glide: Glide,
-    P: FloatArray,
-    information: FloatArray,
-    scale: float,
-    rates: FloatArray,
+    states: StateNumbers,
     tracking_state: NDArray[np.uint8],
+    rates: FloatArray,
     previous: FloatArray,
     told: Told,
 ) -> None:
-    """All that is told of a pose; limbs are turned about themselves as their hinges show.
+    """All that is told of n states of one body, one after the other.
 
     Args:
         body: Whose.
-        pose: The state.
-        glide: What its pose still glides by.
-        P: Its covariance.
-        information: Of each source on each link, (2, links, 3, 3) [1/rad²].
-        scale: See :func:`published_variance`.
-        rates: Of the degrees of freedom, (d,), by which it may be late; of no rows: the pose's own.
-        tracking_state: (s, joints).
-        previous: The degrees of freedom before, (d,); become the present ones.
+        states: A row each.
+        tracking_state: (n, s, joints).
+        rates: Of the degrees of freedom, (d,), by which they may be late; of no rows: their own.
+        previous: The degrees of freedom before, (d,); become the last ones.
         told: Filled.
     """
-    position, rotations = pose.position.copy(), told.rotations
+    of_dof = np.empty((5, len(previous)))
+    rotations = np.empty(states.rotations.shape[1:])
+    for n in range(len(states.position)):
+        state = StateNumbers(
+            states.position[n],
+            states.velocity[n],
+            states.rotations[n],
+            states.rates[n],
+            states.turns[n],
+            states.shift[n],
+            states.place_variance[n],
+            states.covariance[n],
+            states.information[n],
+            states.scale[n],
+        )
+        read(body, state, rates, previous, rotations, of_dof, told.source[n])
+        told.position[n], told.velocity[n], told.variance[n] = of_dof[0], of_dof[1], of_dof[2]
+        told.weight_kinect[n], told.weight_imu[n] = of_dof[3], of_dof[4]
+        place_links(
+            body.numbers,
+            np.eye(3),
+            previous.reshape((1, -1)),
+            rotations.reshape((1, len(rotations), 3, 3)),
+            told.joints[n : n + 1],
+        )
+        place_origins(
+            previous, rotations, told.joints[n], body.numbers.turns_about, told.T_map_link[n]
+        )
+        share_cameras(tracking_state[n], told.sensor_weight[n])
+
+
+@compiled
+def read(
+    body: BodyAsTold,
+    state: StateNumbers,
+    rates: FloatArray,
+    previous: FloatArray,
+    rotations: FloatArray,
+    out: FloatArray,
+    source: NDArray[np.uint8],
+) -> None:
+    """One state's degrees of freedom; limbs are turned about themselves as their hinges show.
+
+    Args:
+        body: Whose.
+        state: The state.
+        rates: See :func:`tell`.
+        previous: The degrees of freedom before, (d,); become the present ones.
+        rotations: Filled, (links, 3, 3): as they go out.
+        out: Filled, (5, d): values, rates, variances, the Kinects' and the IMUs' shares.
+        source: Filled, (d,).
+    """
+    position, glide = state.position.copy(), Glide(state.turns, state.shift)
     if is_over(glide):
-        rotations[:] = pose.rotations
+        rotations[:] = state.rotations
     else:
-        turn_all(glide.turns, 1.0, pose.rotations, rotations)
+        turn_all(glide.turns, 1.0, state.rotations, rotations)
         position += glide.shift
     turn_into_hinge_planes(rotations, body.hinges)
-    turned = Pose(position, rotations, pose.slides, pose.velocity, pose.rates)
-    out = told.of_dof
-    read_pose(body.numbers, turned, P, information, previous, out)
-    share_out(out[3:], NOTHING, out[3:], told.source)
+    read_pose(body.numbers, position, rotations, state, previous, out)
+    share_out(out[3:], NOTHING, out[3:], source)
     moving = rates if len(rates) > 0 else out[1]
-    published_variance(out[2], moving, out[4], scale, body.trusts, out[2])
+    published_variance(out[2], moving, out[4], state.scale[0], body.trusts, out[2])
     previous[:] = out[0]
-    place_links(
-        body.numbers,
-        np.eye(3),
-        previous.reshape((1, -1)),
-        rotations.reshape((1, len(rotations), 3, 3)),
-        told.joints.reshape((1, len(told.joints), 3)),
-    )
-    share_cameras(tracking_state, told.sensor_weight)
 
 
 @compiled

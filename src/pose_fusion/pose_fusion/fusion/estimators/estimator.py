@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from pose_common.counters import Counters
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
+from pose_fusion.fusion.estimators.uncertainty import LIVE, Trusts
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.kernels.reading import StateNumbers
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -44,13 +46,17 @@ class FusedPose:
     sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint
 
 
+EstimatedPose: TypeAlias = FusedPose | StateNumbers
+"""A pose that is told as it is, or a filter's state, of which it is still to be read."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class TimedPose:
     """A pose and when it was."""
 
     stamp_ns: int  # [ns]
-    tracking_state: NDArray[np.uint8]  # (15,), best of the sensors
-    pose: FusedPose
+    tracking_state: NDArray[np.uint8]  # (sensors, 15)
+    pose: EstimatedPose
 
 
 class Estimator(ABC):
@@ -73,6 +79,8 @@ class Estimator(ABC):
     """Whether it looks ahead, which only a recording allows."""
     CAN_PREDICT: ClassVar[bool] = False
     """Whether :meth:`predicted` tells the pose at instants that nothing was seen at."""
+    TRUSTS: ClassVar[Trusts] = LIVE
+    """What the variances of its states are worth, where its poses are states."""
 
     def __init__(
         self,
@@ -92,7 +100,7 @@ class Estimator(ABC):
         del parameters  # most take any
 
     @abstractmethod
-    def update(self, observation: Observation) -> FusedPose | None:
+    def update(self, observation: Observation) -> EstimatedPose | None:
         """The pose at an observation's instant; None while there is none."""
 
     def advance(self, observation: Observation) -> list[TimedPose]:
@@ -115,7 +123,8 @@ class Estimator(ABC):
         return []
 
 
-def timed(pose: FusedPose, observation: Observation) -> TimedPose:
+def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
     """A pose of an observation's instant."""
-    state = np.maximum.reduce(observation.tracking_state)
-    return TimedPose(stamp_ns=observation.stamp_ns, tracking_state=state, pose=pose)
+    return TimedPose(
+        stamp_ns=observation.stamp_ns, tracking_state=observation.tracking_state, pose=pose
+    )

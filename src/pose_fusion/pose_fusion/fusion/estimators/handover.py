@@ -13,6 +13,7 @@ from math import exp
 import numpy as np
 
 from pose_common.stamps import NS_PER_S
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.gliding import Glide, Limits, take_up
 from pose_fusion.kernels.placing import Pose
 
@@ -61,6 +62,7 @@ class Handover:
 
     def __init__(self, links: int) -> None:
         self._links = links
+        self._take_up = settled(take_up)
         self._glide = no_glide(links)
         self._gone_s = 0.0  # [s] since that changed last
         self._at_once = np.zeros(links + 1)  # [rad], [m] corrections since a pose went out
@@ -82,7 +84,7 @@ class Handover:
             self._glide = no_glide(self._links)
             return
         limits = AFTER_AN_EVENT if eventful else AT_OTHER_TIMES
-        take_up(before, after, limits, keep, self._glide, self._at_once)
+        self._take_up(before, after, limits, keep, self._glide, self._at_once)
 
     def show(self) -> Glide:
         """What lies between the state and what goes out now."""

@@ -23,16 +23,19 @@ from pose_fusion.filters.segment_filter import (
     UpdateReport,
 )
 from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation, TimedPose
+from pose_fusion.fusion.estimators.estimator import Estimator, Observation, TimedPose
 from pose_fusion.fusion.estimators.handover import Handover, Sources
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
-from pose_fusion.fusion.estimators.pose_reader import PoseReader
-from pose_fusion.fusion.estimators.uncertainty import LIVE, Fit, Trusts, scale_of
+from pose_fusion.fusion.estimators.uncertainty import Fit, scale_of
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.kernels.compiling import settled
+from pose_fusion.kernels.gliding import Glide
 from pose_fusion.kernels.links import ImuTrust, trust_readings
 from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.reading import StateNumbers
+from pose_fusion.kernels.telling import keep
 
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
@@ -42,7 +45,7 @@ HELD_JERK = 100.0  # [rad/s³] of a limb that swings, while its IMU's reading is
 
 
 class SegmentEstimator(Estimator):
-    """Feeds a :class:`SegmentFilter` and reads the degrees of freedom off it."""
+    """Feeds a :class:`SegmentFilter`; its poses are that filter's states."""
 
     COUNTERS = (
         "filter_starts",
@@ -59,7 +62,6 @@ class SegmentEstimator(Estimator):
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
     CAN_PREDICT: ClassVar[bool] = True
-    TRUSTS: ClassVar[Trusts] = LIVE
 
     def __init__(
         self,
@@ -71,7 +73,7 @@ class SegmentEstimator(Estimator):
         super().__init__(model, shape, parameters, counters)
         self._tree = SegmentTree(model, shape)
         self._filter = SegmentFilter(self._tree)
-        self._reader = PoseReader(model, shape, self._tree, self.TRUSTS)
+        self._keep = settled(keep)
         self._handover = Handover(len(self._tree.parents))
         self._sources = Sources()
         names = model.link_names
@@ -86,18 +88,15 @@ class SegmentEstimator(Estimator):
         self._lost = LostLimbs(model)
         self._fit = Fit()
         self._stamp_ns = 0
-        self._told: FusedPose | None = None  # the last pose
-        self._tracking_state = np.zeros((0, len(JOINTS)), np.uint8)  # of its observation
+        self._last: Observation | None = None  # that a pose has gone out for
 
-    def update(self, observation: Observation) -> FusedPose | None:
+    def update(self, observation: Observation) -> StateNumbers | None:
         """Predict to the instant and take everything that is known of it."""
         report, state = self._take(observation), self._filter.state
         if report is None or state is None:
             return None
-        self._tracking_state = observation.tracking_state
-        glide, scale = self._handover.show(), scale_of(self._fit.distance)
-        self._told = self._reader.read(state, glide, report, scale, self._tracking_state)
-        return self._told
+        self._last = observation
+        return self._kept(state, self._handover.show(), report, scale_of(self._fit.distance))
 
     def _take(self, observation: Observation) -> UpdateReport | None:
         """Bring the filter to the observation's instant; None if there is no new pose to tell."""
@@ -131,9 +130,9 @@ class SegmentEstimator(Estimator):
 
     def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
         """The state gone on to the instant; what the IMUs say of it counts already."""
-        state, told = self._filter.state, self._told
+        state, last = self._filter.state, self._last
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
-        if state is None or told is None or not 0.0 <= ahead_s < self.parameters.forget_after:
+        if state is None or last is None or not 0.0 <= ahead_s < self.parameters.forget_after:
             return None
         ahead = self._filter.ahead(ahead_s)
         report = nothing_seen(self._tree)
@@ -142,17 +141,36 @@ class SegmentEstimator(Estimator):
                 report = ahead.update(imus=self._imu_looks(readings))
             except np.linalg.LinAlgError:
                 return None
-        pose = self._reader.copy().read(
-            ahead.known_state,
-            self._handover.ahead(ahead_s),
-            report,
-            scale_of(self._fit.distance),
-            self._tracking_state,
-            # As late as it was when it was last told, though its rates have died away since.
-            told.velocity,
+        glide, scale = self._handover.ahead(ahead_s), scale_of(self._fit.distance)
+        pose = self._kept(ahead.known_state, glide, report, scale)
+        return TimedPose(stamp_ns=stamp_ns, tracking_state=last.tracking_state, pose=pose)
+
+    def _kept(
+        self, state: SegmentState, glide: Glide, report: UpdateReport, scale: float
+    ) -> StateNumbers:
+        """What of a state is told.
+
+        Args:
+            state: Of the filter, which goes on.
+            glide: What still lies between it and what goes out.
+            report: Of the update that led to it.
+            scale: Of the variances [-].
+        """
+        links = len(state.rotations)
+        kept = StateNumbers(
+            position=np.empty(3),
+            velocity=np.empty(3),
+            rotations=np.empty((links, 3, 3)),
+            rates=np.empty((links, 3)),
+            turns=np.empty((links, 3)),
+            shift=np.empty(3),
+            place_variance=np.empty(3),
+            covariance=np.empty((links, 3, 3)),
+            information=report.information,
+            scale=np.empty(1),
         )
-        best = np.maximum.reduce(self._tracking_state)
-        return TimedPose(stamp_ns=stamp_ns, tracking_state=best, pose=pose)
+        self._keep(state.pose, state.covariance, self._tree.parents, glide, scale, kept)
+        return kept
 
     def _correct(
         self, observation: Observation, late_s: float, shown: SegmentState | None

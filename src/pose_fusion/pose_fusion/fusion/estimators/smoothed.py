@@ -101,7 +101,6 @@ class SmoothedEstimator(SegmentEstimator):
             if step.observation.stamp_ns <= self._told_ns:
                 continue  # a late frame's instant has been told already
             self._told_ns = step.observation.stamp_ns
-            tracking_state = step.observation.tracking_state
-            pose = self._reader.read(state, glide, step.report, step.scale, tracking_state)
+            pose = self._kept(state, glide, step.report, step.scale)
             told.append(timed(pose, step.observation))
         return told
