@@ -162,8 +162,9 @@ class SegmentFilter:
             numpy.linalg.LinAlgError: If the covariance lost its positive definiteness.
         """
         state, layout = self.known_state, self.layout
-        if not all(array.flags.c_contiguous for array in (*cameras[:4], *imus)):
-            raise ValueError("an array of what is seen has rows apart: make it contiguous")
+        for array in (*cameras[:4], *imus):
+            if not array.flags.c_contiguous:
+                raise ValueError("an array of what is seen has rows apart: make it contiguous")
         distance = np.empty(len(self.tree.offsets))
         of_links = np.empty((2, layout.links, 3, 3))
         outcome = self._correct(

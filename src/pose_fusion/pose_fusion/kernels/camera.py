@@ -135,22 +135,47 @@ def add_camera(
         memory[:] = joints - position
     spread = np.empty((pose_size, pose_size))
     delayed_covariance(covariance, tau, 3 + 3 * links, spread)
-    G = np.zeros((pose_size, pose_size))
-    g, rows = np.zeros(pose_size), np.empty((3, pose_size))
-    H = np.empty((body.columns.shape[1], 3, 3))
-    R, residual = np.empty((3, 3)), np.empty(3)
+    # Of all joints at once, three rows each, of zeros where one is not seen.
+    H, WH = np.zeros((3 * joint_count, pose_size)), np.zeros((3 * joint_count, pose_size))
+    Ht, Wr = np.zeros((pose_size, 3 * joint_count)), np.zeros(3 * joint_count)
+    R, residual = np.empty((joint_count, 3, 3)), np.empty((joint_count, 3))
+    blocks = np.empty((body.columns.shape[1], 3, 3))
     for j in range(joint_count):
-        if frame.tracking_state[j] == 0 or not np.isfinite(frame.positions[j, 0]):
+        if not is_seen(frame, j):
             continue
         is_inferred = frame.tracking_state[j] == INFERRED
         v = velocity[j]
         speed = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
         share = inertia(noise, speed, pointing[j], is_inferred)
-        derivative(body, j, levers, rotations, 1.0 - share, H)
-        expected_residual(frame, j, joints[j], position, memory[j], share, rotations[0], residual)
-        noise_covariance(noise, rays[j], v, speed, pointing[j], is_inferred, R)
-        distance[j] = add_joint(body, noise, j, H, R, residual, spread, rows, G, g)
-    add_delayed(G, g, tau, 3 + 3 * links, information, vector)
+        derivative(body, j, levers, rotations, 1.0 - share, blocks)
+        spread_blocks(blocks, body.columns[j, : body.column_count[j]], 3 * j, H, Ht)
+        expected_residual(
+            frame, j, joints[j], position, memory[j], share, rotations[0], residual[j]
+        )
+        noise_covariance(noise, rays[j], v, speed, pointing[j], is_inferred, R[j])
+    HP = np.dot(H, spread)
+    for j in range(joint_count):
+        if is_seen(frame, j):
+            distance[j] = weigh_joint(body, noise, j, H, HP, R[j], residual[j], WH, Wr)
+    add_delayed(np.dot(Ht, WH), np.dot(Ht, Wr), tau, 3 + 3 * links, information, vector)
+
+
+@compiled
+def is_seen(frame: Frame, joint: int) -> bool:
+    """Whether the camera says where a joint is."""
+    return frame.tracking_state[joint] != 0 and np.isfinite(frame.positions[joint, 0])
+
+
+@compiled
+def spread_blocks(
+    blocks: FloatArray, columns: NDArray[np.int64], row: int, H: FloatArray, Ht: FloatArray
+) -> None:
+    """Put one joint's derivative in its place among all joints', and into the transpose."""
+    for a in range(len(columns)):
+        at = 3 * columns[a]
+        for i in range(3):
+            for k in range(3):
+                H[row + i, at + k] = Ht[at + k, row + i] = blocks[a, i, k]
 
 
 @compiled
@@ -181,7 +206,9 @@ def expected_residual(
 def delayed_covariance(P: FloatArray, tau: float, moving: int, out: FloatArray) -> None:
     """Covariance of the pose of τ ago, e_pose − τ e_rates; rates belong to the first ``moving``."""
     size = len(out)
-    out[:] = P[:size, :size]
+    for i in range(size):
+        for k in range(size):
+            out[i, k] = P[i, k]
     if tau == 0.0:
         return
     for i in range(size):
@@ -195,74 +222,55 @@ def delayed_covariance(P: FloatArray, tau: float, moving: int, out: FloatArray) 
 
 
 @compiled
-def add_joint(
+def weigh_joint(
     body: BodyNumbers,
     noise: TrackerNumbers,
     joint: int,
     H: FloatArray,
+    HP: FloatArray,
     R: FloatArray,
     residual: FloatArray,
-    P: FloatArray,
-    rows: FloatArray,
-    G: FloatArray,
-    g: FloatArray,
+    WH: FloatArray,
+    Wr: FloatArray,
 ) -> float:
-    """Add one joint to G and to g; returns its squared distance.
+    """Fill in one joint's three rows of W H, (3 joints, size), and of W r; its squared distance.
 
-    ``rows``, (3, len(P)), is room for H P and then for W H: whole rows, for a CPU takes several of
-    their numbers at once.
+    Args:
+        body: The tree.
+        noise: The tracker's numbers.
+        joint: Which.
+        H: Derivatives of all joints, (3 joints, size).
+        HP: The same times the covariance.
+        R: The joint's noise, (3, 3) [m²].
+        residual: The joint's, (3,) [m].
+        WH: Filled.
+        Wr: Filled, (3 joints,).
     """
-    count, columns = body.column_count[joint], body.columns[joint]
-    S, W, solved = np.empty((3, 3)), np.zeros((3, 3)), np.empty((3, 1))
-    add_rows(H, columns[:count], P, rows)
-    for i in range(3):
-        for k in range(3):
-            S[i, k] = R[i, k]
-            for a in range(count):
-                at = 3 * columns[a]
+    columns, row = body.columns[joint, : body.column_count[joint]], 3 * joint
+    S, W, solved = R.copy(), np.eye(3), np.empty((3, 1))
+    for a in range(len(columns)):
+        at = 3 * columns[a]
+        for i in range(3):
+            for k in range(3):
                 for m in range(3):
-                    S[i, k] += rows[i, at + m] * H[a, k, m]
-        solved[i, 0], W[i, i] = residual[i], 1.0
+                    S[i, k] += HP[row + i, at + m] * H[row + k, at + m]
+    solved[:, 0] = residual
     solve(S, solved, 3)
     distance = 0.0
     for axis in range(3):
         distance += residual[axis] * solved[axis, 0]
-    factor = student_factor(noise, distance)
-    for i in range(3):
-        for k in range(3):
-            S[i, k] = R[i, k] * factor
+    S[:] = R * student_factor(noise, distance)
     solve(S, W, 3)
-    rows[:] = 0.0
-    for b in range(count):
-        at = 3 * columns[b]
+    for a in range(len(columns)):
+        at = 3 * columns[a]
         for i in range(3):
             for k in range(3):
                 for m in range(3):
-                    rows[i, at + k] += W[i, m] * H[b, m, k]
-    for a in range(count):
-        for k in range(3):
-            row = G[3 * columns[a] + k]
-            x, y, z = H[a, 0, k], H[a, 1, k], H[a, 2, k]
-            for at in range(len(row)):
-                row[at] += x * rows[0, at] + y * rows[1, at] + z * rows[2, at]
-    for at in range(len(g)):
-        for m in range(3):
-            g[at] += rows[m, at] * residual[m]
-    return distance
-
-
-@compiled
-def add_rows(H: FloatArray, columns: NDArray[np.int64], P: FloatArray, out: FloatArray) -> None:
-    """H P, (3, len(P)), with H given by blocks of three columns."""
+                    WH[row + i, at + k] += W[i, m] * H[row + m, at + k]
     for i in range(3):
-        row = out[i]
-        row[:] = 0.0
-        for a in range(len(columns)):
-            x, y, z = H[a, i, 0], H[a, i, 1], H[a, i, 2]
-            first, second = P[3 * columns[a]], P[3 * columns[a] + 1]
-            third = P[3 * columns[a] + 2]
-            for at in range(len(row)):
-                row[at] += x * first[at] + y * second[at] + z * third[at]
+        for m in range(3):
+            Wr[row + i] += W[i, m] * residual[m]
+    return distance
 
 
 @compiled

@@ -102,10 +102,7 @@ def correct(
     typical, farthest = judge(distance)
     if not add_information(P, information):
         return Outcome(False, 0, swaps, typical, farthest)
-    error = np.zeros(len(P))
-    for k in range(informed):
-        error += vector[k] * P[k]
-    move(pose, error)
+    move(pose, np.dot(vector, P[:informed]))
     hinges = (posture.hinge_parents, posture.hinge_links, posture.hinge_signs)
     flipped = turn_back(pose.rotations, hinges[0], hinges[1], hinges[2], expected.wrong_bend)
     return Outcome(True, flipped, swaps, typical, farthest)

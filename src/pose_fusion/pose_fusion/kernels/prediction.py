@@ -103,30 +103,23 @@ def predict_covariance(
     """
     size, moving = len(P), len(power)
     pose = size - moving
+    kept = np.ones(size)
+    kept[moving:pose], kept[pose:] = keep_slide, keep
     for i in range(moving):
         for k in range(size):
             P[i, k] += reach_s * P[pose + i, k]
     for i in range(size):
         for k in range(moving):
             P[i, k] += reach_s * P[i, pose + k]
-    for i in range(size):
         for k in range(size):
-            scale = 1.0
-            if i >= pose:
-                scale *= keep
-            elif i >= moving:
-                scale *= keep_slide
-            if k >= pose:
-                scale *= keep
-            elif k >= moving:
-                scale *= keep_slide
-            P[i, k] *= scale
+            P[i, k] *= kept[i] * kept[k]
+    own, along, rate = dt_s**3 / 3.0, dt_s**2 / 2.0, dt_s
     for i in range(moving):
         for k in range(moving):
-            P[i, k] += dt_s**3 / 3.0 * power[i, k]
-            P[i, pose + k] += dt_s**2 / 2.0 * power[i, k]
-            P[pose + i, k] += dt_s**2 / 2.0 * power[i, k]
-            P[pose + i, pose + k] += dt_s * power[i, k]
+            P[i, k] += own * power[i, k]
+            P[i, pose + k] += along * power[i, k]
+            P[pose + i, k] += along * power[i, k]
+            P[pose + i, pose + k] += rate * power[i, k]
     for i in range(moving, pose):
         P[i, i] += slide_variance * (1.0 - keep_slide**2)
 
