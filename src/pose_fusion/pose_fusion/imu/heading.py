@@ -8,7 +8,8 @@ its correlation with :math:`y` alone (a fixed-point smoother), so the mounting b
 the drift is followed, and neither disturbs the other.
 
 Measured is the angle about the vertical between where the IMU and where the cameras see one axis
-point. An axis that leans by :math:`l = \sin(\text{tilt})` shows it with the standard deviation
+point: of a limb's long axis the fresh part (:mod:`pose_fusion.kernels.fresh_part`), of a lateral
+axis all of it. What is l long in the horizontal plane shows it with the standard deviation
 :math:`\sigma / l`. Innovations are limited (Huber), so that a wrongly tracked joint does little. A
 quick closed-form estimate over the last seconds runs beside it: it gives the first value, and
 where both differ clearly for long, as after a device has begun anew, it replaces the slow one.

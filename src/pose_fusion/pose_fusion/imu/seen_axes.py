@@ -16,7 +16,7 @@ from pose_fusion.kernels.seeing import AxisNumbers, see_axes
 from pose_fusion.streams.samples import FloatArray
 
 LEAST_BEND = math.sin(math.radians(30.0))  # [-] of a hinge whose axis is believed
-HINGE_SHARPNESS = 0.5  # [-] of a hinge's axis at a right angle, against a long axis
+HINGE_SHARPNESS = 0.35  # [-] of a hinge's axis at a right angle, against a long axis
 LINES = {"pelvis": ("right_hip", "left_hip"), "torso": ("right_shoulder", "left_shoulder")}
 
 

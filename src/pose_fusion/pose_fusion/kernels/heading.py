@@ -6,13 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.fresh_part import take_fresh_part
 from pose_fusion.streams.samples import FloatArray
 
 AXIS_STDDEV = 0.07  # [rad] of a direction that the cameras see, most of it slow
 CORRELATION_S = 0.5  # [s] over which errors of that direction stay alike
+FRESH_STDDEV = 0.03  # [rad] of the fresh part of a direction, where a limb is at rest,
+TURNING_STDDEV = 0.02  # [s] and where it turns, in proportion to its rate,
+FASTEST = 2.0  # [rad/s] up to this
+FRESH_CORRELATION_S = 0.2  # [s] over which errors of the fresh part stay alike
+LEAST_FRESH = 0.05  # [-] horizontal part of it: an axis at rest that leans by ten degrees has that
 LONGEST_STEP_S = 0.1  # [s] that one instant may count for
 LEAST_LEAN = 0.17  # [-] horizontal part of an axis, ten degrees, below which it shows no heading
-LIMIT = 2.0  # [-] standard deviations of an innovation beyond which it counts no more
+LIMIT = 1.5  # [-] standard deviations of an innovation beyond which it counts no more
 HEADING_WALK = np.radians(0.3) ** 2 / 60.0  # [rad²/s] random part of the drift
 DRIFT_STDDEV = np.radians(1.0) / 60.0  # [rad/s] of the drift, before anything is known of it
 DRIFT_WALK = (np.radians(1.0) / 60.0) ** 2 / 300.0  # [(rad/s)²/s] a bias that walks by 0.001 °/s/√s
@@ -47,6 +53,8 @@ class Anchors(NamedTuple):
     state: FloatArray  # (n, 4): y [rad], drift [rad/s], y₀ [rad], lateral error [rad]; NaN: not yet
     covariance: FloatArray  # (n, 4, 4)
     recent: FloatArray  # (n, 2) [s] sums of dot and cross products of the leaning axis
+    recent_axes: FloatArray  # (n, 2, 3) mean of that axis, see kernels.fresh_part
+    unseen_s: FloatArray  # (n,) since the cameras saw it
     contradicted_s: FloatArray  # (n,)
     neutral: FloatArray  # (n, 2) y₀ and its variance, kept over a loss; NaN: none
     is_mounting_known: NDArray[np.bool_]  # (n,)
@@ -59,6 +67,8 @@ def make_anchors(count: int) -> Anchors:
         state=np.full((count, 4), np.nan),
         covariance=np.zeros((count, 4, 4)),
         recent=np.zeros((count, 2)),
+        recent_axes=np.zeros((count, 2, 3)),
+        unseen_s=np.full(count, np.inf),
         contradicted_s=np.zeros(count),
         neutral=np.full((count, 2), np.nan),
         is_mounting_known=np.zeros(count, np.bool_),
@@ -147,21 +157,53 @@ def observe_lean(
     a: Anchors, i: int, dt_s: float, axis_world: FloatArray, axis_map: FloatArray
 ) -> None:
     """See :meth:`pose_fusion.imu.heading.HeadingAnchor.observe_lean`."""
+    a.unseen_s[i] += dt_s
     dot, cross, lean = compare(axis_world, axis_map)
-    if not lean > LEAST_LEAN:  # false of NaN
+    if np.isnan(lean):
         return
+    fresh = np.empty((2, 3))
+    rate = take_fresh_part(a.recent_axes[i], a.unseen_s[i], axis_world, axis_map, fresh)
+    a.unseen_s[i] = 0.0
     dt_s = min(dt_s, LONGEST_STEP_S)
+    was_known = is_known(a, i)
+    if was_known and not np.isnan(rate):
+        correct_by_fresh_part(a, i, dt_s, fresh, rate)
+    if not lean > LEAST_LEAN:
+        return
     keep = np.exp(-dt_s / RECENT_S)
     a.recent[i, 0] = keep * a.recent[i, 0] + dt_s * dot
     a.recent[i, 1] = keep * a.recent[i, 1] + dt_s * cross
-    if not is_known(a, i):
-        strength = np.hypot(a.recent[i, 0], a.recent[i, 1])
-        if strength > FIRST_LEAN_S:
-            stddev = AXIS_STDDEV * np.sqrt(CORRELATION_S / strength)
-            start(a, i, np.arctan2(a.recent[i, 1], a.recent[i, 0]), stddev)
+    if was_known:
+        watch(a, i, dt_s)
         return
-    correct(a, i, dt_s, np.arctan2(cross, dot), lean, False)
-    watch(a, i, dt_s)
+    strength = np.hypot(a.recent[i, 0], a.recent[i, 1])
+    if strength > FIRST_LEAN_S:
+        stddev = AXIS_STDDEV * np.sqrt(CORRELATION_S / strength)
+        start(a, i, np.arctan2(a.recent[i, 1], a.recent[i, 0]), stddev)
+
+
+@compiled
+def correct_by_fresh_part(a: Anchors, i: int, dt_s: float, fresh: FloatArray, rate: float) -> None:
+    """Take the angle about the vertical between an axis' fresh parts, as far as it is small.
+
+    Args:
+        a: The IMUs.
+        i: Which of them.
+        dt_s: Time [s] that this instant stands for.
+        fresh: The fresh part as the IMU and as the cameras see it, (2, 3).
+        rate: At which the axis turns [rad/s].
+    """
+    which = LEAN_MOUNTED if a.is_mounting_known[i] else LEAN
+    heading = a.state[i, 0] + (a.state[i, 2] if a.is_mounting_known[i] else 0.0)
+    c, s = np.cos(heading), np.sin(heading)
+    x, y = c * fresh[0, 0] - s * fresh[0, 1], s * fresh[0, 0] + c * fresh[0, 1]
+    length = np.hypot(x, y)
+    if dt_s <= 0.0 or not length > LEAST_FRESH:
+        return
+    stddev = np.hypot(FRESH_STDDEV, TURNING_STDDEV * min(rate, FASTEST)) / length
+    # No arc tangent: an error is often longer than the fresh part.
+    angle = (x * fresh[1, 1] - y * fresh[1, 0]) / length**2
+    correct(a, i, angle, stddev, FRESH_CORRELATION_S / dt_s, which)
 
 
 @compiled
@@ -179,7 +221,8 @@ def observe_turned(
     if not lean > LEAST_LEAN:  # false of NaN
         return
     if is_known(a, i):
-        correct(a, i, min(dt_s, LONGEST_STEP_S), np.arctan2(cross, dot), lean, True)
+        dt_s = min(dt_s, LONGEST_STEP_S)
+        correct_by_lateral_axis(a, i, dt_s, np.arctan2(cross, dot), lean)
     elif a.is_mounting_known[i]:
         # Before any lean: as good as the cameras see this line beside its place.
         variance = LATERAL_STDDEV**2 + (AXIS_STDDEV / lean) ** 2
@@ -191,26 +234,31 @@ def observe_turned(
 
 
 @compiled
-def correct(a: Anchors, i: int, dt_s: float, angle: float, lean: float, is_lateral: bool) -> None:
-    """Take an angle [rad] about the vertical between where the IMU and the cameras see an axis."""
+def correct_by_lateral_axis(a: Anchors, i: int, dt_s: float, angle: float, lean: float) -> None:
+    """Take an angle [rad] about the vertical between where the IMU and where the cameras see it."""
     if dt_s <= 0.0:
         return
-    which = TURNED if is_lateral else LEAN
-    if a.is_mounting_known[i]:
-        which = TURNED_MOUNTED if is_lateral else LEAN_MOUNTED
-    noise = (AXIS_STDDEV / lean) ** 2 * CORRELATION_S / dt_s
     # y₀ has been taken up already where the axis was brought into the world.
-    expected = a.state[i, 0] + (a.state[i, 3] if is_lateral else 0.0)
-    if which == LEAN_MOUNTED:
-        expected += a.state[i, 2]
-    # The angle itself errs by σ/l, however short the instant: that is where it is limited.
-    variance = 0.0
+    innovation = wrapped(angle - a.state[i, 0] - a.state[i, 3])
+    which = TURNED_MOUNTED if a.is_mounting_known[i] else TURNED
+    correct(a, i, innovation, AXIS_STDDEV / lean, CORRELATION_S / dt_s, which)
+
+
+@compiled
+def correct(
+    a: Anchors, i: int, innovation: float, stddev: float, samples_alike: float, which: int
+) -> None:
+    """Take an innovation [rad] of this standard deviation [rad], limited.
+
+    Its samples err alike, so many of them [-] count as one. The innovation itself errs by its
+    standard deviation, however short the instant: that is where it is limited.
+    """
+    variance = stddev**2
     for k in range(4):
         for m in range(4):
             variance += MEASURED[which, k] * a.covariance[i, k, m] * MEASURED[which, m]
-    limit = LIMIT * np.sqrt(variance + (AXIS_STDDEV / lean) ** 2)
-    innovation = wrapped(angle - expected)
-    update(a, i, min(max(innovation, -limit), limit), which, noise)
+    limit = LIMIT * np.sqrt(variance)
+    update(a, i, min(max(innovation, -limit), limit), which, stddev**2 * samples_alike)
 
 
 @compiled
@@ -255,3 +303,4 @@ def lose_heading(a: Anchors, i: int) -> None:
     a.neutral[i, 0], a.neutral[i, 1] = a.state[i, 2], a.covariance[i, 2, 2]
     a.state[i] = np.nan
     a.recent[i] = 0.0
+    a.unseen_s[i] = np.inf
