@@ -28,6 +28,7 @@ from typing import TYPE_CHECKING, Any
 
 import psutil
 import pytest
+from checked_kernels import check_settled_kernels
 from patience import PATIENCE_S
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 ORPHANS_S = 10.0  # for what a process that has ended leaves behind to end, too
 PROCESS_MARK = "POSE_TEST_PROCESS"
 
+check_settled_kernels()
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ.pop("ROS_STATIC_PEERS", None)
 

@@ -26,8 +26,8 @@ from pose_fusion.imu.mounting import Mountings
 from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.imu.track import ImuStates
-from pose_fusion.kernels import alignment as kernel
-from pose_fusion.kernels.alignment import Sights
+from pose_fusion.kernels.alignment import Sights, advance, observe, read_all
+from pose_fusion.kernels.compiling import settled
 
 NEUTRAL_DURATION_NS = 1_500_000_000
 NEUTRAL_ANGLE = np.radians(30.0)  # a joint further bent is not neutral
@@ -44,6 +44,8 @@ class ImuAlignment:
     """The alignment of all IMUs on one body."""
 
     def __init__(self) -> None:
+        self._advance, self._observe = settled(advance), settled(observe)
+        self._read_all = settled(read_all)
         self._rows = AlignmentRows()
         self._segments: dict[str, SegmentAlignment] = {}
         self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
@@ -95,7 +97,7 @@ class ImuAlignment:
         rows = self._rows_of(states.segments)
         if self.awaits_neutral(states):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
-        is_any_unknown = kernel.observe(
+        is_any_unknown = self._observe(
             self._rows.anchors, self._rows.mounted, rows, dt_s, states.R_world_sensor, sights
         )
         if is_any_unknown:
@@ -107,7 +109,7 @@ class ImuAlignment:
         if dt_s is None:
             return
         self._stamp_ns = stamp_ns
-        kernel.advance(self._rows.anchors, dt_s)
+        self._advance(self._rows.anchors, dt_s)
 
     def _since_observation(self, stamp_ns: int) -> float:
         """Time since the cameras' instant before [s].
@@ -139,7 +141,7 @@ class ImuAlignment:
             np.empty((count, 3)),
             np.empty((count, 3)),
         )
-        aligned = kernel.read_all(
+        aligned = self._read_all(
             self._rows.anchors,
             self._rows.mounted,
             rows,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
 from pose_fusion.kernels.alignment import Sights
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.seeing import AxisNumbers, see_axes
 from pose_fusion.streams.samples import FloatArray
 
@@ -28,6 +29,7 @@ class SeenAxes:
     """
 
     def __init__(self, model: BodyModel) -> None:
+        self._see = settled(see_axes)
         self._numbers = axis_numbers(model)
         self._rows = {segment: row for row, segment in enumerate(model.segments)}
         self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
@@ -44,7 +46,7 @@ class SeenAxes:
         # A last row for what the model does not know.
         long, lateral = np.full((2, count + 1, 3), np.nan)
         axes = Sights(long, lateral, np.zeros(count + 1))
-        see_axes(self._numbers, positions, trunk, LEAST_BEND, HINGE_SHARPNESS, axes)
+        self._see(self._numbers, positions, trunk, LEAST_BEND, HINGE_SHARPNESS, axes)
         rows = self._asked.get(segments)
         if rows is None:
             rows = np.array([self._rows.get(segment, count) for segment in segments], np.int64)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.tracks import MAX_GAP_NS, Rings, read_rings, take_in
 from pose_fusion.kernels.tracks import NS_PER_S as NS_PER_S
 from pose_fusion.streams.samples import FloatArray, ImuBlock
@@ -71,6 +72,7 @@ class ImuTracks:
 
     def __init__(self) -> None:
         self.segments: list[str] = []
+        self._take_in, self._read = settled(take_in), settled(read_rings)
         self._rings = _make_rings(0)
         self.gaps_ns: dict[str, int] = {}  # [ns] of the last block, what is longer than bridged
         self._places: dict[tuple[str, ...], NDArray[np.int64]] = {}
@@ -81,7 +83,7 @@ class ImuTracks:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         imus = self._places_of(block.segments)[block.imu]
         gap_ns = np.zeros(len(self.segments), np.int64)
-        rejected = take_in(
+        rejected = self._take_in(
             self._rings,
             imus,
             np.ascontiguousarray(block.stamps_ns),
@@ -109,7 +111,7 @@ class ImuTracks:
         count = len(self.segments)
         R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
         known, age_ns = np.empty(count, np.bool_), np.empty(count, np.int64)
-        read_rings(self._rings, self._order, stamp_ns, R_world_sensor, rate, stddev, known, age_ns)
+        self._read(self._rings, self._order, stamp_ns, R_world_sensor, rate, stddev, known, age_ns)
         states = ImuStates(
             segments=self._ordered,
             R_world_sensor=R_world_sensor,

@@ -58,7 +58,8 @@ def settled(kernel: F) -> F:
 
     Only the first call's are looked at. Numba otherwise tells the type of each argument, and of all
     that is in a tuple, at every call, which takes it 0.2 µs each: longer than some kernels take. So
-    an array must stay of its type, and of contiguous rows if it was at first.
+    an array must stay of its type and of its number of dimensions, and of contiguous rows if it was
+    at first: else it would be taken for what it is not. (All tests run with a check of that.)
     """
     chosen: Callable[..., Any] | None = None
 
