@@ -1,4 +1,4 @@
-"""Holds the callers of settled kernels to their word, in all tests: their types stay the same."""
+"""Holds callers of settled kernels to their word: types stay the same, in the tests' process."""
 
 from typing import Any
 

@@ -10,12 +10,13 @@ from worn_imus import merged, moving_wearer
 from pose_common.counters import Counters
 from pose_common.errors import ParameterError
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimation import Estimation
 from pose_fusion.fusion.estimation_process import AT_ONCE, EstimationProcess
 from pose_fusion.fusion.estimators.registry import body_model_of
 from pose_fusion.fusion.observation_block import block_of_observations
 from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.tracking import tracking_counters
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +34,7 @@ def observed(samples, parameters):
 
 def estimated(kind, parameters, observations, newest_ns):
     """All estimates, and the counts."""
-    counters = Counters(*estimation_counters(parameters))
+    counters = Counters(*tracking_counters(parameters))
     estimation = kind(body_model_of(parameters), parameters, counters)
     blocks = [block for each in observations for block in estimation.take([each])]
     blocks += estimation.flush(newest_ns)

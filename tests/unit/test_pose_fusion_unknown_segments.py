@@ -6,10 +6,11 @@ from pose_common.counters import Counters
 from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.body.model import load_body_model
 from pose_fusion.calibration.neutral_stand import shape_of
-from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimation import Estimation
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import neutral_pose
+from pose_fusion.fusion.tracking import tracking_counters
 from pose_fusion.imu.readings import SegmentReading, readings_of
 
 MODEL = load_body_model("default")
@@ -19,7 +20,7 @@ def angles(readings):
     """What the estimator says after a few frames of a person who stands."""
     parameters = FusionParameters(sensors=("left",))
     shape = shape_of(MODEL, neutral_pose())
-    estimation = Estimation(MODEL, parameters, Counters(*estimation_counters(parameters)))
+    estimation = Estimation(MODEL, parameters, Counters(*tracking_counters(parameters)))
     for frame in range(1, 5):
         observation = Observation(
             stamp_ns=frame * 33_000_000,

@@ -26,10 +26,11 @@ from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_fusion.filters.looks import CameraLooks, LinkLooks
 from pose_fusion.filters.segment_filter import SegmentFilter
-from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimation import Estimation
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import neutral_pose
+from pose_fusion.fusion.tracking import tracking_counters
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.streams.samples import FloatArray
 
@@ -172,9 +173,9 @@ def persons_steps(scene: Scene, persons: int) -> Step:
 
 
 def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
-    """A whole estimator from observation to degrees of freedom."""
+    """A whole estimator, from observation to estimate."""
     parameters = FusionParameters(estimator=name)
-    estimation = Estimation(scene.model, parameters, Counters(*estimation_counters(parameters)))
+    estimation = Estimation(scene.model, parameters, Counters(*tracking_counters(parameters)))
     segments = list(scene.model.segments)[:imus]
     observations = [scene.observation(frame, segments) for frame in range(len(scene.dof))]
     return lambda frame: estimation.take([observations[frame]])

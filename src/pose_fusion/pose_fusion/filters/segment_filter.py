@@ -162,7 +162,7 @@ class SegmentFilter:
             numpy.linalg.LinAlgError: If the covariance lost its positive definiteness.
         """
         state, layout = self.known_state, self.layout
-        for array in (*cameras[:4], *imus):
+        for array in (*cameras[:-1], *imus):
             if not array.flags.c_contiguous:
                 raise ValueError("an array of what is seen has rows apart: make it contiguous")
         distance = np.empty(len(self.tree.offsets))

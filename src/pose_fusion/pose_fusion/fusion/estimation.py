@@ -7,17 +7,11 @@ from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
 from pose_fusion.fusion.estimators.estimator import Observation
-from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
 from pose_fusion.fusion.telling import Telling
 from pose_fusion.fusion.tracking import Tracking
 from pose_fusion.imu.readings import SegmentReadings
-
-
-def estimation_counters(parameters: FusionParameters) -> tuple[str, ...]:
-    """What an :class:`Estimation` counts."""
-    return ("estimates", *estimator_class(parameters.estimator).COUNTERS)
 
 
 class Estimation:
@@ -26,7 +20,7 @@ class Estimation:
     Args:
         model: The body model.
         parameters: See :class:`FusionParameters`.
-        counters: Declares :func:`estimation_counters`.
+        counters: Declares :func:`tracking_counters`.
 
     Raises:
         ParameterError: If the estimator cannot work with the parameters.
@@ -43,7 +37,7 @@ class Estimation:
         blocks = []
         for observation in observations:
             self._shape = observation.shape
-            poses = self._tracking.take([observation], self._shape)
+            poses = self._tracking.take([observation])
             if poses is not None:
                 blocks.append(self._telling.tell(poses, self._shape))
         return blocks

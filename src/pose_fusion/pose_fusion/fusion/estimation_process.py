@@ -12,14 +12,13 @@ from pose_common.worker_process import WorkerProcess
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimation import estimation_counters
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.observation_block import ObservationBlock, block_of_observations
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pose_block import PoseBlock
 from pose_fusion.fusion.preparing import prepare
 from pose_fusion.fusion.telling import Telling
-from pose_fusion.fusion.tracking import Tracking
+from pose_fusion.fusion.tracking import Tracking, tracking_counters
 
 AT_ONCE = 100  # [observations]
 
@@ -49,7 +48,7 @@ class EstimationProcess:
     Args:
         model: The body model.
         parameters: See :class:`FusionParameters`.
-        counters: Declares :func:`estimation_counters`.
+        counters: Declares :func:`tracking_counters`.
 
     Raises:
         ParameterError: If the estimator cannot work with the parameters.
@@ -129,7 +128,7 @@ class _Answering:
     """What the process does with a request."""
 
     def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
-        self._counters = Counters(*estimation_counters(parameters))
+        self._counters = Counters(*tracking_counters(parameters))
         self._tracking = Tracking(model, parameters, self._counters)
         self._shape: BodyShape | None = None
 
@@ -141,6 +140,6 @@ class _Answering:
             poses = self._tracking.flush(block.newest_ns)
         else:
             assert self._shape is not None
-            poses = self._tracking.take(block.observations(self._shape), self._shape)
+            poses = self._tracking.take(block.observations(self._shape))
         counts = {name: n - before[name] for name, n in self._counters.as_dict().items()}
         return _Answer(poses=poses, counts=counts)

@@ -14,11 +14,12 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.clocks import Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate, EstimateBlock
-from pose_fusion.fusion.estimation import Estimation, estimation_counters
+from pose_fusion.fusion.estimation import Estimation
 from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import body_model_of
 from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.tracking import tracking_counters
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.mounting import Mountings
 from pose_fusion.streams.samples import ImuBlock, ImuSample, SkeletonSample
@@ -42,7 +43,7 @@ class FusionPipeline:
     ) -> None:
         self.parameters = parameters
         self.model: BodyModel = body_model_of(parameters)
-        self.counters = Counters(*COUNTERS, *estimation_counters(parameters))
+        self.counters = Counters(*COUNTERS, *tracking_counters(parameters))
         self._estimation = Estimation(self.model, parameters, self.counters)
         self._observer = Observer(self.model, parameters, self.counters)
         self.outlet: Callable[[EstimateBlock], None] | None = None

@@ -15,12 +15,11 @@ from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.fusion.estimators.estimator import Observation
-from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.learning import COUNTERS, FrameLearner
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SensorsInMap
 from pose_fusion.fusion.telling import Telling
-from pose_fusion.fusion.tracking import Tracking
+from pose_fusion.fusion.tracking import Tracking, tracking_counters
 from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
@@ -69,10 +68,10 @@ def prepare(estimator: str, model_name: str) -> None:
     shape = shape_of(model, neutral_pose())
     # The estimator that shows one sensor alone wants its name among the sensors'.
     parameters = FusionParameters(estimator=estimator, sensors=("left", "right"))
-    counters = Counters("estimates", *estimator_class(estimator).COUNTERS)
+    counters = Counters(*tracking_counters(parameters))
     tracking, telling = Tracking(model, parameters, counters), Telling(model, parameters)
     for frame in range(1, FRAMES + 1):
-        poses = tracking.take([_observation(model, shape, frame * PERIOD_NS)], shape)
+        poses = tracking.take([_observation(model, shape, frame * PERIOD_NS)])
         if poses is not None:
             block = telling.tell(poses, shape)
             instants = (block.T_map_link, block.position, block.joints)

@@ -12,13 +12,18 @@ from pose_fusion.fusion.pose_block import PoseBlock, block_of_poses
 from pose_fusion.imu.readings import SegmentReadings
 
 
+def tracking_counters(parameters: FusionParameters) -> tuple[str, ...]:
+    """What a :class:`Tracking` counts."""
+    return ("estimates", *estimator_class(parameters.estimator).COUNTERS)
+
+
 class Tracking:
     """Runs the estimator that the parameters name.
 
     Args:
         model: The body model.
         parameters: See :class:`FusionParameters`.
-        counters: Declares what the estimator counts, and ``estimates``.
+        counters: Declares :func:`tracking_counters`.
 
     Raises:
         ParameterError: If the estimator cannot work with the parameters.
@@ -33,20 +38,12 @@ class Tracking:
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
 
-    def take(self, observations: Iterable[Observation], shape: BodyShape) -> PoseBlock | None:
-        """The poses that observations complete, if they do.
-
-        Args:
-            observations: Of one body.
-            shape: That body's: with another one, tracking begins anew.
-        """
-        if self._estimator is None or shape is not self._shape:
-            self._shape = shape
-            self._estimator = self._class(self._model, shape, self._parameters, self._counters)
+    def take(self, observations: Iterable[Observation]) -> PoseBlock | None:
+        """The poses that observations of one body complete, if they do."""
         poses: list[TimedPose] = []
         newest_ns: list[int] = []
         for observation in observations:
-            completed = self._estimator.advance(observation)
+            completed = self._estimator_of(observation.shape).advance(observation)
             poses += completed
             newest_ns += [observation.newest_ns] * len(completed)
         return self._counted(poses, newest_ns)
@@ -72,6 +69,13 @@ class Tracking:
             return None
         pose = self._estimator.predicted(stamp_ns, readings)
         return None if pose is None else self._block([pose], [newest_ns])
+
+    def _estimator_of(self, shape: BodyShape) -> Estimator:
+        """The estimator of a body: another one begins anew."""
+        if self._estimator is None or shape is not self._shape:
+            self._shape = shape
+            self._estimator = self._class(self._model, shape, self._parameters, self._counters)
+        return self._estimator
 
     def _counted(self, poses: Sequence[TimedPose], newest_ns: Sequence[int]) -> PoseBlock | None:
         self._counters.add("estimates", len(poses))

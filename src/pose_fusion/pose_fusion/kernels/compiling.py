@@ -59,7 +59,8 @@ def settled(kernel: F) -> F:
     Only the first call's are looked at. Numba otherwise tells the type of each argument, and of all
     that is in a tuple, at every call, which takes it 0.2 µs each: longer than some kernels take. So
     an array must stay of its type and of its number of dimensions, and of contiguous rows if it was
-    at first: else it would be taken for what it is not. (All tests run with a check of that.)
+    at first: else it would be taken for what it is not. (``tests/support/checked_kernels.py``
+    checks that wherever tests call the code in their own process.)
     """
     chosen: Callable[..., Any] | None = None
 

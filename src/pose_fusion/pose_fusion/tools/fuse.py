@@ -32,11 +32,11 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimation import estimation_counters
 from pose_fusion.fusion.estimation_process import EstimationProcess
 from pose_fusion.fusion.estimators.registry import body_model_of
 from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.tracking import tracking_counters
 from pose_fusion.streams.bags import BagSamples, read_extrinsics
 from pose_fusion.streams.topics import sensor_topics
 
@@ -140,7 +140,7 @@ def make_observer(
     parameters: FusionParameters, extrinsics: Extrinsics, console: Console
 ) -> Observer:
     """The chain's first half, with what the parameters' files tell; counts for both halves."""
-    counters = Counters(*COUNTERS, *estimation_counters(parameters))
+    counters = Counters(*COUNTERS, *tracking_counters(parameters))
     observer = Observer(body_model_of(parameters), parameters, counters)
     observer.place_sensors(extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
