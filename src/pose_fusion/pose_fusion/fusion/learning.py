@@ -13,6 +13,7 @@ from pose_fusion.calibration.neutral_stand import NeutralStandWatcher
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SeenFrame
 from pose_fusion.imu.imu_set import ImuSet
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.seeing import keep_latest, mean_without_offsets
 from pose_fusion.streams.samples import FloatArray
 
@@ -50,6 +51,7 @@ class FrameLearner:
         self._measuring = BodyMeasuring(model, parameters.shape_duration)
         self._latest = np.full((count, len(JOINTS), 3), np.nan)
         self._latest_ns = np.zeros(count, np.int64)
+        self._keep_latest, self._mean = settled(keep_latest), settled(mean_without_offsets)
 
     @property
     def status(self) -> str:
@@ -67,7 +69,7 @@ class FrameLearner:
             The person's measures, if they have just been found.
         """
         if self._parameters.use_imus:
-            keep_latest(
+            self._keep_latest(
                 frame.stamp_ns,
                 frame.is_present,
                 frame.positions,
@@ -86,7 +88,7 @@ class FrameLearner:
     def _seen_now(self) -> FloatArray:
         """Mean of the sensors' tracked joints, without their trackers' offsets, (15, 3) [m]."""
         mean = np.empty(self._latest.shape[1:])
-        mean_without_offsets(self._latest, self.offsets, HIPS_AND_NECK, mean)
+        self._mean(self._latest, self.offsets, HIPS_AND_NECK, mean)
         return mean
 
     def _watch_for_neutral(self, frame: SeenFrame, shape: BodyShape | None) -> BodyShape | None:

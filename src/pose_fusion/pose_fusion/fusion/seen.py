@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pose_common.joints import JOINTS
 from pose_fusion.calibration.extrinsics import Extrinsics
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.seeing import into_map
 from pose_fusion.streams.samples import FloatArray
 from pose_fusion.streams.time_alignment import AlignedFrame
@@ -37,6 +38,7 @@ class SensorsInMap:
         if extrinsics is not None:
             for sensor in extrinsics.T_reference_sensor.keys() & self._index.keys():
                 self._T_map_sensor[self._index[sensor]] = extrinsics.T_map_sensor(sensor)
+        self._into_map = settled(into_map)
         self.places: FloatArray = np.ascontiguousarray(self._T_map_sensor[:, :3, 3])
         """(sensors, 3) [m]; NaN those that the extrinsics do not place."""
 
@@ -48,7 +50,7 @@ class SensorsInMap:
         for sensor, sample in frame.samples.items():
             index = self._index[sensor]
             is_present[index] = True
-            into_map(
+            self._into_map(
                 self._T_map_sensor[index],
                 np.ascontiguousarray(sample.positions),
                 np.ascontiguousarray(sample.tracking_state),

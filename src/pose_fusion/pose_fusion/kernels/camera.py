@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.placing import (
     BodyNumbers,
     Pose,
@@ -18,7 +18,13 @@ from pose_fusion.kernels.placing import (
     place_joints,
 )
 from pose_fusion.kernels.rotations import turn_all
-from pose_fusion.kernels.small_matrices import solve
+from pose_fusion.kernels.small_matrices import (
+    Symmetric,
+    inverse,
+    quadratic_form,
+    scaled,
+    symmetric,
+)
 from pose_fusion.kernels.tracker import (
     TrackerNumbers,
     foreshortening,
@@ -26,6 +32,7 @@ from pose_fusion.kernels.tracker import (
     noise_covariance,
     student_factor,
 )
+from pose_fusion.kernels.vectors import norm
 from pose_fusion.streams.samples import FloatArray
 
 INFERRED = 1  # of TrackingState
@@ -116,69 +123,105 @@ def add_camera(
         vector: Is added to.
         distance: (joints,) squared Mahalanobis distance of what is seen.
     """
-    joint_count, links, tau = len(memory), len(pose.rotations), frame.delay_s
-    pose_size = 3 + 3 * links + 3 * len(body.sliding_links)
-    rotations = np.empty_like(pose.rotations)
+    links, tau = len(pose.rotations), frame.delay_s
+    moving, pose_size = 3 + 3 * links, 3 + 3 * links + 3 * len(body.sliding_links)
+    rotations, spread = np.empty_like(pose.rotations), np.empty((pose_size, pose_size))
     turn_all(pose.rates, -tau, pose.rotations, rotations)
     position = pose.position - tau * pose.velocity
-    levers = np.zeros((joint_count, links, 3))
-    joints = np.empty((joint_count, 3))
-    velocity = np.empty((joint_count, 3))
-    place_joints(body, position, rotations, pose.slides, levers, joints)
-    joint_velocities(body, levers, pose.velocity, pose.rates, velocity)
-    rays = joints - frame.camera
-    for j in range(joint_count):
-        rays[j] /= np.sqrt(rays[j, 0] ** 2 + rays[j, 1] ** 2 + rays[j, 2] ** 2)
-    pointing = np.empty(joint_count)
-    foreshortening(joints, rays, limb_ends, pointing)
+    joints = make_joints(len(memory), links, pose_size)
+    expect_joints(body, limb_ends, frame, pose, position, rotations, joints)
     if np.isnan(memory[0, 0]):
-        memory[:] = joints - position
-    spread = np.empty((pose_size, pose_size))
-    delayed_covariance(covariance, tau, 3 + 3 * links, spread)
-    # Of all joints at once, three rows each, of zeros where one is not seen.
-    H, WH = np.zeros((3 * joint_count, pose_size)), np.zeros((3 * joint_count, pose_size))
-    Ht, Wr = np.zeros((pose_size, 3 * joint_count)), np.zeros(3 * joint_count)
-    R, residual = np.empty((joint_count, 3, 3)), np.empty((joint_count, 3))
-    blocks = np.empty((body.columns.shape[1], 3, 3))
-    for j in range(joint_count):
-        if not is_seen(frame, j):
-            continue
-        is_inferred = frame.tracking_state[j] == INFERRED
-        v = velocity[j]
-        speed = np.sqrt(v[0] ** 2 + v[1] ** 2 + v[2] ** 2)
-        share = inertia(noise, speed, pointing[j], is_inferred)
-        derivative(body, j, levers, rotations, 1.0 - share, blocks)
-        spread_blocks(blocks, body.columns[j, : body.column_count[j]], 3 * j, H, Ht)
-        expected_residual(
-            frame, j, joints[j], position, memory[j], share, rotations[0], residual[j]
-        )
-        noise_covariance(noise, rays[j], v, speed, pointing[j], is_inferred, R[j])
-    HP = np.dot(H, spread)
-    for j in range(joint_count):
-        if is_seen(frame, j):
-            distance[j] = weigh_joint(body, noise, j, H, HP, R[j], residual[j], WH, Wr)
-    add_delayed(np.dot(Ht, WH), np.dot(Ht, Wr), tau, 3 + 3 * links, information, vector)
+        memory[:] = joints.places - position
+    compare_joints(body, noise, frame, position, rotations, memory, joints)
+    delayed_covariance(covariance, tau, moving, spread)
+    HP, WH, Wr = np.dot(joints.H, spread), np.zeros_like(joints.H), np.zeros(len(joints.H))
+    weigh_joints(body, noise, frame, joints, HP, WH, Wr, distance)
+    add_delayed(np.dot(joints.H.T, WH), np.dot(Wr, joints.H), tau, moving, information, vector)
+
+
+class Joints(NamedTuple):
+    """What a camera should see of n joints, and what it sees instead; those unseen: zeros in H."""
+
+    levers: FloatArray  # (n, links, 3), see kernels.placing
+    places: FloatArray  # (n, 3) [m] in map
+    velocity: FloatArray  # (n, 3) [m/s]
+    rays: FloatArray  # (n, 3) unit vectors from the camera
+    pointing: FloatArray  # (n,) see kernels.tracker.foreshortening
+    H: FloatArray  # (3 n, size): derivatives of the places, three rows a joint
+    R: FloatArray  # (n, 3, 3) [m²] noise
+    residual: FloatArray  # (n, 3) [m]
 
 
 @compiled
+def make_joints(count: int, links: int, size: int) -> Joints:
+    """Room for them."""
+    return Joints(
+        np.zeros((count, links, 3)),
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.empty((count, 3)),
+        np.empty(count),
+        np.zeros((3 * count, size)),
+        np.empty((count, 3, 3)),
+        np.empty((count, 3)),
+    )
+
+
+@compiled_in_place
+def expect_joints(
+    body: BodyNumbers,
+    limb_ends: NDArray[np.int64],
+    frame: Frame,
+    pose: Pose,
+    position: FloatArray,
+    rotations: FloatArray,
+    joints: Joints,
+) -> None:
+    """Where the joints were, and how the camera looks at them; place and rotations are of then."""
+    place_joints(body, position, rotations, pose.slides, joints.levers, joints.places)
+    joint_velocities(body, joints.levers, pose.velocity, pose.rates, joints.velocity)
+    for j in range(len(joints.rays)):
+        ray = joints.rays[j]
+        for axis in range(3):
+            ray[axis] = joints.places[j, axis] - frame.camera[axis]
+        length = norm(ray)
+        for axis in range(3):
+            ray[axis] /= length
+    foreshortening(joints.places, joints.rays, limb_ends, joints.pointing)
+
+
+@compiled_in_place
+def compare_joints(
+    body: BodyNumbers,
+    noise: TrackerNumbers,
+    frame: Frame,
+    position: FloatArray,
+    rotations: FloatArray,
+    memory: FloatArray,
+    joints: Joints,
+) -> None:
+    """Fill in H, R and the residual of each joint that is seen."""
+    for j in range(len(memory)):
+        if not is_seen(frame, j):
+            continue
+        is_inferred, pointing = frame.tracking_state[j] == INFERRED, joints.pointing[j]
+        v, place = joints.velocity[j], joints.places[j]
+        speed = norm(v)
+        share = inertia(noise, speed, pointing, is_inferred)
+        H = joints.H[3 * j : 3 * j + 3]
+        derivative(body, j, joints.levers, rotations, 1.0 - share, H)
+        residual = joints.residual[j]
+        expected_residual(frame, j, place, position, memory[j], share, rotations[0], residual)
+        noise_covariance(noise, joints.rays[j], v, speed, pointing, is_inferred, joints.R[j])
+
+
+@compiled_in_place
 def is_seen(frame: Frame, joint: int) -> bool:
     """Whether the camera says where a joint is."""
     return frame.tracking_state[joint] != 0 and np.isfinite(frame.positions[joint, 0])
 
 
-@compiled
-def spread_blocks(
-    blocks: FloatArray, columns: NDArray[np.int64], row: int, H: FloatArray, Ht: FloatArray
-) -> None:
-    """Put one joint's derivative in its place among all joints', and into the transpose."""
-    for a in range(len(columns)):
-        at = 3 * columns[a]
-        for i in range(3):
-            for k in range(3):
-                H[row + i, at + k] = Ht[at + k, row + i] = blocks[a, i, k]
-
-
-@compiled
+@compiled_in_place
 def expected_residual(
     frame: Frame,
     joint: int,
@@ -202,78 +245,105 @@ def expected_residual(
     out[2] -= offset[2]
 
 
-@compiled
+@compiled_in_place
 def delayed_covariance(P: FloatArray, tau: float, moving: int, out: FloatArray) -> None:
     """Covariance of the pose of τ ago, e_pose − τ e_rates; rates belong to the first ``moving``."""
     size = len(out)
+    of_pose, of_both, of_rates = P[:size], P[:size, size:], P[size:, size:]
     for i in range(size):
         for k in range(size):
-            out[i, k] = P[i, k]
+            out[i, k] = of_pose[i, k]
     if tau == 0.0:
         return
     for i in range(size):
         for k in range(moving):
-            out[i, k] -= tau * P[i, size + k]
+            out[i, k] -= tau * of_both[i, k]
+    other = P[size:]
     for i in range(moving):
         for k in range(size):
-            out[i, k] -= tau * P[size + i, k]
+            out[i, k] -= tau * other[i, k]
         for k in range(moving):
-            out[i, k] += tau * tau * P[size + i, size + k]
+            out[i, k] += tau * tau * of_rates[i, k]
 
 
-@compiled
-def weigh_joint(
+@compiled_in_place
+def weigh_joints(
     body: BodyNumbers,
     noise: TrackerNumbers,
-    joint: int,
-    H: FloatArray,
+    frame: Frame,
+    joints: Joints,
     HP: FloatArray,
-    R: FloatArray,
-    residual: FloatArray,
     WH: FloatArray,
     Wr: FloatArray,
-) -> float:
-    """Fill in one joint's three rows of W H, (3 joints, size), and of W r; its squared distance.
+    distance: FloatArray,
+) -> None:
+    """Fill in the rows of those that are seen.
 
     Args:
         body: The tree.
         noise: The tracker's numbers.
-        joint: Which.
-        H: Derivatives of all joints, (3 joints, size).
-        HP: The same times the covariance.
-        R: The joint's noise, (3, 3) [m²].
-        residual: The joint's, (3,) [m].
-        WH: Filled.
-        Wr: Filled, (3 joints,).
+        frame: What the camera saw.
+        joints: What it should see.
+        HP: H times the covariance.
+        WH: Filled: W H, (3 n, size).
+        Wr: Filled: W r, (3 n,).
+        distance: Filled, (n,): squared Mahalanobis distances.
     """
-    columns, row = body.columns[joint, : body.column_count[joint]], 3 * joint
-    S, W, solved = R.copy(), np.eye(3), np.empty((3, 1))
-    for a in range(len(columns)):
-        at = 3 * columns[a]
-        for i in range(3):
-            for k in range(3):
-                for m in range(3):
-                    S[i, k] += HP[row + i, at + m] * H[row + k, at + m]
-    solved[:, 0] = residual
-    solve(S, solved, 3)
-    distance = 0.0
-    for axis in range(3):
-        distance += residual[axis] * solved[axis, 0]
-    S[:] = R * student_factor(noise, distance)
-    solve(S, W, 3)
-    for a in range(len(columns)):
-        at = 3 * columns[a]
-        for i in range(3):
-            for k in range(3):
-                for m in range(3):
-                    WH[row + i, at + k] += W[i, m] * H[row + m, at + k]
-    for i in range(3):
-        for m in range(3):
-            Wr[row + i] += W[i, m] * residual[m]
+    for j in range(len(distance)):
+        if is_seen(frame, j):
+            distance[j] = weigh_joint(body, noise, j, joints, HP, WH, Wr)
+
+
+@compiled_in_place
+def weigh_joint(
+    body: BodyNumbers,
+    noise: TrackerNumbers,
+    joint: int,
+    joints: Joints,
+    HP: FloatArray,
+    WH: FloatArray,
+    Wr: FloatArray,
+) -> float:
+    """Fill in one joint's three rows; its squared distance."""
+    H, R, residual = joints.H, joints.R[joint], joints.residual[joint]
+    row = 3 * joint
+    S = innovation_covariance(body, joint, H, HP, R)
+    distance = quadratic_form(inverse(S), residual)
+    W = inverse(scaled(symmetric(R), student_factor(noise, distance)))
+    for k in range(H.shape[1]):
+        x, y, z = H[row, k], H[row + 1, k], H[row + 2, k]
+        WH[row, k] = W.xx * x + W.xy * y + W.xz * z
+        WH[row + 1, k] = W.xy * x + W.yy * y + W.yz * z
+        WH[row + 2, k] = W.xz * x + W.yz * y + W.zz * z
+    x, y, z = residual[0], residual[1], residual[2]
+    Wr[row] = W.xx * x + W.xy * y + W.xz * z
+    Wr[row + 1] = W.xy * x + W.yy * y + W.yz * z
+    Wr[row + 2] = W.xz * x + W.yz * y + W.zz * z
     return distance
 
 
-@compiled
+@compiled_in_place
+def innovation_covariance(
+    body: BodyNumbers, joint: int, H: FloatArray, HP: FloatArray, R: FloatArray
+) -> Symmetric:
+    """H P Hᵀ + R of one joint, given H P and its R."""
+    row = 3 * joint
+    xx, xy, xz, yy, yz, zz = symmetric(R)
+    for c in range(body.column_count[joint]):
+        first = 3 * body.columns[joint, c]
+        for k in range(first, first + 3):
+            x, y, z = HP[row, k], HP[row + 1, k], HP[row + 2, k]
+            u, v, w = H[row, k], H[row + 1, k], H[row + 2, k]
+            xx += x * u
+            xy += x * v
+            xz += x * w
+            yy += y * v
+            yz += y * w
+            zz += z * w
+    return Symmetric(xx, xy, xz, yy, yz, zz)
+
+
+@compiled_in_place
 def add_delayed(
     G: FloatArray,
     g: FloatArray,
@@ -290,10 +360,14 @@ def add_delayed(
             information[i, k] += G[i, k]
     if tau == 0.0:
         return
+    of_rates, below = vector[size:], information[size:, :size]
+    right, both = information[:size, size:], information[size:, size:]
     for i in range(moving):
-        vector[size + i] -= tau * g[i]
+        of_rates[i] -= tau * g[i]
         for k in range(size):
-            information[size + i, k] -= tau * G[i, k]
-            information[k, size + i] -= tau * G[i, k]
+            below[i, k] -= tau * G[i, k]
         for k in range(moving):
-            information[size + i, size + k] += tau * tau * G[i, k]
+            both[i, k] += tau * tau * G[i, k]
+    for i in range(size):
+        for k in range(moving):
+            right[i, k] -= tau * G[i, k]

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.camera import CameraLooks, add_cameras
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.inverse import add_information
 from pose_fusion.kernels.links import LinkLooks, add_imus, own_blocks, turn_back
 from pose_fusion.kernels.placing import BodyNumbers, Pose
@@ -108,7 +108,7 @@ def correct(
     return Outcome(True, flipped, swaps, typical, farthest)
 
 
-@compiled
+@compiled_in_place
 def judge(distance: FloatArray) -> tuple[float, float]:
     """The mean of the distances that are known, each at most :data:`MOST`, and the largest."""
     total, count, farthest = 0.0, 0, np.nan

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
-from pose_fusion.kernels.rotations import exponential, product
+from pose_fusion.kernels.compiling import compiled_in_place
+from pose_fusion.kernels.rotations import turn_by, turn_within
 from pose_fusion.streams.samples import FloatArray
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
@@ -28,7 +28,7 @@ class ModelNumbers(NamedTuple):
     offsets: FloatArray  # (joints, 3) [m]: where in it
 
 
-@compiled
+@compiled_in_place
 def place_links(
     numbers: ModelNumbers,
     R_reference: FloatArray,
@@ -37,32 +37,41 @@ def place_links(
     positions: FloatArray,
 ) -> None:
     """``R_map_link``, (n, links, 3, 3), and joints [m], (n, joints, 3), of many states, (n, d)."""
-    turn, before = np.empty((3, 3)), np.empty((3, 3))
     for index in range(len(dof)):
-        state, R, p = dof[index], rotations[index], positions[index]
+        state, R = dof[index], rotations[index]
         for link in range(len(numbers.parents)):
-            if numbers.parents[link] < 0:
-                exponential(state[3], state[4], state[5], turn)
-                product(turn, R_reference, R[link])
-            else:
-                R[link] = R[numbers.parents[link]]
-            for k in range(numbers.dof_count[link]):
-                angle, axis = state[numbers.dof[link, k]], numbers.axes[link, k]
-                exponential(angle * axis[0], angle * axis[1], angle * axis[2], turn)
-                before[:] = R[link]
-                product(before, turn, R[link])
-            place_fixed(numbers, link, state, R[link], p)
+            place_link(numbers, link, R_reference, state, R)
+            place_fixed(numbers, link, state, R[link], positions[index])
 
 
-@compiled
+@compiled_in_place
+def place_link(
+    numbers: ModelNumbers,
+    link: int,
+    R_reference: FloatArray,
+    state: FloatArray,
+    rotations: FloatArray,
+) -> None:
+    """One link's ``R_map_link``, given its parent's."""
+    parent = numbers.parents[link]
+    R, R_before = rotations[link], R_reference if parent < 0 else rotations[parent]
+    for i in range(3):
+        for k in range(3):
+            R[i, k] = R_before[i, k]
+    if parent < 0:
+        turn_by(state[3], state[4], state[5], R)
+    for k in range(numbers.dof_count[link]):
+        angle, axis = state[numbers.dof[link, k]], numbers.axes[link, k]
+        turn_within(angle * axis[0], angle * axis[1], angle * axis[2], R)
+
+
+@compiled_in_place
 def place_fixed(
     numbers: ModelNumbers, link: int, state: FloatArray, R: FloatArray, positions: FloatArray
 ) -> None:
     """The joints that are fixed in a link, whose own joint has been placed."""
-    origin = np.empty(3)
     about = numbers.turns_about[link]
-    for axis in range(3):
-        origin[axis] = state[axis] if about < 0 else positions[about, axis]
+    origin = state[:3] if about < 0 else positions[about]
     for joint in range(len(numbers.offsets)):
         if numbers.link_of_joint[joint] == link:
             o = numbers.offsets[joint]

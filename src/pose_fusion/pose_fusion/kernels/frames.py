@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.rotations import exponential, product, quaternion
 from pose_fusion.streams.samples import FloatArray
 
@@ -19,7 +19,7 @@ class Between(NamedTuple):
     joint: NDArray[np.int64]  # (n,) joint at an end
 
 
-@compiled
+@compiled_in_place
 def place_origins(
     position: FloatArray,
     rotations: FloatArray,

@@ -9,7 +9,7 @@ limb at rest is little, as it should be.
 
 import numpy as np
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled_in_place
 from pose_fusion.streams.samples import FloatArray
 
 MEAN_S = 0.1  # [s] T
@@ -17,7 +17,7 @@ RECENT_SHARE = 0.7  # [-] of the mean that is taken off: τ is a third of a seco
 UNSEEN_S = 0.15  # [s] after which the mean begins anew
 
 
-@compiled
+@compiled_in_place
 def take_fresh_part(
     recent: FloatArray,
     elapsed_s: float,

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.placing import Pose
-from pose_fusion.kernels.rotations import exponential, logarithm, product, product_transposed
+from pose_fusion.kernels.rotations import logarithm, product_transposed, turn_by
 from pose_fusion.kernels.vectors import norm
 from pose_fusion.streams.samples import FloatArray
 
@@ -30,7 +30,7 @@ class Limits(NamedTuple):
     shift_time_s: float  # [s] likewise, of its velocity
 
 
-@compiled
+@compiled_in_place
 def glide_beyond(missing: FloatArray, largest: float, gliding: FloatArray) -> float:
     """Update what glides: all that did, and of a new correction what is beyond a limit.
 
@@ -42,10 +42,14 @@ def glide_beyond(missing: FloatArray, largest: float, gliding: FloatArray) -> fl
     Returns:
         How much of the correction shows at once.
     """
-    correction = missing - gliding
-    share = max(0.0, 1.0 - largest / max(norm(correction), 1e-12))
-    gliding += share * correction
-    return norm(missing - gliding)
+    squared = 0.0
+    for axis in range(3):
+        squared += (missing[axis] - gliding[axis]) ** 2
+    correction = np.sqrt(squared)
+    share = max(0.0, 1.0 - largest / max(correction, 1e-12))
+    for axis in range(3):
+        gliding[axis] += share * (missing[axis] - gliding[axis])
+    return (1.0 - share) * correction
 
 
 @compiled
@@ -67,26 +71,59 @@ def take_up(
         glide: What glides.
         at_once: What has shown at once since a pose went out: of each link [rad], of the root [m].
     """
-    turns, shift = glide.turns, glide.shift
-    turns *= keep
-    shift *= keep
-    links = len(turns)
-    turn, shown, apart, missing = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    for link in range(links):
-        v = turns[link]
-        exponential(v[0], v[1], v[2], turn)
-        product(turn, before.rotations[link], shown)
-        # What would go out if nothing glided, against what went out.
-        product_transposed(shown, after.rotations[link], apart)
-        logarithm(apart, missing)
-        largest = limits.turn + limits.turn_time_s * norm(before.rates[link])
-        at_once[link] += glide_beyond(missing, max(largest - at_once[link], 0.0), v)
-    missing[:] = before.position + shift - after.position
+    shown, apart, missing = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    for link in range(len(glide.turns)):
+        take_up_link(before, after, link, limits, keep, glide, at_once, shown, apart, missing)
+    take_up_root(before, after, limits, keep, glide, at_once, missing)
+
+
+@compiled_in_place
+def take_up_link(
+    before: Pose,
+    after: Pose,
+    link: int,
+    limits: Limits,
+    keep: float,
+    glide: Glide,
+    at_once: FloatArray,
+    shown: FloatArray,
+    apart: FloatArray,
+    missing: FloatArray,
+) -> None:
+    """One link's; the last three are room for two matrices and a vector."""
+    v = glide.turns[link]
+    for i in range(3):
+        v[i] *= keep
+        for k in range(3):
+            shown[i, k] = before.rotations[link, i, k]
+    turn_by(v[0], v[1], v[2], shown)
+    # What would go out if nothing glided, against what went out.
+    product_transposed(shown, after.rotations[link], apart)
+    logarithm(apart, missing)
+    largest = limits.turn + limits.turn_time_s * norm(before.rates[link])
+    at_once[link] += glide_beyond(missing, max(largest - at_once[link], 0.0), v)
+
+
+@compiled_in_place
+def take_up_root(
+    before: Pose,
+    after: Pose,
+    limits: Limits,
+    keep: float,
+    glide: Glide,
+    at_once: FloatArray,
+    missing: FloatArray,
+) -> None:
+    """The root's; the last is room for a vector."""
+    shift, root = glide.shift, len(glide.turns)
+    for axis in range(3):
+        shift[axis] *= keep
+        missing[axis] = before.position[axis] + shift[axis] - after.position[axis]
     largest = limits.shift + limits.shift_time_s * norm(before.velocity)
-    at_once[links] += glide_beyond(missing, max(largest - at_once[links], 0.0), shift)
+    at_once[root] += glide_beyond(missing, max(largest - at_once[root], 0.0), shift)
 
 
-@compiled
+@compiled_in_place
 def is_over(glide: Glide) -> bool:
     """Whether nothing glides that anybody would see."""
     for link in range(len(glide.turns)):

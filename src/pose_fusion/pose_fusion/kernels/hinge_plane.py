@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
-from pose_fusion.kernels.rotations import exponential, product
+from pose_fusion.kernels.rotations import turn_by
 from pose_fusion.kernels.vectors import cross, dot, norm
 from pose_fusion.streams.samples import FloatArray
 
@@ -24,9 +24,7 @@ class Hinges(NamedTuple):
 @compiled
 def turn_about_own_axis(R: FloatArray, angle: float) -> None:
     """Turn a link, in place, by an angle [rad] about its own z axis, which may not be unit."""
-    turn, before = np.empty((3, 3)), R.copy()
-    exponential(angle * R[0, 2], angle * R[1, 2], angle * R[2, 2], turn)
-    product(turn, before, R)
+    turn_by(angle * R[0, 2], angle * R[1, 2], angle * R[2, 2], R)
 
 
 @compiled

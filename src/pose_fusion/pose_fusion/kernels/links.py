@@ -5,20 +5,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.placing import Pose
 from pose_fusion.kernels.rotations import logarithm, product_transposed, transposed_product
 from pose_fusion.streams.samples import FloatArray
 
 
-@compiled
+@compiled_in_place
 def flexion(R_parent_link: FloatArray, sign: float) -> float:
     """A hinge's angle [rad], negative when it is bent the wrong way."""
     R = R_parent_link
     return sign * np.arctan2(R[0, 2] - R[2, 0], R[0, 0] + R[2, 2])
 
 
-@compiled
+@compiled_in_place
 def twist(R_parent_link: FloatArray) -> tuple[float, float]:
     """A link's turn about its own z axis, by swing and twist.
 
@@ -82,7 +82,7 @@ class ImuTrust(NamedTuple):
     held_jerk: float  # [rad/s³] of a limb that swings, while its reading is only carried on
 
 
-@compiled
+@compiled_in_place
 def trust_readings(
     stddev: FloatArray,
     age_s: FloatArray,
@@ -136,7 +136,7 @@ def add_imus(pose: Pose, imus: LinkLooks, information: FloatArray, vector: Float
             vector[rate] += faster / rate_variance
 
 
-@compiled
+@compiled_in_place
 def own_blocks(information: FloatArray, out: FloatArray) -> None:
     """The links' own blocks, (links, 3, 3), of the error's information."""
     for link in range(len(out)):

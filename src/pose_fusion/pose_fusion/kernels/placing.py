@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled_in_place
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -36,7 +36,7 @@ class Pose(NamedTuple):
     rates: FloatArray
 
 
-@compiled
+@compiled_in_place
 def place_joints(
     body: BodyNumbers,
     position: FloatArray,
@@ -74,7 +74,7 @@ def place_joints(
                     joints[j, axis] += levers[j, link, axis]
 
 
-@compiled
+@compiled_in_place
 def joint_velocities(
     body: BodyNumbers, levers: FloatArray, velocity: FloatArray, rates: FloatArray, out: FloatArray
 ) -> None:
@@ -92,7 +92,7 @@ def joint_velocities(
                 out[j, 2] += w[0] * r[1] - w[1] * r[0]
 
 
-@compiled
+@compiled_in_place
 def derivative(
     body: BodyNumbers,
     joint: int,
@@ -101,7 +101,7 @@ def derivative(
     share: float,
     out: FloatArray,
 ) -> None:
-    """One joint's derivative by its blocks, (blocks, 3, 3): I, −[lever]ₓ, the slide's axes.
+    """One joint's derivative: I, −[lever]ₓ and the slides' axes, in the columns that it depends on.
 
     Args:
         body: The tree.
@@ -109,23 +109,23 @@ def derivative(
         levers: See :func:`place_joints`.
         rotations: ``R_map_link``, (links, 3, 3).
         share: Factor [-] of all but the root's position.
-        out: The derivative.
+        out: The derivative, (3, size): only those columns are filled.
     """
     links = levers.shape[1]
     for c in range(body.column_count[joint]):
         block = body.columns[joint, c]
-        out[c, :, :] = 0.0
+        at = 3 * block
         if block == 0:
-            out[c, 0, 0] = out[c, 1, 1] = out[c, 2, 2] = 1.0
+            out[0, at] = out[1, at + 1] = out[2, at + 2] = 1.0
         elif block <= links:
             x, y, z = levers[joint, block - 1]
-            out[c, 0, 1], out[c, 1, 0] = share * z, -share * z
-            out[c, 0, 2], out[c, 2, 0] = -share * y, share * y
-            out[c, 1, 2], out[c, 2, 1] = share * x, -share * x
+            out[0, at + 1], out[1, at] = share * z, -share * z
+            out[0, at + 2], out[2, at] = -share * y, share * y
+            out[1, at + 2], out[2, at + 1] = share * x, -share * x
         else:
             column = block - 1 - links
             goes_along = share * body.slides[joint, column]
             R = rotations[body.sliding_links[column]]
             for i in range(3):
                 for k in range(3):
-                    out[c, i, k] = goes_along * R[i, k]
+                    out[i, at + k] = goes_along * R[i, k]

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
-from pose_fusion.kernels.rotations import exponential, product
+from pose_fusion.kernels.rotations import turn_by
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -58,7 +58,7 @@ def predict(
     remember(body, pose, elapsed.forgotten, memory)
 
 
-@compiled
+@compiled_in_place
 def predict_pose(pose: Pose, keep: float, reach_s: float, keep_slide: float) -> None:
     """Go on in place.
 
@@ -68,19 +68,19 @@ def predict_pose(pose: Pose, keep: float, reach_s: float, keep_slide: float) -> 
         reach_s: How far one unit of rate leads meanwhile [s].
         keep_slide: What remains of the slides [-].
     """
-    turn, before = np.empty((3, 3)), np.empty((3, 3))
     for link in range(len(pose.rotations)):
         w = pose.rates[link]
-        exponential(reach_s * w[0], reach_s * w[1], reach_s * w[2], turn)
-        before[:] = pose.rotations[link]
-        product(turn, before, pose.rotations[link])
-    pose.position[:] += reach_s * pose.velocity
-    pose.slides[:] *= keep_slide
-    pose.velocity[:] *= keep
-    pose.rates[:] *= keep
+        turn_by(reach_s * w[0], reach_s * w[1], reach_s * w[2], pose.rotations[link])
+    for axis in range(3):
+        pose.position[axis] += reach_s * pose.velocity[axis]
+        pose.velocity[axis] *= keep
+        for link in range(len(pose.rates)):
+            pose.rates[link, axis] *= keep
+        for slide in range(len(pose.slides)):
+            pose.slides[slide, axis] *= keep_slide
 
 
-@compiled
+@compiled_in_place
 def predict_covariance(
     P: FloatArray,
     dt_s: float,
@@ -101,38 +101,44 @@ def predict_covariance(
         power: Of the white accelerations, (moving, moving).
         slide_variance: Of a slide in the long run [m²].
     """
-    size, moving = len(P), len(power)
-    pose = size - moving
-    kept = np.ones(size)
-    kept[moving:pose], kept[pose:] = keep_slide, keep
-    for i in range(moving):
-        for k in range(size):
-            P[i, k] += reach_s * P[pose + i, k]
-    for i in range(size):
-        for k in range(moving):
-            P[i, k] += reach_s * P[i, pose + k]
-        for k in range(size):
-            P[i, k] *= kept[i] * kept[k]
+    moving = len(power)
+    pose = len(P) - moving  # where rates begin
     own, along, rate = dt_s**3 / 3.0, dt_s**2 / 2.0, dt_s
+    # Parts of rows by themselves: from 0 on, a compiler sees that no index is negative.
     for i in range(moving):
+        above, beside = P[i, :moving], P[i, pose:]
+        behind, both = P[pose + i, :moving], P[pose + i, pose:]
         for k in range(moving):
-            P[i, k] += own * power[i, k]
-            P[i, pose + k] += along * power[i, k]
-            P[pose + i, k] += along * power[i, k]
-            P[pose + i, pose + k] += rate * power[i, k]
+            m, a, b, r = above[k], beside[k], behind[k], both[k]
+            above[k] = m + reach_s * (a + b + reach_s * r) + own * power[i, k]
+            beside[k] = keep * (a + reach_s * r) + along * power[i, k]
+            behind[k] = keep * (b + reach_s * r) + along * power[i, k]
+            both[k] = keep * keep * r + rate * power[i, k]
+        slides, rates_slides = P[i, moving:pose], P[pose + i, moving:pose]
+        for k in range(len(slides)):
+            slides[k] = keep_slide * (slides[k] + reach_s * rates_slides[k])
+            rates_slides[k] *= keep * keep_slide
     for i in range(moving, pose):
+        above, beside, slides = P[i, :moving], P[i, pose:], P[i, moving:pose]
+        for k in range(moving):
+            above[k] = keep_slide * (above[k] + reach_s * beside[k])
+            beside[k] *= keep * keep_slide
+        for k in range(len(slides)):
+            slides[k] *= keep_slide * keep_slide
         P[i, i] += slide_variance * (1.0 - keep_slide**2)
 
 
-@compiled
+@compiled_in_place
 def bound(P: FloatArray, first: int, last: int, largest: float) -> None:
     """Scale P so that no standard deviation of the rows in between exceeds the largest [rad]."""
     for i in range(first, last):
         stddev = np.sqrt(P[i, i])
         if stddev > largest:
             scale = largest / stddev
-            P[i, :] *= scale
-            P[:, i] *= scale
+            for k in range(len(P)):
+                P[i, k] *= scale
+            for k in range(len(P)):
+                P[k, i] *= scale
 
 
 @compiled
@@ -148,11 +154,10 @@ def remember(body: BodyNumbers, pose: Pose, share: float, memory: FloatArray) ->
             memory[j, axis] += share * (relative - memory[j, axis])
 
 
-@compiled
+@compiled_in_place
 def move(pose: Pose, error: FloatArray) -> None:
     """Add an error to the state, in place: rotations in their group."""
     links, slides = len(pose.rotations), len(pose.slides)
-    turn, before = np.empty((3, 3)), np.empty((3, 3))
     rates = 3 + 3 * links + 3 * slides
     for axis in range(3):
         pose.position[axis] += error[axis]
@@ -163,6 +168,4 @@ def move(pose: Pose, error: FloatArray) -> None:
             pose.slides[slide, axis] += error[3 + 3 * links + 3 * slide + axis]
     for link in range(links):
         at = 3 + 3 * link
-        exponential(error[at], error[at + 1], error[at + 2], turn)
-        before[:] = pose.rotations[link]
-        product(turn, before, pose.rotations[link])
+        turn_by(error[at], error[at + 1], error[at + 2], pose.rotations[link])

@@ -4,10 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.forward import ModelNumbers
-from pose_fusion.kernels.rotations import exponential, logarithm, product, transposed_product
-from pose_fusion.kernels.small_matrices import solve
+from pose_fusion.kernels.rotations import logarithm, transposed_product
+from pose_fusion.kernels.small_matrices import Symmetric, inverse
+from pose_fusion.kernels.vectors import dot
 from pose_fusion.streams.samples import FloatArray
 
 FULL_TURN = 2.0 * np.pi
@@ -33,21 +34,32 @@ class StateNumbers(NamedTuple):
     scale: FloatArray  # (1,) [-] of the variances
 
 
-@compiled
+@compiled_in_place
 def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatArray) -> None:
     """A joint's axes, (k, 3), in map, each moved by the turns [rad] before it; R: the parent's."""
-    rotation, turn, before = R.copy(), np.empty((3, 3)), np.empty((3, 3))
     for index in range(len(angles)):
-        a = axes[index]
+        x, y, z = axes[index, 0], axes[index, 1], axes[index, 2]
+        for before in range(index - 1, -1, -1):
+            x, y, z = turned(angles[before], axes[before], x, y, z)
         for i in range(3):
-            out[index, i] = rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2]
-        angle = angles[index]
-        exponential(angle * a[0], angle * a[1], angle * a[2], turn)
-        before[:] = rotation
-        product(before, turn, rotation)
+            out[index, i] = R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
 
 
-@compiled
+@compiled_in_place
+def turned(
+    angle: float, axis: FloatArray, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """A vector turned by an angle [rad] about a unit axis."""
+    sine, rest = np.sin(angle), 1.0 - np.cos(angle)
+    a, b, c = axis[0], axis[1], axis[2]
+    u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
+    x += sine * u + rest * (b * w - c * v)
+    y += sine * v + rest * (c * u - a * w)
+    z += sine * w + rest * (a * v - b * u)
+    return x, y, z
+
+
+@compiled_in_place
 def link_angles(
     R_parent_link: FloatArray,
     signs: FloatArray,
@@ -93,50 +105,65 @@ def link_angles(
             if abs(out[k]) > WOUND_UP:
                 out[k] = plain[k]
         return
-    answer, least = np.empty(3), np.inf
+    least = np.inf
     for half_turns in range(2):
         x = about_x if half_turns == 0 else np.pi - about_x
         y0 = nearest_turn(signs[0] * (about_y + half_turns * np.pi), previous[0])
         z0 = nearest_turn(signs[2] * (about_z + half_turns * np.pi), previous[2])
-        answer[1] = nearest_turn(signs[1] * x, previous[1])
-        twist = signs[0] * signs[2] * np.sin(0.5 * signs[1] * (answer[1] + previous[1]))
+        x = nearest_turn(signs[1] * x, previous[1])
+        twist = signs[0] * signs[2] * np.sin(0.5 * signs[1] * (x + previous[1]))
         for y_turns in range(-1, 2):
             for z_turns in range(-1, 2):
-                answer[0], answer[2] = y0 + y_turns * FULL_TURN, z0 + z_turns * FULL_TURN
-                cost = -2.0 * twist * (answer[0] - previous[0]) * (answer[2] - previous[2])
-                for k in range(3):
-                    cost += (answer[k] - previous[k]) ** 2
-                for k in range(2):  # the turn about itself of a straight limb is but guessed
-                    beyond = max(limits[k, 0] - answer[k], answer[k] - limits[k, 1], 0.0)
-                    cost += BEYOND * beyond**2
+                y, z = y0 + y_turns * FULL_TURN, z0 + z_turns * FULL_TURN
+                dy, dx, dz = y - previous[0], x - previous[1], z - previous[2]
+                cost = dy * dy + dx * dx + dz * dz - 2.0 * twist * dy * dz
+                # The turn about itself of a straight limb is but guessed.
+                cost += BEYOND * (beyond(y, limits[0]) ** 2 + beyond(x, limits[1]) ** 2)
                 if cost < least:
                     least = cost
-                    out[:] = answer
+                    out[0], out[1], out[2] = y, x, z
 
 
-@compiled
+@compiled_in_place
+def beyond(angle: float, limits: FloatArray) -> float:
+    """How far an angle is beyond its limits, (2,) [rad]."""
+    return max(limits[0] - angle, angle - limits[1], 0.0)
+
+
+@compiled_in_place
 def nearest_turn(angle: float, previous: float) -> float:
     """The same angle [rad], by full turns as near to the previous one as can be."""
     return angle + FULL_TURN * np.round((previous - angle) / FULL_TURN)
 
 
-@compiled
+@compiled_in_place
 def least_squares(A: FloatArray, B: FloatArray, damping: float, out: FloatArray) -> None:
     """(A Aᵀ + damping² I)⁻¹ A B, damped where the rows of A, (k, 3), are nearly dependent."""
-    count = len(A)
-    normal = np.empty((3, 3))
-    for i in range(count):
-        for k in range(count):
-            normal[i, k] = A[i, 0] * A[k, 0] + A[i, 1] * A[k, 1] + A[i, 2] * A[k, 2]
-        normal[i, i] += damping**2
-        for column in range(B.shape[1]):
-            out[i, column] = 0.0
-            for m in range(3):
-                out[i, column] += A[i, m] * B[m, column]
-    solve(normal, out, count)
+    count, least = len(A), damping**2
+    xy = xz = yz = 0.0
+    yy = zz = 1.0
+    xx = dot(A[0], A[0]) + least
+    if count > 1:
+        xy, yy = dot(A[0], A[1]), dot(A[1], A[1]) + least
+    if count > 2:
+        xz, yz, zz = dot(A[0], A[2]), dot(A[1], A[2]), dot(A[2], A[2]) + least
+    N = inverse(Symmetric(xx, xy, xz, yy, yz, zz))
+    for column in range(B.shape[1]):
+        x = y = z = 0.0
+        for m in range(3):
+            x += A[0, m] * B[m, column]
+            if count > 1:
+                y += A[1, m] * B[m, column]
+            if count > 2:
+                z += A[2, m] * B[m, column]
+        out[0, column] = N.xx * x + N.xy * y + N.xz * z
+        if count > 1:
+            out[1, column] = N.xy * x + N.yy * y + N.yz * z
+        if count > 2:
+            out[2, column] = N.xz * x + N.yz * y + N.zz * z
 
 
-@compiled
+@compiled_in_place
 def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray) -> None:
     """The rotation vector [rad] of the same rotation that lies nearest to the previous one."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
@@ -175,55 +202,104 @@ def read_pose(
         previous: The degrees of freedom before, (d,).
         out: (5, d): values, rates, variances, then each source's information.
     """
-    relative, vector = np.empty((3, 3)), np.empty(3)
+    room = make_room()
+    read_root(numbers, position, rotations, state, previous, room, out)
+    for link in range(len(numbers.parents)):
+        if numbers.parents[link] >= 0:
+            read_link(numbers, link, rotations, state, previous, room, out)
+
+
+class Room(NamedTuple):
+    """Room for what is found out on the way, of one link."""
+
+    relative: FloatArray  # (3, 3) rotation in the parent
+    vector: FloatArray  # (3,) its vector
+    signs: FloatArray  # (3,) of the joint's axes
+    before: FloatArray  # (3,) [rad] the angles before
+    angles: FloatArray  # (3,) [rad]
+    omega: FloatArray  # (3, 1) [rad/s] in map
+    rates: FloatArray  # (3, 1) [rad/s]
+    axes: FloatArray  # (3, 3) in map
+    inverse: FloatArray  # (3, 3) of the axes
+    unit: FloatArray  # (3, 3) the unit matrix
+
+
+@compiled
+def make_room() -> Room:
+    """For one link after the other."""
+    return Room(
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty((3, 1)),
+        np.empty((3, 1)),
+        np.empty((3, 3)),
+        np.empty((3, 3)),
+        np.eye(3),
+    )
+
+
+@compiled_in_place
+def read_root(
+    numbers: ModelNumbers,
+    position: FloatArray,
+    rotations: FloatArray,
+    state: StateNumbers,
+    previous: FloatArray,
+    room: Room,
+    out: FloatArray,
+) -> None:
+    """The degrees of freedom of the link without a parent, and its place; see :func:`read_pose`."""
     for axis in range(3):
         out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
         out[2, axis] = state.place_variance[axis]
     for link in range(len(numbers.parents)):
-        parent = numbers.parents[link]
-        if parent < 0:
-            logarithm(rotations[link], vector)
-            continuous_vector(vector, previous[3:6], out[0, 3:6])
-            for axis in range(3):
-                out[1, 3 + axis] = state.rates[link, axis]
-                out[2, 3 + axis] = state.covariance[link, axis, axis]
-            for source in range(2):
-                own = state.information[source, link]
-                out[3 + source, :6] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
+        if numbers.parents[link] >= 0:
             continue
-        transposed_product(rotations[parent], rotations[link], relative)
-        read_link(numbers, link, relative, rotations[parent], state, previous, out)
+        logarithm(rotations[link], room.vector)
+        continuous_vector(room.vector, previous[3:6], out[0, 3:6])
+        for axis in range(3):
+            out[1, 3 + axis] = state.rates[link, axis]
+            out[2, 3 + axis] = state.covariance[link, axis, axis]
+        for source in range(2):
+            own = state.information[source, link]
+            for at in range(6):
+                out[3 + source, at] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
 
 
-@compiled
+@compiled_in_place
 def read_link(
     numbers: ModelNumbers,
     link: int,
-    R_parent_link: FloatArray,
-    R_map_parent: FloatArray,
+    rotations: FloatArray,
     state: StateNumbers,
     previous: FloatArray,
+    room: Room,
     out: FloatArray,
 ) -> None:
     """One link's degrees of freedom; see :func:`read_pose`."""
-    count = numbers.dof_count[link]
+    count, parent = numbers.dof_count[link], numbers.parents[link]
     dof, axes = numbers.dof[link, :count], numbers.axes[link, :count]
-    signs, before, angles = np.empty(count), np.empty(count), np.empty(count)
-    A, rates, inverse = np.empty((count, 3)), np.empty((count, 1)), np.empty((count, 3))
+    signs, before, angles = room.signs[:count], room.before[:count], room.angles[:count]
+    A, rates, inverted = room.axes[:count], room.rates[:count], room.inverse[:count]
     for k in range(count):
         signs[k], before[k] = axes[k, 0] + axes[k, 1] + axes[k, 2], previous[dof[k]]
-    link_angles(R_parent_link, signs, numbers.limits[link, :count], before, angles)
-    moved_axes(R_map_parent, axes, angles, A)
-    omega = (state.rates[link] - state.rates[numbers.parents[link]]).reshape(3, 1)
-    least_squares(A, omega, RATE_DAMPING, rates)
-    least_squares(A, np.eye(3), VARIANCE_DAMPING, inverse)
+    transposed_product(rotations[parent], rotations[link], room.relative)
+    link_angles(room.relative, signs, numbers.limits[link, :count], before, angles)
+    moved_axes(rotations[parent], axes, angles, A)
+    for axis in range(3):
+        room.omega[axis, 0] = state.rates[link, axis] - state.rates[parent, axis]
+    least_squares(A, room.omega, RATE_DAMPING, rates)
+    least_squares(A, room.unit, VARIANCE_DAMPING, inverted)
     for k in range(count):
-        variance, known = 0.0, np.zeros(2)
+        variance = kinects = imus = 0.0
         for a in range(3):
             for b in range(3):
-                variance += inverse[k, a] * state.covariance[link, a, b] * inverse[k, b]
-                for source in range(2):
-                    known[source] += A[k, a] * state.information[source, link, a, b] * A[k, b]
+                variance += inverted[k, a] * state.covariance[link, a, b] * inverted[k, b]
+                kinects += A[k, a] * state.information[0, link, a, b] * A[k, b]
+                imus += A[k, a] * state.information[1, link, a, b] * A[k, b]
         at = dof[k]
         out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
-        out[3, at], out[4, at] = known[0], known[1]
+        out[3, at], out[4, at] = kinects, imus

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.alignment import Sights
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
+from pose_fusion.kernels.vectors import cross, dot, norm
 from pose_fusion.streams.samples import FloatArray
 
 SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
@@ -23,7 +24,7 @@ class AxisNumbers(NamedTuple):
     hinge_direction: FloatArray  # (n, 3) ±1 of z along either bone, and of y along the axis
 
 
-@compiled
+@compiled_in_place
 def into_map(
     T_map_sensor: FloatArray,
     positions: FloatArray,
@@ -40,7 +41,7 @@ def into_map(
         state_seen[j] = state[j] if np.isfinite(positions_map[j, 0]) else 0
 
 
-@compiled
+@compiled_in_place
 def keep_latest(
     stamp_ns: int,
     is_present: NDArray[np.bool_],
@@ -69,10 +70,12 @@ def keep_latest(
                     latest[s, j, axis] = positions[s, j, axis] if is_tracked else np.nan
             latest_ns[s] = stamp_ns
         elif abs(stamp_ns - latest_ns[s]) > longest_ns:
-            latest[s] = np.nan
+            for j in range(latest.shape[1]):
+                for axis in range(3):
+                    latest[s, j, axis] = np.nan
 
 
-@compiled
+@compiled_in_place
 def share_cameras(tracking_state: NDArray[np.uint8], out: FloatArray) -> None:
     """Each camera's share [-] in each joint, (s, 15): by how well its tracker has it."""
     for j in range(out.shape[1]):
@@ -83,7 +86,7 @@ def share_cameras(tracking_state: NDArray[np.uint8], out: FloatArray) -> None:
             out[s, j] = tracking_state[s, j] / total if total > 0 else 0.0
 
 
-@compiled
+@compiled_in_place
 def mean_of_cameras(positions: FloatArray, out: FloatArray) -> None:
     """Mean of the cameras that saw a joint, (s, 15, 3) to (15, 3) [m]; NaN if none did."""
     for j in range(len(out)):
@@ -121,36 +124,33 @@ def mean_without_offsets(
     mean_of_cameras(moved, out)
 
 
-@compiled
+@compiled_in_place
 def trunk_of(joints: FloatArray, hips_and_neck: NDArray[np.int64], out: FloatArray) -> None:
     """The trunk's axes as columns; see :func:`pose_fusion.body.trunk.trunk_axes`."""
     left, right, neck = joints[hips_and_neck[0]], joints[hips_and_neck[1]], joints[hips_and_neck[2]]
-    y, z = np.empty(3), np.empty(3)
     for axis in range(3):
-        y[axis] = left[axis] - right[axis]
-        z[axis] = neck[axis] - 0.5 * (left[axis] + right[axis])
+        out[axis, 1] = left[axis] - right[axis]
+        out[axis, 2] = neck[axis] - 0.5 * (left[axis] + right[axis])
+    x, y, z = out[:, 0], out[:, 1], out[:, 2]
     normalise(y)
-    along = z[0] * y[0] + z[1] * y[1] + z[2] * y[2]
+    along = dot(z, y)
     for axis in range(3):
         z[axis] -= along * y[axis]
     normalise(z)
-    out[0, 0] = y[1] * z[2] - y[2] * z[1]
-    out[1, 0] = y[2] * z[0] - y[0] * z[2]
-    out[2, 0] = y[0] * z[1] - y[1] * z[0]
-    out[:, 1], out[:, 2] = y, z
+    cross(y, z, x)
 
 
-@compiled
+@compiled_in_place
 def trunks_of(joints: FloatArray, hips_and_neck: NDArray[np.int64], out: FloatArray) -> None:
     """The trunk's axes at many instants, (n, 15, 3) to (n, 3, 3)."""
     for row in range(len(joints)):
         trunk_of(joints[row], hips_and_neck, out[row])
 
 
-@compiled
+@compiled_in_place
 def normalise(v: FloatArray) -> None:
     """Divide a vector by its length."""
-    length = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    length = norm(v)
     for axis in range(3):
         v[axis] /= length
 
@@ -202,7 +202,7 @@ def see_axes(
                 normal[:] = np.nan
 
 
-@compiled
+@compiled_in_place
 def bone_axis(start: FloatArray, end: FloatArray, direction: float, out: FloatArray) -> None:
     """The unit vector from a joint to another; NaN where they are not seen or lie together."""
     x, y, z = end[0] - start[0], end[1] - start[1], end[2] - start[2]

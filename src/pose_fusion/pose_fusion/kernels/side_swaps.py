@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.placing import BodyNumbers, Pose, place_joints
 from pose_fusion.streams.samples import FloatArray
 
@@ -20,7 +20,7 @@ class SwapNumbers(NamedTuple):
     clear: float  # [-] of that distance, below which they must be once swapped
 
 
-@compiled
+@compiled_in_place
 def mean_distance(
     seen: FloatArray, expected: FloatArray, pairs: NDArray[np.int64], swapped: bool
 ) -> float:
@@ -44,7 +44,7 @@ def mean_distance(
     return total / count if count >= LEAST_JOINTS else np.nan
 
 
-@compiled
+@compiled_in_place
 def unswap(
     seen: FloatArray, expected: FloatArray, numbers: SwapNumbers, order: NDArray[np.int64]
 ) -> int:

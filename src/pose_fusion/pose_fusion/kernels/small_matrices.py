@@ -1,12 +1,14 @@
 """Linear algebra of matrices of up to three rows, in place and without a library's overhead."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled_in_place
 from pose_fusion.streams.samples import FloatArray
 
 
-@compiled
+@compiled_in_place
 def solve(A: FloatArray, B: FloatArray, size: int) -> None:
     """B becomes A⁻¹ B by Cholesky's method; A, symmetric and positive, becomes its factor.
 
@@ -32,9 +34,51 @@ def solve(A: FloatArray, B: FloatArray, size: int) -> None:
             B[i, column] /= A[i, i]
 
 
-@compiled
+@compiled_in_place
 def mirror(A: FloatArray) -> None:
     """Make a square matrix symmetric: its upper triangle counts."""
     for i in range(len(A)):
         for j in range(i):
             A[i, j] = A[j, i]
+
+
+class Symmetric(NamedTuple):
+    """A symmetric (3, 3) matrix, its numbers side by side: so they stay in a CPU's registers."""
+
+    xx: float
+    xy: float
+    xz: float
+    yy: float
+    yz: float
+    zz: float
+
+
+@compiled_in_place
+def symmetric(A: FloatArray) -> Symmetric:
+    """Of a matrix whose upper triangle counts."""
+    return Symmetric(A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2])
+
+
+@compiled_in_place
+def scaled(A: Symmetric, factor: float) -> Symmetric:
+    """All of it times a factor."""
+    return Symmetric(
+        factor * A.xx, factor * A.xy, factor * A.xz, factor * A.yy, factor * A.yz, factor * A.zz
+    )
+
+
+@compiled_in_place
+def inverse(A: Symmetric) -> Symmetric:
+    """By cofactors; for covariances of one point, whose axes are not too unlike."""
+    xx, xy, xz = A.yy * A.zz - A.yz * A.yz, A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy
+    yy, yz, zz = A.xx * A.zz - A.xz * A.xz, A.xy * A.xz - A.xx * A.yz, A.xx * A.yy - A.xy * A.xy
+    determinant = A.xx * xx + A.xy * xy + A.xz * xz
+    return scaled(Symmetric(xx, xy, xz, yy, yz, zz), 1.0 / determinant)
+
+
+@compiled_in_place
+def quadratic_form(A: Symmetric, v: FloatArray) -> float:
+    """vᵀ A v."""
+    x, y, z = v[0], v[1], v[2]
+    across = A.xy * x * y + A.xz * x * z + A.yz * y * z
+    return A.xx * x * x + A.yy * y * y + A.zz * z * z + 2.0 * across

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.forward import ModelNumbers, place_links
 from pose_fusion.kernels.frames import place_origins
 from pose_fusion.kernels.gliding import Glide, is_over
@@ -41,7 +41,7 @@ class Told(NamedTuple):
     sensor_weight: FloatArray  # (n, s, joints) [-]
 
 
-@compiled
+@compiled_in_place
 def keep(
     pose: Pose,
     P: FloatArray,
@@ -60,16 +60,16 @@ def keep(
         scale: See :func:`published_variance`.
         out: Filled.
     """
-    out.position[:], out.velocity[:] = pose.position, pose.velocity
-    out.rotations[:], out.rates[:] = pose.rotations, pose.rates
-    out.turns[:], out.shift[:] = glide.turns, glide.shift
     out.scale[0] = scale
     for axis in range(3):
-        out.place_variance[axis] = P[axis, axis]
+        out.position[axis], out.velocity[axis] = pose.position[axis], pose.velocity[axis]
+        out.shift[axis], out.place_variance[axis] = glide.shift[axis], P[axis, axis]
     for link in range(len(parents)):
         own, above = 3 + 3 * link, 3 + 3 * parents[link]
         for a in range(3):
+            out.rates[link, a], out.turns[link, a] = pose.rates[link, a], glide.turns[link, a]
             for b in range(3):
+                out.rotations[link, a, b] = pose.rotations[link, a, b]
                 relative = P[own + a, own + b]
                 if parents[link] >= 0:
                     relative += P[above + a, above + b]
@@ -162,7 +162,7 @@ def read(
     previous[:] = out[0]
 
 
-@compiled
+@compiled_in_place
 def share_out(
     information: FloatArray, least: float, share: FloatArray, source: NDArray[np.uint8]
 ) -> None:
@@ -174,19 +174,15 @@ def share_out(
         share: Filled, (2, d) [-]; may be the information itself.
         source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
     """
-    known_of = np.empty(2)
     for at in range(len(source)):
-        known_of[0], known_of[1] = information[0, at], information[1, at]
-        total = known_of[0] + known_of[1]
-        source[at] = 0
-        for which in range(2):
-            known = known_of[which]
-            share[which, at] = known / total if total > least else 0.0
-            if known > least:
-                source[at] += which + 1
+        kinects, imus = information[0, at], information[1, at]
+        total = kinects + imus
+        share[0, at] = kinects / total if total > least else 0.0
+        share[1, at] = imus / total if total > least else 0.0
+        source[at] = (1 if kinects > least else 0) + (2 if imus > least else 0)
 
 
-@compiled
+@compiled_in_place
 def published_variance(
     variance: FloatArray,
     velocity: FloatArray,

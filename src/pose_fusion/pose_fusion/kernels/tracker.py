@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled_in_place
 from pose_fusion.streams.samples import FloatArray
 
 FASTEST = 1.6  # [m/s] beyond which the noise grows no more
@@ -29,7 +29,7 @@ class TrackerNumbers(NamedTuple):
     memory: float
 
 
-@compiled
+@compiled_in_place
 def foreshortening(
     joints: FloatArray, rays: FloatArray, limb_ends: NDArray[np.int64], out: FloatArray
 ) -> None:
@@ -51,7 +51,7 @@ def foreshortening(
         out[far] = (dot * dot / squared) ** 2
 
 
-@compiled
+@compiled_in_place
 def inertia(noise: TrackerNumbers, speed: float, pointing: float, is_inferred: bool) -> float:
     """The share a of a joint's past in what the tracker says now."""
     difficulty = (speed / noise.quick) ** 2 + noise.inertia_foreshortened * pointing
@@ -60,7 +60,7 @@ def inertia(noise: TrackerNumbers, speed: float, pointing: float, is_inferred: b
     return noise.inertia * min(max(difficulty, 0.0), 1.0)
 
 
-@compiled
+@compiled_in_place
 def noise_covariance(
     noise: TrackerNumbers,
     ray: FloatArray,
@@ -84,7 +84,7 @@ def noise_covariance(
             out[i, k] *= scale**2
 
 
-@compiled
+@compiled_in_place
 def student_factor(noise: TrackerNumbers, distance: float) -> float:
     """How far a sample's covariance is enlarged, at least 1.
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.stamps import NS_PER_S
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled_in_place
 from pose_fusion.kernels.imu import interpolate, turn_on
 from pose_fusion.streams.samples import FloatArray
 
@@ -27,7 +27,7 @@ class Rings(NamedTuple):
     filled: NDArray[np.int64]  # (imus,) how many there are
 
 
-@compiled
+@compiled_in_place
 def take_in(
     rings: Rings,
     imu: NDArray[np.int64],
@@ -56,15 +56,17 @@ def take_in(
                 gap_ns[i] = max(gap_ns[i], stamp_ns - newest_ns)
         at = (rings.newest[i] + 1) % size
         rings.stamps_ns[i, at] = stamp_ns
-        rings.orientation[i, at] = orientation[row]
-        rings.stddev[i, at] = stddev[row]
-        rings.rate[i, at] = rate[row]
+        for k in range(4):
+            rings.orientation[i, at, k] = orientation[row, k]
+        for axis in range(3):
+            rings.stddev[i, at, axis] = stddev[row, axis]
+            rings.rate[i, at, axis] = rate[row, axis]
         rings.newest[i] = at
         rings.filled[i] = min(rings.filled[i] + 1, size)
     return rejected
 
 
-@compiled
+@compiled_in_place
 def read_rings(
     rings: Rings,
     order: NDArray[np.int64],
@@ -113,7 +115,7 @@ def read_rings(
                 _beyond(rings, i, nearest, missing_ns, R_world_sensor[row], rate[row], stddev[row])
 
 
-@compiled
+@compiled_in_place
 def _share(rings: Rings, i: int, before: int, after: int, stamp_ns: int) -> float:
     """Where an instant lies between two samples [-]; negative if they are too far apart."""
     interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
@@ -122,7 +124,7 @@ def _share(rings: Rings, i: int, before: int, after: int, stamp_ns: int) -> floa
     return (stamp_ns - rings.stamps_ns[i, before]) / interval_ns
 
 
-@compiled
+@compiled_in_place
 def _between(
     rings: Rings,
     i: int,
@@ -141,7 +143,7 @@ def _between(
         stddev[axis] = rings.stddev[i, after, axis]
 
 
-@compiled
+@compiled_in_place
 def _beyond(
     rings: Rings,
     i: int,
@@ -153,25 +155,25 @@ def _beyond(
 ) -> None:
     """Go on from the nearest sample: the rate as it was changing, and the orientation with it."""
     size = rings.stamps_ns.shape[1]
-    slope = np.zeros(3)
+    earlier, per_s = nearest, 0.0  # the sample that tells how the rate was changing
     if missing_ns > 0:
         for back in range(1, rings.filled[i]):
-            earlier = (nearest - back) % size
-            interval_ns = rings.stamps_ns[i, nearest] - rings.stamps_ns[i, earlier]
+            one = (nearest - back) % size
+            interval_ns = rings.stamps_ns[i, nearest] - rings.stamps_ns[i, one]
             if interval_ns > LONGEST_SLOPE_NS:
                 break
             if interval_ns >= SLOPE_NS:
-                for axis in range(3):
-                    change = rings.rate[i, nearest, axis] - rings.rate[i, earlier, axis]
-                    slope[axis] = change * NS_PER_S / interval_ns
+                earlier, per_s = one, NS_PER_S / interval_ns
                 break
     missing_s = missing_ns / NS_PER_S
     sloping_s = min(missing_ns, LONGEST_SLOPE_NS) / NS_PER_S
-    turn = np.empty(3)
+    last = rings.rate[i, nearest]
     for axis in range(3):
-        change = slope[axis] * sloping_s
-        turn[axis] = rings.rate[i, nearest, axis] * missing_s
-        turn[axis] += change * (missing_s - 0.5 * sloping_s)
-        rate[axis] = rings.rate[i, nearest, axis] + change
+        slope = (last[axis] - rings.rate[i, earlier, axis]) * per_s
+        rate[axis] = last[axis] + slope * sloping_s
         stddev[axis] = rings.stddev[i, nearest, axis]
-    turn_on(rings.orientation[i, nearest], turn, R_world_sensor)
+    # Less what the rate was not yet that while it changed.
+    x = rate[0] * missing_s - (rate[0] - last[0]) * 0.5 * sloping_s
+    y = rate[1] * missing_s - (rate[1] - last[1]) * 0.5 * sloping_s
+    z = rate[2] * missing_s - (rate[2] - last[2]) * 0.5 * sloping_s
+    turn_on(rings.orientation[i, nearest], x, y, z, R_world_sensor)

@@ -2,23 +2,23 @@
 
 import numpy as np
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled_in_place
 from pose_fusion.streams.samples import FloatArray
 
 
-@compiled
+@compiled_in_place
 def norm(v: FloatArray) -> float:
     """Length."""
     return np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
-@compiled
+@compiled_in_place
 def dot(a: FloatArray, b: FloatArray) -> float:
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@compiled
+@compiled_in_place
 def cross(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
     """Vector product; ``out`` is neither of both."""
     out[0] = a[1] * b[2] - a[2] * b[1]
