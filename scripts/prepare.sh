@@ -91,26 +91,31 @@ make_virtual_environment() {
     "$POSE_VENV/bin/python" -m pip install --quiet --disable-pip-version-check uv
 }
 
+# uv_pip_install ARGUMENT…: into the virtual environment, and compiled for Python there and then.
+# Where nothing may be written later (PYTHONDONTWRITEBYTECODE, a read-only image), every start would
+# compile a thousand modules anew.
+uv_pip_install() {
+    "$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python" --compile-bytecode "$@"
+}
+
 install_packages() {
-    local pip=("$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python")
     if has_installed_ros; then
         # colcon from here, not the system's, so that executables start with this environment's
         # Python. The distribution's message packages are compiled against numpy 1.
-        "${pip[@]}" -r requirements/python.in 'numpy<2' colcon-common-extensions 'setuptools<80'
+        uv_pip_install -r requirements/python.in 'numpy<2' colcon-common-extensions 'setuptools<80'
         return
     fi
-    "${pip[@]}" -r requirements/ros-wheels.txt -r requirements/python.txt
+    uv_pip_install -r requirements/ros-wheels.txt -r requirements/python.txt
     "$POSE_VENV/bin/python" scripts/relocate_wheels.py >"$POSE_HOME/library_path.new"
     mv "$POSE_HOME/library_path.new" "$POSE_HOME/library_path"
 }
 
 install_development_packages() {
-    local pip=("$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python")
     if has_installed_ros; then
-        "${pip[@]}" -r requirements/develop.in 'numpy<2' # as above; the lock has numpy 2
+        uv_pip_install -r requirements/develop.in 'numpy<2' # as above; the lock has numpy 2
         return
     fi
-    "${pip[@]}" -r requirements/develop.txt
+    uv_pip_install -r requirements/develop.txt
 }
 
 # colcon_build SOURCE TARGET
