@@ -58,7 +58,7 @@ def imu(sample):
         orientation_covariance=variance,
         angular_velocity=VECTOR(*map(float, sample.angular_velocity)),
         angular_velocity_covariance=np.zeros(9),
-        linear_acceleration=VECTOR(0.0, 0.0, 0.0),
+        linear_acceleration=VECTOR(*map(float, np.nan_to_num(sample.linear_acceleration))),
         linear_acceleration_covariance=np.zeros(9),
     )
 

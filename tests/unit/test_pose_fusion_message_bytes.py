@@ -104,8 +104,23 @@ def test_imus_are_read_whatever_their_frames_are_called():
         q, w = message.orientation, message.angular_velocity
         np.testing.assert_array_equal(block.orientation[row], [q.x, q.y, q.z, q.w])
         np.testing.assert_array_equal(block.angular_velocity[row], [w.x, w.y, w.z])
+        a = message.linear_acceleration
+        np.testing.assert_array_equal(block.linear_acceleration[row], [a.x, a.y, a.z])
         variances = message.orientation_covariance[[0, 4, 8]]
         np.testing.assert_allclose(block.orientation_stddev[row] ** 2, variances)
+
+
+def test_accelerations_that_no_device_knows_are_none():
+    rng = np.random.default_rng(6)
+    told, denied, empty, absurd = (imu(rng, S + k) for k in range(4))
+    denied.linear_acceleration_covariance[0] = -1.0  # REP 145
+    empty.linear_acceleration = TYPES["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+    absurd.linear_acceleration.y = np.inf
+    block, kept = imu_block({"torso": [serialized(m) for m in (told, denied, empty, absurd)]})
+    assert kept.tolist() == [0, 1, 2, 3]
+    known = np.isfinite(block.linear_acceleration)
+    assert known.all(axis=1).tolist() == [True, False, False, False]
+    assert not known[1:].any()
 
 
 def test_an_imu_message_that_is_cut_off_is_left_out():

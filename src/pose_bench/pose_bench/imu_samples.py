@@ -71,6 +71,7 @@ def _columns(session: Session) -> dict[str, np.ndarray]:
             known
         ],
         "angular_velocity": batch.angular_velocity[known],
+        "linear_acceleration": batch.acceleration[known],
     }
 
 
@@ -92,6 +93,7 @@ def _samples(columns: dict[str, np.ndarray], start_ns: int) -> list[TimedImuSamp
                 orientation=orientation[row],
                 orientation_stddev=columns["orientation_stddev"][row],
                 angular_velocity=columns["angular_velocity"][row],
+                linear_acceleration=columns["linear_acceleration"][row],
             ),
         )
         for row, (arrival_ns, stamp_ns, node) in enumerate(rows)

@@ -24,6 +24,7 @@ from pose_fusion.imu.imu_set import ImuSet
 from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.kernels.compiling import say_if_compiling
+from pose_fusion.kernels.heading import relate
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
 from pose_fusion.streams.skeleton_bytes import our_joints
@@ -88,10 +89,12 @@ def _prepare_reading() -> None:
 
 
 def _prepare_rare() -> None:
-    """What is called once in a while only: a heading that is lent."""
-    alignment = SegmentAlignment(AlignmentRows())
+    """What is called once in a while only: a heading that is lent, or told by a joint."""
+    rows = AlignmentRows()
+    alignment = SegmentAlignment(rows)
     if not alignment.is_mounted:
         alignment.anchor.start(0.0, 1.0)
+    relate(rows.anchors, 0, 0, 0.0, 1.0, 1.0)
 
 
 def _prepare_learning(model: BodyModel, shape: BodyShape, parameters: FusionParameters) -> None:

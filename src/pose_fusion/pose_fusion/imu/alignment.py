@@ -22,12 +22,14 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_fusion.imu.joints import JointTurn
 from pose_fusion.imu.mounting import Mountings
 from pose_fusion.imu.readings import SegmentReadings
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.imu.track import ImuStates
 from pose_fusion.kernels.alignment import Sights, advance, observe, read_all
 from pose_fusion.kernels.compiling import settled
+from pose_fusion.kernels.heading import relate
 
 NEUTRAL_DURATION_NS = 1_500_000_000
 NEUTRAL_ANGLE = np.radians(30.0)  # a joint further bent is not neutral
@@ -45,7 +47,7 @@ class ImuAlignment:
 
     def __init__(self) -> None:
         self._advance, self._observe = settled(advance), settled(observe)
-        self._read_all = settled(read_all)
+        self._read_all, self._relate = settled(read_all), settled(relate)
         self._rows = AlignmentRows()
         self._segments: dict[str, SegmentAlignment] = {}
         self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
@@ -110,6 +112,21 @@ class ImuAlignment:
             return
         self._stamp_ns = stamp_ns
         self._advance(self._rows.anchors, dt_s)
+
+    def relate(self, turns: Iterable[JointTurn]) -> int:
+        """Learn from what joints show of the headings' differences.
+
+        How many contradicted what is known; where a heading is not known yet nothing is learnt.
+        """
+        rejected = 0
+        for each in turns:
+            child, parent = self._segments.get(each.child), self._segments.get(each.parent)
+            if child is None or parent is None:
+                continue
+            rejected += not self._relate(
+                self._rows.anchors, child.row, parent.row, each.turn, each.variance, each.noise
+            )
+        return rejected
 
     def _since_observation(self, stamp_ns: int) -> float:
         """Time since the cameras' instant before [s].

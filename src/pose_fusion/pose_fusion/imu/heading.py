@@ -43,26 +43,28 @@ class HeadingAnchor:
 
     def reset(self, *, is_mounting_known: bool = False) -> None:
         """Forget everything."""
-        for kept, new in zip(self._anchors, make_anchors(1), strict=True):
-            kept[self._row] = new[0]
+        kernel.forget_covariance(self._anchors, self._row)
+        for name, new in make_anchors(1)._asdict().items():
+            if name != "covariance":
+                getattr(self._anchors, name)[self._row] = new[0]
         self._anchors.is_mounting_known[self._row] = is_mounting_known
 
     @property
     def heading(self) -> float | None:
         """Turn [rad] about the vertical from the IMU's world to map; None if not yet observed."""
-        return self._known(float(self._anchors.state[self._row, 0]))
+        return self._known(float(self._anchors.state[self._row, kernel.Y]))
 
     @property
     def neutral_heading(self) -> float | None:
         """The same turn [rad] at the neutral pose; 0 where the mounting is known otherwise."""
         if self._anchors.is_mounting_known[self._row]:
             return 0.0  # the mounting rests on no neutral pose
-        return self._known(float(self._anchors.state[self._row, 2]))
+        return self._known(float(self._anchors.state[self._row, kernel.Y0]))
 
     @property
     def stddev(self) -> float:
         """Standard deviation [rad] of :attr:`heading`; π if not yet observed."""
-        variance = float(self._anchors.covariance[self._row, 0, 0])
+        variance = float(kernel.own_covariance(self._anchors, self._row)[kernel.Y, kernel.Y])
         return math.pi if self.heading is None else math.sqrt(variance)
 
     @property

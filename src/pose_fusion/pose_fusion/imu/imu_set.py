@@ -9,6 +9,7 @@ from pose_fusion.body.joint_angles import joint_angles
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.trunk import standing_heading, trunk_axes
 from pose_fusion.imu.alignment import NORTH_STDDEV, ImuAlignment
+from pose_fusion.imu.joints import ImuJoints
 from pose_fusion.imu.readings import NO_READINGS, SegmentReadings
 from pose_fusion.imu.seen_axes import SeenAxes
 from pose_fusion.imu.track import NS_PER_S, ImuStates, ImuTracks
@@ -30,10 +31,17 @@ class ImuSet:
         self._seen_axes = SeenAxes(model)
         self._camera_delay_ns = round(camera_delay_s * NS_PER_S)
         self._tracks = ImuTracks()
+        self._joints = ImuJoints()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states: ImuStates | None = None
         self.alignment = ImuAlignment()
-        self.counters = Counters("imu_gaps", "imu_headings_lost", "imu_readings_missing")
+        self.counters = Counters(
+            "imu_gaps",
+            "imu_headings_lost",
+            "imu_readings_missing",
+            "imu_joint_turns",
+            "imu_joint_turns_rejected",
+        )
 
     @property
     def segments(self) -> Sequence[str]:
@@ -44,6 +52,7 @@ class ImuSet:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         self._states_at = None
         rejected = self._tracks.add(block)
+        self._joints.add(block)
         for segment, gap_ns in self._tracks.gaps_ns.items():
             self.counters.add("imu_gaps")
             if gap_ns > BEGUN_ANEW_NS and not knows_north(block, segment):
@@ -65,6 +74,12 @@ class ImuSet:
         if not self._tracks.segments:
             self.alignment.advance(stamp_ns)
             return
+        self._observe(stamp_ns, positions)
+        turns = self._joints.until(stamp_ns)
+        self.counters.add("imu_joint_turns", len(turns))
+        self.counters.add("imu_joint_turns_rejected", self.alignment.relate(turns))
+
+    def _observe(self, stamp_ns: int, positions: FloatArray) -> None:
         # What is seen is older than its stamp; a limb turns by ten degrees in that time.
         states = self._tracks.at(stamp_ns - self._camera_delay_ns)
         trunk = trunk_axes(positions)

@@ -8,7 +8,7 @@ from pose_fusion.imu.heading import HeadingAnchor
 from pose_fusion.imu.mounting import Mounting
 from pose_fusion.imu.track import ImuState
 from pose_fusion.kernels import alignment as kernel
-from pose_fusion.kernels.heading import Anchors, make_anchors
+from pose_fusion.kernels.heading import joined, make_anchors
 from pose_fusion.streams.samples import FloatArray
 
 STANDING_STDDEV = math.radians(4.0)  # [rad] by which people stand beside a segment's heading
@@ -24,9 +24,8 @@ class AlignmentRows:
     def append(self) -> int:
         """Make room for another IMU; its row."""
         new = kernel.Mountings(np.full((1, 3, 3), np.nan), np.zeros(1))
-        anchors = zip(self.anchors, make_anchors(1), strict=True)
         mounted = zip(self.mounted, new, strict=True)
-        self.anchors = Anchors(*(np.concatenate(pair) for pair in anchors))
+        self.anchors = joined(self.anchors, make_anchors(1))
         self.mounted = kernel.Mountings(*(np.concatenate(pair) for pair in mounted))
         return len(self.mounted.body_heading) - 1
 

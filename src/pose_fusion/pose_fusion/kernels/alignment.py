@@ -6,7 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import compiled
-from pose_fusion.kernels.heading import Anchors, is_known, observe_lean, observe_turned, predict
+from pose_fusion.kernels.heading import (
+    Y0,
+    Anchors,
+    Y,
+    is_known,
+    observe_lean,
+    observe_turned,
+    own_covariance,
+    predict,
+)
 from pose_fusion.kernels.imu import read_segment
 from pose_fusion.streams.samples import FloatArray
 
@@ -71,7 +80,7 @@ def observe(
         into_world(R, neutral, 0.0, 0.0, 1.0, axis)
         observe_lean(anchors, i, dt_s, axis, sights.long[m])
         if is_known(anchors, i) or anchors.is_mounting_known[i]:
-            y0 = 0.0 if anchors.is_mounting_known[i] else anchors.state[i, 2]
+            y0 = 0.0 if anchors.is_mounting_known[i] else anchors.state[i, Y0]
             turn = mounted.body_heading[i] - y0
             into_world(R, neutral, -np.sin(turn), np.cos(turn), 0.0, turned)
             observe_turned(anchors, i, dt_s, turned, sights.lateral[m], sights.sharpness[m])
@@ -125,18 +134,18 @@ def read_all(
         i = rows[m]
         if not is_mounted(mounted, i) or not is_known(anchors, i):
             continue
-        y0 = 0.0 if anchors.is_mounting_known[i] else anchors.state[i, 2]
+        y0 = 0.0 if anchors.is_mounting_known[i] else anchors.state[i, Y0]
         read_segment(
             R_world_sensor[m],
             mounted.R_world_sensor_neutral[i],
             angular_velocity[m],
-            anchors.state[i, 0],
+            anchors.state[i, Y],
             mounted.body_heading[i] - y0,
             R_map_segment[count],
             rate_map[count],
         )
         stddev[count] = sensor_stddev[m]  # its tilt's, and in place of its north's the heading's
-        stddev[count, 2] = np.sqrt(anchors.covariance[i, 0, 0])
+        stddev[count, 2] = np.sqrt(own_covariance(anchors, i)[Y, Y])
         aligned[count] = m
         count += 1
     return aligned[:count]

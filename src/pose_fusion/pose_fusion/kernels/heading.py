@@ -31,17 +31,24 @@ CONTRADICTION = np.radians(30.0)  # [rad] between quick and slow estimate
 CONTRADICTED_S = 3.0  # [s] of observation that they must differ for
 RESTART_STDDEV = np.radians(20.0)  # [rad] of the quick estimate: some of it is from before
 SETTLED = np.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
+JOINT_BIAS_STDDEV = np.radians(4.0)  # [rad] by which cameras and a joint differ lastingly
+JOINT_SKIN_STDDEV = np.radians(10.0)  # [rad] what skin adds, were it to swing like the joint
+JOINT_BIAS_WALK = np.radians(3.0) ** 2 / 60.0  # [rad²/s] of that, likewise
+JOINT_LIMIT = 5.0  # [-] standard deviations beyond which a joint's turn is not believed
 FULL_TURN = 2.0 * np.pi
 
-# What is measured of y, drift, y₀ and the lateral error: by a leaning axis, a lateral one, the same
-# two where the mounting is known, and a neutral stand.
+Y, DRIFT, Y0, LATERAL, BESIDE = range(5)
+STATES = 5
+
+# What is measured of an IMU's states: by a leaning axis, a lateral one, the same two where the
+# mounting is known, and a neutral stand.
 MEASURED = np.array(
     [
-        [1.0, 0.0, 0.0, 0.0],
-        [1.0, 0.0, -1.0, 1.0],
-        [1.0, 0.0, 1.0, 0.0],
-        [1.0, 0.0, 0.0, 1.0],
-        [1.0, 0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 0.0, -1.0, 1.0, 0.0],
+        [1.0, 0.0, 1.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0, 1.0, 0.0],
+        [1.0, 0.0, 0.0, 0.0, 0.0],
     ]
 )
 LEAN, TURNED, LEAN_MOUNTED, TURNED_MOUNTED, STANDING = range(5)
@@ -50,8 +57,10 @@ LEAN, TURNED, LEAN_MOUNTED, TURNED_MOUNTED, STANDING = range(5)
 class Anchors(NamedTuple):
     """What is known of n IMUs' headings."""
 
-    state: FloatArray  # (n, 4): y [rad], drift [rad/s], y₀ [rad], lateral error [rad]; NaN: not yet
-    covariance: FloatArray  # (n, 4, 4)
+    state: FloatArray  # (n, 5): y [rad], drift [rad/s], y₀ [rad], lateral error [rad], how far
+    # the joint to the parent's segment shows the heading beside [rad]; NaN: not yet
+    covariance: FloatArray  # (5 n, 5 n) of all IMUs' states, each IMU's five in turn
+    joint_noise: FloatArray  # (n,) [-] variance of what that joint shows, against what it measures
     recent: FloatArray  # (n, 2) [s] sums of dot and cross products of the leaning axis
     recent_axes: FloatArray  # (n, 2, 3) mean of that axis, see kernels.fresh_part
     unseen_s: FloatArray  # (n,) since the cameras saw it
@@ -64,8 +73,9 @@ class Anchors(NamedTuple):
 def make_anchors(count: int) -> Anchors:
     """Of IMUs that nothing is known of."""
     return Anchors(
-        state=np.full((count, 4), np.nan),
-        covariance=np.zeros((count, 4, 4)),
+        state=np.full((count, STATES), np.nan),
+        covariance=np.zeros((STATES * count, STATES * count)),
+        joint_noise=np.zeros(count),
         recent=np.zeros((count, 2)),
         recent_axes=np.zeros((count, 2, 3)),
         unseen_s=np.full(count, np.inf),
@@ -74,6 +84,19 @@ def make_anchors(count: int) -> Anchors:
         is_mounting_known=np.zeros(count, np.bool_),
         restarts=np.zeros(count, np.int64),
     )
+
+
+def joined(first: Anchors, second: Anchors) -> Anchors:
+    """Some IMUs and some more, of which nothing is known together."""
+    size, more = len(first.covariance), len(second.covariance)
+    covariance = np.zeros((size + more, size + more))
+    covariance[:size, :size], covariance[size:, size:] = first.covariance, second.covariance
+    parts = {
+        name: np.concatenate((kept, getattr(second, name)))
+        for name, kept in first._asdict().items()
+        if name != "covariance"
+    }
+    return Anchors(covariance=covariance, **parts)
 
 
 @compiled
@@ -85,24 +108,41 @@ def wrapped(angle: float) -> float:
 @compiled
 def is_known(a: Anchors, i: int) -> bool:
     """Whether a heading has been observed."""
-    return not np.isnan(a.state[i, 0])
+    return not np.isnan(a.state[i, Y])
+
+
+@compiled
+def own_covariance(a: Anchors, i: int) -> FloatArray:
+    """The covariance of one IMU's states, shape (5, 5), a view."""
+    first = STATES * i
+    return a.covariance[first : first + STATES, first : first + STATES]
+
+
+@compiled
+def forget_covariance(a: Anchors, i: int) -> None:
+    """Nothing is known any more of one IMU's states, nor of what they have to do with others'."""
+    first = STATES * i
+    a.covariance[first : first + STATES] = 0.0
+    a.covariance[:, first : first + STATES] = 0.0
 
 
 @compiled
 def start(a: Anchors, i: int, heading: float, stddev: float) -> None:
     """Begin with a heading [rad] and its standard deviation [rad]."""
-    x, P = a.state[i], a.covariance[i]
-    P[:] = 0.0
-    x[0], x[1], x[2], x[3] = heading, 0.0, heading, 0.0
-    P[0, 0] = P[0, 2] = P[2, 0] = P[2, 2] = stddev**2
-    P[1, 1], P[3, 3] = DRIFT_STDDEV**2, LATERAL_STDDEV**2
+    forget_covariance(a, i)
+    x, P = a.state[i], own_covariance(a, i)
+    x[Y], x[DRIFT], x[Y0], x[LATERAL], x[BESIDE] = heading, 0.0, heading, 0.0, 0.0
+    P[Y, Y] = P[Y, Y0] = P[Y0, Y] = P[Y0, Y0] = stddev**2
+    P[DRIFT, DRIFT], P[LATERAL, LATERAL] = DRIFT_STDDEV**2, LATERAL_STDDEV**2
+    P[BESIDE, BESIDE] = JOINT_BIAS_STDDEV**2
+    a.joint_noise[i] = 0.0
     if a.is_mounting_known[i]:
         # There y₀ makes room for what the cameras lastingly see beside.
         bias = LEAN_BIAS_STDDEV**2
-        x[2] = 0.0
-        P[0, 0] = stddev**2 + bias
-        P[2, 2] = bias
-        P[0, 2] = P[2, 0] = -bias  # only their sum has been seen
+        x[Y0] = 0.0
+        P[Y, Y] = stddev**2 + bias
+        P[Y0, Y0] = bias
+        P[Y, Y0] = P[Y0, Y] = -bias  # only their sum has been seen
     elif not np.isnan(a.neutral[i, 0]):
         keep_neutral(a, i, a.neutral[i, 0], a.neutral[i, 1])
     a.contradicted_s[i] = 0.0
@@ -111,10 +151,10 @@ def start(a: Anchors, i: int, heading: float, stddev: float) -> None:
 @compiled
 def keep_neutral(a: Anchors, i: int, heading: float, variance: float) -> None:
     """The mounting has been known before: it is the IMU's world that has turned."""
-    x, P = a.state[i], a.covariance[i]
-    x[2] = heading
-    P[0, 2] = P[2, 0] = 0.0
-    P[2, 2] = variance
+    x, P = a.state[i], own_covariance(a, i)
+    x[Y0] = heading
+    P[Y, Y0] = P[Y0, Y] = 0.0
+    P[Y0, Y0] = variance
 
 
 @compiled
@@ -122,14 +162,17 @@ def predict(a: Anchors, i: int, dt_s: float) -> None:
     """Let the heading drift on for ``dt_s`` [s]."""
     if not is_known(a, i) or dt_s <= 0.0:
         return
-    x, P = a.state[i], a.covariance[i]
-    x[0] += dt_s * x[1]
-    for k in range(4):
-        P[0, k] += dt_s * P[1, k]
-    for k in range(4):
-        P[k, 0] += dt_s * P[k, 1]
-    P[0, 0] += dt_s * HEADING_WALK
-    P[1, 1] += dt_s * DRIFT_WALK
+    P, first = a.covariance, STATES * i
+    a.state[i, Y] += dt_s * a.state[i, DRIFT]
+    of_heading, of_drift = P[first + Y], P[first + DRIFT]
+    for k in range(len(P)):
+        of_heading[k] += dt_s * of_drift[k]
+    of_heading[first + Y] += dt_s * of_heading[first + DRIFT]
+    for k in range(len(P)):
+        P[k, first + Y] = of_heading[k]
+    P[first + Y, first + Y] += dt_s * HEADING_WALK
+    P[first + DRIFT, first + DRIFT] += dt_s * DRIFT_WALK
+    P[first + BESIDE, first + BESIDE] += dt_s * JOINT_BIAS_WALK * a.joint_noise[i]
 
 
 @compiled
@@ -137,11 +180,11 @@ def observe_standing(a: Anchors, i: int, heading: float, stddev: float) -> None:
     """Take the heading [rad] that a neutral stand tells, where the mounting is known."""
     if not is_known(a, i):
         start(a, i, heading, stddev)
-        P = a.covariance[i]
-        P[0, 0] = stddev**2
-        P[0, 2] = P[2, 0] = 0.0
+        P = own_covariance(a, i)
+        P[Y, Y] = stddev**2
+        P[Y, Y0] = P[Y0, Y] = 0.0
         return
-    update(a, i, wrapped(heading - a.state[i, 0]), STANDING, stddev**2)
+    update(a, i, wrapped(heading - a.state[i, Y]), STANDING, stddev**2)
 
 
 @compiled
@@ -194,7 +237,7 @@ def correct_by_fresh_part(a: Anchors, i: int, dt_s: float, fresh: FloatArray, ra
         rate: At which the axis turns [rad/s].
     """
     which = LEAN_MOUNTED if a.is_mounting_known[i] else LEAN
-    heading = a.state[i, 0] + (a.state[i, 2] if a.is_mounting_known[i] else 0.0)
+    heading = a.state[i, Y] + (a.state[i, Y0] if a.is_mounting_known[i] else 0.0)
     c, s = np.cos(heading), np.sin(heading)
     x, y = c * fresh[0, 0] - s * fresh[0, 1], s * fresh[0, 0] + c * fresh[0, 1]
     length = np.hypot(x, y)
@@ -227,10 +270,10 @@ def observe_turned(
         # Before any lean: as good as the cameras see this line beside its place.
         variance = LATERAL_STDDEV**2 + (AXIS_STDDEV / lean) ** 2
         start(a, i, np.arctan2(cross, dot), np.sqrt(variance))
-        P = a.covariance[i]
-        P[0, 0] = variance
-        P[0, 2] = P[2, 0] = 0.0
-        P[0, 3] = P[3, 0] = -(LATERAL_STDDEV**2)
+        P = own_covariance(a, i)
+        P[Y, Y] = variance
+        P[Y, Y0] = P[Y0, Y] = 0.0
+        P[Y, LATERAL] = P[LATERAL, Y] = -(LATERAL_STDDEV**2)
 
 
 @compiled
@@ -239,7 +282,7 @@ def correct_by_lateral_axis(a: Anchors, i: int, dt_s: float, angle: float, lean:
     if dt_s <= 0.0:
         return
     # y₀ has been taken up already where the axis was brought into the world.
-    innovation = wrapped(angle - a.state[i, 0] - a.state[i, 3])
+    innovation = wrapped(angle - a.state[i, Y] - a.state[i, LATERAL])
     which = TURNED_MOUNTED if a.is_mounting_known[i] else TURNED
     correct(a, i, innovation, AXIS_STDDEV / lean, CORRELATION_S / dt_s, which)
 
@@ -253,10 +296,10 @@ def correct(
     Its samples err alike, so many of them [-] count as one. The innovation itself errs by its
     standard deviation, however short the instant: that is where it is limited.
     """
-    variance = stddev**2
-    for k in range(4):
-        for m in range(4):
-            variance += MEASURED[which, k] * a.covariance[i, k, m] * MEASURED[which, m]
+    variance, P = stddev**2, own_covariance(a, i)
+    for k in range(STATES):
+        for m in range(STATES):
+            variance += MEASURED[which, k] * P[k, m] * MEASURED[which, m]
     limit = LIMIT * np.sqrt(variance)
     update(a, i, min(max(innovation, -limit), limit), which, stddev**2 * samples_alike)
 
@@ -264,16 +307,73 @@ def correct(
 @compiled
 def update(a: Anchors, i: int, innovation: float, which: int, noise: float) -> None:
     """Kalman's update with one measurement, a row of :data:`MEASURED`."""
-    x, P = a.state[i], a.covariance[i]
-    PH, variance = np.zeros(4), noise
-    for k in range(4):
-        for m in range(4):
-            PH[k] += P[k, m] * MEASURED[which, m]
-        variance += MEASURED[which, k] * PH[k]
-    for k in range(4):
-        x[k] += PH[k] * innovation / variance
-        for m in range(4):
-            P[k, m] -= PH[k] * PH[m] / variance
+    P, first, variance = a.covariance, STATES * i, noise
+    PH = np.zeros(len(P))
+    for k in range(STATES):
+        share = MEASURED[which, k]
+        if share != 0.0:
+            for m in range(len(P)):
+                PH[m] += share * P[first + k, m]
+    for k in range(STATES):
+        variance += MEASURED[which, k] * PH[first + k]
+    take_up(a.state, P, PH, innovation, variance)
+
+
+@compiled
+def take_up(
+    state: FloatArray, P: FloatArray, PH: FloatArray, innovation: float, variance: float
+) -> None:
+    """Kalman's update of all IMUs' states.
+
+    Args:
+        state: See :class:`Anchors`.
+        P: Their covariance.
+        PH: Covariance of the states and what is measured, (5 n,); is overwritten.
+        innovation: How far that is from what was expected [rad].
+        variance: Of the innovation [rad²].
+    """
+    length = 1.0 / np.sqrt(variance)
+    for k in range(len(PH)):
+        PH[k] *= length
+    for k in range(len(PH)):
+        gain = PH[k]
+        if gain != 0.0:  # most others' are, as long as no joint ties them
+            state[k // STATES, k % STATES] += gain * length * innovation
+            row = P[k]
+            for m in range(len(PH)):
+                row[m] -= gain * PH[m]
+
+
+@compiled
+def relate(a: Anchors, child: int, parent: int, turn: float, variance: float, noise: float) -> bool:
+    """Take how the worlds of two IMUs are turned that a joint connects.
+
+    Args:
+        a: The IMUs.
+        child: The IMU of the segment beyond the joint.
+        parent: That of the segment before it.
+        turn: The child's heading less the parent's [rad].
+        variance: Of what of it is not alike from one to the next [rad²].
+        noise: Variance of what the joint shows, against what it measures [-]: in proportion to it,
+            the turn may lastingly be shown beside.
+
+    Returns:
+        Whether it did not contradict what is known.
+    """
+    if not is_known(a, child) or not is_known(a, parent):
+        return True
+    y, up, beside = STATES * child + Y, STATES * parent + Y, STATES * child + BESIDE
+    if a.joint_noise[child] == 0.0:
+        a.covariance[beside, beside] += noise * JOINT_SKIN_STDDEV**2
+    a.joint_noise[child] = noise
+    PH = a.covariance[y] - a.covariance[up] + a.covariance[beside]
+    variance += PH[y] - PH[up] + PH[beside]
+    shown = a.state[child, Y] - a.state[parent, Y] + a.state[child, BESIDE]
+    innovation = wrapped(turn - shown)
+    if innovation**2 > JOINT_LIMIT**2 * variance:
+        return False
+    take_up(a.state, a.covariance, PH, innovation, variance)
+    return True
 
 
 @compiled
@@ -281,14 +381,14 @@ def watch(a: Anchors, i: int, dt_s: float) -> None:
     """Begin anew from the last seconds where they contradict all that was before."""
     dot, cross = a.recent[i]
     recent = np.arctan2(cross, dot)
-    is_other = abs(wrapped(recent - a.state[i, 0])) > CONTRADICTION
+    is_other = abs(wrapped(recent - a.state[i, Y])) > CONTRADICTION
     if not is_other or np.hypot(dot, cross) < RECENT_LEAST_S:
         a.contradicted_s[i] = 0.0
         return
     a.contradicted_s[i] += dt_s
     if a.contradicted_s[i] < CONTRADICTED_S:
         return
-    neutral, variance = a.state[i, 2], a.covariance[i, 2, 2]
+    neutral, variance = a.state[i, Y0], own_covariance(a, i)[Y0, Y0]
     start(a, i, recent, RESTART_STDDEV)
     a.restarts[i] += 1
     if not a.is_mounting_known[i] and variance < SETTLED**2:
@@ -300,7 +400,8 @@ def lose_heading(a: Anchors, i: int) -> None:
     """The IMU's world may have turned to anywhere; the neutral pose's heading stays known."""
     if not is_known(a, i):
         return
-    a.neutral[i, 0], a.neutral[i, 1] = a.state[i, 2], a.covariance[i, 2, 2]
+    a.neutral[i, 0], a.neutral[i, 1] = a.state[i, Y0], own_covariance(a, i)[Y0, Y0]
     a.state[i] = np.nan
+    forget_covariance(a, i)
     a.recent[i] = 0.0
     a.unseen_s[i] = np.inf

@@ -14,6 +14,9 @@ NUMBER_SIZE = 8  # [bytes] of a float, at a multiple of that
 IMU_NUMBERS = 37  # orientation, rate, acceleration, and their covariances
 IMU_VARIANCE = np.array([4, 8, 12])  # the diagonal of the orientation's covariance
 IMU_RATE = 13
+IMU_ACCELERATION = 25
+IMU_ACCELERATION_COVARIANCE = 28
+STRONGEST = 4000.0  # [m/s²] likewise no accelerometer, per axis
 FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
 LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
 SHORTEST, LONGEST = 0.9, 1.1  # [-] length of what is a quaternion
@@ -43,6 +46,7 @@ def read_imus(
     orientation: FloatArray,
     orientation_stddev: FloatArray,
     angular_velocity: FloatArray,
+    linear_acceleration: FloatArray,
     says_something: NDArray[np.bool_],
 ) -> None:
     """Messages of ``sensor_msgs/Imu``, n of them.
@@ -54,6 +58,7 @@ def read_imus(
         orientation: Filled, (n, 4).
         orientation_stddev: Filled, (n, 3) [rad].
         angular_velocity: Filled, (n, 3) [rad/s].
+        linear_acceleration: Filled, (n, 3) [m/s²]; NaN where the message says none.
         says_something: Filled, (n,): whether it has an orientation, and numbers that can be.
     """
     raw = np.empty(NUMBER_SIZE * IMU_NUMBERS, np.uint8)
@@ -83,10 +88,24 @@ def read_imus(
             orientation_stddev[row, k] = np.sqrt(max(variance, 0.0))
             angular_velocity[row, k] = rate
             is_known &= np.isfinite(variance) and abs(rate) < FASTEST_RATE  # false of NaN
+        read_acceleration(values, linear_acceleration[row])
         # REP 145: a first element of −1 says that there is no orientation.
         has_orientation = values[IMU_VARIANCE[0]] != -1.0
         is_quaternion = SHORTEST**2 < squared < LONGEST**2
         says_something[row] = has_orientation and is_quaternion and is_known
+
+
+@compiled
+def read_acceleration(values: FloatArray, out: FloatArray) -> None:
+    """The acceleration among a message's numbers; NaN where it says none, or what cannot be."""
+    # REP 145 has −1 for it; drivers that know none leave zeros, which nothing but a fall makes.
+    is_known, is_any = values[IMU_ACCELERATION_COVARIANCE] != -1.0, False
+    for k in range(3):
+        out[k] = values[IMU_ACCELERATION + k]
+        is_known &= abs(out[k]) < STRONGEST  # false of NaN
+        is_any |= out[k] != 0.0
+    if not is_known or not is_any:
+        out[:] = np.nan
 
 
 @compiled

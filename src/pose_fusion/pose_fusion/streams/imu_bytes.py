@@ -1,4 +1,4 @@
-"""IMUs' orientations from the bytes of ``sensor_msgs/Imu``, many messages at once."""
+"""IMUs' samples from the bytes of ``sensor_msgs/Imu``, many messages at once."""
 
 from collections.abc import Mapping, Sequence
 
@@ -28,6 +28,7 @@ def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[n
         orientation=np.empty((count, 4)),
         orientation_stddev=np.empty((count, 3)),
         angular_velocity=np.empty((count, 3)),
+        linear_acceleration=np.empty((count, 3)),
     )
     says_something = np.empty(count, np.bool_)
     read_imus(
@@ -37,6 +38,7 @@ def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[n
         block.orientation,
         block.orientation_stddev,
         block.angular_velocity,
+        block.linear_acceleration,
         says_something,
     )
     kept = np.flatnonzero(says_something)

@@ -1,7 +1,7 @@
 """What the sensors say, as plain frozen values."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,16 @@ class SkeletonSample:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuSample:
-    """One IMU's orientation."""
+    """One IMU's orientation, and what it felt."""
 
     stamp_ns: int  # [ns] moment of capture
     segment: str
     orientation: FloatArray  # (4,) quaternion x, y, z, w: R_world_sensor, world z up
     orientation_stddev: FloatArray  # (3,) [rad] about the world's x, y, z
     angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
+    linear_acceleration: FloatArray = field(  # (3,) [m/s²] in the sensor's frame, gravity in it
+        default_factory=lambda: np.full(3, np.nan)  # NaN: not known
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,6 +44,7 @@ class ImuBlock:
     orientation: FloatArray  # (n, 4)
     orientation_stddev: FloatArray  # (n, 3) [rad]
     angular_velocity: FloatArray  # (n, 3) [rad/s]
+    linear_acceleration: FloatArray  # (n, 3) [m/s²]; NaN: not known
 
     def __len__(self) -> int:
         return len(self.stamps_ns)
@@ -54,6 +58,7 @@ class ImuBlock:
             orientation=self.orientation[chosen],
             orientation_stddev=self.orientation_stddev[chosen],
             angular_velocity=self.angular_velocity[chosen],
+            linear_acceleration=self.linear_acceleration[chosen],
         )
 
 
@@ -66,6 +71,7 @@ def block_of(sample: ImuSample) -> ImuBlock:
         orientation=sample.orientation[None],
         orientation_stddev=sample.orientation_stddev[None],
         angular_velocity=sample.angular_velocity[None],
+        linear_acceleration=sample.linear_acceleration[None],
     )
 
 
@@ -83,6 +89,7 @@ def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
         orientation=np.concatenate([block.orientation for block in blocks]),
         orientation_stddev=np.concatenate([block.orientation_stddev for block in blocks]),
         angular_velocity=np.concatenate([block.angular_velocity for block in blocks]),
+        linear_acceleration=np.concatenate([block.linear_acceleration for block in blocks]),
     )
 
 
@@ -93,4 +100,5 @@ _NO_SAMPLES = ImuBlock(
     orientation=np.zeros((0, 4)),
     orientation_stddev=np.zeros((0, 3)),
     angular_velocity=np.zeros((0, 3)),
+    linear_acceleration=np.zeros((0, 3)),
 )

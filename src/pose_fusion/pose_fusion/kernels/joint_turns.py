@@ -1,0 +1,207 @@
+r"""How the worlds of two IMUs are turned that a joint connects: by what both tell of its motion.
+
+Each IMU tells the joint's acceleration in its own world, if the joint's place in the sensor's
+frame is known (:mod:`pose_fusion.kernels.joint_series`). With the horizontal parts as complex
+numbers, :math:`h_p` of the parent's IMU and :math:`h_c` of the child's, and the vertical ones,
+:math:`v`, least squares over a window
+
+.. math:: \min_{\delta, r_p, r_c} \sum |h_p(r_p) - e^{i\delta} h_c(r_c)|^2 + (v_p(r_p) - v_c(r_c))^2
+
+give the turn :math:`\delta` from the child's world to the parent's, of every window by itself, and
+the places, which later windows begin with. Means over the window are taken off before: gravity is
+in them, and what a wrong tilt makes of it. All that is needed are the window's sums of products, 8
+by 8. What is left over is the noise: skin that swings, and joints that are none.
+
+References:
+    Kok, Eckhoff, Weygers, Seel (2022), Control Engineering Practice 120; Weygers, Kok (2020), IEEE
+    Sensors Journal 20(14): such constraints in an optimisation and in filters.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.joint_series import INTERVAL_NS, JointSeries, tell_accelerations
+from pose_fusion.kernels.small_matrices import solve
+from pose_fusion.streams.samples import FloatArray
+
+WINDOW = 40  # [-] instants
+LEAST_KNOWN = 36  # [-] of these
+WINDOW_S = WINDOW * INTERVAL_NS * 1e-9  # [s]
+PLACE_STDDEV = 0.2  # [m] of a joint in a sensor's frame, before anything is known, each axis
+FORGETTING_S = 1200.0  # [s] over which places are forgotten: straps slip
+ALIKE = 4.0  # [-] instants whose noise counts as one
+QUIET = 0.03  # [m/s²] noise of an instant that is always there
+LEAST_MOTION = 0.15  # [m/s²] of the joint, in a window that shows anything
+MOST_NOISE = 1.0  # [-] variance of an instant's noise against the motion's, in such a window
+STEPS = 4  # [-] of Gauss and Newton in a window
+
+
+class JointTurns(NamedTuple):
+    """What is known of m joints."""
+
+    imus: NDArray[np.int64]  # (m, 2) the parent's and the child's
+    places: FloatArray  # (m, 6) [m] of the joint in the parent's sensor, and in the child's
+    information: FloatArray  # (m, 6, 6) of these [1/m²]
+    next_window: NDArray[np.int64]  # (m,)
+
+
+def make_joint_turns(imus: NDArray[np.int64]) -> JointTurns:
+    """Of joints between these IMUs, (m, 2), of which nothing is known."""
+    count = len(imus)
+    return JointTurns(
+        imus=imus,
+        places=np.zeros((count, 6)),
+        information=np.tile(np.eye(6) / PLACE_STDDEV**2, (count, 1, 1)),
+        next_window=np.zeros(count, np.int64),
+    )
+
+
+@compiled
+def take_windows(
+    joints: JointTurns, series: JointSeries, whole: NDArray[np.int64], found: FloatArray
+) -> int:
+    """Fit the windows that are whole by now.
+
+    Args:
+        joints: What is known; is updated.
+        series: What the IMUs felt.
+        whole: Filled: which joint and which window, (at least 3 m, 2).
+        found: Filled: the turn [rad], its variance [rad²], and the variance of an instant's noise
+            against the joint's motion [-], (at least 3 m, 3).
+
+    Returns:
+        How many there are.
+    """
+    count = 0
+    for j in range(len(joints.imus)):
+        parent, child = joints.imus[j]
+        newest_ns = min(series.stamps_ns[parent], series.stamps_ns[child])
+        if newest_ns == 0:
+            continue
+        # Two instants beyond a window's last one are needed.
+        ready = (newest_ns // INTERVAL_NS - 1) // WINDOW
+        if not ready - 2 <= joints.next_window[j] <= ready:
+            joints.next_window[j] = ready - 1
+        while joints.next_window[j] < ready:
+            window = joints.next_window[j]
+            joints.next_window[j] += 1
+            if fit_window(joints, j, series, window * WINDOW, found[count]):
+                whole[count, 0], whole[count, 1] = j, window
+                count += 1
+    return count
+
+
+@compiled
+def fit_window(
+    joints: JointTurns, j: int, series: JointSeries, first: int, found: FloatArray
+) -> bool:
+    """Fit one window, from instant ``first`` on; whether it shows the turn."""
+    told = np.empty((2, WINDOW, 3, 4))
+    tell_accelerations(series, joints.imus[j, 0], first, told[0])
+    tell_accelerations(series, joints.imus[j, 1], first, told[1])
+    flat, crossed, upright = np.zeros((8, 8)), np.zeros((8, 8)), np.zeros((8, 8))
+    known = add_up(told, flat, crossed, upright)
+    if known < LEAST_KNOWN:
+        return False
+    places, prior = joints.places[j], joints.information[j]
+    theta, before = np.ones(8), places.copy()
+    A, step = np.empty((6, 6)), np.empty((6, 1))
+    g, G = np.empty(6), np.empty(6)
+    Q = np.empty((8, 8))
+    noise = 0.0
+    for _ in range(STEPS):
+        theta[1:4], theta[5:8] = places[:3], places[3:]
+        along, across, power = 0.0, 0.0, 0.0
+        for k in range(4):
+            for m in range(4):
+                along += theta[k] * flat[k, 4 + m] * theta[4 + m]
+                across += theta[k] * crossed[k, 4 + m] * theta[4 + m]
+                power += theta[4 + k] * flat[4 + k, 4 + m] * theta[4 + m]
+        turn = -np.arctan2(across, along)
+        c, s = np.cos(turn), np.sin(turn)
+        for k in range(8):
+            for m in range(8):
+                if (k < 4) == (m < 4):
+                    Q[k, m] = flat[k, m] + upright[k, m]
+                else:
+                    low, high = min(k, m), max(k, m)
+                    Q[k, m] = -(c * flat[low, high] - s * crossed[low, high]) - upright[k, m]
+        left = 0.0
+        for k in range(8):
+            for m in range(8):
+                left += theta[k] * Q[k, m] * theta[m]
+        noise = left / (3.0 * known) + QUIET**2
+        weight = 1.0 / (ALIKE * noise)
+        for k in range(6):
+            row = k + 1 if k < 3 else k + 2
+            g[k], G[k] = 0.0, 0.0
+            for m in range(4):
+                if k < 3:
+                    g[k] += (s * flat[row, 4 + m] + c * crossed[row, 4 + m]) * theta[4 + m]
+                else:
+                    g[k] -= crossed[row, 4 + m] * theta[4 + m]
+            for m in range(8):
+                G[k] += Q[row, m] * theta[m]
+        for k in range(6):
+            step[k, 0] = -weight * G[k]
+            for m in range(6):
+                row, col = (k + 1 if k < 3 else k + 2), (m + 1 if m < 3 else m + 2)
+                # The turn, which is any, takes its part of what the window tells of the places.
+                A[k, m] = prior[k, m] + weight * (Q[row, col] - g[k] * g[m] / max(power, 1e-12))
+                step[k, 0] -= prior[k, m] * (places[m] - before[m])
+        keep = A.copy()
+        solve(A, step, 6)
+        places += step[:, 0]
+    forget = np.exp(-WINDOW_S / FORGETTING_S)
+    prior[:] = forget * keep
+    for k in range(6):
+        prior[k, k] += (1.0 - forget) / PLACE_STDDEV**2
+    motion = np.hypot(along, across)
+    if not motion > 2.0 * known * LEAST_MOTION**2:
+        return False
+    found[0] = turn
+    found[1] = ALIKE * noise / motion
+    found[2] = 2.0 * known * noise / motion
+    return found[2] < MOST_NOISE
+
+
+@compiled
+def add_up(told: FloatArray, flat: FloatArray, crossed: FloatArray, upright: FloatArray) -> int:
+    """Sums of products of what two IMUs tell, about its means, over a window.
+
+    Args:
+        told: (2, window, 3, 4), NaN where not known.
+        flat: Filled: of the real and of the imaginary horizontal parts, (8, 8).
+        crossed: Filled: of the real and the imaginary ones less the reverse, (8, 8).
+        upright: Filled: of the vertical parts, (8, 8).
+
+    Returns:
+        At how many instants both are known.
+    """
+    values, mean, known = np.empty((3, 8)), np.zeros((3, 8)), 0
+    is_known = np.zeros(told.shape[1], np.bool_)
+    for n in range(told.shape[1]):
+        is_known[n] = not np.isnan(told[:, n]).any()
+        if is_known[n]:
+            known += 1
+            for row in range(3):
+                for k in range(4):
+                    mean[row, k] += told[0, n, row, k]
+                    mean[row, 4 + k] += told[1, n, row, k]
+    mean /= max(known, 1)
+    for n in range(told.shape[1]):
+        if not is_known[n]:
+            continue
+        for row in range(3):
+            for k in range(4):
+                values[row, k] = told[0, n, row, k] - mean[row, k]
+                values[row, 4 + k] = told[1, n, row, k] - mean[row, 4 + k]
+        for k in range(8):
+            for m in range(8):
+                flat[k, m] += values[0, k] * values[0, m] + values[1, k] * values[1, m]
+                crossed[k, m] += values[0, k] * values[1, m] - values[1, k] * values[0, m]
+                upright[k, m] += values[2, k] * values[2, m]
+    return known
