@@ -73,6 +73,12 @@ def test_a_turn_that_contradicts_what_is_known_is_rejected():
     assert related(anchors, 41.0) == [True]
 
 
+def test_a_world_that_has_turned_is_left_to_the_cameras_however_little_is_known():
+    anchors = two(stddevs=(20.0, 20.0))
+    assert related(anchors, 90.0) == [False]
+    assert related(anchors, 60.0) == [True]
+
+
 def test_what_is_not_known_learns_nothing():
     anchors = make_anchors(2)
     kernel.start(anchors, 0, 0.3, 0.1)

@@ -7,6 +7,10 @@ rests, and how far beside their place the cameras see lateral axes. :math:`y_0` 
 its correlation with :math:`y` alone (a fixed-point smoother), so the mounting becomes better while
 the drift is followed, and neither disturbs the other.
 
+All IMUs' states are one filter's: joints show how neighbours' worlds are turned against each other
+(:mod:`pose_fusion.imu.joints`), but for an offset, a state too, for what cameras see lastingly
+beside, and for skin. Where no joint has shown anything, each IMU is followed by itself.
+
 Measured is the angle about the vertical between where the IMU and where the cameras see one axis
 point: of a limb's long axis the fresh part (:mod:`pose_fusion.kernels.fresh_part`), of a lateral
 axis all of it. What is l long in the horizontal plane shows it with the standard deviation

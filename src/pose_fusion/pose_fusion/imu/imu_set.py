@@ -52,12 +52,13 @@ class ImuSet:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         self._states_at = None
         rejected = self._tracks.add(block)
-        self._joints.add(block)
         for segment, gap_ns in self._tracks.gaps_ns.items():
             self.counters.add("imu_gaps")
             if gap_ns > BEGUN_ANEW_NS and not knows_north(block, segment):
                 self.counters.add("imu_headings_lost")
                 self.alignment.lose_heading(segment)
+                self._joints.forget(segment)
+        self._joints.add(block)
         return rejected
 
     def has_reached(self, stamp_ns: int) -> bool:

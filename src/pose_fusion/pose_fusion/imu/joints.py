@@ -32,6 +32,7 @@ JOINTS: tuple[tuple[str, str], ...] = (
 
 WINDOW_NS = WINDOW * INTERVAL_NS
 LATENESS_NS = 1_000_000_000  # after a window's end, when its turn is used: by then it is known
+BACK_NS = 4 * WINDOW_NS  # no joint is as far behind another
 ROUND_NS = 250_000_000  # of samples that are taken together, which is quicker
 MOST_BLOCKS = 256  # that wait for it
 MOST_WAITING = 4096  # turns
@@ -95,6 +96,13 @@ class ImuJoints:
             turns.append(self._waiting.popleft())
         return turns
 
+    def forget(self, segment: str) -> None:
+        """What waits is of before an IMU began anew."""
+        if self._blocks:
+            self._take_blocks()
+        kept = [each for each in self._waiting if segment not in (each.parent, each.child)]
+        self._waiting = deque(kept, maxlen=MOST_WAITING)
+
     def _fit(self) -> None:
         count = self._take_windows(self._joints, self._series, self._whole, self._found)
         is_pelvis_worn = self._series.stamps_ns[self._rows["pelvis"]] > 0
@@ -104,11 +112,14 @@ class ImuJoints:
             parent, child = JOINTS[joint]
             if is_pelvis_worn and parent == "torso" and child.endswith("thigh"):
                 continue
+            until_ns = (window + 1) * WINDOW_NS
+            if self._waiting and until_ns < self._waiting[-1].until_ns - BACK_NS:
+                self._waiting.clear()  # the clock was set back
             self._waiting.append(
                 JointTurn(
                     parent=parent,
                     child=child,
-                    until_ns=(window + 1) * WINDOW_NS,
+                    until_ns=until_ns,
                     turn=turn,
                     variance=variance,
                     noise=noise,

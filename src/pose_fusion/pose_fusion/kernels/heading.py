@@ -34,7 +34,8 @@ SETTLED = np.radians(5.0)  # [rad] stddev of y₀ below which a contradiction le
 JOINT_BIAS_STDDEV = np.radians(4.0)  # [rad] by which cameras and a joint differ lastingly
 JOINT_SKIN_STDDEV = np.radians(10.0)  # [rad] what skin adds, were it to swing like the joint
 JOINT_BIAS_WALK = np.radians(3.0) ** 2 / 60.0  # [rad²/s] of that, likewise
-JOINT_LIMIT = 5.0  # [-] standard deviations beyond which a joint's turn is not believed
+JOINT_LIMIT = 5.0  # [-] standard deviations beyond which a joint's turn is not believed, nor
+# beyond CONTRADICTION: then a world has turned, which cameras are to find
 FULL_TURN = 2.0 * np.pi
 
 Y, DRIFT, Y0, LATERAL, BESIDE = range(5)
@@ -370,7 +371,7 @@ def relate(a: Anchors, child: int, parent: int, turn: float, variance: float, no
     variance += PH[y] - PH[up] + PH[beside]
     shown = a.state[child, Y] - a.state[parent, Y] + a.state[child, BESIDE]
     innovation = wrapped(turn - shown)
-    if innovation**2 > JOINT_LIMIT**2 * variance:
+    if innovation**2 > min(JOINT_LIMIT**2 * variance, CONTRADICTION**2):
         return False
     take_up(a.state, a.covariance, PH, innovation, variance)
     return True

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pose_fusion.kernels.compiling import compiled
 from pose_fusion.kernels.imu import interpolate
 from pose_fusion.kernels.rotations import matrix_of_quaternion
+from pose_fusion.kernels.tracks import HISTORY_NS
 from pose_fusion.streams.samples import FloatArray
 
 INTERVAL_NS = 100_000_000  # T
@@ -73,7 +74,7 @@ def take_forces(
             continue
         before_ns = series.stamps_ns[i]
         if stamp_ns <= before_ns:
-            if before_ns - stamp_ns < INTERVAL_NS * INSTANTS:
+            if before_ns - stamp_ns < HISTORY_NS:
                 continue
             series.instant[i] = -1  # the clock was set back
             before_ns = 0

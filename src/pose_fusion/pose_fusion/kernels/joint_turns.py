@@ -13,8 +13,8 @@ in them, and what a wrong tilt makes of it. All that is needed are the window's 
 by 8. What is left over is the noise: skin that swings, and joints that are none.
 
 References:
-    Kok, Eckhoff, Weygers, Seel (2022), Control Engineering Practice 120; Weygers, Kok (2020), IEEE
-    Sensors Journal 20(14): such constraints in an optimisation and in filters.
+    Weygers et al. (2020), IEEE Sensors Journal 20(14); Kok, Eckhoff, Weygers, Seel (2022), Control
+    Engineering Practice 125: such constraints in filters, smoothers, and what they show.
 """
 
 from typing import NamedTuple
@@ -37,6 +37,7 @@ QUIET = 0.03  # [m/s²] noise of an instant that is always there
 LEAST_MOTION = 0.15  # [m/s²] of the joint, in a window that shows anything
 MOST_NOISE = 1.0  # [-] variance of an instant's noise against the motion's, in such a window
 STEPS = 4  # [-] of Gauss and Newton in a window
+PLACES = np.array([1, 2, 3, 5, 6, 7])  # of θ = (1, r_p, 1, r_c)
 
 
 class JointTurns(NamedTuple):
@@ -106,66 +107,104 @@ def fit_window(
     known = add_up(told, flat, crossed, upright)
     if known < LEAST_KNOWN:
         return False
-    places, prior = joints.places[j], joints.information[j]
-    theta, before = np.ones(8), places.copy()
-    A, step = np.empty((6, 6)), np.empty((6, 1))
-    g, G = np.empty(6), np.empty(6)
-    Q = np.empty((8, 8))
-    noise = 0.0
+    places, information = joints.places[j], joints.information[j]
+    before, A, step = places.copy(), np.empty((6, 6)), np.empty((6, 1))
+    theta, Q, shared = np.ones(8), np.empty((8, 8)), np.empty(8)
+    turn, motion, noise = 0.0, 0.0, 0.0
     for _ in range(STEPS):
         theta[1:4], theta[5:8] = places[:3], places[3:]
-        along, across, power = 0.0, 0.0, 0.0
-        for k in range(4):
-            for m in range(4):
-                along += theta[k] * flat[k, 4 + m] * theta[4 + m]
-                across += theta[k] * crossed[k, 4 + m] * theta[4 + m]
-                power += theta[4 + k] * flat[4 + k, 4 + m] * theta[4 + m]
-        turn = -np.arctan2(across, along)
-        c, s = np.cos(turn), np.sin(turn)
-        for k in range(8):
-            for m in range(8):
-                if (k < 4) == (m < 4):
-                    Q[k, m] = flat[k, m] + upright[k, m]
-                else:
-                    low, high = min(k, m), max(k, m)
-                    Q[k, m] = -(c * flat[low, high] - s * crossed[low, high]) - upright[k, m]
-        left = 0.0
-        for k in range(8):
-            for m in range(8):
-                left += theta[k] * Q[k, m] * theta[m]
-        noise = left / (3.0 * known) + QUIET**2
+        turn, motion = turn_between(theta, flat, crossed)
+        add_all(turn, flat, crossed, upright, Q)
+        noise = quadratic(theta, Q) / (3.0 * known) + QUIET**2
+        power = follow_turn(theta, turn, flat, crossed, shared)
         weight = 1.0 / (ALIKE * noise)
         for k in range(6):
-            row = k + 1 if k < 3 else k + 2
-            g[k], G[k] = 0.0, 0.0
-            for m in range(4):
-                if k < 3:
-                    g[k] += (s * flat[row, 4 + m] + c * crossed[row, 4 + m]) * theta[4 + m]
-                else:
-                    g[k] -= crossed[row, 4 + m] * theta[4 + m]
+            row = PLACES[k]
+            step[k, 0] = 0.0
             for m in range(8):
-                G[k] += Q[row, m] * theta[m]
-        for k in range(6):
-            step[k, 0] = -weight * G[k]
+                step[k, 0] -= weight * Q[row, m] * theta[m]
             for m in range(6):
-                row, col = (k + 1 if k < 3 else k + 2), (m + 1 if m < 3 else m + 2)
                 # The turn, which is any, takes its part of what the window tells of the places.
-                A[k, m] = prior[k, m] + weight * (Q[row, col] - g[k] * g[m] / max(power, 1e-12))
-                step[k, 0] -= prior[k, m] * (places[m] - before[m])
-        keep = A.copy()
+                told_of = Q[row, PLACES[m]] - shared[row] * shared[PLACES[m]] / power
+                A[k, m] = information[k, m] + weight * told_of
+                step[k, 0] -= information[k, m] * (places[m] - before[m])
+        gained = A.copy()
         solve(A, step, 6)
         places += step[:, 0]
-    forget = np.exp(-WINDOW_S / FORGETTING_S)
-    prior[:] = forget * keep
+    keep = np.exp(-WINDOW_S / FORGETTING_S)
+    information[:] = keep * gained
     for k in range(6):
-        prior[k, k] += (1.0 - forget) / PLACE_STDDEV**2
-    motion = np.hypot(along, across)
+        information[k, k] += (1.0 - keep) / PLACE_STDDEV**2
     if not motion > 2.0 * known * LEAST_MOTION**2:
         return False
     found[0] = turn
     found[1] = ALIKE * noise / motion
     found[2] = 2.0 * known * noise / motion
     return found[2] < MOST_NOISE
+
+
+@compiled
+def turn_between(theta: FloatArray, flat: FloatArray, crossed: FloatArray) -> tuple[float, float]:
+    """The turn [rad] that brings the child's horizontal parts best onto the parent's, for places.
+
+    Also the sum of what both show alike [m²/s⁴].
+    """
+    along, across = 0.0, 0.0
+    for k in range(4):
+        for m in range(4, 8):
+            along += theta[k] * flat[k, m] * theta[m]
+            across += theta[k] * crossed[k, m] * theta[m]
+    return -np.arctan2(across, along), np.hypot(along, across)
+
+
+@compiled
+def add_all(
+    turn: float, flat: FloatArray, crossed: FloatArray, upright: FloatArray, Q: FloatArray
+) -> None:
+    """Fill Q, (8, 8): θᵀ Q θ is the sum of squares that is left over with a turn."""
+    c, s = np.cos(turn), np.sin(turn)
+    for k in range(4):
+        for m in range(4):
+            Q[k, m] = flat[k, m] + upright[k, m]
+            Q[4 + k, 4 + m] = flat[4 + k, 4 + m] + upright[4 + k, 4 + m]
+            Q[k, 4 + m] = s * crossed[k, 4 + m] - c * flat[k, 4 + m] - upright[k, 4 + m]
+            Q[4 + m, k] = Q[k, 4 + m]
+
+
+@compiled
+def follow_turn(
+    theta: FloatArray, turn: float, flat: FloatArray, crossed: FloatArray, shared: FloatArray
+) -> float:
+    """How what is left over changes with the turn.
+
+    Args:
+        theta: The places, (8,).
+        turn: The turn [rad].
+        flat: See :func:`add_up`.
+        crossed: Likewise.
+        shared: Filled, (8,): its product with how the same changes with the places.
+
+    Returns:
+        Its square, of all instants.
+    """
+    c, s, power = np.cos(turn), np.sin(turn), 1e-12
+    for k in range(4):
+        shared[k], shared[4 + k] = 0.0, 0.0
+        for m in range(4, 8):
+            shared[k] += (s * flat[k, m] + c * crossed[k, m]) * theta[m]
+            shared[4 + k] -= crossed[4 + k, m] * theta[m]
+            power += theta[4 + k] * flat[4 + k, m] * theta[m]
+    return power
+
+
+@compiled
+def quadratic(theta: FloatArray, Q: FloatArray) -> float:
+    """The form θᵀ Q θ."""
+    total = 0.0
+    for k in range(len(theta)):
+        for m in range(len(theta)):
+            total += theta[k] * Q[k, m] * theta[m]
+    return total
 
 
 @compiled
