@@ -92,6 +92,7 @@ def _prepare_rare() -> None:
     """What is called once in a while only: a heading that is lent, or told by a joint."""
     rows = AlignmentRows()
     alignment = SegmentAlignment(rows)
+    alignment.anchor.reset()
     if not alignment.is_mounted:
         alignment.anchor.start(0.0, 1.0)
     relate(rows.anchors, 0, 0, 0.0, 1.0, 1.0)

@@ -68,7 +68,8 @@ class HeadingAnchor:
     @property
     def stddev(self) -> float:
         """Standard deviation [rad] of :attr:`heading`; π if not yet observed."""
-        variance = float(kernel.own_covariance(self._anchors, self._row)[kernel.Y, kernel.Y])
+        own = kernel.STATES * self._row + kernel.Y
+        variance = float(self._anchors.covariance[own, own])
         return math.pi if self.heading is None else math.sqrt(variance)
 
     @property

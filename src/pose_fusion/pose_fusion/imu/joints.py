@@ -90,11 +90,12 @@ class ImuJoints:
         self._fit()
 
     def until(self, stamp_ns: int) -> list[JointTurn]:
-        """The turns of the windows up to an instant [ns], each once."""
+        """The turns of the windows up to an instant [ns], each once; in an order of their own."""
         turns, limit_ns = [], stamp_ns - LATENESS_NS
         while self._waiting and self._waiting[0].until_ns <= limit_ns:
             turns.append(self._waiting.popleft())
-        return turns
+        # Which IMU spoke first must not show, not even in rounding.
+        return sorted(turns, key=lambda each: (each.until_ns, each.child, each.parent))
 
     def forget(self, segment: str) -> None:
         """What waits is of before an IMU began anew."""
