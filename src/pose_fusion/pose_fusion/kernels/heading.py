@@ -33,7 +33,7 @@ RESTART_STDDEV = np.radians(20.0)  # [rad] of the quick estimate: some of it is 
 SETTLED = np.radians(5.0)  # [rad] stddev of y₀ below which a contradiction leaves it alone
 JOINT_BIAS_STDDEV = np.radians(4.0)  # [rad] by which cameras and a joint differ lastingly
 JOINT_SKIN_STDDEV = np.radians(10.0)  # [rad] what skin adds, were it to swing like the joint
-JOINT_BIAS_WALK = np.radians(3.0) ** 2 / 60.0  # [rad²/s] of that, likewise
+JOINT_BIAS_WALK = np.radians(1.5) ** 2 / 60.0  # [rad²/s] of that, likewise
 JOINT_LIMIT = 5.0  # [-] standard deviations beyond which a joint's turn is not believed, nor
 # beyond CONTRADICTION: then a world has turned, which cameras are to find
 FULL_TURN = 2.0 * np.pi
