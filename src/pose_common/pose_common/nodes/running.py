@@ -25,7 +25,8 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         args: The process's arguments, ``sys.argv`` if None.
     """
     status = 0
-    node = None
+    node: Node | None = None
+    executor: QuickExecutor | None = None
     interrupt = Interrupt()
     signal.signal(signal.SIGINT, interrupt)  # before rclpy's own handler, which calls it
     try:
@@ -61,5 +62,8 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         except PoseError as error:
             print(f"error: {error}", file=sys.stderr)
             status = 1
+        # Left to the interpreter's end, it may go after its own guard conditions, and complain.
+        if executor is not None:
+            executor.shutdown()
         rclpy.try_shutdown()
     sys.exit(status)
