@@ -5,7 +5,8 @@ import pytest
 
 from pose_fusion.imu.heading import HeadingAnchor
 from pose_fusion.kernels import heading as kernel
-from pose_fusion.kernels.heading import STATES, Y, make_anchors, own_covariance, relate
+from pose_fusion.kernels.anchors import STATES, Y, make_anchors, own_covariance
+from pose_fusion.kernels.heading import relate
 
 DEG = np.pi / 180.0
 

@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from pose_fusion.kernels import heading as kernel
-from pose_fusion.kernels.heading import Anchors, make_anchors
+from pose_fusion.kernels.anchors import STATES, Y0, Anchors, Y, forget_covariance, make_anchors
 from pose_fusion.streams.samples import FloatArray
 
 
@@ -47,7 +47,7 @@ class HeadingAnchor:
 
     def reset(self, *, is_mounting_known: bool = False) -> None:
         """Forget everything."""
-        kernel.forget_covariance(self._anchors, self._row)
+        forget_covariance(self._anchors, self._row)
         for name, new in make_anchors(1)._asdict().items():
             if name != "covariance":
                 getattr(self._anchors, name)[self._row] = new[0]
@@ -56,19 +56,19 @@ class HeadingAnchor:
     @property
     def heading(self) -> float | None:
         """Turn [rad] about the vertical from the IMU's world to map; None if not yet observed."""
-        return self._known(float(self._anchors.state[self._row, kernel.Y]))
+        return self._known(float(self._anchors.state[self._row, Y]))
 
     @property
     def neutral_heading(self) -> float | None:
         """The same turn [rad] at the neutral pose; 0 where the mounting is known otherwise."""
         if self._anchors.is_mounting_known[self._row]:
             return 0.0  # the mounting rests on no neutral pose
-        return self._known(float(self._anchors.state[self._row, kernel.Y0]))
+        return self._known(float(self._anchors.state[self._row, Y0]))
 
     @property
     def stddev(self) -> float:
         """Standard deviation [rad] of :attr:`heading`; π if not yet observed."""
-        own = kernel.STATES * self._row + kernel.Y
+        own = STATES * self._row + Y
         variance = float(self._anchors.covariance[own, own])
         return math.pi if self.heading is None else math.sqrt(variance)
 

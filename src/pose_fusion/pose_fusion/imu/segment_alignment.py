@@ -8,7 +8,7 @@ from pose_fusion.imu.heading import HeadingAnchor
 from pose_fusion.imu.mounting import Mounting
 from pose_fusion.imu.track import ImuState
 from pose_fusion.kernels import alignment as kernel
-from pose_fusion.kernels.heading import joined, make_anchors
+from pose_fusion.kernels.anchors import joined, make_anchors
 from pose_fusion.streams.samples import FloatArray
 
 STANDING_STDDEV = math.radians(4.0)  # [rad] by which people stand beside a segment's heading

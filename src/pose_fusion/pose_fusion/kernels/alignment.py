@@ -5,17 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_fusion.kernels.anchors import Y0, Anchors, Y, is_known, own_covariance
 from pose_fusion.kernels.compiling import compiled
-from pose_fusion.kernels.heading import (
-    Y0,
-    Anchors,
-    Y,
-    is_known,
-    observe_lean,
-    observe_turned,
-    own_covariance,
-    predict,
-)
+from pose_fusion.kernels.heading import observe_lean, observe_turned, predict
 from pose_fusion.kernels.imu import read_segment
 from pose_fusion.streams.samples import FloatArray
 

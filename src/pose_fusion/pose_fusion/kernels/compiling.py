@@ -66,7 +66,8 @@ def compiled_in_place(function: F) -> F:
 
     Numba counts who uses an array each time that a part of it is looked at (``rotations[link]``),
     by an atomic instruction that costs 6 ns, as long as a small matrix takes. Whoever calls such a
-    function holds the arrays for that long: so here nothing is counted.
+    function holds the arrays for that long: so here nothing is counted. It must not call one that
+    returns an array and counts: that would never be given back.
     """
     # The option is numba's own; with it, a function that makes an array does not compile.
     return cast(F, numba.njit(**_OPTIONS, _nrt=False)(function))
@@ -99,7 +100,7 @@ def say_if_compiling() -> None:
     """One line before the first start, which takes longer than all others."""
     if not any(COMPILED_FOLDER.rglob("*.nbi")):
         logging.getLogger("pose_fusion").warning(
-            "first start: compiling the estimator for this machine, which takes half a minute "
+            "first start: compiling the estimator for this machine, which takes about a minute "
             "(kept in %s)",
             COMPILED_FOLDER,
         )

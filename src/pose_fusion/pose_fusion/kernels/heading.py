@@ -1,11 +1,20 @@
 """Headings of IMUs' worlds: the arithmetic of :mod:`pose_fusion.imu.heading`, a row an IMU."""
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.anchors import (
+    BESIDE,
+    DRIFT,
+    LATERAL,
+    STATES,
+    Y0,
+    Anchors,
+    Y,
+    forget_covariance,
+    is_known,
+    own_covariance,
+)
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.kernels.fresh_part import take_fresh_part
 from pose_fusion.streams.samples import FloatArray
 
@@ -38,9 +47,6 @@ JOINT_LIMIT = 5.0  # [-] standard deviations beyond which a joint's turn is not 
 # beyond CONTRADICTION: then a world has turned, which cameras are to find
 FULL_TURN = 2.0 * np.pi
 
-Y, DRIFT, Y0, LATERAL, BESIDE = range(5)
-STATES = 5
-
 # What is measured of an IMU's states: by a leaning axis, a lateral one, the same two where the
 # mounting is known, and a neutral stand.
 MEASURED = np.array(
@@ -55,76 +61,10 @@ MEASURED = np.array(
 LEAN, TURNED, LEAN_MOUNTED, TURNED_MOUNTED, STANDING = range(5)
 
 
-class Anchors(NamedTuple):
-    """What is known of n IMUs' headings."""
-
-    state: FloatArray  # (n, 5): y [rad], drift [rad/s], y₀ [rad], lateral error [rad], how far
-    # the joint to the parent's segment shows the heading beside [rad]; NaN: not yet
-    covariance: FloatArray  # (5 n, 5 n) of all IMUs' states, each IMU's five in turn
-    joint_noise: FloatArray  # (n,) [-] variance of what that joint shows, against what it measures
-    recent: FloatArray  # (n, 2) [s] sums of dot and cross products of the leaning axis
-    recent_axes: FloatArray  # (n, 2, 3) mean of that axis, see kernels.fresh_part
-    unseen_s: FloatArray  # (n,) since the cameras saw it
-    contradicted_s: FloatArray  # (n,)
-    neutral: FloatArray  # (n, 2) y₀ and its variance, kept over a loss; NaN: none
-    is_mounting_known: NDArray[np.bool_]  # (n,)
-    restarts: NDArray[np.int64]  # (n,)
-
-
-def make_anchors(count: int) -> Anchors:
-    """Of IMUs that nothing is known of."""
-    return Anchors(
-        state=np.full((count, STATES), np.nan),
-        covariance=np.zeros((STATES * count, STATES * count)),
-        joint_noise=np.zeros(count),
-        recent=np.zeros((count, 2)),
-        recent_axes=np.zeros((count, 2, 3)),
-        unseen_s=np.full(count, np.inf),
-        contradicted_s=np.zeros(count),
-        neutral=np.full((count, 2), np.nan),
-        is_mounting_known=np.zeros(count, np.bool_),
-        restarts=np.zeros(count, np.int64),
-    )
-
-
-def joined(first: Anchors, second: Anchors) -> Anchors:
-    """Some IMUs and some more, of which nothing is known together."""
-    size, more = len(first.covariance), len(second.covariance)
-    covariance = np.zeros((size + more, size + more))
-    covariance[:size, :size], covariance[size:, size:] = first.covariance, second.covariance
-    parts = {
-        name: np.concatenate((kept, getattr(second, name)))
-        for name, kept in first._asdict().items()
-        if name != "covariance"
-    }
-    return Anchors(covariance=covariance, **parts)
-
-
-@compiled
+@compiled_in_place
 def wrapped(angle: float) -> float:
     """The same angle between −π and π [rad]."""
     return angle - FULL_TURN * np.rint(angle / FULL_TURN)
-
-
-@compiled
-def is_known(a: Anchors, i: int) -> bool:
-    """Whether a heading has been observed."""
-    return not np.isnan(a.state[i, Y])
-
-
-@compiled
-def own_covariance(a: Anchors, i: int) -> FloatArray:
-    """The covariance of one IMU's states, shape (5, 5), a view."""
-    first = STATES * i
-    return a.covariance[first : first + STATES, first : first + STATES]
-
-
-@compiled
-def forget_covariance(a: Anchors, i: int) -> None:
-    """Nothing is known any more of one IMU's states, nor of what they have to do with others'."""
-    first = STATES * i
-    a.covariance[first : first + STATES] = 0.0
-    a.covariance[:, first : first + STATES] = 0.0
 
 
 @compiled
@@ -158,7 +98,7 @@ def keep_neutral(a: Anchors, i: int, heading: float, variance: float) -> None:
     P[Y0, Y0] = variance
 
 
-@compiled
+@compiled_in_place
 def predict(a: Anchors, i: int, dt_s: float) -> None:
     """Let the heading drift on for ``dt_s`` [s]."""
     if not is_known(a, i) or dt_s <= 0.0:
@@ -188,7 +128,7 @@ def observe_standing(a: Anchors, i: int, heading: float, stddev: float) -> None:
     update(a, i, wrapped(heading - a.state[i, Y]), STANDING, stddev**2)
 
 
-@compiled
+@compiled_in_place
 def compare(axis_world: FloatArray, axis_map: FloatArray) -> tuple[float, float, float]:
     """Dot and cross product of the horizontal parts, and how far they lean [-] together."""
     dot = axis_world[0] * axis_map[0] + axis_world[1] * axis_map[1]
@@ -320,7 +260,7 @@ def update(a: Anchors, i: int, innovation: float, which: int, noise: float) -> N
     take_up(a.state, P, PH, innovation, variance)
 
 
-@compiled
+@compiled_in_place
 def take_up(
     state: FloatArray, P: FloatArray, PH: FloatArray, innovation: float, variance: float
 ) -> None:
