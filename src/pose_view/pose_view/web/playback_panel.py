@@ -30,7 +30,7 @@ class PlaybackPanel:
     ) -> None:
         self._duration_s = duration_s
         self._clock = PlaybackClock(0, rate, paused=False, now_ns=time.monotonic_ns())
-        self._touched_s = 0.0
+        self._written_s = self._touched_s = 0.0
         gui = server.gui
         gui.add_markdown(f"**{path.name}**, {duration_s:.1f} s")
         self._slider = gui.add_slider(
@@ -46,21 +46,24 @@ class PlaybackPanel:
         self._rate.on_update(lambda _: self._clock.change_rate(RATES[self._rate.value], _now_ns()))
         step.on_click(lambda _: self._step(step.value))
 
-        @self._slider.on_update
-        def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:  # a visitor's move, not ours below
-                self._touched_s = time.monotonic()
-                self._jump(self._slider.value)
-
     def time_s(self) -> float:
-        """The time to show, after the recording's start [s]; past the end it begins anew."""
+        """The time to show, after the recording's start [s]; past the end it begins anew.
+
+        The slider is asked here, not by viser's callback, which comes later from another thread:
+        until it came, what is written below would take a visitor's move back.
+        """
+        moved_to_s = self._slider.value
+        if moved_to_s != self._written_s:
+            self._written_s, self._touched_s = moved_to_s, time.monotonic()
+            self._jump(moved_to_s)
         position_s = self._clock.position_ns(_now_ns()) / NS_PER_S
         if position_s > self._duration_s:
             self._clock.jump(0, _now_ns())
             position_s = 0.0
         if time.monotonic() - self._touched_s > HANDS_OFF_S:
             shown = min(round(position_s, 2), self._slider.max)
-            if self._slider.value != shown:
+            if shown != self._written_s:
+                self._written_s = shown
                 self._slider.value = shown  # type: ignore[misc]  # the slider's own is settable
         return position_s
 
