@@ -3,6 +3,7 @@
 import io
 import re
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -50,6 +51,11 @@ def moving(first, second):
     return [int(part.sum()) for part in np.array_split(changed, 3, axis=1)]
 
 
+def has_moved(page, before):
+    """Whether each third of the picture has changed."""
+    return min(moving(before, picture(page))) > 40
+
+
 def until(page, condition, what):
     """The first truthy result of a condition, asked for again and again."""
     deadline = time.monotonic() + PATIENCE_S
@@ -80,15 +86,15 @@ def test_a_recording_plays_pauses_and_scrubs_without_the_internet(browser, start
     page = open_page(browser, process)
     before = picture(page)
 
-    until(page, lambda: min(moving(before, picture(page))) > 40, "moving pixels in each place")
+    until(page, partial(has_moved, page, before), "moving pixels in each place")
     page.get_by_role("button", name="Pause").click()
     page.get_by_role("button", name="Play").wait_for()
     until(page, lambda: moving(picture(page), picture(page)) == [0, 0, 0], "a standing picture")
-    share = 0.25 if shown_time(page) > 3.0 else 0.75
-    for share in (share, 1.0 - share, share):
-        stands = picture(page)
+    shares = (0.25, 0.75, 0.25) if shown_time(page) > 3.0 else (0.75, 0.25, 0.75)
+    for share in shares:
+        stood = picture(page)
         scrub(page, share)
-        until(page, lambda stands=stands: min(moving(stands, picture(page))) > 40, "the bodies of another time")
+        until(page, partial(has_moved, page, stood), "the bodies of another time")
         assert abs(shown_time(page) - 6.0 * share) < 0.7
     assert browser.refused == []
     assert browser.errors == []
