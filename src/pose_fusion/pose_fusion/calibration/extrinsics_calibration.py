@@ -6,7 +6,7 @@ are then solved together, with the offsets of their trackers' joints (:mod:`join
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -54,6 +54,7 @@ class ExtrinsicsCalibrator:
         self.limits = limits or CalibrationLimits()
         self.memory = FrameMemory(sensors)
         self._mounting = mounting or KnownMounting()
+        self._in_reference = np.empty((0, len(JOINTS), 3))  # all joints of the last solution [m]
 
     @property
     def frames_in(self) -> int:
@@ -113,6 +114,7 @@ class ExtrinsicsCalibrator:
         in_reference = np.stack(
             [transformed(T, positions[:, i]) for i, T in enumerate(T_reference_sensor)]
         )
+        self._in_reference = in_reference
         floor = estimate_floor(in_reference, self._mounting, gravity)
         return Extrinsics(
             reference=self.sensors[0],
@@ -122,6 +124,16 @@ class ExtrinsicsCalibrator:
             floor=floor,
             view_offsets=offsets,
         )
+
+    def leveled(self, extrinsics: Extrinsics, gravity: Gravity) -> Extrinsics:
+        """The last solution with a vertical that was found only by it.
+
+        Args:
+            extrinsics: What :meth:`solve` gave last, maybe with clocks.
+            gravity: The vertical in the reference's frame.
+        """
+        floor = estimate_floor(self._in_reference, self._mounting, gravity)
+        return replace(extrinsics, T_map_reference=floor.T_map_reference, floor=floor)
 
     def _too_few_frames(self, name: str) -> str:
         if len(self.sensors) == 1:

@@ -34,6 +34,7 @@ SPEED_ERROR_S = 0.1  # [m] per [m/s], what a joint's speed adds
 TURNED_ERROR_M = 0.1  # [m] what a body adds that stands sideways to the sensor
 MAX_TURNED = 1.5  # [-] 1 sideways, 2 from behind
 LEAST_WEIGHT = 0.01  # [-] of an outlier in the mean that others are compared with
+LEAST_TOTAL = 1e-9  # [1/m²] instead of 0, where nobody saw a joint
 LEAST_SCALE = 0.5  # [-] of the errors found to those expected
 OPTIMISM = 2.4  # [-] true over formal errors, on synthetic subjects: slow errors are few, not many
 VOXEL_M = 0.1  # [m] a joint within one voxel, body turned alike, errs alike
@@ -112,6 +113,9 @@ class JointRefinement:
         self._centre = mean[seen.any(axis=1)].mean(axis=0)
         self._robust = seen.astype(float)
         self._scale = 1.0
+        self._J = np.zeros((len(JOINTS), count, len(seen), 3, COLUMNS))
+        self._J[..., 3:6] = np.eye(3)
+        self._J[..., 6:9] = -self._axes
 
     def solve(self) -> Refinement:
         """Iterate to the least cost."""
@@ -150,7 +154,8 @@ class JointRefinement:
         """Every sensor's word on every joint, in the reference frame, (frames, sensors, 15, 3)."""
         corrected = self._z + self._depths[:, None] * self._sight
         moved = np.stack([transformed(T, corrected[:, s]) for s, T in enumerate(self._T)], axis=1)
-        return moved - np.einsum("tij,skj->tski", self._axes, self._offsets)
+        beside = self._offsets.reshape(-1, 3) @ self._axes.transpose(0, 2, 1)
+        return moved - beside.reshape(moved.shape)
 
     def _mean(self, weights: FloatArray) -> FloatArray:
         """Weighted mean over the sensors, (frames, 15, 3)."""
@@ -188,9 +193,8 @@ class JointRefinement:
         places = self._places()
         weights = self._robust * self._share[:, None] / (self._variance * self._scale**2)
         for joint in range(len(JOINTS)):
-            used = weights[:, :, joint].sum(axis=1) > 0.0
             columns = self._columns(joint)
-            M, g = self._joint_block(joint, places[used, :, joint], weights[used, :, joint], used)
+            M, g = self._joint_block(joint, places[:, :, joint], weights[:, :, joint])
             kept = columns >= 0
             np.add.at(H, np.ix_(columns[kept], columns[kept]), M[np.ix_(kept, kept)])
             np.add.at(gradient, columns[kept], g[kept])
@@ -202,27 +206,26 @@ class JointRefinement:
         return H + np.diag(diagonal), gradient
 
     def _joint_block(
-        self, joint: int, places: FloatArray, w: FloatArray, used: NDArray[np.bool_]
+        self, joint: int, places: FloatArray, w: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Normal matrix and gradient of one joint, over (sensor, column).
 
         The scatter about the weighted mean is a quadratic form with the matrix diag(w) − w wᵀ/Σw.
         """
         frames, count = w.shape
-        J = np.zeros((frames, 3, count, COLUMNS))
-        J[..., 0:3] = -_cross_matrix(places - self._centre).transpose(0, 2, 1, 3)
-        J[..., 3:6] = np.eye(3)[:, None]
-        J[..., 6:9] = -self._axes[used][:, :, None]
-        sight = self._sight[used][:, :, joint]
-        J[..., 9] = np.einsum("sij,tsj->tis", self._T[:, :3, :3], sight)
-        total = w.sum(axis=1)
+        J = self._J[joint]
+        J[..., 0:3] = -_cross_matrix(places - self._centre).swapaxes(0, 1)
+        J[..., 9] = self._sight[:, :, joint].swapaxes(0, 1) @ self._T[:, :3, :3].swapaxes(1, 2)
+        total = np.maximum(w.sum(axis=1), LEAST_TOTAL)
         mean = (w[..., None] * places).sum(axis=1) / total[:, None]
-        weighted = J * w[:, None, :, None]
+        weighted = J * w.T[:, :, None, None]
+        mixed = (weighted / np.sqrt(total)[:, None, None]).reshape(count, -1, COLUMNS)
+        mixed = mixed.swapaxes(0, 1).reshape(3 * frames, -1)
+        weighted = weighted.reshape(count, -1, COLUMNS).swapaxes(1, 2)
         M = np.zeros((count, COLUMNS, count, COLUMNS))
-        for s in range(count):
-            M[s, :, s] = weighted[:, :, s].reshape(-1, COLUMNS).T @ J[:, :, s].reshape(-1, COLUMNS)
-        mixed = (weighted / np.sqrt(total)[:, None, None, None]).reshape(-1, count * COLUMNS)
-        g = np.einsum("tisc,tsi->sc", weighted, places - mean[:, None])
+        own = np.arange(count)
+        M[own, :, own] = weighted @ J.reshape(count, -1, COLUMNS)
+        g = weighted @ (places - mean[:, None]).swapaxes(0, 1).reshape(count, -1, 1)
         return M.reshape(count * COLUMNS, -1) - mixed.T @ mixed, g.reshape(-1)
 
     def _columns(self, joint: int) -> NDArray[np.intp]:

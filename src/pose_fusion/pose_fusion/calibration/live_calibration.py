@@ -11,7 +11,7 @@ from pose_fusion.calibration.clock_offset import ClockOffset, estimate_clock_off
 from pose_fusion.calibration.clocks import IMUS, Clocks, moved_most_ns, on_reference_clock
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
-from pose_fusion.calibration.gravity import AccelerometerGravity, Gravity
+from pose_fusion.calibration.gravity import AccelerometerGravity
 from pose_fusion.calibration.guidance import what_is_missing
 from pose_fusion.calibration.imu_clock import ImuFindings, imu_findings
 from pose_fusion.calibration.imu_motion import ImuMemory
@@ -232,9 +232,8 @@ class LiveCalibration:
         self._conclude(self.extrinsics, observed_s)
         return self.extrinsics
 
-    def _solve(self, gravity: Gravity | None = None) -> Extrinsics:
-        gravity = self.accelerometer.gravity() or gravity
-        return self.calibrator.solve(allow_missing=True, gravity=gravity)
+    def _solve(self) -> Extrinsics:
+        return self.calibrator.solve(allow_missing=True, gravity=self.accelerometer.gravity())
 
     def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
         """The calibration with what body-worn IMUs add to it, where there are any."""
@@ -248,7 +247,7 @@ class LiveCalibration:
         if self.imus.clock is not None:
             clocks[IMUS] = self.imus.clock
         if self.imus.gravity is not None and self.accelerometer.gravity() is None:
-            extrinsics = self._solve(self.imus.gravity)
+            extrinsics = self.calibrator.leveled(extrinsics, self.imus.gravity)
         self._clocks = clocks
         return replace(extrinsics, clocks=clocks)
 

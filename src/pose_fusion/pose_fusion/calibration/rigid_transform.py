@@ -46,7 +46,8 @@ def spread(points: FloatArray, weights: FloatArray | None = None) -> FloatArray:
     weights = np.ones(len(points)) if weights is None else weights
     share = weights / weights.sum()
     centred = points - share @ points
-    return np.linalg.svd(centred * np.sqrt(share)[:, None], compute_uv=False)
+    variances = np.linalg.eigvalsh((share[:, None] * centred).T @ centred)[::-1]
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
 
 
 def transformed(T_target_source: FloatArray, points: FloatArray) -> FloatArray:
@@ -89,8 +90,10 @@ def estimate_rigid_transform(
             f"found {used.sum()} matched points, expected 3 or more: calibrate where both sensors "
             "see the person"
         )
+    if not used.all():
+        source, target, weights = source[used], target[used], weights[used]
     for points in (source, target):
-        extents = spread(points[used], weights[used])
+        extents = spread(points, weights)
         if extents[1] < max(MIN_SPREAD_M, MIN_SPREAD_RATIO * extents[0]):
             raise CalibrationError(
                 "joints are nearly collinear (spread "
@@ -98,9 +101,9 @@ def estimate_rigid_transform(
                 + " m along the principal axes): move the arms away from the trunk, walk about, "
                 "and calibrate again"
             )
-    T = _least_squares(source[used], target[used], weights[used])
-    residuals = np.linalg.norm(target[used] - transformed(T, source[used]), axis=1)
-    return T, float(np.sqrt(np.average(residuals**2, weights=weights[used])))
+    T = _least_squares(source, target, weights)
+    squares = _squared_lengths(target - transformed(T, source))
+    return T, float(np.sqrt(np.average(squares, weights=weights)))
 
 
 def estimate_rigid_transform_robustly(
@@ -130,8 +133,8 @@ def estimate_rigid_transform_robustly(
         residuals, robust, sigma = _reweighted(T, source, target)
         previous = T
         T, _ = estimate_rigid_transform(source, target, prior * robust)
-        moved = transformed(T, source) - transformed(previous, source)
-        if np.sqrt((moved**2).sum(axis=1).mean()) < CONVERGED_M:
+        moved = transformed(T - previous, source)
+        if np.sqrt(_squared_lengths(moved).mean()) < CONVERGED_M:
             break
     residuals, robust, sigma = _reweighted(T, source, target)
     return RobustFit(T_target_source=T, residuals=residuals, weights=robust, sigma=sigma)
@@ -140,7 +143,7 @@ def estimate_rigid_transform_robustly(
 def _reweighted(
     T: FloatArray, source: FloatArray, target: FloatArray
 ) -> tuple[FloatArray, FloatArray, float]:
-    residuals = np.linalg.norm(target - transformed(T, source), axis=1)
+    residuals = np.sqrt(_squared_lengths(target - transformed(T, source)))
     sigma = max(MIN_SIGMA_M, float(np.median(residuals)) / MAXWELL_MEDIAN)
     ratio = np.minimum(residuals / (TUKEY * sigma), 1.0)
     return residuals, (1.0 - ratio**2) ** 2, sigma
@@ -155,9 +158,18 @@ def _best_hypothesis(source: FloatArray, target: FloatArray, fallback: FloatArra
     triples = triples[area > MIN_SPREAD_M**2]
     candidates = np.concatenate([fallback[None], _through_triples(source, target, triples)])
     scored = rng.choice(len(source), min(SCORED_POINTS, len(source)), replace=False)
-    moved = source[scored] @ candidates[:, :3, :3].transpose(0, 2, 1) + candidates[:, None, :3, 3]
-    medians = np.median(((moved - target[scored]) ** 2).sum(axis=2), axis=1)
+    squares = np.zeros((len(candidates), len(scored)))
+    for axis in range(3):
+        moved = candidates[:, axis, :3] @ source[scored].T + candidates[:, axis, 3:]
+        squares += (moved - target[scored, axis]) ** 2
+    half = len(scored) // 2
+    medians = np.partition(squares, half, axis=1)[:, half]
     return candidates[np.argmin(medians)]
+
+
+def _squared_lengths(vectors: FloatArray) -> FloatArray:
+    """Of vectors (n, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
 
 
 def _through_triples(source: FloatArray, target: FloatArray, triples: FloatArray) -> FloatArray:
@@ -170,11 +182,12 @@ def _through_triples(source: FloatArray, target: FloatArray, triples: FloatArray
 def _least_squares(source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
     """Kabsch's solution, for one cloud (n, 3) or many (..., n, 3)."""
     share = weights / weights.sum(axis=-1, keepdims=True)
-    mean_source = np.einsum("...n,...ni->...i", share, source)
-    mean_target = np.einsum("...n,...ni->...i", share, target)
+    mean_source = (share[..., None, :] @ source)[..., 0, :]
+    mean_target = (share[..., None, :] @ target)[..., 0, :]
     centred_source = source - mean_source[..., None, :]
     centred_target = target - mean_target[..., None, :]
-    covariance = np.einsum("...n,...ni,...nj->...ij", share, centred_target, centred_source)
+    weighted = share[..., None] * centred_target
+    covariance = np.swapaxes(weighted, -1, -2) @ centred_source
     U, _, Vt = np.linalg.svd(covariance)
     U[..., :, 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]  # a rotation, no reflection
     R = U @ Vt

@@ -72,7 +72,7 @@ def calibrate(
     if memory.segments:
         found = imu_findings(extrinsics, by_sensor, memory, max_clock_offset_s)
         if found.gravity is not None:
-            extrinsics = replace(calibrator.solve(gravity=found.gravity), clocks=clocks)
+            extrinsics = calibrator.leveled(extrinsics, found.gravity)
         if found.clock is not None and find_clock_offsets:
             extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
     T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
