@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from pose_fusion.body.model import load_body_model
-from pose_fusion.fusion.estimators.uncertainty import FITTING, LIVE, Fit, numbers_of, scale_of
+from pose_fusion.fusion.estimators.uncertainty import LIVE, numbers_of
+from pose_fusion.kernels.fit import FITTING, note_fit, scale_of
 from pose_fusion.kernels.telling import published_variance
 
 MODEL = load_body_model("default")
@@ -16,7 +17,7 @@ def variance(distance, velocity=0.0, weight_imu=0.0):
         np.full(size, 0.01),
         np.full(size, velocity),
         np.full(size, weight_imu),
-        scale_of(distance),
+        scale_of(np.array([distance])),
         numbers_of(MODEL, LIVE),
         out,
     )
@@ -28,12 +29,12 @@ def test_variances_stay_where_the_distances_fit():
 
 
 def test_measurements_that_surprise_make_the_pose_less_certain():
-    fit = Fit()
-    before = variance(fit.distance)
+    fit = np.array([FITTING])
+    before = variance(fit[0])
     for _ in range(300):
-        fit.note(1.0 / 30.0, 8.0)
+        note_fit(fit, 1.0 / 30.0, 8.0)
 
-    assert np.all(variance(fit.distance) > 1.5 * before)
+    assert np.all(variance(fit[0]) > 1.5 * before)
 
 
 def test_a_quick_joint_is_less_certain_than_a_still_one():
@@ -49,8 +50,7 @@ def test_an_imu_makes_a_quick_joint_more_certain():
 
 
 def test_distances_that_nothing_tells_change_nothing():
-    fit = Fit()
-    before = fit.distance
-    fit.note(1.0, np.nan)
+    fit = np.array([FITTING])
+    note_fit(fit, 1.0, np.nan)
 
-    assert fit.distance == before
+    assert fit[0] == FITTING

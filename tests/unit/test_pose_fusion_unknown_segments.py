@@ -7,7 +7,7 @@ from pose_common.joints import JOINTS, TrackingState
 from pose_fusion.body.model import load_body_model
 from pose_fusion.calibration.neutral_stand import shape_of
 from pose_fusion.fusion.estimation import Estimation
-from pose_fusion.fusion.estimators.estimator import Observation
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import neutral_pose
 from pose_fusion.fusion.tracking import tracking_counters

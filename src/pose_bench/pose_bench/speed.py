@@ -27,7 +27,7 @@ from pose_fusion.filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_fusion.filters.looks import CameraLooks, LinkLooks
 from pose_fusion.filters.segment_filter import SegmentFilter
 from pose_fusion.fusion.estimation import Estimation
-from pose_fusion.fusion.estimators.estimator import Observation
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import neutral_pose
 from pose_fusion.fusion.tracking import tracking_counters

@@ -11,9 +11,7 @@ links' rotations up to second order, so one step suffices; see docs/algorithm.md
 in :mod:`pose_fusion.kernels`.
 """
 
-from collections.abc import Sequence
 from copy import copy
-from math import exp
 
 import numpy as np
 
@@ -27,12 +25,11 @@ from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise, tracker_n
 from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.correction import Expectations, correct
 from pose_fusion.kernels.placing import Pose
-from pose_fusion.kernels.prediction import Elapsed, predict
+from pose_fusion.kernels.prediction import MotionNumbers, predict
 from pose_fusion.streams.samples import FloatArray
 
 WRONG_BEND = float(np.radians(-35.0))  # a hinge bent further is a limb turned by half a turn
 LARGEST_STDDEV = float(np.radians(60.0))  # an unseen turn grows no further
-REOPENED_RATE_STDDEV = 1.0  # [rad/s]
 NO_CAMERAS = CameraLooks(
     positions=np.zeros((0, 15, 3)),
     tracking_state=np.zeros((0, 15), np.uint8),
@@ -70,8 +67,15 @@ class SegmentFilter:
         self.noise = noise or TrackerNoise()
         self.motion = motion or MotionPrior()
         self.layout = Layout(len(tree.parents), len(tree.sliding_links))
-        self._power = acceleration_power(self.motion, tree)
-        self._expectations = Expectations(
+        self.motion_numbers = MotionNumbers(
+            power=acceleration_power(self.motion, tree),
+            rate_memory_s=self.motion.rate_memory,
+            slide_memory_s=self.motion.slide_memory,
+            slide_variance=self.motion.slide_stddev**2,
+            place_memory_s=self.noise.memory,
+            largest_stddev=LARGEST_STDDEV,
+        )
+        self.expectations = Expectations(
             body=tree.numbers,
             tracker=tracker_numbers(self.noise),
             limb_ends=LIMB_ENDS,
@@ -80,7 +84,8 @@ class SegmentFilter:
             wrong_bend=WRONG_BEND,
         )
         self._predict, self._correct = settled(predict), settled(correct)
-        self._memory: FloatArray = np.full((len(tree.offsets), 3), np.nan)
+        self.memory: FloatArray = np.full((len(tree.offsets), 3), np.nan)
+        """See :func:`pose_fusion.kernels.camera.add_camera`."""
         self.state: SegmentState | None = None
         self.predicted: Pose = empty_pose(self.layout)
         """As it was just before the last update."""
@@ -94,7 +99,7 @@ class SegmentFilter:
         stddev[layout.slide] = motion.slide_stddev
         stddev[layout.rates] = motion.start_rate_stddev
         stddev[layout.rates.start : layout.rates.start + 3] = motion.start_velocity_stddev
-        self._memory.fill(np.nan)
+        self.memory.fill(np.nan)
         self.state = SegmentState(
             position=np.array(position, float),
             rotations=np.array(R_map_links, float, order="C"),
@@ -106,45 +111,24 @@ class SegmentFilter:
 
     def predict(self, dt_s: float) -> None:
         """Go on by ``dt_s`` [s]."""
-        state, motion = self.known_state, self.motion
-        keep = exp(-dt_s / motion.rate_memory)
-        elapsed = Elapsed(
-            dt_s=dt_s,
-            keep=keep,
-            reach_s=motion.rate_memory * (1.0 - keep),
-            keep_slide=exp(-dt_s / motion.slide_memory),
-            forgotten=1.0 - exp(-dt_s / self.noise.memory),
-        )
+        state = self.known_state
         self._predict(
             self.tree.numbers,
             state.pose,
             state.covariance,
-            self._memory,
-            elapsed,
-            self._power,
-            motion.slide_stddev**2,
-            LARGEST_STDDEV,
+            self.memory,
+            dt_s,
+            self.motion_numbers,
         )
 
     def ahead(self, dt_s: float) -> "SegmentFilter":
         """The filter ``dt_s`` [s] later, as it would be if nothing were seen until then."""
         other = copy(self)
-        other.state, other._memory = self.known_state.copy(), self._memory.copy()
+        other.state, other.memory = self.known_state.copy(), self.memory.copy()
         other.predicted = empty_pose(self.layout)
         if dt_s > 0.0:
             other.predict(dt_s)
         return other
-
-    def reopen(self, links: Sequence[int]) -> None:
-        """Forget what is known of some links' rotations: they are elsewhere."""
-        P = self.known_state.covariance
-        for link in links:
-            for where, stddev in (
-                (self.layout.rotation(link), LARGEST_STDDEV),
-                (self.layout.rate(link), REOPENED_RATE_STDDEV),
-            ):
-                P[where], P[:, where] = 0.0, 0.0
-                P[where, where] = stddev**2 * np.eye(3)
 
     def joints(self) -> FloatArray:
         """Joint positions [m] in map, shape (15, 3), with the shoulders' slides."""
@@ -168,12 +152,12 @@ class SegmentFilter:
         distance = np.empty(len(self.tree.offsets))
         of_links = np.empty((2, layout.links, 3, 3))
         outcome = self._correct(
-            self._expectations,
+            self.expectations,
             cameras,
             imus,
             state.pose,
             state.covariance,
-            self._memory,
+            self.memory,
             self.predicted,
             distance,
             of_links,

@@ -6,7 +6,7 @@ from pose_common.counters import Counters
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimators.estimator import Observation
+from pose_fusion.fusion.observation_block import Observation, block_of_observations
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.preparing import prepare
 from pose_fusion.fusion.telling import Telling
@@ -37,7 +37,7 @@ class Estimation:
         blocks = []
         for observation in observations:
             self._shape = observation.shape
-            poses = self._tracking.take([observation])
+            poses = self._tracking.take(block_of_observations([observation]), self._shape)
             if poses is not None:
                 blocks.append(self._telling.tell(poses, self._shape))
         return blocks

@@ -12,8 +12,11 @@ from pose_common.worker_process import WorkerProcess
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimators.estimator import Observation
-from pose_fusion.fusion.observation_block import ObservationBlock, block_of_observations
+from pose_fusion.fusion.observation_block import (
+    Observation,
+    ObservationBlock,
+    block_of_observations,
+)
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.pose_block import PoseBlock
 from pose_fusion.fusion.preparing import prepare
@@ -140,6 +143,6 @@ class _Answering:
             poses = self._tracking.flush(block.newest_ns)
         else:
             assert self._shape is not None
-            poses = self._tracking.take(block.observations(self._shape))
+            poses = self._tracking.take(block, self._shape)
         counts = {name: n - before[name] for name, n in self._counters.as_dict().items()}
         return _Answer(poses=poses, counts=counts)

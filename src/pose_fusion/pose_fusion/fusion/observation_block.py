@@ -1,4 +1,4 @@
-"""Many observations as few arrays: they go to another process in a hundredth of the time."""
+"""What sensors say of an instant; many of them as few arrays, which is quick to hand over."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,9 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.imu.readings import NO_READINGS, SegmentReadings
 from pose_fusion.streams.samples import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Observation:
+    """What the sensors say of one instant, in ``map``, and of whom."""
+
+    stamp_ns: int  # [ns]
+    newest_ns: int  # [ns] stamp of the newest sample of any source that had come by then
+    shape: BodyShape  # the person's measures; another object is another body
+    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where a sensor says nothing
+    tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
+    cameras: FloatArray  # (sensors, 3) [m] where the sensors stand; NaN not placed
+    offsets: FloatArray  # (sensors, 15, 3) [m] of each tracker's joints, in heading axes
+    readings: SegmentReadings  # of the aligned IMUs
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,11 +15,11 @@ from pose_fusion.calibration.clocks import (
     on_reference_clock,
 )
 from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import estimator_class
 from pose_fusion.fusion.frame_queue import FrameQueue
 from pose_fusion.fusion.learning import COUNTERS as LEARNING_COUNTERS
 from pose_fusion.fusion.learning import FrameLearner
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SeenFrame, SensorsInMap
 from pose_fusion.fusion.waiting import WaitingSamples

@@ -15,8 +15,8 @@ from pose_fusion.calibration.clocks import Clocks
 from pose_fusion.calibration.extrinsics import Extrinsics
 from pose_fusion.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_fusion.fusion.estimation import Estimation
-from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.estimators.registry import body_model_of
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.tracking import tracking_counters

@@ -9,10 +9,45 @@ from numpy.typing import NDArray
 
 from pose_fusion.body.model import BodyModel
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimators.estimator import FusedPose, TimedPose
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.kernels.frames import place_origins
 from pose_fusion.kernels.reading import StateNumbers
 from pose_fusion.streams.samples import FloatArray
+
+
+@dataclass(kw_only=True)
+class FusedPose:
+    """A pose in the model's degrees of freedom, with provenance; arrays over d of them."""
+
+    position: FloatArray  # [m], [rad]; the root's rotation is the vector of R_map_body
+    velocity: FloatArray
+    variance: FloatArray  # NaN: not known
+    weight_kinect: FloatArray
+    weight_imu: FloatArray
+    source: NDArray[np.uint8]
+    rotations: FloatArray  # (links, 3, 3): R_map_link
+    joints: FloatArray  # (15, 3) [m] in map
+    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint
+
+
+EstimatedPose: TypeAlias = FusedPose | StateNumbers
+"""A pose that is told as it is, or a filter's state, of which it is still to be read."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimedPose:
+    """A pose and when it was."""
+
+    stamp_ns: int  # [ns]
+    tracking_state: NDArray[np.uint8]  # (sensors, 15)
+    pose: EstimatedPose
+
+
+def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
+    """A pose of an observation's instant."""
+    return TimedPose(
+        stamp_ns=observation.stamp_ns, tracking_state=observation.tracking_state, pose=pose
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

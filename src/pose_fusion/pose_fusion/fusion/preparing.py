@@ -14,8 +14,8 @@ from pose_fusion.body.model import BodyModel, load_body_model
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.calibration.extrinsics import extrinsics_from_map
 from pose_fusion.calibration.neutral_stand import shape_of
-from pose_fusion.fusion.estimators.estimator import Observation
 from pose_fusion.fusion.learning import COUNTERS, FrameLearner
+from pose_fusion.fusion.observation_block import Observation, block_of_observations
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.seen import SensorsInMap
 from pose_fusion.fusion.telling import Telling
@@ -72,7 +72,8 @@ def prepare(estimator: str, model_name: str) -> None:
     counters = Counters(*tracking_counters(parameters))
     tracking, telling = Tracking(model, parameters, counters), Telling(model, parameters)
     for frame in range(1, FRAMES + 1):
-        poses = tracking.take([_observation(model, shape, frame * PERIOD_NS)])
+        seen = _observation(model, shape, frame * PERIOD_NS)
+        poses = tracking.take(block_of_observations([seen]), shape)
         if poses is not None:
             block = telling.tell(poses, shape)
             instants = (block.T_map_link, block.position, block.joints)

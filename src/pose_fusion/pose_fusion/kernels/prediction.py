@@ -10,14 +10,15 @@ from pose_fusion.kernels.rotations import turn_by
 from pose_fusion.streams.samples import FloatArray
 
 
-class Elapsed(NamedTuple):
-    """A step of time, and what remains after it."""
+class MotionNumbers(NamedTuple):
+    """How a body moves, and for how long it is remembered."""
 
-    dt_s: float  # [s]
-    keep: float  # [-] of the rates
-    reach_s: float  # [s] how far one unit of rate leads meanwhile
-    keep_slide: float  # [-] of the slides
-    forgotten: float  # [-] of the joints' remembered places
+    power: FloatArray  # (moving, moving) of the white accelerations
+    rate_memory_s: float  # [s] in which rates die away
+    slide_memory_s: float  # [s] likewise of slides
+    slide_variance: float  # [m²] of a slide in the long run
+    place_memory_s: float  # [s] for which the joints' places are remembered
+    largest_stddev: float  # [rad] beyond which a link's unseen turn grows no further
 
 
 @compiled
@@ -26,10 +27,8 @@ def predict(
     pose: Pose,
     P: FloatArray,
     memory: FloatArray,
-    elapsed: Elapsed,
-    power: FloatArray,
-    slide_variance: float,
-    largest_stddev: float,
+    dt_s: float,
+    motion: MotionNumbers,
 ) -> None:
     """Go on in place: the pose, its covariance and what is remembered.
 
@@ -38,24 +37,17 @@ def predict(
         pose: The state.
         P: Its covariance.
         memory: See :func:`remember`.
-        elapsed: The step.
-        power: See :func:`predict_covariance`.
-        slide_variance: Likewise.
-        largest_stddev: [rad] beyond which a link's unseen turn grows no further.
+        dt_s: Time step [s].
+        motion: How the body moves.
     """
-    predict_pose(pose, elapsed.keep, elapsed.reach_s, elapsed.keep_slide)
-    predict_covariance(
-        P,
-        elapsed.dt_s,
-        elapsed.keep,
-        elapsed.reach_s,
-        elapsed.keep_slide,
-        power,
-        slide_variance,
-    )
+    keep = np.exp(-dt_s / motion.rate_memory_s)
+    reach_s = motion.rate_memory_s * (1.0 - keep)
+    keep_slide = np.exp(-dt_s / motion.slide_memory_s)
+    predict_pose(pose, keep, reach_s, keep_slide)
+    predict_covariance(P, dt_s, keep, reach_s, keep_slide, motion.power, motion.slide_variance)
     # Keep what nothing sees where small-angle errors still mean something.
-    bound(P, 3, 3 + 3 * len(pose.rotations), largest_stddev)
-    remember(body, pose, elapsed.forgotten, memory)
+    bound(P, 3, 3 + 3 * len(pose.rotations), motion.largest_stddev)
+    remember(body, pose, 1.0 - np.exp(-dt_s / motion.place_memory_s), memory)
 
 
 @compiled_in_place

@@ -15,7 +15,7 @@ from pose_fusion.body.joint_rotations import continuous_vector, link_angles, lin
 from pose_fusion.body.model import ROOT_DOF, BodyModel, Link
 from pose_fusion.filters.li2020 import Li2020Filter
 from pose_fusion.fusion.estimates import Source
-from pose_fusion.fusion.estimators.estimator import FusedPose
+from pose_fusion.fusion.pose_block import FusedPose
 from pose_fusion.imu.readings import SegmentReading
 from pose_fusion.imu.switching import OcclusionDetector, SteplessCorrection
 from pose_fusion.imu.weighting import (

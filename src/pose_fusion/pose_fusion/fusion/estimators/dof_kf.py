@@ -14,7 +14,9 @@ from pose_fusion.body.model import ROOT_DOF
 from pose_fusion.body.trunk import trunk_axes
 from pose_fusion.filters.constant_velocity import ConstantVelocityFilter
 from pose_fusion.fusion.estimates import Source
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.estimator import StepwiseEstimator
+from pose_fusion.fusion.observation_block import Observation
+from pose_fusion.fusion.pose_block import FusedPose
 from pose_fusion.streams.samples import FloatArray
 
 ROOT_ACCELERATION = 10.0  # [m/s²] white, over a frame
@@ -24,7 +26,7 @@ ANGLE_STDDEV = 0.1  # [rad] of an angle that a sensor's positions give
 FRAME_PERIOD_S = 1.0 / 30.0
 
 
-class DofKalmanFilter(Estimator):
+class DofKalmanFilter(StepwiseEstimator):
     """Every degree of freedom by itself."""
 
     COUNTERS = ("filter_starts",)

@@ -1,62 +1,17 @@
 """What every estimator takes and gives, live and offline alike."""
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import ClassVar, TypeAlias
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Sequence
+from typing import ClassVar
 
 from pose_common.counters import Counters
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimators.uncertainty import LIVE, Trusts
+from pose_fusion.fusion.observation_block import Observation, ObservationBlock
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses, timed
 from pose_fusion.imu.readings import SegmentReadings
-from pose_fusion.kernels.reading import StateNumbers
-from pose_fusion.streams.samples import FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Observation:
-    """What the sensors say of one instant, in ``map``, and of whom."""
-
-    stamp_ns: int  # [ns]
-    newest_ns: int  # [ns] stamp of the newest sample of any source that had come by then
-    shape: BodyShape  # the person's measures; another object is another body
-    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where a sensor says nothing
-    tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
-    cameras: FloatArray  # (sensors, 3) [m] where the sensors stand; NaN not placed
-    offsets: FloatArray  # (sensors, 15, 3) [m] of each tracker's joints, in heading axes
-    readings: SegmentReadings  # of the aligned IMUs
-
-
-@dataclass(kw_only=True)
-class FusedPose:
-    """A pose in the model's degrees of freedom, with provenance; arrays over d of them."""
-
-    position: FloatArray  # [m], [rad]; the root's rotation is the vector of R_map_body
-    velocity: FloatArray
-    variance: FloatArray  # NaN: not known
-    weight_kinect: FloatArray
-    weight_imu: FloatArray
-    source: NDArray[np.uint8]
-    rotations: FloatArray  # (links, 3, 3): R_map_link
-    joints: FloatArray  # (15, 3) [m] in map
-    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint
-
-
-EstimatedPose: TypeAlias = FusedPose | StateNumbers
-"""A pose that is told as it is, or a filter's state, of which it is still to be read."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimedPose:
-    """A pose and when it was."""
-
-    stamp_ns: int  # [ns]
-    tracking_state: NDArray[np.uint8]  # (sensors, 15)
-    pose: EstimatedPose
 
 
 class Estimator(ABC):
@@ -100,13 +55,8 @@ class Estimator(ABC):
         del parameters  # most take any
 
     @abstractmethod
-    def update(self, observation: Observation) -> EstimatedPose | None:
-        """The pose at an observation's instant; None while there is none."""
-
-    def advance(self, observation: Observation) -> list[TimedPose]:
-        """The poses that an observation completes: its own, unless the estimator looks ahead."""
-        pose = self.update(observation)
-        return [] if pose is None else [timed(pose, observation)]
+    def track(self, block: ObservationBlock) -> PoseBlock | None:
+        """The poses that observations complete, if they do."""
 
     def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
         """The pose at a later instant, as far as it is known; leaves everything as it is.
@@ -118,13 +68,29 @@ class Estimator(ABC):
         del stamp_ns, readings
         return None
 
+    def block_of(self, poses: Sequence[TimedPose], newest_ns: Sequence[int]) -> PoseBlock:
+        """Poses as a block, see :func:`pose_fusion.fusion.pose_block.block_of_poses`."""
+        return block_of_poses(poses, newest_ns, self.model, self.parameters.sensors)
+
     def flush(self) -> list[TimedPose]:
         """What is left to be told when nothing comes any more."""
         return []
 
 
-def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
-    """A pose of an observation's instant."""
-    return TimedPose(
-        stamp_ns=observation.stamp_ns, tracking_state=observation.tracking_state, pose=pose
-    )
+class StepwiseEstimator(Estimator):
+    """One that takes an observation at a time, and has a pose for it or none."""
+
+    @abstractmethod
+    def update(self, observation: Observation) -> EstimatedPose | None:
+        """The pose at an observation's instant; None while there is none."""
+
+    def track(self, block: ObservationBlock) -> PoseBlock | None:
+        """The poses that observations complete, if they do."""
+        poses: list[TimedPose] = []
+        newest_ns: list[int] = []
+        for observation in block.observations(self.shape):
+            pose = self.update(observation)
+            if pose is not None:
+                poses.append(timed(pose, observation))
+                newest_ns.append(observation.newest_ns)
+        return self.block_of(poses, newest_ns) if poses else None

@@ -1,7 +1,7 @@
 """``imu``: the IMUs alone, the root held where the cameras saw it first."""
 
-from pose_fusion.filters.segment_filter import NO_CAMERAS, CameraLooks
-from pose_fusion.fusion.estimators.estimator import Observation
+from typing import ClassVar
+
 from pose_fusion.fusion.estimators.segments import SegmentEstimator
 
 
@@ -11,5 +11,4 @@ class ImuEstimator(SegmentEstimator):
     The cameras still place the body at the start, and align the IMUs with it.
     """
 
-    def _camera_looks(self, observation: Observation, delay_s: float) -> CameraLooks:
-        return NO_CAMERAS
+    LOOKS_AT_CAMERAS: ClassVar[bool] = False

@@ -11,9 +11,11 @@ import numpy as np
 from pose_common.joints import JOINTS, TrackingState
 from pose_common.stamps import NS_PER_S
 from pose_fusion.filters.constant_velocity import ConstantVelocityFilter
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.estimator import StepwiseEstimator
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.pose_of_joints import PoseOfJoints
+from pose_fusion.fusion.observation_block import Observation
+from pose_fusion.fusion.pose_block import FusedPose
 from pose_fusion.streams.samples import FloatArray
 
 ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions that tuning may look at
@@ -22,7 +24,7 @@ INFERRED_FACTOR = 3.0  # [-] how much worse an inferred joint is
 FRAME_PERIOD_S = 1.0 / 30.0
 
 
-class JointKalmanFilter(Estimator):
+class JointKalmanFilter(StepwiseEstimator):
     """Every coordinate of every joint by itself."""
 
     COUNTERS = ("filter_starts",)

@@ -4,12 +4,14 @@ from pose_common.counters import Counters
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimators.body_fusion import BodyFusion
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.estimator import StepwiseEstimator
 from pose_fusion.fusion.estimators.kinect_tracker import COUNTERS, KinectTracker
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import FusedPose
 
 
-class Li2020Estimator(Estimator):
+class Li2020Estimator(StepwiseEstimator):
     """The unscented filter over the tree's degrees of freedom, then the IMUs by weight."""
 
     COUNTERS = COUNTERS

@@ -10,7 +10,7 @@ from pose_fusion.body.model import ROOT_DOF, BodyModel
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import trunk_axes
 from pose_fusion.fusion.estimates import Source
-from pose_fusion.fusion.estimators.estimator import FusedPose
+from pose_fusion.fusion.pose_block import FusedPose
 from pose_fusion.streams.samples import FloatArray
 
 LONGEST_STEP_S = 0.5  # [s] over which differences still give rates

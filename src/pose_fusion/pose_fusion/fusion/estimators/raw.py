@@ -8,13 +8,15 @@ from pose_common.counters import Counters
 from pose_common.errors import ParameterError
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.fusion.estimators.estimator import Estimator, FusedPose, Observation
+from pose_fusion.fusion.estimators.estimator import StepwiseEstimator
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
 from pose_fusion.fusion.estimators.pose_of_joints import PoseOfJoints
+from pose_fusion.fusion.observation_block import Observation
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import FusedPose
 
 
-class MeanOfSensors(Estimator):
+class MeanOfSensors(StepwiseEstimator):
     """The mean of the sensors that see a joint."""
 
     SENSOR: ClassVar[str] = ""

@@ -14,34 +14,37 @@ from pose_fusion.body.model import BodyModel
 from pose_fusion.body.segment_tree import SegmentTree
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.body.trunk import trunk_axes
-from pose_fusion.filters.looks import Outcome
-from pose_fusion.filters.segment_filter import (
-    NO_IMUS,
-    CameraLooks,
-    LinkLooks,
-    SegmentFilter,
-    UpdateReport,
-)
+from pose_fusion.filters.segment_filter import NO_IMUS, SegmentFilter, empty_pose
 from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.fusion.estimators.estimator import Estimator, Observation, TimedPose
-from pose_fusion.fusion.estimators.handover import Handover, Sources
+from pose_fusion.fusion.estimators.estimator import Estimator
 from pose_fusion.fusion.estimators.kinect_tracker import mean_of_sensors
-from pose_fusion.fusion.estimators.lost_limbs import LostLimbs
-from pose_fusion.fusion.estimators.uncertainty import Fit, scale_of
+from pose_fusion.fusion.estimators.lost_limbs import limb_numbers
+from pose_fusion.fusion.observation_block import ObservationBlock
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import PoseBlock, StateBlock, TimedPose
 from pose_fusion.imu.readings import SegmentReadings
+from pose_fusion.kernels import following as kernel
 from pose_fusion.kernels.compiling import settled
+from pose_fusion.kernels.fit import FITTING, scale_of
+from pose_fusion.kernels.following import Known, Rules, Seen
 from pose_fusion.kernels.gliding import Glide
-from pose_fusion.kernels.links import ImuTrust, trust_readings
-from pose_fusion.kernels.placing import Pose
+from pose_fusion.kernels.handover import glide_after, make_handover
+from pose_fusion.kernels.links import ImuTrust, LinkLooks, trust_readings
 from pose_fusion.kernels.reading import StateNumbers
+from pose_fusion.kernels.sources import NEVER
 from pose_fusion.kernels.telling import keep
+from pose_fusion.streams.samples import FloatArray
 
-LATEST_S = 0.2  # [s] a frame that is later says too little of now
-JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 IMU_FRAMES = 10.0  # [-] an IMU's errors are slow: so many samples count as one
 GYRO_STDDEV = 0.05  # [rad/s] beside the segment's soft tissue
 HELD_JERK = 100.0  # [rad/s³] of a limb that swings, while its IMU's reading is only carried on
+COUNTED = {
+    "frames_too_late": kernel.FRAMES_TOO_LATE,
+    "frames_late_but_used": kernel.FRAMES_LATE,
+    "limbs_reopened": kernel.LIMBS_REOPENED,
+    "limbs_turned_back": kernel.TURNED_BACK,
+    "sides_swapped": kernel.SIDES_SWAPPED,
+}
 
 
 class SegmentEstimator(Estimator):
@@ -53,15 +56,13 @@ class SegmentEstimator(Estimator):
         "filter_restarts_strayed",
         "filter_restarts_numerical",
         "frames_without_trunk",
-        "frames_too_late",
-        "frames_late_but_used",
-        "limbs_reopened",
-        "limbs_turned_back",
-        "sides_swapped",
+        *COUNTED,
     )
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
     CAN_PREDICT: ClassVar[bool] = True
+    LOOKS_AT_CAMERAS: ClassVar[bool] = True
+    """Whether it does so after its first pose."""
 
     def __init__(
         self,
@@ -71,152 +72,122 @@ class SegmentEstimator(Estimator):
         counters: Counters,
     ) -> None:
         super().__init__(model, shape, parameters, counters)
-        self._tree = SegmentTree(model, shape)
-        self._filter = SegmentFilter(self._tree)
-        self._keep = settled(keep)
-        self._handover = Handover(len(self._tree.parents))
-        self._sources = Sources()
+        tree = SegmentTree(model, shape)
+        self._filter = SegmentFilter(tree)
+        sensors, links = len(parameters.sensors), len(tree.parents)
+        limbs = limb_numbers(model)
+        self._rules = Rules(
+            expected=self._filter.expectations,
+            motion=self._filter.motion_numbers,
+            parents=tree.parents,
+            limbs=limbs,
+            forget_after_s=float(parameters.forget_after),
+            tracker_delay_s=float(parameters.tracker_delay),
+            cameras=sensors if self.LOOKS_AT_CAMERAS else 0,
+        )
+        size = self._filter.layout.size
+        self._known = Known(
+            pose=empty_pose(self._filter.layout),  # as long as there is no state
+            P=np.empty((size, size)),
+            memory=self._filter.memory,
+            predicted=self._filter.predicted,
+            shown=empty_pose(self._filter.layout),
+            handover=make_handover(links),
+            instants_ns=np.array([0, NEVER]),
+            heard_ns=np.full(sensors + links, NEVER),
+            far_since_ns=np.full(len(limbs.joints), NEVER),
+            distance=np.empty(len(JOINTS)),
+            fit=np.full(1, FITTING),
+            last=np.full(2, np.nan),
+            counts=np.zeros(kernel.COUNTS, np.int64),
+        )
+        self._follow, self._keep = settled(kernel.follow), settled(keep)
         names = model.link_names
         self._link_of = {name: names.index(link) for name, link in model.segments.items()}
-        self._links_asked: dict[tuple[str, ...], tuple[NDArray[np.int64], bool]] = {}
+        self._links_asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
         self._imu_trust = ImuTrust(
             mounting=float(parameters.imu_mounting_stddev),
             frames=IMU_FRAMES,
             gyro=GYRO_STDDEV,
             held_jerk=HELD_JERK,
         )
-        self._lost = LostLimbs(model)
-        self._fit = Fit()
-        self._stamp_ns = 0
-        self._last: Observation | None = None  # that a pose has gone out for
+        self._last_told: NDArray[np.uint8] | None = None  # the tracking state of that frame
 
-    def update(self, observation: Observation) -> StateNumbers | None:
-        """Predict to the instant and take everything that is known of it."""
-        report, state = self._take(observation), self._filter.state
-        if report is None or state is None:
+    def track(self, block: ObservationBlock) -> PoseBlock | None:
+        """Predict to the instants and take everything that is known of them."""
+        seen, length = self._seen(block), len(block.stamps_ns)
+        out, told = self._room(length), np.empty(length, np.int64)
+        row, count, begins = 0, 0, kernel.GOING_ON
+        while row < length:
+            is_known = self._filter.state is not None
+            ended, row, count = self._follow(
+                self._rules, seen, self._known, out, told, row, count, begins, is_known
+            )
+            if ended == kernel.FOLLOWED:
+                break
+            next_begins = self._see_to(ended, block.positions[row])
+            begins = kernel.GOING_ON if next_begins is None else next_begins
+            row += next_begins is None
+        self._count()
+        if not count:
             return None
-        self._last = observation
-        return self._kept(state, self._handover.show(), report, scale_of(self._fit.distance))
-
-    def _take(self, observation: Observation) -> UpdateReport | None:
-        """Bring the filter to the observation's instant; None if there is no new pose to tell."""
-        ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
-        if -JUMP_BACK_S < ahead_s < -LATEST_S:
-            self.counters.add("frames_too_late")
-            return None
-        shown = self._filter.state
-        is_new = ahead_s <= -JUMP_BACK_S or ahead_s >= self.parameters.forget_after
-        if shown is not None and is_new and not observation.readings:
-            self.counters.add("filter_restarts_gap")
-            self._filter.state = None
-        if self._filter.state is None:
-            if not self._start(observation):
-                self._filter.state = shown
-                return None
-        elif ahead_s > 0.0:
-            self._filter.predict(ahead_s)
-        self._handover.predict(min(max(ahead_s, 0.0), self.parameters.forget_after))
-        self._stamp_ns = max(self._stamp_ns, observation.stamp_ns)
-        if ahead_s <= -JUMP_BACK_S:
-            self._stamp_ns = observation.stamp_ns
-        report = self._correct(observation, max(-ahead_s, 0.0), shown)
-        if report is None or self._filter.state is None:
-            return None
-        if -JUMP_BACK_S < ahead_s < 0.0:
-            self.counters.add("frames_late_but_used")  # its instant has been told already
-            return None
-        self._fit.note(max(ahead_s, 0.0), report.outcome.typical)
-        return report
+        rows = told[:count]
+        self._last_told = block.tracking_state[rows[-1]]
+        return StateBlock(
+            stamps_ns=block.stamps_ns[rows],
+            newest_ns=block.newest_ns[rows],
+            tracking_state=block.tracking_state[rows],
+            states=StateNumbers(*(each[:count] for each in out)),
+        )
 
     def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
         """The state gone on to the instant; what the IMUs say of it counts already."""
-        state, last = self._filter.state, self._last
-        ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
-        if state is None or last is None or not 0.0 <= ahead_s < self.parameters.forget_after:
+        ahead_s = (stamp_ns - int(self._known.instants_ns[kernel.FILTER])) / NS_PER_S
+        if self._filter.state is None or self._last_told is None:
+            return None
+        if not 0.0 <= ahead_s < self.parameters.forget_after:
             return None
         ahead = self._filter.ahead(ahead_s)
-        report = nothing_seen(self._tree)
+        information = np.zeros((2, len(self._rules.parents), 3, 3))
         if len(readings):
+            links = self._links_of(readings.segments)
             try:
-                report = ahead.update(imus=self._imu_looks(readings))
+                report = ahead.update(imus=known_links(self._trusted(readings, links)))
             except np.linalg.LinAlgError:
                 return None
-        glide, scale = self._handover.ahead(ahead_s), scale_of(self._fit.distance)
-        pose = self._kept(ahead.known_state, glide, report, scale)
-        return TimedPose(stamp_ns=stamp_ns, tracking_state=last.tracking_state, pose=pose)
+            information = report.information
+        glide, scale = glide_after(self._known.handover, ahead_s), scale_of(self._known.fit)
+        pose = self._kept(ahead.known_state, glide, information, scale)
+        return TimedPose(stamp_ns=stamp_ns, tracking_state=self._last_told, pose=pose)
 
-    def _kept(
-        self, state: SegmentState, glide: Glide, report: UpdateReport, scale: float
-    ) -> StateNumbers:
-        """What of a state is told.
-
-        Args:
-            state: Of the filter, which goes on.
-            glide: What still lies between it and what goes out.
-            report: Of the update that led to it.
-            scale: Of the variances [-].
-        """
-        links = len(state.rotations)
-        kept = StateNumbers(
-            position=np.empty(3),
-            velocity=np.empty(3),
-            rotations=np.empty((links, 3, 3)),
-            rates=np.empty((links, 3)),
-            turns=np.empty((links, 3)),
-            shift=np.empty(3),
-            place_variance=np.empty(3),
-            covariance=np.empty((links, 3, 3)),
-            information=report.information,
-            scale=np.empty(1),
-        )
-        self._keep(state.pose, state.covariance, self._tree.parents, glide, scale, kept)
-        return kept
-
-    def _correct(
-        self, observation: Observation, late_s: float, shown: SegmentState | None
-    ) -> UpdateReport | None:
-        """Update the filter; what went out before glides to it.
+    def _see_to(self, ended: int, positions: FloatArray) -> int | None:
+        """What following has stopped at; how the observation begins then, None: it is left out.
 
         Args:
-            observation: What is seen.
-            late_s: How far before the filter's instant it was seen [s].
-            shown: The state that went out last, if the filter has just started anew.
+            ended: How following has ended.
+            positions: Of the observation, (sensors, 15, 3) [m].
         """
-        state = self._filter.state
-        if state is None:
-            return None
-        imus = self._imu_looks(observation.readings)
-        # How late the trackers are matters where rates are known: by gyroscopes.
-        delay_s = late_s + (self.parameters.tracker_delay if len(imus.links) else 0.0)
-        try:
-            report = self._filter.update(self._camera_looks(observation, delay_s), imus)
-        except np.linalg.LinAlgError:
+        shown = self._filter.state
+        if ended == kernel.BROKEN:
             self.counters.add("filter_restarts_numerical")
             self._filter.state = None
             return None
-        outcome = report.outcome
-        if outcome.flipped or outcome.swapped:
-            self.counters.add("limbs_turned_back", outcome.flipped)
-            self.counters.add("sides_swapped", outcome.swapped)
-        lost = self._lost.check(observation.stamp_ns, report.distance, outcome.farthest)
-        if lost is None:
+        if ended == kernel.STRAYED:
             self.counters.add("filter_restarts_strayed")
-            self._start(observation)
-        elif lost:
-            self.counters.add("limbs_reopened")
-            self._filter.reopen(lost)
-        eventful = self._sources.is_eventful(
-            self._stamp_ns, _names(observation), lost != [] or shown is not state
-        )
-        before: Pose | None = self._filter.predicted
-        if shown is not state:  # the filter has started, maybe anew
-            before = None if shown is None else shown.pose
-        self._handover.follow(before, (self._filter.state or state).pose, eventful)
-        return report
+            self._start(positions)
+            return kernel.STRAYED_FROM
+        if shown is not None:
+            self.counters.add("filter_restarts_gap")
+        if not self._start(positions):
+            return None
+        if shown is None:
+            return kernel.STARTED
+        self._known = self._known._replace(shown=shown.pose)
+        return kernel.STARTED_ANEW
 
-    def _start(self, observation: Observation) -> bool:
+    def _start(self, positions: FloatArray) -> bool:
         """Begin with the pose that the cameras' mean shows, if it shows the trunk."""
-        mean = mean_of_sensors(observation.positions)
+        mean = mean_of_sensors(positions)
         if not np.all(np.isfinite(trunk_axes(mean))):
             self.counters.add("frames_without_trunk")
             return False
@@ -224,52 +195,96 @@ class SegmentEstimator(Estimator):
         kinematics = ForwardKinematics(self.model, self.shape.offsets, trunk_axes(mean))
         dof = dof_from_positions(self.model, mean)
         self._filter.start(kinematics.pose(dof).rotations, dof[:3])
+        state = self._filter.known_state
+        self._known = self._known._replace(pose=state.pose, P=state.covariance)
         return True
 
-    def _camera_looks(self, observation: Observation, delay_s: float) -> CameraLooks:
-        """What the cameras say of the observation's instant, ``delay_s`` [s] ago."""
-        return CameraLooks(
-            observation.positions,
-            observation.tracking_state,
-            observation.cameras,
-            observation.offsets,
-            float(delay_s),
+    def _count(self) -> None:
+        """Bring what the kernels have counted to the counters."""
+        counts = self._known.counts
+        if counts.any():
+            for name, index in COUNTED.items():
+                self.counters.add(name, int(counts[index]))
+            counts[:] = 0
+
+    def _kept(
+        self, state: SegmentState, glide: Glide, information: FloatArray, scale: float
+    ) -> StateNumbers:
+        """What of a state is told.
+
+        Args:
+            state: Of the filter, which goes on.
+            glide: What still lies between it and what goes out.
+            information: Of the sources on each link, see :class:`StateNumbers`.
+            scale: Of the variances [-].
+        """
+        kept = StateNumbers(*(each[0] for each in self._room(1)))
+        kept = kept._replace(information=information)
+        self._keep(state.pose, state.covariance, self._rules.parents, glide, scale, kept)
+        return kept
+
+    def _room(self, length: int) -> StateNumbers:
+        """Room for what of so many states is told."""
+        links = len(self._rules.parents)
+        return StateNumbers(
+            position=np.empty((length, 3)),
+            velocity=np.empty((length, 3)),
+            rotations=np.empty((length, links, 3, 3)),
+            rates=np.empty((length, links, 3)),
+            turns=np.empty((length, links, 3)),
+            shift=np.empty((length, 3)),
+            place_variance=np.empty((length, 3)),
+            covariance=np.empty((length, links, 3, 3)),
+            information=np.empty((length, 2, links, 3, 3)),
+            scale=np.empty((length, 1)),
         )
 
-    def _imu_looks(self, readings: SegmentReadings) -> LinkLooks:
-        """What the IMUs say of the model's links."""
-        count = len(readings)
-        if not count:
-            return NO_IMUS
-        links, are_known = self._links_of(readings.segments)
-        R, rate = readings.R_map_segment, readings.angular_velocity
+    def _seen(self, block: ObservationBlock) -> Seen:
+        """The block as the kernels want it: its IMUs as links, those that the model knows."""
+        first, imus = np.zeros(len(block.stamps_ns) + 1, np.int64), NO_IMUS
+        if len(block.age_s):
+            links = np.concatenate([self._links_of(segments) for segments in block.segments])
+            np.cumsum([len(segments) for segments in block.segments], out=first[1:])
+            first = np.concatenate([[0], np.cumsum(links >= 0)])[first]
+            imus = known_links(self._trusted(block, links))
+        return Seen(
+            block.stamps_ns,
+            block.positions,
+            block.tracking_state,
+            block.cameras,
+            block.offsets,
+            first,
+            imus,
+        )
+
+    def _trusted(
+        self, readings: SegmentReadings | ObservationBlock, links: NDArray[np.int64]
+    ) -> LinkLooks:
+        """What IMUs say of these links, and what it is worth."""
+        count = len(links)
         variance, rate_variance = np.empty((count, 3)), np.empty(count)
         trust_readings(readings.stddev, readings.age_s, self._imu_trust, variance, rate_variance)
-        if are_known:
-            return LinkLooks(links, R, variance, rate, rate_variance)
-        known = links >= 0
-        return LinkLooks(links[known], R[known], variance[known], rate[known], rate_variance[known])
+        R, rate = readings.R_map_segment, readings.angular_velocity
+        return LinkLooks(links, R, variance, rate, rate_variance)
 
-    def _links_of(self, segments: tuple[str, ...]) -> tuple[NDArray[np.int64], bool]:
-        """The links that segments are, −1 where the model knows none; and whether it knows all."""
-        asked = self._links_asked.get(segments)
-        if asked is None:
+    def _links_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
+        """The links that segments are, −1 where the model knows none."""
+        links = self._links_asked.get(segments)
+        if links is None:
             links = np.array([self._link_of.get(segment, -1) for segment in segments], np.int64)
-            asked = self._links_asked[segments] = links, bool((links >= 0).all())
-        return asked
+            self._links_asked[segments] = links
+        return links
 
 
-def nothing_seen(tree: SegmentTree) -> UpdateReport:
-    """The report of an instant of which nothing is known."""
-    return UpdateReport(
-        outcome=Outcome(is_definite=True, flipped=0, swapped=0, typical=np.nan, farthest=np.nan),
-        distance=np.full(len(JOINTS), np.nan),
-        information=np.zeros((2, len(tree.parents), 3, 3)),
+def known_links(looks: LinkLooks) -> LinkLooks:
+    """Those of them that the model knows."""
+    known = looks.links >= 0
+    if known.all():
+        return looks
+    return LinkLooks(
+        looks.links[known],
+        looks.R_map_link[known],
+        looks.variance[known],
+        looks.angular_velocity[known],
+        looks.rate_variance[known],
     )
-
-
-def _names(observation: Observation) -> list[str]:
-    """The cameras, by number, and the segments' IMUs that speak of an instant."""
-    states = observation.tracking_state.tolist()
-    cameras = [str(camera) for camera, of_joints in enumerate(states) if any(of_joints)]
-    return [*cameras, *observation.readings.segments]

@@ -4,18 +4,25 @@ from collections import deque
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from pose_common.counters import Counters
 from pose_common.stamps import NS_PER_S
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.shape import BodyShape
-from pose_fusion.filters.segment_filter import UpdateReport
 from pose_fusion.filters.segment_smoother import FilterStep, smoothed
-from pose_fusion.filters.segment_state import SegmentState
-from pose_fusion.fusion.estimators.estimator import Observation, TimedPose, timed
-from pose_fusion.fusion.estimators.handover import no_glide
 from pose_fusion.fusion.estimators.segments import SegmentEstimator
-from pose_fusion.fusion.estimators.uncertainty import LOOKING_AHEAD, Trusts, scale_of
+from pose_fusion.fusion.estimators.uncertainty import LOOKING_AHEAD, Trusts
+from pose_fusion.fusion.observation_block import ObservationBlock
 from pose_fusion.fusion.parameters import FusionParameters
+from pose_fusion.fusion.pose_block import PoseBlock, TimedPose
+from pose_fusion.kernels import following as kernel
+from pose_fusion.kernels.compiling import settled
+from pose_fusion.kernels.fit import scale_of
+from pose_fusion.kernels.following import Seen
+from pose_fusion.kernels.handover import make_handover
+from pose_fusion.streams.samples import FloatArray
 
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
 CHUNK_NS = NS_PER_S  # told at once
@@ -23,9 +30,10 @@ CHUNK_NS = NS_PER_S  # told at once
 
 @dataclass(frozen=True, kw_only=True)
 class _Step:
-    stamp_ns: int
-    observation: Observation
-    report: UpdateReport
+    stamp_ns: int  # [ns] of the filter
+    seen_ns: int  # [ns] of the observation
+    tracking_state: NDArray[np.uint8]  # (sensors, 15)
+    information: FloatArray  # see StateNumbers
     filter_step: FilterStep
     scale: float  # of the variances [-]
 
@@ -44,63 +52,86 @@ class SmoothedEstimator(SegmentEstimator):
         counters: Counters,
     ) -> None:
         super().__init__(model, shape, parameters, counters)
+        self._go_on, self._take = settled(kernel.go_on), settled(kernel.take)
+        self._settle = settled(kernel.settle)
         self._steps: deque[_Step] = deque()
         self._told_ns = 0
 
-    def advance(self, observation: Observation) -> list[TimedPose]:
-        """Take an observation; the poses that are old enough to be told."""
+    def track(self, block: ObservationBlock) -> PoseBlock | None:
+        """Take observations; the poses that are old enough to be told."""
+        seen = self._seen(block)
         told: list[TimedPose] = []
-        if observation.stamp_ns < self._stamp_ns - NS_PER_S:  # a recording that begins anew
-            told = self.flush()
-            self._told_ns = 0
-        self._take(observation)  # nothing is read yet: angles go on from what was told last
-        if self._steps and self._stamp_ns - self._steps[0].stamp_ns > LOOKAHEAD_NS + CHUNK_NS:
-            told += self._tell(self._steps[0].stamp_ns + CHUNK_NS)
-        return told
+        newest_ns: list[int] = []
+        for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
+            before = len(told)
+            if stamp_ns < self._filter_ns - NS_PER_S:  # a recording that begins anew
+                told += self.flush()
+                self._told_ns = 0
+            self._step(block, seen, row)
+            steps = self._steps
+            if steps and self._filter_ns - steps[0].stamp_ns > LOOKAHEAD_NS + CHUNK_NS:
+                told += self._tell(steps[0].stamp_ns + CHUNK_NS)
+            newest_ns += [int(block.newest_ns[row])] * (len(told) - before)
+        self._count()
+        return self.block_of(told, newest_ns) if told else None
 
     def flush(self) -> list[TimedPose]:
         """All poses that are left: nothing comes any more."""
         return self._tell(self._steps[-1].stamp_ns) if self._steps else []
 
-    def _correct(
-        self, observation: Observation, late_s: float, shown: SegmentState | None
-    ) -> UpdateReport | None:
-        state = self._filter.state
-        predicted = state.copy() if state is not None and state is shown else None
-        report = super()._correct(observation, late_s, shown)
-        updated = self._filter.state
-        if report is None or updated is None:
-            return report
-        follows = predicted is not None and report.outcome.flipped == 0 and updated is state
-        dt_ns = self._stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
-        step = FilterStep(
-            dt_s=dt_ns / NS_PER_S,
-            predicted=predicted if follows else None,
-            updated=updated.copy(),
-        )
+    @property
+    def _filter_ns(self) -> int:
+        return int(self._known.instants_ns[kernel.FILTER])
+
+    def _step(self, block: ObservationBlock, seen: Seen, row: int) -> None:
+        """Take one observation, and keep what the filter knew before and after."""
+        rules, positions = self._rules, block.positions[row]
+        information = np.empty((2, len(rules.parents), 3, 3))
+        ended = self._go_on(rules, seen, self._known, row, self._filter.state is not None)
+        begins: int | None = kernel.GOING_ON
+        if ended == kernel.TO_START:
+            begins = self._see_to(ended, positions)
+        if ended == kernel.TOO_LATE or begins is None:
+            return
+        predicted = self._filter.known_state.copy() if begins == kernel.GOING_ON else None
+        flipped = int(self._known.counts[kernel.TURNED_BACK])
+        ended = self._take(rules, seen, self._known, row, information)
+        if ended < kernel.TOO_LATE:
+            begins = self._see_to(ended, positions)
+        if begins is None:
+            return
+        follows = ended >= kernel.TAKEN and flipped == self._known.counts[kernel.TURNED_BACK]
+        dt_ns = self._filter_ns - self._steps[-1].stamp_ns if self._steps else 0
         self._steps.append(
             _Step(
-                stamp_ns=self._stamp_ns,
-                observation=observation,
-                report=report,
-                filter_step=step,
-                scale=scale_of(self._fit.distance),
+                stamp_ns=self._filter_ns,
+                seen_ns=int(block.stamps_ns[row]),
+                tracking_state=block.tracking_state[row],
+                information=information,
+                filter_step=FilterStep(
+                    dt_s=dt_ns / NS_PER_S,
+                    predicted=predicted if follows else None,
+                    updated=self._filter.known_state.copy(),
+                ),
+                scale=scale_of(self._known.fit),
             )
         )
-        return report
+        self._settle(rules, seen, self._known, row, begins, ended == kernel.REOPENED)
 
     def _tell(self, until_ns: int) -> list[TimedPose]:
         """Smooth all steps and tell the first of them, up to an instant."""
         states = smoothed([step.filter_step for step in self._steps], self._filter.motion)
-        glide = no_glide(len(self._filter.tree.parents))
+        glide = make_handover(len(self._rules.parents)).glide
         told: list[TimedPose] = []
         for state in states:
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             step = self._steps.popleft()
-            if step.observation.stamp_ns <= self._told_ns:
+            if step.seen_ns <= self._told_ns:
                 continue  # a late frame's instant has been told already
-            self._told_ns = step.observation.stamp_ns
-            pose = self._kept(state, glide, step.report, step.scale)
-            told.append(timed(pose, step.observation))
+            self._told_ns = step.seen_ns
+            pose = self._kept(state, glide, step.information, step.scale)
+            told.append(
+                TimedPose(stamp_ns=step.seen_ns, tracking_state=step.tracking_state, pose=pose)
+            )
         return told

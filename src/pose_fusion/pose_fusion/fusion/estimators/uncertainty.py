@@ -1,22 +1,17 @@
 """What a filter's variances are worth: published are the ones that the errors then keep to.
 
 A filter's covariance is that of its model. Three things are added: how well its expectations fit
-these sensors and this person (the distances between what it expects and what it sees, against those
-that go with covariances that are right); that the pose is late by something, so that quick joints
-are further off; and that trackers mistake arms by more than legs. The numbers were fitted to the
-errors of synthetic sessions, docs/algorithm.md says to which.
+these sensors and this person (:mod:`pose_fusion.kernels.fit`); that the pose is late by something,
+so that quick joints are further off; and that trackers mistake arms by more than legs. The numbers
+were fitted to the errors of synthetic sessions, docs/algorithm.md says to which.
 """
 
 from dataclasses import dataclass
-from math import exp, isnan
 
 import numpy as np
 
 from pose_fusion.body.model import BodyModel
 from pose_fusion.streams.samples import FloatArray
-
-MEMORY_S = 20.0  # [s] time constant
-RANGE = (0.2, 6.0)  # [-] of what the distances scale variances by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,9 +31,6 @@ class Trusts:
     with_imu: dict[str, Trust]
 
 
-# The mean squared distance that fits. It is below 3, the measurements' degrees of freedom, for the
-# noise is enlarged to what slow errors leave of it.
-FITTING = 0.55
 LIVE = Trusts(
     kinect={
         "hip": Trust(factor=0.2, late_s=0.21, stddev_deg=0.6),
@@ -67,25 +59,6 @@ LOOKING_AHEAD = Trusts(
         "elbow": Trust(factor=14.0, late_s=0.2, stddev_deg=0.6),
     },
 )
-
-
-class Fit:
-    """How well what a filter expects fits what it sees."""
-
-    def __init__(self) -> None:
-        self.distance = FITTING
-        """Running mean of the squared Mahalanobis distances."""
-
-    def note(self, dt_s: float, distance: float) -> None:
-        """Take the mean distance of one update's joints, ``dt_s`` after the last; NaN: unseen."""
-        if not isnan(distance):
-            self.distance += (1.0 - exp(-dt_s / MEMORY_S)) * (distance - self.distance)
-
-
-def scale_of(distance: float) -> float:
-    """What variances are to be scaled by [-], where the mean distance is that."""
-    least, most = RANGE
-    return min(max(distance / FITTING, least), most)
 
 
 def numbers_of(model: BodyModel, trusts: Trusts) -> FloatArray:
