@@ -131,7 +131,9 @@ def test_a_track_rejects_stamps_that_repeat_and_begins_anew_when_the_clock_is_se
     tracks = tracks_of(sample(10_000 * MS, Rotation.identity()))
     again = [sample(stamp * MS, Rotation.identity()) for stamp in (10_000, 9_990, 100)]
     assert [tracks.add(block_of(each)) for each in again] == [1, 1, 0]
-    assert list(tracks.newest_ns()) == [100 * MS]
+    assert tracks.have_reached(100 * MS)
+    assert not tracks.have_reached(101 * MS)
+    assert tracks.have_reached(400 * MS)  # it has been silent for too long to be waited for
 
 
 def test_samples_in_one_block_are_those_given_one_by_one():

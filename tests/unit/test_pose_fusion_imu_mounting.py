@@ -80,5 +80,5 @@ def test_what_cameras_lastingly_see_beside_is_not_taken_for_heading():
 
 
 def test_segments_that_the_calibration_does_not_name_wait_for_a_neutral_stand(alignment):
-    assert alignment.awaits_neutral(["right_thigh"])
+    assert alignment.awaits_neutral(("right_thigh",))
     assert not alignment.readings(states_of({"right_thigh": state(Rotation.identity(), 0.0)}))

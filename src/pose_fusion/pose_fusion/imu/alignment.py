@@ -51,6 +51,7 @@ class ImuAlignment:
         self._rows = AlignmentRows()
         self._segments: dict[str, SegmentAlignment] = {}
         self._asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self._have_stood: set[tuple[str, ...]] = set()
         self._stamp_ns: int | None = None
         self._observed_ns: int | None = None  # of the last observation: cameras may be behind
         self._still_since_ns: int | None = None
@@ -97,7 +98,7 @@ class ImuAlignment:
         self.advance(stamp_ns)
         dt_s = self._since_observation(stamp_ns)
         rows = self._rows_of(states.segments)
-        if self.awaits_neutral(states):
+        if self.awaits_neutral(states.segments):
             self._watch_for_neutral(stamp_ns, states, joint_angles, body_heading)
         is_any_unknown = self._observe(
             self._rows.anchors, self._rows.mounted, rows, dt_s, states.R_world_sensor, sights
@@ -144,10 +145,15 @@ class ImuAlignment:
         if segment in self._segments:
             self._segments[segment].anchor.lose_heading()
 
-    def awaits_neutral(self, segments: Iterable[str]) -> bool:
+    def awaits_neutral(self, segments: tuple[str, ...]) -> bool:
         """Whether any of these has not been heard in a neutral stand yet."""
+        if segments in self._have_stood:
+            return False
         known = self._segments
-        return any(s not in known or not known[s].has_stood for s in segments)
+        if any(s not in known or not known[s].has_stood for s in segments):
+            return True
+        self._have_stood.add(segments)
+        return False
 
     def readings(self, states: ImuStates) -> SegmentReadings:
         """The segments' rotations, of those whose mounting and heading are known."""

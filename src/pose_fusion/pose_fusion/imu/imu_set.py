@@ -1,5 +1,6 @@
 """All IMUs of one body: their recent past, their alignment, their reading at an instant."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -16,7 +17,6 @@ from pose_fusion.imu.track import NS_PER_S, ImuStates, ImuTracks
 from pose_fusion.streams.samples import FloatArray, ImuBlock
 
 BEGUN_ANEW_NS = 300_000_000  # a longer gap no orientation filter goes on across
-ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
 
 
 class ImuSet:
@@ -63,7 +63,7 @@ class ImuSet:
 
     def has_reached(self, stamp_ns: int) -> bool:
         """Whether every IMU that is alive has a sample at or after an instant."""
-        return all(n >= stamp_ns or n < stamp_ns - ALIVE_NS for n in self._tracks.newest_ns())
+        return self._tracks.have_reached(stamp_ns)
 
     def observe(self, stamp_ns: int, positions: FloatArray) -> None:
         """Learn the alignment from what the cameras see.
@@ -77,18 +77,19 @@ class ImuSet:
             return
         self._observe(stamp_ns, positions)
         turns = self._joints.until(stamp_ns)
-        self.counters.add("imu_joint_turns", len(turns))
-        self.counters.add("imu_joint_turns_rejected", self.alignment.relate(turns))
+        if turns:
+            self.counters.add("imu_joint_turns", len(turns))
+            self.counters.add("imu_joint_turns_rejected", self.alignment.relate(turns))
 
     def _observe(self, stamp_ns: int, positions: FloatArray) -> None:
         # What is seen is older than its stamp; a limb turns by ten degrees in that time.
         states = self._tracks.at(stamp_ns - self._camera_delay_ns)
         trunk = trunk_axes(positions)
-        if not states or not np.isfinite(trunk).all():
+        if not states or math.isnan(trunk[0, 0]):  # then all are
             self.alignment.advance(stamp_ns)
             return
         angles, heading = dict[str, float](), np.nan
-        if self.alignment.awaits_neutral(states):
+        if self.alignment.awaits_neutral(states.segments):
             angles = {name: float(a[0]) for name, a in joint_angles(positions[None]).items()}
             heading = standing_heading(positions)
         sights = self._seen_axes.of(states.segments, positions, trunk)

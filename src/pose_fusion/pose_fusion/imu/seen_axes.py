@@ -42,16 +42,14 @@ class SeenAxes:
             positions: Joints in map, shape (15, 3) [m]; NaN where not tracked.
             trunk: The trunk's axes in map, shape (3, 3).
         """
-        count = len(self._rows)
-        # A last row for what the model does not know.
-        long, lateral = np.full((2, count + 1, 3), np.nan)
-        axes = Sights(long, lateral, np.zeros(count + 1))
-        self._see(self._numbers, positions, trunk, LEAST_BEND, HINGE_SHARPNESS, axes)
         rows = self._asked.get(segments)
         if rows is None:
-            rows = np.array([self._rows.get(segment, count) for segment in segments], np.int64)
+            rows = np.array([self._rows.get(segment, -1) for segment in segments], np.int64)
             self._asked[segments] = rows
-        return Sights(axes.long[rows], axes.lateral[rows], axes.sharpness[rows])
+        long, lateral = np.empty((2, len(rows), 3))
+        axes = Sights(long, lateral, np.empty(len(rows)))
+        self._see(self._numbers, rows, positions, trunk, LEAST_BEND, HINGE_SHARPNESS, axes)
+        return axes
 
 
 def axis_numbers(model: BodyModel) -> AxisNumbers:

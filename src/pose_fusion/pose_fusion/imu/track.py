@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.kernels.compiling import settled
-from pose_fusion.kernels.tracks import MAX_GAP_NS, Rings, read_rings, take_in
+from pose_fusion.kernels.tracks import MAX_GAP_NS, Rings, have_reached, read_rings, take_in
 from pose_fusion.kernels.tracks import NS_PER_S as NS_PER_S
 from pose_fusion.streams.samples import FloatArray, ImuBlock
 
+ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
 SAMPLES = 512  # of each IMU that are kept: half a second of the fastest
 
 
@@ -73,6 +74,7 @@ class ImuTracks:
     def __init__(self) -> None:
         self.segments: list[str] = []
         self._take_in, self._read = settled(take_in), settled(read_rings)
+        self._have_reached = settled(have_reached)
         self._rings = _make_rings(0)
         self.gaps_ns: dict[str, int] = {}  # [ns] of the last block, what is longer than bridged
         self._places: dict[tuple[str, ...], NDArray[np.int64]] = {}
@@ -96,12 +98,9 @@ class ImuTracks:
         self.gaps_ns = {self.segments[i]: int(gap_ns[i]) for i in long}
         return rejected
 
-    def newest_ns(self) -> Iterator[int]:
-        """Stamp of every IMU's newest sample [ns]."""
-        rings = self._rings
-        for stamps_ns, newest in zip(rings.stamps_ns, rings.newest, strict=True):
-            if newest >= 0:
-                yield int(stamps_ns[newest])
+    def have_reached(self, stamp_ns: int) -> bool:
+        """Whether every IMU that is alive has a sample at or after an instant."""
+        return self._have_reached(self._rings, stamp_ns, ALIVE_NS)
 
     def at(self, stamp_ns: int) -> ImuStates:
         """Every IMU's reading at an instant; those are left out that have none nearby.
@@ -110,16 +109,17 @@ class ImuTracks:
         """
         count = len(self.segments)
         R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
-        known, age_ns = np.empty(count, np.bool_), np.empty(count, np.int64)
-        self._read(self._rings, self._order, stamp_ns, R_world_sensor, rate, stddev, known, age_ns)
+        known, age_s = np.empty(count, np.bool_), np.empty(count)
+        readings = (R_world_sensor, rate, stddev, known, age_s)
+        known_count = self._read(self._rings, self._order, stamp_ns, *readings)
         states = ImuStates(
             segments=self._ordered,
             R_world_sensor=R_world_sensor,
             angular_velocity=rate,
             stddev=stddev,
-            age_s=age_ns / NS_PER_S,
+            age_s=age_s,
         )
-        return states if known.all() else _rows(states, np.flatnonzero(known))
+        return states if known_count == count else _rows(states, np.flatnonzero(known))
 
     def _places_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
         """Which ring is whose."""

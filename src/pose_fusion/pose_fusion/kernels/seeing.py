@@ -158,48 +158,50 @@ def normalise(v: FloatArray) -> None:
 @compiled
 def see_axes(
     numbers: AxisNumbers,
+    rows: NDArray[np.int64],
     joints: FloatArray,
     trunk: FloatArray,
     least_bend: float,
     hinge_sharpness: float,
     out: Sights,
 ) -> None:
-    """The axes of all segments.
+    """The axes of some segments.
 
     Args:
         numbers: The segments.
+        rows: Which of them, (m,); −1: one that shows none.
         joints: In map, (15, 3) [m]; NaN unseen.
         trunk: The trunk's axes in map, (3, 3).
         least_bend: Sine of the angle below which a hinge shows no axis.
         hinge_sharpness: Of a hinge at a right angle [-]; less in proportion to its sine.
-        out: Filled, a row a segment.
+        out: Filled, m rows.
     """
     upper, lower = np.empty(3), np.empty(3)
-    for row in range(len(numbers.ends)):
-        out.long[row], out.lateral[row], out.sharpness[row] = np.nan, np.nan, 0.0
+    for m in range(len(rows)):
+        row, long, lateral = rows[m], out.long[m], out.lateral[m]
+        long[:], lateral[:], out.sharpness[m] = np.nan, np.nan, 0.0
+        if row < 0:
+            continue
         if numbers.direction[row] == 0.0:
-            out.long[row] = trunk[:, 2]
+            long[:] = trunk[:, 2]
         else:
             start, end = numbers.ends[row]
-            bone_axis(joints[start], joints[end], numbers.direction[row], out.long[row])
+            bone_axis(joints[start], joints[end], numbers.direction[row], long)
         if numbers.lines[row, 0] >= 0:
             right, left = numbers.lines[row]
-            bone_axis(joints[right], joints[left], 1.0, out.lateral[row])
-            out.sharpness[row] = 1.0
+            bone_axis(joints[right], joints[left], 1.0, lateral)
+            out.sharpness[m] = 1.0
         if numbers.hinges[row, 0] >= 0:
             first, second, third, fourth = numbers.hinges[row]
             bone_axis(joints[first], joints[second], numbers.hinge_direction[row, 0], upper)
             bone_axis(joints[third], joints[fourth], numbers.hinge_direction[row, 1], lower)
-            normal = out.lateral[row]
-            normal[0] = upper[1] * lower[2] - upper[2] * lower[1]
-            normal[1] = upper[2] * lower[0] - upper[0] * lower[2]
-            normal[2] = upper[0] * lower[1] - upper[1] * lower[0]
-            sine = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-            out.sharpness[row] = hinge_sharpness * sine
+            cross(upper, lower, lateral)
+            sine = norm(lateral)
+            out.sharpness[m] = hinge_sharpness * sine
             for axis in range(3):
-                normal[axis] *= numbers.hinge_direction[row, 2] / sine
+                lateral[axis] *= numbers.hinge_direction[row, 2] / sine
             if not sine > least_bend:
-                normal[:] = np.nan
+                lateral[:] = np.nan
 
 
 @compiled_in_place

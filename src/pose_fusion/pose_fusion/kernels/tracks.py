@@ -75,8 +75,8 @@ def read_rings(
     rate: FloatArray,
     stddev: FloatArray,
     known: NDArray[np.bool_],
-    age_ns: NDArray[np.int64],
-) -> None:
+    age_s: FloatArray,
+) -> int:
     """Every IMU's reading at an instant.
 
     Args:
@@ -87,12 +87,15 @@ def read_rings(
         rate: Filled, shape (imus, 3) [rad/s].
         stddev: Filled, shape (imus, 3) [rad].
         known: Filled, shape (imus,): whether there is a reading nearby.
-        age_ns: Filled, shape (imus,): how far it was carried on, 0 between two samples.
+        age_s: Filled, shape (imus,) [s]: how far it was carried on, 0 between two samples.
+
+    Returns:
+        How many have one.
     """
-    size = rings.stamps_ns.shape[1]
+    size, count = rings.stamps_ns.shape[1], 0
     for row in range(len(order)):
         i = order[row]
-        known[row], age_ns[row] = False, 0
+        known[row], age_s[row] = False, 0.0
         later = 0  # samples at or after the instant
         while later < rings.filled[i]:
             if rings.stamps_ns[i, (rings.newest[i] - later) % size] < stamp_ns:
@@ -109,10 +112,29 @@ def read_rings(
         elif has_before or has_after:
             nearest = before if has_before else after
             missing_ns = stamp_ns - rings.stamps_ns[i, nearest]
-            age_ns[row] = abs(missing_ns)
-            known[row] = age_ns[row] <= MAX_GAP_NS
+            age_s[row] = abs(missing_ns) / NS_PER_S
+            known[row] = abs(missing_ns) <= MAX_GAP_NS
             if known[row]:
                 _beyond(rings, i, nearest, missing_ns, R_world_sensor[row], rate[row], stddev[row])
+        count += known[row]
+    return count
+
+
+@compiled_in_place
+def have_reached(rings: Rings, stamp_ns: int, alive_ns: int) -> bool:
+    """Whether every IMU that is alive has a sample at or after an instant.
+
+    Args:
+        rings: The samples.
+        stamp_ns: The instant.
+        alive_ns: For how long an IMU may be silent [ns].
+    """
+    for i in range(len(rings.newest)):
+        if rings.newest[i] >= 0:
+            newest_ns = rings.stamps_ns[i, rings.newest[i]]
+            if stamp_ns - alive_ns <= newest_ns < stamp_ns:
+                return False
+    return True
 
 
 @compiled_in_place
