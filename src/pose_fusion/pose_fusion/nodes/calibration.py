@@ -133,9 +133,11 @@ class CalibrationNode(Node):
                 self._save(self._file, extrinsics)
 
     def _take_imus(self) -> None:
-        for segment, datas in self._imus.take().items():
-            block, kept = imu_block({segment: datas[::EVERY_OTHER]})
-            self._counters.add("imu_without_orientation", len(datas[::EVERY_OTHER]) - len(kept))
+        taken = {s: datas[::EVERY_OTHER] for s, datas in self._imus.take().items()}
+        if taken:
+            block, kept = imu_block(taken)
+            missing = sum(map(len, taken.values())) - len(kept)
+            self._counters.add("imu_without_orientation", missing)
             self._calibration.add_imus(block)
 
     def _on_acceleration(self, message: Imu) -> None:

@@ -30,6 +30,7 @@ from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import Recording, free_path
 
 DISCOVERY_PERIOD_S = 0.2
+LOOKED_AGAIN = 5  # [-] as rarely are topics looked at again that are recorded already
 TAKING_PERIOD_S = 0.02  # [s] to be woken for each message costs far more than to look
 FLUSH_PERIOD_S = 1.0
 
@@ -50,6 +51,7 @@ class Recorder(Node):
         self._not_woken = NotWoken()
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
+        self._looks = 0
         self._recording: Recording | None = None
         if not self._settings.start_paused:
             self._begin(Path(self._settings.output))
@@ -123,8 +125,11 @@ class Recorder(Node):
         """Subscribe to topics that have appeared; follow publishers that offer less than before."""
         if self._recording is None:
             return
+        self._looks += 1
         for topic, types in self.get_topic_names_and_types():
             if topic in self._refused or not self._is_wanted(topic):
+                continue
+            if topic in self._subscriptions_by_topic and self._looks % LOOKED_AGAIN:
                 continue
             offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
             if not offered:
