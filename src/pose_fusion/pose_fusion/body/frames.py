@@ -5,6 +5,7 @@ import numpy as np
 from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.model import BodyModel
 from pose_fusion.body.urdf import chain_frames, end_joints, joint_frame, link_frame
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.frames import Between, place_all_frames
 from pose_fusion.streams.samples import FloatArray
 
@@ -43,6 +44,7 @@ class BodyFrames:
             axis.append(np.zeros(3))
             joints.append(JOINT_INDEX[joint])
             self.names.append(joint_frame(model, joint, body_id))
+        self._place_all = settled(place_all_frames)
         self._between = Between(
             source=np.array(source, np.int64),
             dof=np.array(dof, np.int64),
@@ -62,5 +64,5 @@ class BodyFrames:
             Shape (n, frames, 7): x, y, z [m]; quaternion x, y, z, w.
         """
         places = np.empty((len(joints), len(self.names), 7))
-        place_all_frames(T_map_link, angles, joints, self._between, places)
+        self._place_all(T_map_link, angles, joints, self._between, places)
         return places

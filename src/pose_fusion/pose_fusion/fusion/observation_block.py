@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,13 +93,23 @@ def block_of_observations(observations: Sequence[Observation]) -> ObservationBlo
     return ObservationBlock(
         stamps_ns=np.array([each.stamp_ns for each in observations], np.int64),
         newest_ns=np.array([each.newest_ns for each in observations], np.int64),
-        positions=np.array([each.positions for each in observations]),
-        tracking_state=np.array([each.tracking_state for each in observations]),
-        cameras=np.array([each.cameras for each in observations]),
-        offsets=np.array([each.offsets for each in observations]),
+        positions=stacked([each.positions for each in observations]),
+        tracking_state=stacked([each.tracking_state for each in observations]),
+        cameras=stacked([each.cameras for each in observations]),
+        offsets=stacked([each.offsets for each in observations]),
         segments=tuple(same.setdefault(each.segments, each.segments) for each in readings),
-        R_map_segment=np.concatenate([each.R_map_segment for each in readings]),
-        angular_velocity=np.concatenate([each.angular_velocity for each in readings]),
-        stddev=np.concatenate([each.stddev for each in readings]),
-        age_s=np.concatenate([each.age_s for each in readings]),
+        R_map_segment=_joined([each.R_map_segment for each in readings]),
+        angular_velocity=_joined([each.angular_velocity for each in readings]),
+        stddev=_joined([each.stddev for each in readings]),
+        age_s=_joined([each.age_s for each in readings]),
     )
+
+
+def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """One after the other; one alone is not copied."""
+    return rows[0][None] if len(rows) == 1 else np.array(rows)
+
+
+def _joined(parts: Sequence[FloatArray]) -> FloatArray:
+    """The rows of all, likewise."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

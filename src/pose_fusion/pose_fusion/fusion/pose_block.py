@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_fusion.body.model import BodyModel
 from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.observation_block import Observation
+from pose_fusion.fusion.observation_block import Observation, stacked
 from pose_fusion.kernels.frames import place_origins
 from pose_fusion.kernels.reading import StateNumbers
 from pose_fusion.streams.samples import FloatArray
@@ -79,35 +79,35 @@ def block_of_poses(
         sensors: Names, in the order of the poses' weights.
     """
     stamps_ns = np.array([each.stamp_ns for each in poses], np.int64)
-    tracking_state = _stacked([each.tracking_state for each in poses])
+    tracking_state = stacked([each.tracking_state for each in poses])
     states = [each.pose for each in poses if isinstance(each.pose, StateNumbers)]
     if states:
         return StateBlock(
             stamps_ns=stamps_ns,
             newest_ns=np.array(newest_ns, np.int64),
             tracking_state=tracking_state,
-            states=StateNumbers(*map(_stacked, zip(*states, strict=True))),
+            states=StateNumbers(*map(stacked, zip(*states, strict=True))),
         )
     fused = [each.pose for each in poses if isinstance(each.pose, FusedPose)]
-    position = _stacked([each.position for each in fused])
-    joints = _stacked([each.joints for each in fused])
-    rotations = _stacked([each.rotations for each in fused])
+    position = stacked([each.position for each in fused])
+    joints = stacked([each.joints for each in fused])
+    rotations = stacked([each.rotations for each in fused])
     return EstimateBlock(
         stamps_ns=stamps_ns,
         newest_ns=np.array(newest_ns, np.int64),
         dof_names=model.dof_names,
         position=position,
-        velocity=_stacked([each.velocity for each in fused]),
-        position_stddev=np.sqrt(_stacked([each.variance for each in fused])),
-        weight_kinect=_stacked([each.weight_kinect for each in fused]),
-        weight_imu=_stacked([each.weight_imu for each in fused]),
-        source=_stacked([each.source for each in fused]),
+        velocity=stacked([each.velocity for each in fused]),
+        position_stddev=np.sqrt(stacked([each.variance for each in fused])),
+        weight_kinect=stacked([each.weight_kinect for each in fused]),
+        weight_imu=stacked([each.weight_imu for each in fused]),
+        source=stacked([each.source for each in fused]),
         joints=joints,
         tracking_state=tracking_state.max(axis=1),
         link_names=model.link_names,
         T_map_link=link_transforms(position, rotations, joints, model.link_joints),
         sensors=tuple(sensors),
-        sensor_weight=_stacked([each.sensor_weight for each in fused]),
+        sensor_weight=stacked([each.sensor_weight for each in fused]),
     )
 
 
@@ -134,8 +134,3 @@ def link_transforms(
     for row, filled in enumerate(T_map_link):
         place_origins(position[row], rotations[row], joints[row], turns_about, filled)
     return T_map_link
-
-
-def _stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """One after the other; one alone is not copied."""
-    return rows[0][None] if len(rows) == 1 else np.array(rows)

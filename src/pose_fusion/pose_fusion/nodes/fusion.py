@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 
 from pose_common.counters import Counters
 from pose_common.errors import InputError, ParameterError
-from pose_common.joints import SEGMENTS, TrackingState
+from pose_common.joints import SEGMENTS
 from pose_common.level import Level
 from pose_common.nodes.declaring import accept_changes, declare_parameters
 from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
@@ -163,9 +163,9 @@ class FusionNode(Node):
         if sample is not None:
             if sensor == self._settings.sensors[0]:
                 self._stages.note_taken(sample.stamp_ns, info["source_timestamp"], taken_ns)
-            missing = int(np.sum(sample.tracking_state == TrackingState.NOT_TRACKED))
-            self._counters.add("joints_not_tracked", missing)
             self.pipeline.add_skeleton(sample)
+            missing = len(sample.tracking_state) - int(np.count_nonzero(sample.tracking_state))
+            self._counters.add("joints_not_tracked", missing)
 
     def _on_patience_ended(self) -> None:
         self._patience.cancel()

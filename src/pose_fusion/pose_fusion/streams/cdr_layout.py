@@ -79,7 +79,7 @@ def numbers(rows: ByteRows, at: int, count: int, kind: str) -> np.ndarray:
         kind: numpy's name of them, with the byte order.
     """
     size = np.dtype(kind).itemsize
-    return np.ascontiguousarray(rows[:, at : at + size * count]).view(kind)
+    return rows[:, at : at + size * count].copy().view(kind)
 
 
 def stamps(rows: ByteRows, at: int, order: str) -> NDArray[np.int64]:

@@ -5,8 +5,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.messages import read_imus
 from pose_fusion.streams.samples import ImuBlock
+
+_read_imus = settled(read_imus)
 
 
 def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[np.intp]]:
@@ -31,7 +34,7 @@ def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[n
         linear_acceleration=np.empty((count, 3)),
     )
     says_something = np.empty(count, np.bool_)
-    read_imus(
+    _read_imus(
         np.frombuffer(b"".join(every), np.uint8),
         np.cumsum([len(data) for data in every], dtype=np.int64),
         block.stamps_ns,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.messages import HEADER_SIZE, fill_rows
 from pose_fusion.streams.samples import FloatArray
 
@@ -35,6 +36,7 @@ class MessageTemplate:
 
     def __init__(self, message: Any, typestore: Typestore) -> None:
         self._typestore = typestore
+        self._fill = settled(fill_rows)
         self._places: dict[str, list[int]] = {
             "float64": [],
             "float32": [],
@@ -96,7 +98,7 @@ class MessageTemplate:
             if numbers is not None and numbers.shape != (count, len(places)):
                 raise ValueError(f"found {numbers.shape} numbers: expected {(count, len(places))}")
         rows = np.empty((count, len(self._row)), np.uint8)
-        fill_rows(
+        self._fill(
             self._row,
             self._seconds,
             self._float64,

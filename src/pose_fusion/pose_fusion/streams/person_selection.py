@@ -56,7 +56,7 @@ class PersonSelector:
         if known is not None and known.person != chosen.person:
             self.counters.add("person_changed")
         seen = chosen.positions
-        if known is not None and not np.isfinite(seen).all(axis=1).any():
+        if known is not None and not np.isfinite(seen[:, 0]).any():
             seen = known.seen
         self._followed[chosen.sensor] = _Followed(chosen.person, seen, chosen.stamp_ns)
         return chosen

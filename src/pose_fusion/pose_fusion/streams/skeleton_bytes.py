@@ -13,14 +13,17 @@ from numpy.typing import NDArray
 
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_fusion.kernels.compiling import settled
 from pose_fusion.kernels.messages import clean_joints
 from pose_fusion.streams.cdr_layout import HEADER_SIZE, ByteRows, Walker, byte_rows, numbers, stamps
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
 WHAT = "pose_msgs/msg/SkeletonArray"
+BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
 
 Persons = list[SkeletonSample]
+_clean_joints = settled(clean_joints)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,11 +95,13 @@ class SkeletonReader:
                 left, rows = left[1:], rows[1:]
                 continue
             fits = form.fits(rows)
-            fitting = rows if fits.all() else rows[fits]
-            for index, persons in zip(
-                left[fits].tolist(), _persons(form, fitting, self._sensor), strict=True
-            ):
+            is_last = bool(fits.all())
+            fitting, where = (rows, left) if is_last else (rows[fits], left[fits])
+            persons_of_all = _persons(form, fitting, self._sensor)
+            for index, persons in zip(where.tolist(), persons_of_all, strict=True):
                 result[index] = persons
+            if is_last:
+                return
             left, rows = left[~fits], rows[~fits]
 
     def _new_form(self, data: bytes) -> _Form:
@@ -151,7 +156,7 @@ def _persons(form: _Form, rows: ByteRows, sensor: str) -> list[Persons | InputEr
         xyz = numbers(rows, person.positions_at, 3 * person.count, f"{form.order}f8")
         xyz = xyz.astype(np.float64, copy=False).reshape(len(rows), person.count, 3)
         positions, state = our_joints(xyz, states, person.named, person.joints)
-        strange = states.max(axis=1, initial=0) > max(TrackingState)
+        strange = states.max(axis=1, initial=0) > BEST_STATE
         stamps_ns = stamps(rows, person.stamp_at, form.order).tolist()
         for index, stamp_ns in enumerate(stamps_ns):
             before = result[index]
@@ -194,5 +199,5 @@ def our_joints(
     """
     positions = np.empty((len(xyz), len(JOINTS), 3))
     state = np.empty((len(xyz), len(JOINTS)), np.uint8)
-    clean_joints(xyz, states, named, joints, positions, state)
+    _clean_joints(xyz, states, named, joints, positions, state)
     return positions, state

@@ -102,6 +102,7 @@ class SegmentEstimator(Estimator):
             counts=np.zeros(kernel.COUNTS, np.int64),
         )
         self._follow, self._keep = settled(kernel.follow), settled(keep)
+        self._trust = settled(trust_readings)
         names = model.link_names
         self._link_of = {name: names.index(link) for name, link in model.segments.items()}
         self._links_asked: dict[tuple[str, ...], NDArray[np.int64]] = {}
@@ -131,6 +132,14 @@ class SegmentEstimator(Estimator):
         self._count()
         if not count:
             return None
+        if count == length:  # as ever so often
+            self._last_told = block.tracking_state[-1]
+            return StateBlock(
+                stamps_ns=block.stamps_ns,
+                newest_ns=block.newest_ns,
+                tracking_state=block.tracking_state,
+                states=out,
+            )
         rows = told[:count]
         self._last_told = block.tracking_state[rows[-1]]
         return StateBlock(
@@ -263,7 +272,7 @@ class SegmentEstimator(Estimator):
         """What IMUs say of these links, and what it is worth."""
         count = len(links)
         variance, rate_variance = np.empty((count, 3)), np.empty(count)
-        trust_readings(readings.stddev, readings.age_s, self._imu_trust, variance, rate_variance)
+        self._trust(readings.stddev, readings.age_s, self._imu_trust, variance, rate_variance)
         R, rate = readings.R_map_segment, readings.angular_velocity
         return LinkLooks(links, R, variance, rate, rate_variance)
 
