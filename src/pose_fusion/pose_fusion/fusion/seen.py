@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,15 +46,16 @@ class SensorsInMap:
     def see(self, frame: AlignedFrame) -> SeenFrame:
         """Bring a frame, of some sensors or of none, into map."""
         count = len(self._index)
-        positions = np.full((count, len(JOINTS), 3), np.nan)
+        positions = np.empty((count, len(JOINTS), 3))
+        positions.fill(np.nan)
         state, is_present = np.zeros((count, len(JOINTS)), np.uint8), np.zeros(count, np.bool_)
         for sensor, sample in frame.samples.items():
             index = self._index[sensor]
             is_present[index] = True
             self._into_map(
                 self._T_map_sensor[index],
-                np.ascontiguousarray(sample.positions),
-                np.ascontiguousarray(sample.tracking_state),
+                _contiguous(sample.positions),
+                _contiguous(sample.tracking_state),
                 positions[index],
                 state[index],
             )
@@ -63,3 +65,8 @@ class SensorsInMap:
             positions=positions,
             tracking_state=state,
         )
+
+
+def _contiguous(array: NDArray[Any]) -> NDArray[Any]:
+    """The array itself, wherever its rows lie together."""
+    return array if array.flags.c_contiguous else np.ascontiguousarray(array)

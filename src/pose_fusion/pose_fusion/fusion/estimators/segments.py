@@ -250,12 +250,16 @@ class SegmentEstimator(Estimator):
 
     def _seen(self, block: ObservationBlock) -> Seen:
         """The block as the kernels want it: its IMUs as links, those that the model knows."""
-        first, imus = np.zeros(len(block.stamps_ns) + 1, np.int64), NO_IMUS
-        if len(block.age_s):
-            links = np.concatenate([self._links_of(segments) for segments in block.segments])
-            np.cumsum([len(segments) for segments in block.segments], out=first[1:])
-            first = np.concatenate([[0], np.cumsum(links >= 0)])[first]
-            imus = known_links(self._trusted(block, links))
+        counts, imus = [0], NO_IMUS
+        for segments in block.segments:
+            counts.append(counts[-1] + len(segments))
+        first = np.array(counts, np.int64)
+        if counts[-1]:
+            each = [self._links_of(segments) for segments in block.segments]
+            imus = self._trusted(block, each[0] if len(each) == 1 else np.concatenate(each))
+            if imus.links.min() < 0:
+                first = np.concatenate([[0], np.cumsum(imus.links >= 0)])[first]
+                imus = known_links(imus)
         return Seen(
             block.stamps_ns,
             block.positions,
@@ -288,8 +292,6 @@ class SegmentEstimator(Estimator):
 def known_links(looks: LinkLooks) -> LinkLooks:
     """Those of them that the model knows."""
     known = looks.links >= 0
-    if known.all():
-        return looks
     return LinkLooks(
         looks.links[known],
         looks.R_map_link[known],
