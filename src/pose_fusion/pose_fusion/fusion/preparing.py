@@ -25,9 +25,10 @@ from pose_fusion.imu.readings import SegmentReading, readings_of
 from pose_fusion.imu.segment_alignment import AlignmentRows, SegmentAlignment
 from pose_fusion.kernels.compiling import say_if_compiling
 from pose_fusion.kernels.heading import relate
+from pose_fusion.kernels.messages import STAMP_SIZE, PersonPlaces
 from pose_fusion.streams.imu_bytes import imu_block
 from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
-from pose_fusion.streams.skeleton_bytes import our_joints
+from pose_fusion.streams.skeleton_bytes import read_joints
 from pose_fusion.streams.time_alignment import AlignedFrame
 
 NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about anybody
@@ -85,8 +86,9 @@ def prepare(estimator: str, model_name: str) -> None:
 
 def _prepare_reading() -> None:
     imu_block({})
-    joints = np.arange(len(JOINTS))
-    our_joints(neutral_pose()[None], np.zeros((1, len(JOINTS)), np.uint8), joints, joints)
+    nothing = np.zeros(0, np.int64)
+    places = PersonPlaces(stamp=0, positions=0, states=0, length=0, named=nothing, joints=nothing)
+    read_joints(np.zeros((1, STAMP_SIZE), np.uint8), places, is_little=True)
 
 
 def _prepare_rare() -> None:

@@ -1,10 +1,12 @@
 """Numbers out of serialised messages, and into them."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_common.stamps import NS_PER_S
-from pose_fusion.kernels.compiling import compiled
+from pose_fusion.kernels.compiling import compiled, compiled_in_place
 from pose_fusion.streams.samples import FloatArray
 
 HEADER_SIZE = 4  # [bytes] of CDR's encapsulation, the second of which tells the byte order
@@ -142,6 +144,80 @@ def clean_joints(
             positions[row, joint, 0], positions[row, joint, 1] = x, y
             positions[row, joint, 2] = z
             tracking_state[row, joint] = states[row, named[k]]
+
+
+class PersonPlaces(NamedTuple):
+    """Where one person's numbers stand in a skeletons' message [bytes], and whose they are."""
+
+    stamp: int
+    positions: int
+    states: int
+    length: int  # of the joints that the message names
+    named: NDArray[np.int64]  # (m,) which of these are ours
+    joints: NDArray[np.int64]  # (m,) and which of ours they are
+
+
+@compiled_in_place
+def have_form(
+    rows: NDArray[np.uint8],
+    fixed: NDArray[np.int64],
+    texts: NDArray[np.uint8],
+    fits: NDArray[np.bool_],
+) -> int:
+    """Which messages have these bytes at these places; how many.
+
+    Args:
+        rows: The messages, (n, bytes).
+        fixed: The places, (k,).
+        texts: The bytes, (k,).
+        fits: Filled, (n,).
+    """
+    count = 0
+    for row in range(len(rows)):
+        fits[row] = True
+        for k in range(len(fixed)):
+            if rows[row, fixed[k]] != texts[k]:
+                fits[row] = False
+                break
+        count += fits[row]
+    return count
+
+
+@compiled
+def read_person(
+    rows: NDArray[np.uint8],
+    places: PersonPlaces,
+    is_little: bool,
+    stamps_ns: NDArray[np.int64],
+    positions: FloatArray,
+    tracking_state: NDArray[np.uint8],
+    highest: NDArray[np.uint8],
+) -> None:
+    """One person's joints, brought to ours; what is no position is NaN, not tracked.
+
+    Args:
+        rows: n messages of one form, (n, bytes).
+        places: Where the numbers stand.
+        is_little: Whether their lowest bytes come first.
+        stamps_ns: Filled, (n,) [ns].
+        positions: Filled, (n, joints, 3) [m].
+        tracking_state: Filled, (n, joints), values of ``TrackingState``.
+        highest: Filled, (n,): the highest of all states in the message.
+    """
+    count, size = places.length, 3 * NUMBER_SIZE * places.length
+    xyz, states = np.empty((len(rows), count, 3)), np.empty((len(rows), count), np.uint8)
+    raw = xyz.reshape(-1).view(np.uint8)
+    for row in range(len(rows)):
+        data = rows[row]
+        seconds = integer(data, places.stamp, is_little)
+        nanoseconds = integer(data, places.stamp + STAMP_SIZE // 2, is_little)
+        stamps_ns[row] = seconds * NS_PER_S + nanoseconds
+        copy_numbers(data, places.positions, is_little, raw[row * size : (row + 1) * size])
+        highest[row] = 0
+        for k in range(count):
+            states[row, k] = data[places.states + k]
+            highest[row] = max(highest[row], states[row, k])
+    clean_joints(xyz, states, places.named, places.joints, positions, tracking_state)
 
 
 @compiled

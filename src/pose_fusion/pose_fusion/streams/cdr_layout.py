@@ -8,14 +8,9 @@ its length, four bytes.
 from struct import Struct, error
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
 from pose_fusion.kernels.messages import HEADER_SIZE
-
-ByteRows = NDArray[np.uint8]
-"""Messages of one length, shape (messages, bytes), without the encapsulation."""
 
 
 class Walker:
@@ -62,27 +57,3 @@ class Walker:
             return bytes(self._body[start : self.at]).rstrip(b"\0").decode()
         except (UnicodeDecodeError, error) as problem:
             raise InputError(f"a {self._what} holds a text that is none: {problem}") from problem
-
-
-def byte_rows(datas: list[bytes]) -> ByteRows:
-    """Messages of one length as rows."""
-    return np.frombuffer(b"".join(datas), np.uint8).reshape(len(datas), -1)[:, HEADER_SIZE:]
-
-
-def numbers(rows: ByteRows, at: int, count: int, kind: str) -> np.ndarray:
-    """``count`` numbers of each row from a place on, shape (rows, count).
-
-    Args:
-        rows: The messages.
-        at: Where they begin [bytes].
-        count: How many.
-        kind: numpy's name of them, with the byte order.
-    """
-    size = np.dtype(kind).itemsize
-    return rows[:, at : at + size * count].copy().view(kind)
-
-
-def stamps(rows: ByteRows, at: int, order: str) -> NDArray[np.int64]:
-    """The time of each row at a place [ns]."""
-    seconds, nanoseconds = numbers(rows, at, 2, f"{order}u4").astype(np.int64).T
-    return np.asarray(seconds * NS_PER_S + nanoseconds)

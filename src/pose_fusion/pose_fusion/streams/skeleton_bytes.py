@@ -14,8 +14,14 @@ from numpy.typing import NDArray
 from pose_common.errors import InputError
 from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_fusion.kernels.compiling import settled
-from pose_fusion.kernels.messages import clean_joints
-from pose_fusion.streams.cdr_layout import HEADER_SIZE, ByteRows, Walker, byte_rows, numbers, stamps
+from pose_fusion.kernels.messages import (
+    HEADER_SIZE,
+    PersonPlaces,
+    clean_joints,
+    have_form,
+    read_person,
+)
+from pose_fusion.streams.cdr_layout import Walker
 from pose_fusion.streams.samples import FloatArray, SkeletonSample
 
 WHAT = "pose_msgs/msg/SkeletonArray"
@@ -23,29 +29,15 @@ BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
 
 Persons = list[SkeletonSample]
-_clean_joints = settled(clean_joints)
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Person:
-    id: str
-    stamp_at: int
-    positions_at: int
-    states_at: int
-    count: int
-    named: NDArray[np.int64]  # which of the joints are ours
-    joints: NDArray[np.int64]  # and which ours they are
+_have_form, _read_person = settled(have_form), settled(read_person)
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Form:
-    order: str
-    fixed: NDArray[np.intp]  # places of the bytes that are alike
+    is_little: bool
+    fixed: NDArray[np.int64]  # places of the bytes that are alike
     texts: NDArray[np.uint8]  # those bytes
-    persons: tuple[_Person, ...]
-
-    def fits(self, rows: ByteRows) -> NDArray[np.bool_]:
-        return np.asarray((rows.take(self.fixed, axis=1) == self.texts).all(axis=1))
+    persons: tuple[tuple[str, PersonPlaces], ...]  # by their ids
 
 
 class SkeletonReader:
@@ -85,7 +77,8 @@ class SkeletonReader:
             for index in indices:
                 result[index] = InputError(f"a {WHAT} has {length} bytes: expected more")
             return
-        rows = byte_rows([datas[i] for i in indices])
+        joined = b"".join([datas[i] for i in indices])
+        rows = np.frombuffer(joined, np.uint8).reshape(-1, length).copy()
         known = list(self._forms[length])
         while len(left):
             try:
@@ -94,8 +87,8 @@ class SkeletonReader:
                 result[left[0]] = error
                 left, rows = left[1:], rows[1:]
                 continue
-            fits = form.fits(rows)
-            is_last = bool(fits.all())
+            fits = np.empty(len(rows), np.bool_)
+            is_last = _have_form(rows, form.fixed, form.texts, fits) == len(rows)
             fitting, where = (rows, left) if is_last else (rows[fits], left[fits])
             persons_of_all = _persons(form, fitting, self._sensor)
             for index, persons in zip(where.tolist(), persons_of_all, strict=True):
@@ -117,12 +110,12 @@ def _form_of(data: bytes) -> _Form:
     walker.skip(4, 2)
     walker.string()
     persons = tuple(_person(walker) for _ in range(walker.length()))
-    fixed = np.flatnonzero(walker.fixed)
-    texts = np.frombuffer(data, np.uint8)[HEADER_SIZE:][fixed]
-    return _Form(order=walker.order, fixed=fixed, texts=texts, persons=persons)
+    fixed = HEADER_SIZE + np.flatnonzero(walker.fixed)
+    texts = np.frombuffer(data, np.uint8)[fixed]
+    return _Form(is_little=walker.order == "<", fixed=fixed, texts=texts, persons=persons)
 
 
-def _person(walker: Walker) -> _Person:
+def _person(walker: Walker) -> tuple[str, PersonPlaces]:
     stamp_at = walker.skip(4, 2)
     walker.string()
     person = walker.string()
@@ -137,34 +130,30 @@ def _person(walker: Walker) -> _Person:
             f"{states} tracking states: expected as many of each"
         )
     ours = {JOINT_INDEX[name]: index for index, name in enumerate(names) if name in JOINT_INDEX}
-    return _Person(
-        id=person,
-        stamp_at=stamp_at,
-        positions_at=positions_at,
-        states_at=states_at,
-        count=len(names),
+    places = PersonPlaces(
+        stamp=HEADER_SIZE + stamp_at,
+        positions=HEADER_SIZE + positions_at,
+        states=HEADER_SIZE + states_at,
+        length=len(names),
         named=np.array(list(ours.values()), np.int64),
         joints=np.array(list(ours), np.int64),
     )
+    return person, places
 
 
-def _persons(form: _Form, rows: ByteRows, sensor: str) -> list[Persons | InputError]:
+def _persons(form: _Form, rows: NDArray[np.uint8], sensor: str) -> list[Persons | InputError]:
     """The persons of messages of one form."""
     result: list[Persons | InputError] = [[] for _ in rows]
-    for person in form.persons:
-        states = numbers(rows, person.states_at, person.count, "u1")
-        xyz = numbers(rows, person.positions_at, 3 * person.count, f"{form.order}f8")
-        xyz = xyz.astype(np.float64, copy=False).reshape(len(rows), person.count, 3)
-        positions, state = our_joints(xyz, states, person.named, person.joints)
-        strange = states.max(axis=1, initial=0) > BEST_STATE
-        stamps_ns = stamps(rows, person.stamp_at, form.order).tolist()
-        for index, stamp_ns in enumerate(stamps_ns):
+    for person, places in form.persons:
+        stamps_ns, positions, state, highest = read_joints(rows, places, form.is_little)
+        numbers = zip(stamps_ns.tolist(), highest.tolist(), strict=True)
+        for index, (stamp_ns, highest_state) in enumerate(numbers):
             before = result[index]
             if isinstance(before, InputError):
                 continue
-            if strange[index]:
+            if highest_state > BEST_STATE:
                 result[index] = InputError(
-                    f"skeleton '{person.id}' has the tracking state {states[index].max()}: "
+                    f"skeleton '{person}' has the tracking state {highest_state}: "
                     "expected 0 (not tracked), 1 (inferred) or 2 (tracked)"
                 )
                 continue
@@ -172,12 +161,34 @@ def _persons(form: _Form, rows: ByteRows, sensor: str) -> list[Persons | InputEr
                 SkeletonSample(
                     stamp_ns=stamp_ns,
                     sensor=sensor,
-                    person=person.id,
+                    person=person,
                     positions=positions[index],
                     tracking_state=state[index],
                 )
             )
     return result
+
+
+def read_joints(
+    rows: NDArray[np.uint8], places: PersonPlaces, is_little: bool
+) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.uint8], NDArray[np.uint8]]:
+    """One person's joints in messages of one form.
+
+    Args:
+        rows: The messages, shape (n, bytes).
+        places: Where the numbers stand.
+        is_little: Whether their lowest bytes come first.
+
+    Returns:
+        Stamps, shape (n,) [ns], positions, shape (n, 15, 3) [m], and states, shape (n, 15), of our
+        joints; and the highest state of any in the message, shape (n,).
+    """
+    count = len(rows)
+    stamps_ns, highest = np.empty(count, np.int64), np.empty(count, np.uint8)
+    positions = np.empty((count, len(JOINTS), 3))
+    state = np.empty((count, len(JOINTS)), np.uint8)
+    _read_person(rows, places, is_little, stamps_ns, positions, state, highest)
+    return stamps_ns, positions, state, highest
 
 
 def our_joints(
@@ -199,5 +210,5 @@ def our_joints(
     """
     positions = np.empty((len(xyz), len(JOINTS), 3))
     state = np.empty((len(xyz), len(JOINTS)), np.uint8)
-    _clean_joints(xyz, states, named, joints, positions, state)
+    clean_joints(xyz, states, named, joints, positions, state)
     return positions, state
