@@ -9,6 +9,7 @@ from worn_imus import merged, moving_wearer
 
 from pose_common.counters import Counters
 from pose_common.errors import ParameterError
+from pose_common.joints import JOINT_INDEX
 from pose_fusion.body.shape import BodyShape
 from pose_fusion.fusion.estimation import Estimation
 from pose_fusion.fusion.estimation_process import AT_ONCE, EstimationProcess
@@ -17,6 +18,9 @@ from pose_fusion.fusion.observation_block import block_of_observations
 from pose_fusion.fusion.observer import COUNTERS, Observer
 from pose_fusion.fusion.parameters import FusionParameters
 from pose_fusion.fusion.tracking import tracking_counters
+from pose_fusion.imu.readings import NO_READINGS
+
+LEFT_LEG = [JOINT_INDEX[name] for name in ("left_knee", "left_foot")]
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +63,50 @@ def test_estimates_and_counts_are_the_same_to_the_last_bit(estimator, samples):
     assert_same(found, expected)
     assert found_counts == counts
     assert counts["estimates"] == len(found)
+
+
+def troubled(observations):
+    """The same with all that stops a filter, in a stretch of its own each."""
+    rng = np.random.default_rng(5)
+    result = []
+    for k, seen in enumerate(observations):
+        positions, stamp_ns = seen.positions.copy(), seen.stamp_ns
+        if 60 <= k < 220:
+            if k < 70:
+                seen = replace(seen, readings=NO_READINGS)
+            else:
+                continue  # longer than the filter goes on for
+        elif 220 <= k < 230:
+            seen = replace(seen, readings=NO_READINGS)
+        elif 260 <= k < 300:
+            positions += 3.0 * rng.normal(size=3)  # somebody who is everywhere
+        elif 330 <= k < 360:
+            positions[:, LEFT_LEG] += 0.7 * rng.normal(size=(len(LEFT_LEG), 3))
+        elif 380 <= k < 420 and k % 5 == 0:
+            stamp_ns -= 400_000_000 if k % 10 else 120_000_000
+        if k >= 440:
+            stamp_ns -= 4_000_000_000  # a recording that begins anew
+        result.append(replace(seen, positions=positions, stamp_ns=stamp_ns))
+    return result
+
+
+@pytest.mark.parametrize("estimator", ["default", "smoothed"])
+def test_a_filter_that_is_stopped_goes_on_alike_in_a_block_and_by_itself(estimator, samples):
+    parameters = FusionParameters(estimator=estimator)
+    observations, newest_ns = observed(samples, parameters)
+    observations = troubled(observations)
+    expected, counts = estimated(Estimation, parameters, observations, newest_ns)
+    found, found_counts = estimated(EstimationProcess, parameters, observations, newest_ns)
+    assert_same(found, expected)
+    assert found_counts == counts
+    for name in (
+        "filter_restarts_gap",
+        "filter_restarts_strayed",
+        "frames_too_late",
+        "frames_late_but_used",
+        "limbs_reopened",
+    ):
+        assert counts[name] > 0, name
 
 
 def test_another_body_begins_anew_where_it_comes(samples):

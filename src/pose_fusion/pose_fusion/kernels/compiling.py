@@ -100,7 +100,7 @@ def say_if_compiling() -> None:
     """One line before the first start, which takes longer than all others."""
     if not any(COMPILED_FOLDER.rglob("*.nbi")):
         logging.getLogger("pose_fusion").warning(
-            "first start: compiling the estimator for this machine, which takes about a minute "
+            "first start: compiling the estimator for this machine, which takes a minute or two "
             "(kept in %s)",
             COMPILED_FOLDER,
         )

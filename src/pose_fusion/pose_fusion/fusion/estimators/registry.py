@@ -1,8 +1,8 @@
 """The estimators by name.
 
 Adding one means writing a module with a subclass of
-:class:`pose_fusion.fusion.estimators.estimator.Estimator`, and one line here. They are named, not
-imported: parameters, which estimators read, take their choices from this table.
+:class:`pose_fusion.fusion.estimators.estimator.StepwiseEstimator`, and one line here. They are
+named, not imported: parameters, which estimators read, take their choices from this table.
 """
 
 from importlib import import_module

@@ -126,9 +126,11 @@ class SegmentEstimator(Estimator):
             )
             if ended == kernel.FOLLOWED:
                 break
-            next_begins = self._see_to(ended, block.positions[row])
-            begins = kernel.GOING_ON if next_begins is None else next_begins
-            row += next_begins is None
+            seen_to = self._see_to(ended, block.positions[row])
+            if seen_to is None:
+                row, begins = row + 1, kernel.GOING_ON
+            else:
+                begins = seen_to
         self._count()
         if not count:
             return None
