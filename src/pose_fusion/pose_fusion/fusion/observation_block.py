@@ -106,10 +106,10 @@ def block_of_observations(observations: Sequence[Observation]) -> ObservationBlo
 
 
 def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """One after the other; one alone is not copied."""
-    return rows[0][None] if len(rows) == 1 else np.array(rows)
+    """One after the other, in contiguous rows; one alone is not copied for that."""
+    return np.ascontiguousarray(rows[0])[None] if len(rows) == 1 else np.array(rows)
 
 
 def _joined(parts: Sequence[FloatArray]) -> FloatArray:
     """The rows of all, likewise."""
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    return np.ascontiguousarray(parts[0]) if len(parts) == 1 else np.concatenate(parts)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,8 +53,8 @@ class SensorsInMap:
             is_present[index] = True
             self._into_map(
                 self._T_map_sensor[index],
-                _contiguous(sample.positions),
-                _contiguous(sample.tracking_state),
+                np.ascontiguousarray(sample.positions),
+                np.ascontiguousarray(sample.tracking_state),
                 positions[index],
                 state[index],
             )
@@ -65,8 +64,3 @@ class SensorsInMap:
             positions=positions,
             tracking_state=state,
         )
-
-
-def _contiguous(array: NDArray[Any]) -> NDArray[Any]:
-    """The array itself, wherever its rows lie together."""
-    return array if array.flags.c_contiguous else np.ascontiguousarray(array)

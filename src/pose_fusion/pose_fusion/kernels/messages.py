@@ -34,6 +34,13 @@ def integer(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
 
 
 @compiled
+def stamp_at(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
+    """The stamp at a place [ns]."""
+    seconds = integer(data, at, is_little)
+    return seconds * NS_PER_S + integer(data, at + STAMP_SIZE // 2, is_little)
+
+
+@compiled
 def copy_numbers(data: NDArray[np.uint8], at: int, is_little: bool, out: NDArray[np.uint8]) -> None:
     """Copy the bytes of some numbers as this machine has them, the lowest first."""
     for k in range(len(out)):
@@ -77,9 +84,7 @@ def read_imus(
         at += -(at - HEADER_SIZE) % NUMBER_SIZE
         if at + NUMBER_SIZE * IMU_NUMBERS > size:
             continue
-        seconds = integer(data, first + HEADER_SIZE, is_little)
-        nanoseconds = integer(data, first + HEADER_SIZE + STAMP_SIZE // 2, is_little)
-        stamps_ns[row] = seconds * NS_PER_S + nanoseconds
+        stamps_ns[row] = stamp_at(data, first + HEADER_SIZE, is_little)
         copy_numbers(data, first + at, is_little, raw)
         squared, is_known = 0.0, True
         for k in range(4):
@@ -209,9 +214,7 @@ def read_person(
     raw = xyz.reshape(-1).view(np.uint8)
     for row in range(len(rows)):
         data = rows[row]
-        seconds = integer(data, places.stamp, is_little)
-        nanoseconds = integer(data, places.stamp + STAMP_SIZE // 2, is_little)
-        stamps_ns[row] = seconds * NS_PER_S + nanoseconds
+        stamps_ns[row] = stamp_at(data, places.stamp, is_little)
         copy_numbers(data, places.positions, is_little, raw[row * size : (row + 1) * size])
         highest[row] = 0
         for k in range(count):

@@ -61,18 +61,6 @@ class ImuBlock:
             linear_acceleration=self.linear_acceleration[chosen],
         )
 
-    def stamped(self, stamps_ns: NDArray[np.int64]) -> "ImuBlock":
-        """The same with other stamps, (n,) [ns]."""
-        return ImuBlock(
-            segments=self.segments,
-            imu=self.imu,
-            stamps_ns=stamps_ns,
-            orientation=self.orientation,
-            orientation_stddev=self.orientation_stddev,
-            angular_velocity=self.angular_velocity,
-            linear_acceleration=self.linear_acceleration,
-        )
-
 
 def block_of(sample: ImuSample) -> ImuBlock:
     """A block of one row."""

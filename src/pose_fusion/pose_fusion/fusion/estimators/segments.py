@@ -134,20 +134,13 @@ class SegmentEstimator(Estimator):
         self._count()
         if not count:
             return None
-        if count == length:  # as ever so often
-            self._last_told = block.tracking_state[-1]
-            return StateBlock(
-                stamps_ns=block.stamps_ns,
-                newest_ns=block.newest_ns,
-                tracking_state=block.tracking_state,
-                states=out,
-            )
-        rows = told[:count]
-        self._last_told = block.tracking_state[rows[-1]]
+        rows = slice(None) if count == length else told[:count]
+        tracking_state = block.tracking_state[rows]
+        self._last_told = tracking_state[-1]
         return StateBlock(
             stamps_ns=block.stamps_ns[rows],
             newest_ns=block.newest_ns[rows],
-            tracking_state=block.tracking_state[rows],
+            tracking_state=tracking_state,
             states=StateNumbers(*(each[:count] for each in out)),
         )
 
