@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from pose_core.filters.looks import CameraLooks, LinkLooks
+from pose_core.filters.segment_filter import NO_IMUS, SegmentFilter
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.segment_filter import ReferenceFilter
@@ -9,8 +11,6 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
-from pose_core.filters.looks import CameraLooks, LinkLooks
-from pose_core.filters.segment_filter import NO_IMUS, SegmentFilter
 from pose_core.kernels import camera, inverse, links, placing, posture, prediction
 
 MODEL = load_body_model("default")

@@ -2,10 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pose_core.imu.alignment import ImuAlignment
+from pose_core.kernels.alignment import Sights
 from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.body.joint_angles import ANGLES
-from pose_core.imu.alignment import ImuAlignment
 from pose_core.imu.switching import OcclusionDetector
 from pose_core.imu.track import ImuState, ImuTracks, states_of
 from pose_core.imu.weighting import (
@@ -14,7 +15,6 @@ from pose_core.imu.weighting import (
     fuse_trunk,
     minimum_variance_weights,
 )
-from pose_core.kernels.alignment import Sights
 from pose_core.streams.samples import ImuSample, block_of, joined
 
 MS = 1_000_000

@@ -1,11 +1,11 @@
 """An IMU on a segment that the body model does not have disturbs no other."""
 
 import numpy as np
+from pose_core.fusion.observation_block import Observation
 
 from pose_core.body.model import load_body_model
 from pose_core.counters import Counters
 from pose_core.fusion.estimation import Estimation
-from pose_core.fusion.observation_block import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preparing import neutral_pose
 from pose_core.fusion.tracking import tracking_counters

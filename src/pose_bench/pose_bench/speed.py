@@ -12,6 +12,9 @@ from importlib import metadata, util
 from pathlib import Path
 
 import numpy as np
+from pose_core.filters.looks import CameraLooks, LinkLooks
+from pose_core.filters.segment_filter import SegmentFilter
+from pose_core.fusion.observation_block import Observation
 
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.segment_filter import ReferenceFilter
@@ -22,10 +25,7 @@ from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
-from pose_core.filters.looks import CameraLooks, LinkLooks
-from pose_core.filters.segment_filter import SegmentFilter
 from pose_core.fusion.estimation import Estimation
-from pose_core.fusion.observation_block import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preparing import neutral_pose
 from pose_core.fusion.tracking import tracking_counters

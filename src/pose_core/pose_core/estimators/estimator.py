@@ -1,17 +1,19 @@
 """What every estimator takes and gives, live and offline alike."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.uncertainty import LIVE, Trusts
-from pose_core.fusion.observation_block import Observation, ObservationBlock
+from pose_core.filter.imu_use import ImuUse
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses, timed
-from pose_core.imu.readings import SegmentReadings
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.track import ImuStates
 
 
 class Estimator(ABC):
@@ -55,15 +57,24 @@ class Estimator(ABC):
         del parameters  # most take any
 
     @abstractmethod
-    def track(self, block: ObservationBlock) -> PoseBlock | None:
-        """The poses that observations complete, if they do."""
+    def track(self, observation: Observation) -> list[TimedPose]:
+        """The poses that an observation completes."""
 
-    def predicted(self, stamp_ns: int, readings: SegmentReadings) -> TimedPose | None:
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard; empty where none are used."""
+        return ()
+
+    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+        """Take how IMUs sit from a calibration; most estimators use none."""
+        del mountings
+
+    def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
         """The pose at a later instant, as far as it is known; leaves everything as it is.
 
         Args:
             stamp_ns: The instant [ns].
-            readings: Of the aligned IMUs at that instant, carried on by their gyroscopes.
+            readings: Of the IMUs at that instant, carried on by their gyroscopes.
         """
         del stamp_ns, readings
         return None
@@ -84,13 +95,7 @@ class StepwiseEstimator(Estimator):
     def update(self, observation: Observation) -> EstimatedPose | None:
         """The pose at an observation's instant; None while there is none."""
 
-    def track(self, block: ObservationBlock) -> PoseBlock | None:
-        """The poses that observations complete, if they do."""
-        poses: list[TimedPose] = []
-        newest_ns: list[int] = []
-        for observation in block.observations(self.shape):
-            pose = self.update(observation)
-            if pose is not None:
-                poses.append(timed(pose, observation))
-                newest_ns.append(observation.newest_ns)
-        return self.block_of(poses, newest_ns) if poses else None
+    def track(self, observation: Observation) -> list[TimedPose]:
+        """The pose at an observation's instant, if there is one."""
+        pose = self.update(observation)
+        return [] if pose is None else [timed(pose, observation)]

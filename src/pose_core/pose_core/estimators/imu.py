@@ -1,14 +1,35 @@
-"""``imu``: the IMUs alone, the root held where the cameras saw it first."""
+"""``imu``: the IMUs alone, aligned by the cameras at the start and left to themselves then."""
 
 from typing import ClassVar
 
-from pose_core.estimators.segments import SegmentEstimator
+from pose_core.estimators.default import DefaultEstimator
+from pose_core.stamps import NS_PER_S
+
+WARM_UP_NS = 30 * NS_PER_S  # after the first IMU is aligned, the others are not waited for
 
 
-class ImuEstimator(SegmentEstimator):
-    """The default estimator that looks at no camera after its first pose.
+class ImuEstimator(DefaultEstimator):
+    """The default estimator that looks at no camera once its IMUs are aligned.
 
-    The cameras still place the body at the start, and align the IMUs with it.
+    Headings drift from then on, as they do without cameras; the root stays where it was.
     """
 
-    LOOKS_AT_CAMERAS: ClassVar[bool] = False
+    COUNTERS: ClassVar[tuple[str, ...]] = (
+        *DefaultEstimator.COUNTERS,
+        "frames_of_cameras_unused",
+    )
+    _is_alone = False
+
+    def _looks_at(self, sensor: int) -> bool:
+        """Until every IMU is aligned, or has had its time."""
+        del sensor
+        uses = [use for use in self.imu_uses if use.is_known]
+        aligned = [use.aligned_ns for use in uses if use.is_aligned and use.aligned_ns is not None]
+        if aligned and not self._is_alone:
+            waited_ns = self._stamp_ns - min(aligned)
+            self._is_alone = len(aligned) == len(uses) or waited_ns > WARM_UP_NS
+            if self._is_alone and self._state is not None:
+                self._state.pose.velocity[:] = 0.0
+        if self._is_alone:
+            self.counters.add("frames_of_cameras_unused")
+        return not self._is_alone

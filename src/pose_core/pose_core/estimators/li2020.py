@@ -1,14 +1,19 @@
 """``li2020``: the paper's filter, with zhang2015's weighting where IMUs are worn."""
 
+from collections.abc import Mapping
+
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.body_fusion import BodyFusion
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
-from pose_core.fusion.observation_block import Observation
+from pose_core.filter.imu_use import ImuUse
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import FusedPose
+from pose_core.imu.aligned_readings import AlignedReadings
+from pose_core.imu.mounting import Mounting
 
 
 class Li2020Estimator(StepwiseEstimator):
@@ -25,12 +30,22 @@ class Li2020Estimator(StepwiseEstimator):
     ) -> None:
         super().__init__(model, shape, parameters, counters)
         self._tracker = KinectTracker(model, shape, parameters, counters)
+        self._imus = AlignedReadings(model)
         self._fusion = BodyFusion(
             model,
             parameters.kinect_joint_stddev,
             parameters.imu_mounting_stddev,
             parameters.imu_weighting == "zhang2015",
         )
+
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard."""
+        return self._imus.uses
+
+    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+        """Take how IMUs sit from a calibration."""
+        self._imus.use_mountings(mountings)
 
     def update(self, observation: Observation) -> FusedPose | None:
         """One step of the filter."""
@@ -39,9 +54,13 @@ class Li2020Estimator(StepwiseEstimator):
             return None
         if self.counters["filter_starts"] > starts:
             self._fusion.reset()
+        filtered = self._tracker.filter
+        if len(observation.readings):
+            links = filtered.kinematics.pose(filtered.dof).rotations
+            self._imus.observe(observation.stamp_ns, observation.readings, links)
         return self._fusion.fuse(
-            self._tracker.filter,
+            filtered,
             observation.tracking_state.max(axis=0),
-            observation.readings,
+            self._imus.read(observation.readings),
             self._tracker.sensor_weight,
         )

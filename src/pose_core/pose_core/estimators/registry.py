@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pose_core.fusion.parameters import FusionParameters
 
 ESTIMATORS: dict[str, str] = {
-    "default": "segments.SegmentEstimator",
+    "default": "default.DefaultEstimator",
     "smoothed": "smoothed.SmoothedEstimator",
     "li2020": "li2020.Li2020Estimator",
     "joint_kf": "joint_kf.JointKalmanFilter",

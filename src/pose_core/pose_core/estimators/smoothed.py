@@ -2,136 +2,104 @@
 
 from collections import deque
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
-from pose_core.counters import Counters
-from pose_core.estimators.segments import SegmentEstimator
+from pose_core.estimators.default import DefaultEstimator
 from pose_core.estimators.uncertainty import LOOKING_AHEAD, Trusts
-from pose_core.filters.segment_smoother import FilterStep, smoothed
-from pose_core.fusion.observation_block import ObservationBlock
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock, TimedPose
-from pose_core.kernels import following as kernel
-from pose_core.kernels.compiling import settled
-from pose_core.kernels.fit import scale_of
-from pose_core.kernels.following import Seen
+from pose_core.filter.smoother import FilterStep, smoothed
+from pose_core.filter.state import FilterState
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.pose_block import TimedPose
 from pose_core.kernels.handover import make_handover
+from pose_core.kernels.reading import StateNumbers
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
-CHUNK_NS = NS_PER_S  # told at once
+CHUNK_NS = NS_PER_S  # published at once
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Step:
-    stamp_ns: int  # [ns] of the filter
-    seen_ns: int  # [ns] of the observation
+    stamp_ns: int  # [ns]
     tracking_state: NDArray[np.uint8]  # (sensors, 15)
-    information: FloatArray  # see StateNumbers
+    numbers: StateNumbers  # as the filter published it
     filter_step: FilterStep
-    scale: float  # of the variances [-]
 
 
-class SmoothedEstimator(SegmentEstimator):
-    """Keeps the filter's last steps, and tells each when the next seconds are known."""
+class SmoothedEstimator(DefaultEstimator):
+    """Keeps the filter's last steps, and publishes each when the next seconds are known."""
 
     NEEDS_FUTURE: ClassVar[bool] = True
+    CAN_PREDICT: ClassVar[bool] = False
     TRUSTS: ClassVar[Trusts] = LOOKING_AHEAD
 
-    def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        parameters: FusionParameters,
-        counters: Counters,
-    ) -> None:
-        super().__init__(model, shape, parameters, counters)
-        self._go_on, self._take = settled(kernel.go_on), settled(kernel.take)
-        self._settle = settled(kernel.settle)
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
         self._steps: deque[_Step] = deque()
-        self._told_ns = 0
+        self._before_update: FilterState | None = None
+        self._restarts = 0
 
-    def track(self, block: ObservationBlock) -> PoseBlock | None:
-        """Take observations; the poses that are old enough to be told."""
-        seen = self._seen(block)
-        told: list[TimedPose] = []
-        newest_ns: list[int] = []
-        for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
-            before = len(told)
-            if stamp_ns < self._filter_ns - NS_PER_S:  # a recording that begins anew
-                told += self.flush()
-                self._told_ns = 0
-            self._step(block, seen, row)
-            steps = self._steps
-            if steps and self._filter_ns - steps[0].stamp_ns > LOOKAHEAD_NS + CHUNK_NS:
-                told += self._tell(steps[0].stamp_ns + CHUNK_NS)
-            newest_ns += [int(block.newest_ns[row])] * (len(told) - before)
-        self._count()
-        return self.block_of(told, newest_ns) if told else None
+    def track(self, observation: Observation) -> list[TimedPose]:
+        """Take an observation; the poses that are old enough to be published."""
+        poses: list[TimedPose] = []
+        if self._steps and observation.stamp_ns < self._steps[-1].stamp_ns - NS_PER_S:
+            poses += self.flush()  # a recording that begins anew
+        numbers = self.update(observation)
+        if numbers is not None:
+            self._keep(observation, numbers)
+        if self._steps:
+            first_ns = self._steps[0].stamp_ns
+            if self._steps[-1].stamp_ns - first_ns > LOOKAHEAD_NS + CHUNK_NS:
+                poses += self._publish_until(first_ns + CHUNK_NS)
+        return poses
 
     def flush(self) -> list[TimedPose]:
         """All poses that are left: nothing comes any more."""
-        return self._tell(self._steps[-1].stamp_ns) if self._steps else []
+        return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
-    @property
-    def _filter_ns(self) -> int:
-        return int(self._known.instants_ns[kernel.FILTER])
+    def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
+        state, is_started = super()._advance(observation, ahead_s)
+        self._before_update = None if state is None or is_started else state.copy()
+        return state, is_started
 
-    def _step(self, block: ObservationBlock, seen: Seen, row: int) -> None:
-        """Take one observation, and keep what the filter knew before and after."""
-        rules, positions = self._rules, block.positions[row]
-        information = np.empty((2, len(rules.parents), 3, 3))
-        ended = self._go_on(rules, seen, self._known, row, self._filter.state is not None)
-        begins: int | None = kernel.GOING_ON
-        if ended == kernel.TO_START:
-            begins = self._see_to(ended, positions)
-        if ended == kernel.TOO_LATE or begins is None:
-            return
-        predicted = self._filter.known_state.copy() if begins == kernel.GOING_ON else None
-        flipped = int(self._known.counts[kernel.TURNED_BACK])
-        ended = self._take(rules, seen, self._known, row, information)
-        if ended < kernel.TOO_LATE:
-            begins = self._see_to(ended, positions)
-        if begins is None:
-            return
-        follows = ended >= kernel.TAKEN and flipped == self._known.counts[kernel.TURNED_BACK]
-        dt_ns = self._filter_ns - self._steps[-1].stamp_ns if self._steps else 0
+    def _keep(self, observation: Observation, numbers: StateNumbers) -> None:
+        """Keep a step; one whose limb was turned back does not follow from the one before."""
+        assert self._state is not None
+        turned = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
+        follows = self._steps and turned == self._restarts
+        self._restarts = turned
+        dt_ns = observation.stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
         self._steps.append(
             _Step(
-                stamp_ns=self._filter_ns,
-                seen_ns=int(block.stamps_ns[row]),
-                tracking_state=block.tracking_state[row],
-                information=information,
+                stamp_ns=observation.stamp_ns,
+                tracking_state=observation.tracking_state,
+                numbers=numbers,
                 filter_step=FilterStep(
                     dt_s=dt_ns / NS_PER_S,
-                    predicted=predicted if follows else None,
-                    updated=self._filter.known_state.copy(),
+                    predicted=self._before_update if follows else None,
+                    updated=self._state.copy(),
                 ),
-                scale=scale_of(self._known.fit),
             )
         )
-        self._settle(rules, seen, self._known, row, begins, ended == kernel.REOPENED)
 
-    def _tell(self, until_ns: int) -> list[TimedPose]:
-        """Smooth all steps and tell the first of them, up to an instant."""
-        states = smoothed([step.filter_step for step in self._steps], self._filter.motion)
-        glide = make_handover(len(self._rules.parents)).glide
-        told: list[TimedPose] = []
-        for state in states:
+    def _publish_until(self, until_ns: int) -> list[TimedPose]:
+        """Smooth all steps and publish the first of them, up to an instant."""
+        steps = [step.filter_step for step in self._steps]
+        glide = make_handover(self._layout.links).glide
+        poses: list[TimedPose] = []
+        for state in smoothed(steps, self._layout, self.tuning.motion):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             step = self._steps.popleft()
-            if step.seen_ns <= self._told_ns:
-                continue  # a late frame's instant has been told already
-            self._told_ns = step.seen_ns
-            pose = self._kept(state, glide, step.information, step.scale)
-            told.append(
-                TimedPose(stamp_ns=step.seen_ns, tracking_state=step.tracking_state, pose=pose)
+            pose = self._numbers(state, glide, step.numbers.information)
+            poses.append(
+                TimedPose(
+                    stamp_ns=step.stamp_ns,
+                    tracking_state=step.tracking_state,
+                    pose=pose._replace(scale=step.numbers.scale),
+                )
             )
-        return told
+        return poses

@@ -1,17 +1,19 @@
 """From observations to estimates, in one process: what tracks a body, and what tells its poses."""
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.observation_block import Observation, block_of_observations
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preparing import prepare
 from pose_core.fusion.telling import Telling
 from pose_core.fusion.tracking import Tracking
-from pose_core.imu.readings import SegmentReadings
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.track import ImuStates
 
 
 class Estimation:
@@ -32,15 +34,20 @@ class Estimation:
         self._shape: BodyShape | None = None
         prepare(parameters.estimator, model.name)
 
-    def take(self, observations: Iterable[Observation]) -> list[EstimateBlock]:
-        """The estimates that observations complete, a block for each."""
-        blocks = []
-        for observation in observations:
-            self._shape = observation.shape
-            poses = self._tracking.take(block_of_observations([observation]), self._shape)
-            if poses is not None:
-                blocks.append(self._telling.tell(poses, self._shape))
-        return blocks
+    def take(self, observation: Observation) -> list[EstimateBlock]:
+        """The estimates that an observation completes: none or one block."""
+        self._shape = observation.shape
+        poses = self._tracking.take(observation)
+        return [] if poses is None else [self._telling.tell(poses, observation.shape)]
+
+    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+        """Take how IMUs sit from a calibration."""
+        self._tracking.use_mountings(mountings)
+
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard."""
+        return self._tracking.imu_uses
 
     def flush(self, newest_ns: int) -> list[EstimateBlock]:
         """What is left to be told when nothing comes any more: none or one block.
@@ -53,15 +60,13 @@ class Estimation:
             return []
         return [self._telling.tell(poses, self._shape)]
 
-    def predict(
-        self, stamp_ns: int, newest_ns: int, readings: SegmentReadings
-    ) -> EstimateBlock | None:
+    def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> EstimateBlock | None:
         """The pose at a later instant, as far as it is known; leaves everything as it is.
 
         Args:
             stamp_ns: The instant [ns].
             newest_ns: Stamp of the newest sample of any source [ns].
-            readings: Of the aligned IMUs at that instant, carried on by their gyroscopes.
+            readings: Of the IMUs at that instant, carried on by their gyroscopes.
         """
         poses = self._tracking.predict(stamp_ns, newest_ns, readings)
         return None if poses is None else self._telling.tell_ahead(poses)

@@ -5,20 +5,18 @@ Nothing that an estimator finds comes back here: the two halves may run beside e
 
 from collections.abc import Iterator
 
+from pose_core.body.measuring import BodyMeasuring
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.frame_queue import FrameQueue
-from pose_core.fusion.learning import COUNTERS as LEARNING_COUNTERS
-from pose_core.fusion.learning import FrameLearner
-from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.seen import SeenFrame, SensorsInMap
 from pose_core.fusion.waiting import WaitingSamples
 from pose_core.imu.imu_set import ImuSet
-from pose_core.imu.mounting import Mountings
-from pose_core.imu.readings import NO_READINGS, SegmentReadings
+from pose_core.imu.track import NO_STATES, ImuStates
 from pose_core.session.clocks import (
     Clocks,
     block_on_reference_clock,
@@ -37,7 +35,7 @@ COUNTERS = (
     "imu_samples_out_of_order",
     "frames",
     "frames_of_imus_alone",
-    *LEARNING_COUNTERS,
+    "frames_measuring_the_body",
 )
 
 
@@ -69,15 +67,9 @@ class Observer:
             max_gap_s=parameters.max_gap,
             max_wait_s=parameters.max_wait,
         )
-        self.imus = ImuSet(model, parameters.tracker_delay)
+        self.imus = ImuSet()
         self._sensors = SensorsInMap(parameters.sensors, None)
-        self._learner = FrameLearner(
-            model,
-            parameters,
-            self.imus,
-            counters,
-            takes_offsets=not self._needs_aligned_frames,
-        )
+        self._measuring = BodyMeasuring(model, parameters.shape_duration)
         self._unlearnt: SeenFrame | None = None
         self._frames = FrameQueue(self.aligner if self._needs_aligned_frames else None)
         self._waiting = WaitingSamples()
@@ -85,9 +77,8 @@ class Observer:
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.
 
-        What the last half minute held, since the first sample, is caught up on: the body's measures
-        and the IMUs' alignment are learnt from it, for nobody stands still in the neutral pose a
-        second time. Observations of the past are not made.
+        What the last half minute held, since the first sample, is caught up on: the body is
+        measured from it. Observations of the past are not made.
         """
         self.learn()
         self.clocks = extrinsics.clocks
@@ -111,16 +102,12 @@ class Observer:
             self._unlearnt = self._see(ready.popleft())
             self.learn()
 
-    def use_mountings(self, mountings: Mountings) -> None:
-        """Take how these IMUs sit from a calibration, instead of from a neutral pose."""
-        self.imus.alignment.use_mountings(mountings)
-
     @property
     def status(self) -> str:
         """What the chain is doing, for people."""
         if self.extrinsics is None:
             return "waiting for extrinsics"
-        return self._learner.status if self.shape is None else "tracking"
+        return self._measuring.status if self.shape is None else "tracking"
 
     @property
     def newest_ns(self) -> int:
@@ -182,13 +169,13 @@ class Observer:
         if self._unlearnt is None:
             return
         frame, self._unlearnt = self._unlearnt, None
-        shape = self._learner.learn(frame, self.shape)
-        if shape is not None:
-            self.shape = shape
+        if self.shape is None:
+            self.counters.add("frames_measuring_the_body")
+            self.shape = self._measuring.add(frame.stamp_ns, frame.positions, frame.tracking_state)
 
-    def readings(self, stamp_ns: int) -> SegmentReadings:
-        """What the aligned IMUs say of an instant [ns]."""
-        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_READINGS
+    def readings(self, stamp_ns: int) -> ImuStates:
+        """What the IMUs say of an instant [ns]."""
+        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_STATES
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
         sample = on_reference_clock(sample, self.clocks)
@@ -240,6 +227,5 @@ class Observer:
             positions=seen.positions,
             tracking_state=seen.tracking_state,
             cameras=self._sensors.places,
-            offsets=self._learner.offsets,
             readings=self.readings(seen.stamp_ns),
         )

@@ -92,11 +92,12 @@ class FusionParameters(Li2020Parameters):
         doc="silence of all sensors after which the default estimator looks anew",
     )
     tracker_delay: float = parameter(
-        0.06,
+        0.0,
         unit="s",
         low=0.0,
         high=0.2,
-        doc="how late the Kinects' joints are against their stamps, where IMUs are worn",
+        doc="how late the Kinects' joints are against their stamps, as far as it is known; with "
+        "IMUs the default estimator seeks each tracker's delay around it",
     )
     kinect_joint_stddev: float = parameter(
         0.03,

@@ -12,9 +12,10 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.registry import body_model_of
+from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.estimation import Estimation
-from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.observer import COUNTERS, Observer
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.tracking import tracking_counters
@@ -74,6 +75,21 @@ class FusionPipeline:
         return self._observer.imus
 
     @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard, by segment's name."""
+        uses = {use.segment: use for use in self._estimation.imu_uses}
+        return tuple(uses.get(name) or self._unused(name) for name in sorted(self.imus.segments))
+
+    def _unused(self, segment: str) -> ImuUse:
+        """Of an IMU that the estimator has not been given."""
+        if not self.parameters.use_imus:
+            return ImuUse(segment=segment, refused="use_imus is false: set it to true")
+        if self.counters["estimates"] == 0:
+            return ImuUse(segment=segment, refused="no pose yet: the cameras must see the person")
+        name = self.parameters.estimator
+        return ImuUse(segment=segment, refused=f"the estimator {name} uses no IMUs: use default")
+
+    @property
     def aligner(self) -> TimeAligner:
         """Brings all sensors to common instants, if the estimator wants that."""
         return self._observer.aligner
@@ -97,7 +113,7 @@ class FusionPipeline:
 
     def use_mountings(self, mountings: Mountings) -> None:
         """Take how these IMUs sit from a calibration, instead of from a neutral pose."""
-        self._observer.use_mountings(mountings)
+        self._estimation.use_mountings(mountings)
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Put stamps right by these clocks from now on; what came before stays where it is."""
@@ -106,6 +122,10 @@ class FusionPipeline:
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""
         self._observer.shape = shape
+
+    def add(self, sample: SkeletonSample | ImuSample | ImuBlock) -> list[BodyEstimate]:
+        """Take a sample of any source; returns the estimates that this completes."""
+        return self._estimated(self._observer.add(sample))
 
     def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
         """Take one person's joints from one sensor; returns the estimates that this completes."""
@@ -151,7 +171,7 @@ class FusionPipeline:
         self._observer.learn()
 
     def _estimated(self, observations: Iterable[Observation]) -> list[BodyEstimate]:
-        return [e for seen in observations for e in self._told(self._estimation.take([seen]))]
+        return [e for seen in observations for e in self._told(self._estimation.take(seen))]
 
     def _told(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
         if self.outlet is None:

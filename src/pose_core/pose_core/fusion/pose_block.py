@@ -2,14 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.observation_block import Observation, stacked
+from pose_core.fusion.observation import Observation
 from pose_core.kernels.frames import place_origins
 from pose_core.kernels.reading import StateNumbers
 from pose_core.streams.samples import FloatArray
@@ -134,3 +134,8 @@ def link_transforms(
     for row, filled in enumerate(T_map_link):
         place_origins(position[row], rotations[row], joints[row], turns_about, filled)
     return T_map_link
+
+
+def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """One after the other, in contiguous rows; one alone is not copied for that."""
+    return np.ascontiguousarray(rows[0])[None] if len(rows) == 1 else np.array(rows)

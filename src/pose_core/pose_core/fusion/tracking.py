@@ -1,14 +1,18 @@
 """The chain's second part: from observations to poses."""
 
+from collections.abc import Mapping
+
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.estimator import Estimator
 from pose_core.estimators.registry import estimator_class
-from pose_core.fusion.observation_block import ObservationBlock
+from pose_core.filter.imu_use import ImuUse
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import PoseBlock
-from pose_core.imu.readings import SegmentReadings
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.track import ImuStates
 
 
 def tracking_counters(parameters: FusionParameters) -> tuple[str, ...]:
@@ -36,18 +40,31 @@ class Tracking:
         self._counters = counters
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
+        self._mountings: Mapping[str, Mounting] = {}
 
-    def take(self, block: ObservationBlock, shape: BodyShape) -> PoseBlock | None:
-        """The poses that observations complete, if they do.
+    def take(self, observation: Observation) -> PoseBlock | None:
+        """The poses that an observation completes; of another body, it begins anew."""
+        if self._estimator is None or observation.shape is not self._shape:
+            self._shape = observation.shape
+            self._estimator = self._class(
+                self._model, observation.shape, self._parameters, self._counters
+            )
+            self._estimator.use_mountings(self._mountings)
+        poses = self._estimator.track(observation)
+        if not poses:
+            return None
+        return self._counted(self._estimator.block_of(poses, [observation.newest_ns] * len(poses)))
 
-        Args:
-            block: Observations of one body.
-            shape: That body's; another one begins anew.
-        """
-        if self._estimator is None or shape is not self._shape:
-            self._shape = shape
-            self._estimator = self._class(self._model, shape, self._parameters, self._counters)
-        return self._counted(self._estimator.track(block))
+    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+        """Take how IMUs sit from a calibration."""
+        self._mountings = mountings
+        if self._estimator is not None:
+            self._estimator.use_mountings(mountings)
+
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard."""
+        return () if self._estimator is None else self._estimator.imu_uses
 
     def flush(self, newest_ns: int) -> PoseBlock | None:
         """What is left when nothing comes any more.
@@ -60,13 +77,13 @@ class Tracking:
             return None
         return self._counted(self._estimator.block_of(poses, [newest_ns] * len(poses)))
 
-    def predict(self, stamp_ns: int, newest_ns: int, readings: SegmentReadings) -> PoseBlock | None:
+    def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> PoseBlock | None:
         """The pose at a later instant, as far as it is known; leaves everything as it is.
 
         Args:
             stamp_ns: The instant [ns].
             newest_ns: Stamp of the newest sample of any source [ns].
-            readings: Of the aligned IMUs at that instant, carried on by their gyroscopes.
+            readings: Of the IMUs at that instant, carried on by their gyroscopes.
         """
         if self._estimator is None:
             return None

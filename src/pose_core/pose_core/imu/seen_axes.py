@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.joints import JOINT_INDEX
-from pose_core.kernels.alignment import Sights
 from pose_core.kernels.compiling import settled
-from pose_core.kernels.seeing import AxisNumbers, see_axes
+from pose_core.kernels.seeing import AxisNumbers, Sights, see_axes
 from pose_core.streams.samples import FloatArray
 
 LEAST_BEND = math.sin(math.radians(30.0))  # [-] of a hinge whose axis is believed

@@ -157,3 +157,7 @@ def _make_rings(imus: int) -> Rings:
         newest=np.full(imus, -1, np.int64),
         filled=np.zeros(imus, np.int64),
     )
+
+
+NO_STATES = states_of({})
+"""Of no IMUs."""

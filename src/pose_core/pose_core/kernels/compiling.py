@@ -22,8 +22,9 @@ FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own; whoever sets it is obeyed
 
 def _sources_hash() -> str:
     digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")):
-        digest.update(path.read_bytes())
+    for folder in ("kernels", "filter"):
+        for path in sorted((Path(__file__).parents[1] / folder).glob("*.py")):
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 
 

@@ -5,13 +5,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.kernels.alignment import Sights
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.vectors import cross, dot, norm
 from pose_core.streams.samples import FloatArray
 
 SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
 TRACKED = 2  # of TrackingState
+
+
+class Sights(NamedTuple):
+    """What the cameras see of m segments' axes in map; NaN where they do not."""
+
+    long: FloatArray  # (m, 3) z
+    lateral: FloatArray  # (m, 3) y
+    sharpness: FloatArray  # (m,) [-] of y, 1 like a long axis
 
 
 class AxisNumbers(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.kernels.imu import interpolate, turn_on
+from pose_core.kernels.interpolation import interpolate, turn_on
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 

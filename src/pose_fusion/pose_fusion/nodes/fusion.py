@@ -248,12 +248,14 @@ class FusionNode(Node):
         message = self.pipeline.status
         if message == "tracking" and not is_tracking:
             message = "no skeletons: the sensors see nobody, or are silent"
-        imus = self.pipeline.imus
-        has_idle_imus = bool(imus.segments) and not imus.alignment.known_segments
-        if is_tracking and has_idle_imus:
-            message = "tracking without the IMUs: stand still, arms hanging, for 2 s, then move"
+        imus, uses = self.pipeline.imus, self.pipeline.imu_uses
+        idle = [use for use in uses if use.reason]
+        if is_tracking and idle:
+            message = f"tracking without the IMU on {idle[0]}"
+            if len(idle) > 1:
+                message += f"; {len(idle) - 1} more, see the values"
         return Report(
-            level=Level.OK if is_tracking and not has_idle_imus else Level.WARN,
+            level=Level.OK if is_tracking and not idle else Level.WARN,
             message=message,
             values={
                 "estimator": self._settings.estimator,
@@ -263,10 +265,9 @@ class FusionNode(Node):
                     f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
                     for source, clock in self.pipeline.clocks.items()
                 },
-                "imus": ", ".join(self.pipeline.imus.segments) or "none",
-                "imus_aligned": ", ".join(imus.alignment.known_segments) or "none",
-                "imus_calibrated": ", ".join(imus.alignment.mountings) or "none",
-                "imu_headings_found_anew": ", ".join(imus.alignment.heading_restarts) or "none",
+                "imus": ", ".join(imus.segments) or "none",
+                "imus_aligned": ", ".join(u.segment for u in uses if u.is_aligned) or "none",
+                **{f"imu/{use.segment}": str(use) for use in uses},
                 **counts,
                 **imus.counters.as_dict(),
                 **self._counters.as_dict(),

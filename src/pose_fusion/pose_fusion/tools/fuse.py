@@ -1,7 +1,6 @@
 """``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
 
 import argparse
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,13 +12,10 @@ from pose_calibration.imus.section import load_mountings_if_any
 from pose_calibration.session_calibration import calibrate
 from pose_core.body.shape import load_body_shape, save_body_shape
 from pose_core.body.urdf import make_urdf
-from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_core.estimators.registry import body_model_of
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.observer import COUNTERS, Observer
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.tracking import tracking_counters
+from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
 from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
 from pose_core.stamps import NS_PER_S
@@ -32,7 +28,6 @@ from pose_fusion.conversions import (
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.estimation_process import EstimationProcess
 from pose_io.bag_samples import BagSamples, read_extrinsics
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
@@ -102,54 +97,51 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
 class EstimateWriter:
     """Writes estimates into a bag, under the live topics' names."""
 
-    def __init__(self, writer: BagWriter, observer: Observer, extrinsics: Extrinsics) -> None:
+    def __init__(self, writer: BagWriter, pipeline: FusionPipeline, extrinsics: Extrinsics) -> None:
         self._writer = writer
-        self._observer = observer
+        self._pipeline = pipeline
         self._extrinsics = extrinsics
-        self._body_id = observer.parameters.subject
+        self._body_id = pipeline.parameters.subject
         self._bytes: EstimateBytes | None = None
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
         writer.add_topic(urdf_topic(self._body_id), "std_msgs/msg/String", latched=True)
         for topic, message_type in body_topics(self._body_id).items():
             writer.add_topic(topic, type_name(message_type))
 
-    def write(self, blocks: Iterable[EstimateBlock]) -> None:
+    def write(self, block: EstimateBlock) -> None:
         """Append all messages of estimates, stamped with their instants."""
-        for block in blocks:
-            if self._bytes is None:
-                self._write_latched(int(block.stamps_ns[0]))
-                model, typestore = self._observer.model, self._writer.typestore
-                self._bytes = EstimateBytes(model, self._body_id, typestore, block[0])
-            latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
-            rows = [data for _, data in self._bytes.write(block, latencies_s)]
-            self._writer.write_rows(self._bytes.types, block.stamps_ns, rows)
+        if self._bytes is None:
+            self._write_latched(int(block.stamps_ns[0]))
+            model, typestore = self._pipeline.model, self._writer.typestore
+            self._bytes = EstimateBytes(model, self._body_id, typestore, block[0])
+        latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
+        rows = [data for _, data in self._bytes.write(block, latencies_s)]
+        self._writer.write_rows(self._bytes.types, block.stamps_ns, rows)
 
     def _write_latched(self, stamp_ns: int) -> None:
-        sensors = self._observer.parameters.sensors
+        sensors = self._pipeline.parameters.sensors
         placed = {sensor: self._extrinsics.T_map_sensor(sensor) for sensor in sensors}
         self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
-        if self._observer.shape is not None:
-            urdf = make_urdf(self._observer.model, self._observer.shape, self._body_id)
+        if self._pipeline.shape is not None:
+            urdf = make_urdf(self._pipeline.model, self._pipeline.shape, self._body_id)
             self._append(urdf_topic(self._body_id), to_string(urdf), stamp_ns)
 
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
         self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
 
 
-def make_observer(
+def make_pipeline(
     parameters: FusionParameters, extrinsics: Extrinsics, console: Console
-) -> Observer:
-    """The chain's first half, with what the parameters' files tell; counts for both halves."""
-    counters = Counters(*COUNTERS, *tracking_counters(parameters))
-    observer = Observer(body_model_of(parameters), parameters, counters)
-    observer.place_sensors(extrinsics)
+) -> FusionPipeline:
+    """The chain, with what the parameters' files say."""
+    pipeline = FusionPipeline(parameters, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
-        observer.shape = load_body_shape(Path(parameters.shape_file), observer.model)
+        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
     name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
-    observer.use_mountings(mountings)
+    pipeline.use_mountings(mountings)
     if mountings:
         console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
-    return observer
+    return pipeline
 
 
 def fuse(
@@ -159,47 +151,44 @@ def fuse(
     *,
     storage: str = "mcap",
     console: Console | None = None,
-) -> Observer:
-    """Fuse a bag into a new one: another process estimates while this one reads and writes.
+) -> FusionPipeline:
+    """Fuse a bag into a new one.
 
     Returns:
-        The chain's first half, for its counts, which are those of the second, too.
+        The chain, for its counts and for what became of the IMUs.
 
     Raises:
         InputError: If the bag gives no estimates, or the new one cannot be written.
-        WorkerLostError: If the process that estimates has ended before its time.
     """
     console = console or Console(stderr=True)
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     extrinsics = find_extrinsics(bag, parameters, console)
-    observer = make_observer(parameters, extrinsics, console)
+    pipeline = make_pipeline(parameters, extrinsics, console)
     columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
-        # First, for it forks: the writer and the progress bar have threads.
-        EstimationProcess(observer.model, parameters, observer.counters) as estimation,
         BagWriter(out_bag, storage) as writer,
         Progress(*columns, TimeRemainingColumn(), console=console) as progress,
     ):
-        output = EstimateWriter(writer, observer, extrinsics)
+        output = EstimateWriter(writer, pipeline, extrinsics)
+        pipeline.outlet = output.write
         task = progress.add_task("fusing", total=1.0)
         samples = BagSamples(
             bag, parameters.person, lambda share: progress.update(task, completed=share)
         )
         for sample in samples:
-            output.write(estimation.take(observer.add(sample)))
-        output.write(estimation.take(observer.flush()))
-        output.write(estimation.flush(observer.newest_ns))
-        if observer.counters["estimates"] == 0:
+            pipeline.add(sample)
+        pipeline.flush()
+        if pipeline.counters["estimates"] == 0:
             raise InputError(
-                f"{bag.path} gave no pose in {observer.counters['frames']} frames "
-                f"({observer.status}): the sensors must see the whole person for "
+                f"{bag.path} gave no pose in {pipeline.counters['frames']} frames "
+                f"({pipeline.status}): the sensors must see the whole person for "
                 f"{parameters.shape_duration:g} s"
             )
-        path = Path(parameters.shape_file)
-        if parameters.shape_file and observer.shape is not None and not path.exists():
-            save_body_shape(path, observer.model, observer.shape, parameters.subject)
-    return observer
+        path, shape = Path(parameters.shape_file), pipeline.shape
+        if parameters.shape_file and shape is not None and not path.exists():
+            save_body_shape(path, pipeline.model, shape, parameters.subject)
+    return pipeline
 
 
 def run() -> None:
@@ -208,14 +197,16 @@ def run() -> None:
     console = Console(stderr=True)
     with open_bag(arguments.in_bag) as bag:
         parameters = read_parameters(arguments, bag)
-        observer = fuse(
+        pipeline = fuse(
             bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
         )
-    counts = observer.counters
+    counts = pipeline.counters
     print(
         f"{arguments.out_bag}: {counts['estimates']} estimates from "
         f"{counts['skeletons']} skeletons and {counts['imu_samples']} IMU samples"
     )
+    for use in pipeline.imu_uses:
+        print(f"  IMU {use}")
 
 
 def main() -> None:

@@ -1,0 +1,302 @@
+"""``default``: the filter of :mod:`pose_core.filter`, every sensor's frame as it comes."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from pose_core.body.inverse_kinematics import dof_from_positions
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import BodyModel
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import BodyShape
+from pose_core.body.trunk import trunk_axes
+from pose_core.counters import Counters
+from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.kinect_tracker import mean_of_sensors
+from pose_core.filter.camera import CameraFrame
+from pose_core.filter.constants import make_constants
+from pose_core.filter.imu_alignments import ImuAlignments
+from pose_core.filter.imu_use import ImuUse
+from pose_core.filter.layout import make_layout
+from pose_core.filter.motion import predict
+from pose_core.filter.state import FilterState, copy_pose, start_state
+from pose_core.filter.step import StepResult, take_frame, take_imus
+from pose_core.filter.tuning import FilterTuning
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pose_block import TimedPose
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.track import ImuStates
+from pose_core.joints import JOINTS
+from pose_core.kernels.fit import FITTING, note_fit, scale_of
+from pose_core.kernels.gliding import Glide
+from pose_core.kernels.handover import glide_after, glide_no_more, glide_on, make_handover
+from pose_core.kernels.placing import Pose, place_joints
+from pose_core.kernels.reading import StateNumbers
+from pose_core.kernels.side_swaps import unswap
+from pose_core.kernels.sources import NEVER, hear, miss
+from pose_core.kernels.telling import keep
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+LATEST_S = 0.2  # [s] a frame that is later says too little of now
+JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
+EVENT_NS = 100_000_000  # [ns] for which an event's corrections come
+STRAYED = 25.0  # [-] median squared innovation distance of a person who is elsewhere
+STRAYING_NS = 250_000_000  # [ns] for which that may last
+
+
+class DefaultEstimator(StepwiseEstimator):
+    """Predicts to each observation, takes the IMUs' readings and the cameras' frames."""
+
+    COUNTERS: ClassVar[tuple[str, ...]] = (
+        "filter_starts",
+        "filter_restarts_gap",
+        "filter_restarts_strayed",
+        "filter_restarts_numerical",
+        "frames_without_trunk",
+        "frames_too_late",
+        "frames_late_but_used",
+        "limbs_turned_back",
+        "sides_swapped",
+    )
+    BODY_MODEL: ClassVar[str] = "default"
+    NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
+    CAN_PREDICT: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+        tuning: FilterTuning | None = None,
+    ) -> None:
+        super().__init__(model, shape, parameters, counters)
+        self.tuning = tuning or FilterTuning()
+        self._tree = SegmentTree(model, shape)
+        self._constants = make_constants(self._tree, self.tuning, parameters.tracker_delay)
+        links = len(self._tree.parents)
+        self._layout = make_layout(links, len(self._tree.sliding_links))
+        self._alignments = ImuAlignments(model)
+        self._state: FilterState | None = None
+        self._stamp_ns = 0
+        self._predicted = _empty_pose(self._layout.links, self._layout.slides)
+        self._handover = make_handover(links)
+        self._heard_ns = np.full(len(parameters.sensors) + links, NEVER)
+        self._event_ns: int = NEVER
+        self._strayed_since_ns: int | None = None
+        self._fit = np.full(1, FITTING)
+        self._newest: StateNumbers | None = None
+        self._tracking_state = np.zeros((len(parameters.sensors), len(JOINTS)), np.uint8)
+
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard."""
+        return self._alignments.uses
+
+    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+        """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
+        self._alignments.use_mountings(mountings)
+
+    def update(self, observation: Observation) -> StateNumbers | None:
+        """One step; None while there is no pose, and for a frame of the past."""
+        ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        state, is_started = self._advance(observation, ahead_s)
+        if state is None:
+            return None
+        copy_pose(state.pose, self._predicted)
+        information = np.zeros((2, self._layout.links, 3, 3))
+        result = self._take(observation, max(-ahead_s, 0.0), information)
+        if result is None:
+            return None
+        is_event = self._hear(observation) or is_started
+        if self._has_strayed(observation, result):
+            self.counters.add("filter_restarts_strayed")
+            if not self._start(observation):
+                return None
+            is_event = True
+        return self._publish(is_event, ahead_s, result, information)
+
+    def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
+        """The state predicted to the instant; the aligned IMUs' readings count already."""
+        ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
+        if self._state is None or self._newest is None:
+            return None
+        if not 0.0 <= ahead_s < self.parameters.forget_after:
+            return None
+        ahead = self._state.copy()
+        predict(self._constants.motion, ahead, ahead_s)
+        information = np.zeros((2, self._layout.links, 3, 3))
+        aligned = self._alignments.readings(readings)
+        if not take_imus(self._constants, ahead, aligned, information[1]):
+            return None
+        glide = glide_after(self._handover, ahead_s)
+        pose = self._numbers(ahead, glide, information)
+        return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
+
+    def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
+        """Bring the filter to an observation's instant, or start it there.
+
+        Returns:
+            The state, None if the observation is not used; whether it was started.
+        """
+        if self._state is None:
+            started = self._start(observation)
+            glide_no_more(self._handover)
+            return (self._state if started else None), started
+        if -JUMP_BACK_S < ahead_s < -LATEST_S:
+            self.counters.add("frames_too_late")
+            return None, False
+        has_imus = any(use.is_aligned for use in self.imu_uses) and len(observation.readings) > 0
+        is_apart = ahead_s <= -JUMP_BACK_S or ahead_s >= self.parameters.forget_after
+        if ahead_s <= -JUMP_BACK_S or (is_apart and not has_imus):
+            self.counters.add("filter_restarts_gap")
+            started = self._start(observation)
+            return (self._state if started else None), started
+        if ahead_s > 0.0:
+            predict(self._constants.motion, self._state, ahead_s)
+            self._handover.gone_s[0] += ahead_s
+            self._stamp_ns = observation.stamp_ns
+        return self._state, False
+
+    def _start(self, observation: Observation) -> bool:
+        """Begin with the pose that the cameras' mean shows, if it shows the trunk."""
+        mean = mean_of_sensors(observation.positions)
+        if not np.all(np.isfinite(trunk_axes(mean))):
+            self.counters.add("frames_without_trunk")
+            return False
+        self.counters.add("filter_starts")
+        kinematics = ForwardKinematics(self.model, self.shape.offsets, trunk_axes(mean))
+        dof = dof_from_positions(self.model, mean)
+        rotations = kinematics.pose(dof).rotations
+        sensors = len(self.parameters.sensors)
+        self._state = start_state(self._layout, sensors, self.tuning, dof[:3], rotations)
+        self._state.delay[:] = self._constants.known_delay_s
+        self._alignments.restart()
+        self._stamp_ns = observation.stamp_ns
+        self._strayed_since_ns = None
+        return True
+
+    def _take(
+        self, observation: Observation, late_s: float, information: FloatArray
+    ) -> StepResult | None:
+        """Correct the state by all that an observation holds; None if that broke it."""
+        assert self._state is not None
+        readings = self._alignments.readings(observation.readings)
+        if not take_imus(self._constants, self._state, readings, information[1]):
+            self._break()
+            return None
+        result = StepResult(True, 0, float("nan"), float("nan"))
+        for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
+            if not self._looks_at(sensor):
+                continue
+            frame = self._frame(observation, sensor, late_s)
+            result = take_frame(self._constants, self._state, frame, information[0])
+            if not result.is_finite:
+                self._break()
+                return None
+            self.counters.add("limbs_turned_back", result.turned_back)
+        if len(observation.readings) and late_s == 0.0:
+            self._state = self._alignments.observe(
+                observation.stamp_ns, observation.readings, self._state
+            )
+        return result
+
+    def _looks_at(self, sensor: int) -> bool:
+        """Whether a camera's frames count."""
+        del sensor
+        return True
+
+    def _break(self) -> None:
+        self.counters.add("filter_restarts_numerical")
+        self._state = None
+
+    def _frame(self, observation: Observation, sensor: int, late_s: float) -> CameraFrame:
+        """One camera's frame, with sides that its tracker has swapped put right."""
+        assert self._state is not None
+        positions = np.ascontiguousarray(observation.positions[sensor])
+        tracking_state = np.ascontiguousarray(observation.tracking_state[sensor])
+        order = np.arange(len(JOINTS))
+        swapped = unswap(positions, self._joints(self._state.pose), self._constants.swaps, order)
+        if swapped:
+            self.counters.add("sides_swapped", swapped)
+            positions, tracking_state = positions[order], tracking_state[order]
+        camera = np.ascontiguousarray(observation.cameras[sensor])
+        return CameraFrame(sensor, positions, tracking_state, camera, late_s)
+
+    def _joints(self, pose: Pose) -> FloatArray:
+        levers = np.zeros((len(JOINTS), self._layout.links, 3))
+        joints = np.empty((len(JOINTS), 3))
+        body = self._constants.camera.body
+        place_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
+        return joints
+
+    def _hear(self, observation: Observation) -> bool:
+        """Note which sources speak; whether one has come or gone."""
+        stamp_ns, sensors = observation.stamp_ns, len(observation.tracking_state)
+        is_event = miss(self._heard_ns, self._stamp_ns)
+        for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
+            is_event |= hear(self._heard_ns, sensor, stamp_ns)
+        for index, use in enumerate(self.imu_uses):
+            if use.is_aligned and use.segment in observation.readings:
+                is_event |= hear(self._heard_ns, sensors + index, stamp_ns)
+        return bool(is_event)
+
+    def _has_strayed(self, observation: Observation, result: StepResult) -> bool:
+        """Whether the person has been elsewhere for too long."""
+        if np.isnan(result.median) or result.median < STRAYED:
+            if not np.isnan(result.median):
+                self._strayed_since_ns = None
+            return False
+        if self._strayed_since_ns is None or observation.stamp_ns < self._strayed_since_ns:
+            self._strayed_since_ns = observation.stamp_ns
+        return observation.stamp_ns - self._strayed_since_ns > STRAYING_NS
+
+    def _publish(
+        self, is_event: bool, ahead_s: float, result: StepResult, information: FloatArray
+    ) -> StateNumbers | None:
+        """Blend the correction into what is published; None for an instant of the past."""
+        assert self._state is not None
+        if is_event:
+            self._event_ns = self._stamp_ns
+        is_eventful = self._event_ns != NEVER and 0 <= self._stamp_ns - self._event_ns <= EVENT_NS
+        if self._newest is not None:
+            glide_on(self._handover, self._predicted, self._state.pose, is_eventful)
+        if -JUMP_BACK_S < ahead_s < 0.0:
+            self.counters.add("frames_late_but_used")
+            return None
+        note_fit(self._fit, max(min(ahead_s, 1.0), 0.0), result.typical)
+        self._handover.at_once[:] = 0.0
+        self._newest = self._numbers(self._state, self._handover.glide, information)
+        return self._newest
+
+    def _numbers(self, state: FilterState, glide: Glide, information: FloatArray) -> StateNumbers:
+        """What of a state is published."""
+        links = self._layout.links
+        numbers = StateNumbers(
+            position=np.empty(3),
+            velocity=np.empty(3),
+            rotations=np.empty((links, 3, 3)),
+            rates=np.empty((links, 3)),
+            turns=np.empty((links, 3)),
+            shift=np.empty(3),
+            place_variance=np.empty(3),
+            covariance=np.empty((links, 3, 3)),
+            information=information,
+            scale=np.empty(1),
+        )
+        keep(state.pose, state.P, self._tree.parents, glide, scale_of(self._fit), numbers)
+        return numbers
+
+
+def _empty_pose(links: int, slides: int) -> Pose:
+    """Room for a pose."""
+    return Pose(
+        position=np.empty(3),
+        rotations=np.empty((links, 3, 3)),
+        slides=np.empty((slides, 3)),
+        velocity=np.empty(3),
+        rates=np.empty((links, 3)),
+    )

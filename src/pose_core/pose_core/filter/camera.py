@@ -1,0 +1,180 @@
+r"""Measurement model of a camera's joints.
+
+A frame of camera c, stamped ``late`` before the filter's instant and delayed by the tracker's
+:math:`\tau_c`, shows joint j where it was then, with the view's slow offset b:
+
+.. math:: z_{cj} = p_j(t - \mathrm{late} - \tau_c) + R_z(\mathrm{heading})\,b_{cj} + n, \quad
+          p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
+
+Its derivative by a link's rotation error is :math:`-[R_l o_{jl}]_\times`, by the rates
+:math:`-(\mathrm{late} + \tau_c)` times that by the pose. The noise n grows along the line of sight,
+with speed, where a limb points at the camera, for inferred joints and where the body hides the
+joint (``occlusion``).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.occlusion import Capsules, hidden
+from pose_core.filter.rows import Rows, add_group
+from pose_core.filter.state import FilterState
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.placing import BodyNumbers, derivative, joint_velocities, place_joints
+from pose_core.kernels.rotations import turn_all
+from pose_core.kernels.vectors import dot
+from pose_core.streams.samples import FloatArray
+
+NOT_TRACKED, INFERRED = 0, 1  # of TrackingState
+FASTEST = 2.0  # [m/s] beyond which the noise grows no more
+
+
+class CameraConstants(NamedTuple):
+    """Numbers of :class:`pose_core.filter.tuning.CameraNoise`, and the body that is seen."""
+
+    body: BodyNumbers
+    capsules: Capsules
+    limb_ends: NDArray[np.int64]  # (limbs, 2) far and near joint
+    variance: float  # [m²]
+    depth_variance: float  # [m²]
+    moving: float  # [s²]
+    lag: float  # [s²]
+    foreshortened: float  # [m]
+    inferred_variance: float  # [m²]
+    occluded_variance: float  # [m²]
+    correlation: float  # [-] factor of all variances
+    student_dof: float
+    least_weight: float
+
+
+class CameraFrame(NamedTuple):
+    """What one camera sees of one person."""
+
+    sensor: int
+    positions: FloatArray  # (joints, 3) [m] in map; NaN unseen
+    tracking_state: NDArray[np.uint8]  # (joints,)
+    camera: FloatArray  # (3,) [m] its place in map
+    late_s: float  # [s] how far before the filter's instant it is stamped
+
+
+class View(NamedTuple):
+    """The joints as predicted for one frame."""
+
+    places: FloatArray  # (joints, 3) [m] in map
+    levers: FloatArray  # (joints, links, 3) [m] what each link adds to each joint
+    velocity: FloatArray  # (joints, 3) [m/s]
+    rotations: FloatArray  # (links, 3, 3) of then
+    hidden: FloatArray  # (joints,) [-]
+    tau_s: float  # [s] how far before the filter's instant it was captured
+
+
+@compiled_in_place
+def is_seen(frame: CameraFrame, joint: int) -> bool:
+    """Whether a frame says where a joint is."""
+    if frame.tracking_state[joint] == NOT_TRACKED:
+        return False
+    x, y, z = frame.positions[joint, 0], frame.positions[joint, 1], frame.positions[joint, 2]
+    return np.isfinite(x) and np.isfinite(y) and np.isfinite(z)
+
+
+@compiled
+def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> View:
+    """Where the joints were when a frame was captured, and what hides them."""
+    pose, joints, links = state.pose, len(frame.positions), len(state.heading)
+    tau_s = frame.late_s + state.delay[frame.sensor]
+    rotations = np.empty_like(pose.rotations)
+    turn_all(pose.rates, -tau_s, pose.rotations, rotations)
+    position = pose.position - tau_s * pose.velocity
+    levers, places = np.zeros((joints, links, 3)), np.empty((joints, 3))
+    place_joints(constants.body, position, rotations, pose.slides, levers, places)
+    velocity, covered = np.empty((joints, 3)), np.empty(joints)
+    joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
+    hidden(constants.capsules, places, frame.camera, covered)
+    return View(places, levers, velocity, rotations, covered, tau_s)
+
+
+@compiled
+def add_camera(
+    constants: CameraConstants, state: FilterState, frame: CameraFrame, view: View, rows: Rows
+) -> None:
+    """Add the rows of all joints that a frame shows."""
+    links, slides = len(state.heading), len(state.pose.slides)
+    moving = 3 + 3 * links
+    velocity = moving + 3 * slides
+    c, s = heading_of(view.rotations[0])
+    for joint in range(len(frame.positions)):
+        if not is_seen(frame, joint):
+            continue
+        group = add_group(rows, 3, constants.student_dof, joint)
+        first = rows.first[group]
+        H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
+        derivative(constants.body, joint, view.levers, view.rotations, 1.0, H)
+        for axis in range(3):
+            for k in range(moving):
+                H[axis, velocity + k] = -view.tau_s * H[axis, k]
+            residual[axis] = frame.positions[joint, axis] - view.places[joint, axis]
+        offset = state.offset[frame.sensor, joint]
+        residual[0] -= c * offset[0] - s * offset[1]
+        residual[1] -= s * offset[0] + c * offset[1]
+        residual[2] -= offset[2]
+        own = state.offset_variance[frame.sensor, joint]
+        joint_noise(constants, frame, view, joint, own, rows.noise[group])
+    add_foreshortening(constants, view, frame, rows)
+
+
+@compiled_in_place
+def heading_of(R_map_root: FloatArray) -> tuple[float, float]:
+    """Cosine and sine of the root's heading."""
+    x, y = R_map_root[0, 0], R_map_root[1, 0]
+    length = max(np.sqrt(x * x + y * y), 1e-9)
+    return x / length, y / length
+
+
+@compiled_in_place
+def joint_noise(
+    constants: CameraConstants,
+    frame: CameraFrame,
+    view: View,
+    joint: int,
+    offset_variance: float,
+    out: FloatArray,
+) -> None:
+    """Covariance of a joint's measurement, (3, 3) [m²], but for foreshortening."""
+    place, velocity = view.places[joint], view.velocity[joint]
+    x, y, z = place[0] - frame.camera[0], place[1] - frame.camera[1], place[2] - frame.camera[2]
+    length = np.sqrt(x * x + y * y + z * z)
+    ray = (x / length, y / length, z / length)
+    speed = min(np.sqrt(dot(velocity, velocity)), FASTEST)
+    isotropic = constants.variance + constants.moving * speed**2
+    isotropic += constants.occluded_variance * view.hidden[joint] ** 2
+    if frame.tracking_state[joint] == INFERRED:
+        isotropic += constants.inferred_variance
+    for i in range(3):
+        for k in range(3):
+            along = constants.depth_variance * ray[i] * ray[k]
+            along += constants.lag * velocity[i] * velocity[k]
+            out[i, k] = constants.correlation * along
+        out[i, i] += constants.correlation * isotropic + offset_variance
+
+
+@compiled_in_place
+def add_foreshortening(
+    constants: CameraConstants, view: View, frame: CameraFrame, rows: Rows
+) -> None:
+    """Enlarge the noise of joints whose limb points along the line of sight, by cos⁸."""
+    for group in range(rows.filled[1]):
+        for far, near in constants.limb_ends:
+            if rows.source[group] != far:
+                continue
+            along = limb_length = sight_length = 0.0
+            for k in range(3):
+                limb = view.places[far, k] - view.places[near, k]
+                sight = view.places[far, k] - frame.camera[k]
+                along += limb * sight
+                limb_length += limb * limb
+                sight_length += sight * sight
+            cosine = (along * along / (limb_length * sight_length)) ** 2
+            more = constants.correlation * (constants.foreshortened * cosine) ** 2
+            for k in range(3):
+                rows.noise[group, k, k] += more

@@ -1,0 +1,150 @@
+"""The default filter's constants: one body, one tuning, as the compiled arithmetic takes them."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.body.model import BodyModel
+from pose_core.body.segment_tree import SegmentTree, without_side
+from pose_core.filter.camera import CameraConstants
+from pose_core.filter.imu import ImuConstants
+from pose_core.filter.motion import MotionConstants
+from pose_core.filter.occlusion import make_capsules
+from pose_core.filter.posture import PostureConstants
+from pose_core.filter.tuning import FilterTuning
+from pose_core.filters.side_swaps import SWAPS
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.kernels.side_swaps import SwapNumbers
+
+LIMB_ENDS = np.array(
+    [
+        (JOINT_INDEX[f"{side}_{far}"], JOINT_INDEX[f"{side}_{near}"])
+        for side in SIDES
+        for far, near in (
+            ("elbow", "shoulder"),
+            ("hand", "elbow"),
+            ("knee", "hip"),
+            ("foot", "knee"),
+        )
+    ],
+    np.int64,
+)
+"""The joint that each limb ends in, and the one that it begins at."""
+
+
+class FilterConstants(NamedTuple):
+    """Everything that does not change while one person is tracked."""
+
+    motion: MotionConstants
+    camera: CameraConstants
+    posture: PostureConstants
+    imu: ImuConstants
+    swaps: SwapNumbers
+    starts: NDArray[np.int64]  # (links,) joint that each link turns about; −1 of the root
+    ends: NDArray[np.int64]  # (links,) joint that shows each link
+    delay_prior: float  # [m²/s²] of :func:`pose_core.filter.adaptation.learn_delay`
+    delay_memory_s: float
+    known_delay_s: float  # [s] of the trackers, as far as it was told
+    most_adaptation: float
+    adapted_distance: float
+    adaptation_memory_s: float
+
+
+def make_constants(
+    tree: SegmentTree, tuning: FilterTuning, known_delay_s: float = 0.0
+) -> FilterConstants:
+    """Constants of a body; the trackers' delays are sought around ``known_delay_s`` [s]."""
+    motion = tuning.motion
+    return FilterConstants(
+        motion=_motion(tree, tuning),
+        camera=_camera(tree, tuning),
+        posture=_posture(tree, tuning),
+        imu=ImuConstants(
+            stddev=tuning.imu.orientation_stddev,
+            soft_tissue=tuning.imu.soft_tissue,
+            correlated_samples=tuning.imu.correlated_samples,
+            student_dof=tuning.imu.student_dof,
+            rate_stddev=tuning.imu.rate_stddev,
+        ),
+        swaps=SWAPS,
+        starts=tree.model.link_joints,
+        ends=_link_ends(tree.model),
+        delay_prior=tuning.camera.delay_prior,
+        delay_memory_s=tuning.camera.delay_memory,
+        known_delay_s=float(known_delay_s),
+        most_adaptation=motion.most_adaptation,
+        adapted_distance=motion.adapted_distance,
+        adaptation_memory_s=motion.adaptation_memory,
+    )
+
+
+def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
+    motion, kinds = tuning.motion, [without_side(name) for name in tree.model.link_names]
+    path = np.eye(len(kinds))
+    for link, parent in enumerate(tree.parents):
+        if parent >= 0:
+            path[link] += motion.carried[kinds[link]] * path[parent]
+    own = [motion.acceleration[kind] for kind in kinds]
+    return MotionConstants(
+        acceleration=np.array([motion.root_acceleration, *own]),
+        acceleration_per_rate=motion.acceleration_per_rate,
+        path=path,
+        rate_memory_s=motion.rate_memory,
+        slide_memory_s=motion.slide_memory,
+        slide_variance=motion.slide_stddev**2,
+        offset_memory_s=tuning.camera.offset_memory,
+        offset_variance=tuning.camera.offset_stddev**2,
+        mounting_walk=tuning.imu.mounting_walk**2,
+        heading_walk=tuning.imu.heading_walk**2,
+    )
+
+
+def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
+    noise = tuning.camera
+    return CameraConstants(
+        body=tree.numbers,
+        capsules=make_capsules(),
+        limb_ends=LIMB_ENDS,
+        variance=noise.stddev**2,
+        depth_variance=noise.depth_stddev**2,
+        moving=noise.moving_stddev**2,
+        lag=noise.lag_stddev**2,
+        foreshortened=noise.foreshortened_stddev,
+        inferred_variance=noise.inferred_stddev**2,
+        occluded_variance=noise.occluded_stddev**2,
+        correlation=noise.correlation_factor**2,
+        student_dof=noise.student_dof,
+        least_weight=noise.least_weight,
+    )
+
+
+def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
+    prior, names = tuning.posture, tree.model.link_names
+    turning, spine = np.array(tree.turning, np.int64), np.array(tree.spine, np.int64)
+    parents, links, signs = tree.hinge_arrays
+    stddev = np.array([prior.twist_stddev[without_side(names[link])] for link in turning])
+    return PostureConstants(
+        hinge_parents=parents,
+        hinge_links=links,
+        hinge_signs=signs,
+        hinge_variance=prior.hinge_stddev**2,
+        limit_variance=prior.limit_stddev**2,
+        hinge_student_scale=prior.hinge_student_scale,
+        wrong_bend=-prior.wrong_bend,
+        twist_parents=tree.parents[turning].astype(np.int64),
+        twist_links=turning,
+        twist_variance=stddev**2,
+        spine_parents=tree.parents[spine].astype(np.int64),
+        spine_links=spine,
+        spine_variance=prior.waist_stddev**2,
+    )
+
+
+def _link_ends(model: BodyModel) -> NDArray[np.int64]:
+    """The joint that shows each link: its far end; the root's left hip, the trunk's neck."""
+    ends = []
+    for name, link in model.links.items():
+        far = "left_hip" if link.joint is None else model.ends(name)[1]
+        ends.append(JOINT_INDEX["neck" if without_side(name) == "trunk" else far])
+    return np.array(ends, np.int64)

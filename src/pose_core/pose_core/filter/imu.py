@@ -1,0 +1,85 @@
+r"""Measurement model of an aligned IMU.
+
+Its orientation :math:`R_{ws}` in its own world, whose heading in map is ψ, shows the link's
+rotation through the mounting M, and its gyroscope the link's rate:
+
+.. math:: R_z(\psi)\,R_{ws}\,M = \exp(n)\,R_l, \quad R_z(\psi)\,R_{ws}\,\omega_s = \omega_l + n
+
+With :math:`Q = R_z(\hat\psi) R_{ws} \hat M` the residual :math:`\log(Q \hat R_l^T)` is
+:math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.rows import NORMAL, Rows, add_group
+from pose_core.filter.state import FilterState
+from pose_core.kernels.compiling import compiled
+from pose_core.kernels.rotations import exponential, logarithm, product, product_transposed
+from pose_core.streams.samples import FloatArray
+
+FASTEST = 6.0  # [rad/s] beyond which soft tissue's error grows no more
+HELD_JERK = 100.0  # [rad/s³] of a limb that swings while a reading is only carried on
+
+
+class ImuConstants(NamedTuple):
+    """Numbers of :class:`pose_core.filter.tuning.ImuNoise`."""
+
+    stddev: float  # [rad]
+    soft_tissue: float  # [s]
+    correlated_samples: float  # [-]
+    student_dof: float  # [-]
+    rate_stddev: float  # [rad/s]
+
+
+class ImuReadings(NamedTuple):
+    """k aligned IMUs' readings of one instant."""
+
+    links: NDArray[np.int64]  # (k,)
+    R_world_sensor: FloatArray  # (k, 3, 3)
+    angular_velocity: FloatArray  # (k, 3) [rad/s] in the sensors' frames
+    age_s: FloatArray  # (k,) [s] for which the gyroscope has carried each on
+
+
+NO_IMUS = ImuReadings(np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
+
+
+@compiled
+def add_imus(
+    constants: ImuConstants, state: FilterState, readings: ImuReadings, rows: Rows
+) -> None:
+    """Add each IMU's orientation, three rows, and rate, three rows."""
+    R_z, R_map_sensor, Q = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    apart, turn = np.empty((3, 3)), np.empty(3)
+    links = len(state.heading)
+    rates = 6 + 3 * links + 3 * len(state.pose.slides)
+    for row in range(len(readings.links)):
+        link = readings.links[row]
+        column, age_s = state.imu_column[link], readings.age_s[row]
+        exponential(0.0, 0.0, state.heading[link], R_z)
+        product(R_z, readings.R_world_sensor[row], R_map_sensor)
+        product(R_map_sensor, state.R_sensor_link[link], Q)
+        product_transposed(Q, state.pose.rotations[link], apart)
+        logarithm(apart, turn)
+        rate = np.dot(R_map_sensor, readings.angular_velocity[row])
+        speed = min(np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2), FASTEST)
+        held = HELD_JERK * age_s**3 / 3.0
+        stddev = constants.stddev + constants.soft_tissue * speed
+        variance = constants.correlated_samples * stddev**2 + held**2
+        rate_variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
+        rate_variance += (HELD_JERK * age_s**2) ** 2
+        orientation = add_group(rows, 3, constants.student_dof, link)
+        first = rows.first[orientation]
+        gyroscope = add_group(rows, 3, NORMAL, link)
+        for i in range(3):
+            rows.H[first + i, 3 + 3 * link + i] = 1.0
+            for k in range(3):
+                rows.H[first + i, column + k] = -Q[i, k]
+            rows.residual[first + i] = turn[i]
+            rows.noise[orientation, i, i] = variance
+            rows.H[first + 3 + i, rates + 3 * link + i] = 1.0
+            rows.residual[first + 3 + i] = rate[i] - state.pose.rates[link, i]
+            rows.noise[gyroscope, i, i] = rate_variance
+        rows.H[first + 2, column + 3] = -1.0

@@ -1,0 +1,44 @@
+"""What becomes of an IMU's readings: used from when, how well aligned, or why not."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(kw_only=True)
+class ImuUse:
+    """What becomes of one IMU's readings."""
+
+    segment: str
+    is_aligned: bool = False
+    aligned_ns: int | None = None  # [ns] stamp since which it is used
+    readings: int = 0
+    used: int = 0
+    contradictions: int = 0  # times that it was aligned anew
+    tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
+    turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
+    heading_stddev: float = float("nan")  # [rad]
+    is_known: bool = True  # whether the body model has a link for the segment
+    refused: str = ""  # why it cannot be used at all, and what to do
+
+    @property
+    def reason(self) -> str:
+        """Why it is not used, and what to do; empty if it is."""
+        if self.refused:
+            return self.refused
+        if not self.is_known:
+            return "the body model has no link for this segment: name another segment"
+        if self.is_aligned:
+            return ""
+        if self.contradictions:
+            return "the cameras contradict it: check its strap and its segment; move to realign it"
+        return "not aligned yet: move and turn the segment in view of the cameras"
+
+    def __str__(self) -> str:
+        if self.reason:
+            return f"{self.segment}: not used, {self.reason}"
+        tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])
+        return (
+            f"{self.segment}: used for {100.0 * self.used / max(self.readings, 1):.0f} % of frames,"
+            f" tilt known to {tilt:.1f}°, turn to {turn:.1f}°, heading to {heading:.1f}°"
+        )

@@ -1,0 +1,170 @@
+r"""Prediction: rates decay with a time constant and are driven by white accelerations.
+
+.. math:: \dot\omega = -\omega / \tau_\omega + w, \quad
+          R(t + \Delta t) = \exp([r\,\omega]_\times) R(t), \quad
+          r = \tau_\omega (1 - e^{-\Delta t / \tau_\omega})
+
+The power of w follows the motion: it grows with the link's own rate, and while all cameras see a
+joint elsewhere than predicted (:func:`pose_core.filter.adaptation.adapt`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pose_core.filter.state import NO_COLUMN, FilterState
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.rotations import turn_by
+from pose_core.streams.samples import FloatArray
+
+FRAME_PERIOD_S = 1.0 / 30.0  # for which accelerations are meant as white
+LARGEST_STDDEV = 1.2  # [rad] an unseen rotation's error grows no further: it would mean nothing
+
+
+class MotionConstants(NamedTuple):
+    """Process noise of one body."""
+
+    acceleration: FloatArray  # (1 + links,) [m/s²] of the root, [rad/s²] of the links
+    acceleration_per_rate: float  # [1/s]
+    path: FloatArray  # (links, links) share of each link's acceleration in each link's
+    rate_memory_s: float
+    slide_memory_s: float
+    slide_variance: float  # [m²]
+    offset_memory_s: float
+    offset_variance: float  # [m²]
+    mounting_walk: float  # [rad²/s]
+    heading_walk: float  # [rad²/s]
+
+
+@compiled
+def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
+    """Advance the state by ``dt_s`` [s], in place."""
+    pose, P = state.pose, state.P
+    power = acceleration_power(constants, state)
+    keep = np.exp(-dt_s / constants.rate_memory_s)
+    reach_s = constants.rate_memory_s * (1.0 - keep)
+    keep_slide = np.exp(-dt_s / constants.slide_memory_s)
+    predict_mean(state, keep, reach_s, keep_slide)
+    transform_covariance(P, len(power), len(pose.slides), keep, reach_s, keep_slide)
+    add_process_noise(constants, state, power, dt_s, keep_slide)
+    bound_rotations(P, len(state.heading))
+    keep_offset = np.exp(-dt_s / constants.offset_memory_s)
+    state.offset[:] *= keep_offset
+    state.offset_variance[:] *= keep_offset**2
+    state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
+    state.unheard_s[:] += dt_s
+
+
+@compiled
+def acceleration_power(constants: MotionConstants, state: FilterState) -> FloatArray:
+    """Power of each white acceleration, the root's first, (1 + links,)."""
+    pose, links = state.pose, len(state.heading)
+    power = np.empty(1 + links)
+    for each in range(1 + links):
+        rate = pose.velocity if each == 0 else pose.rates[each - 1]
+        speed = np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2)
+        size = constants.acceleration[each] * state.adaptation[each]
+        power[each] = (size + constants.acceleration_per_rate * speed) ** 2 * FRAME_PERIOD_S
+    return power
+
+
+@compiled_in_place
+def predict_mean(state: FilterState, keep: float, reach_s: float, keep_slide: float) -> None:
+    """Advance the mean, in place."""
+    pose = state.pose
+    for link in range(len(pose.rotations)):
+        w = pose.rates[link]
+        turn_by(reach_s * w[0], reach_s * w[1], reach_s * w[2], pose.rotations[link])
+    for axis in range(3):
+        pose.position[axis] += reach_s * pose.velocity[axis]
+        pose.velocity[axis] *= keep
+        for link in range(len(pose.rates)):
+            pose.rates[link, axis] *= keep
+        for slide in range(len(pose.slides)):
+            pose.slides[slide, axis] *= keep_slide
+
+
+@compiled_in_place
+def transform_covariance(
+    P: FloatArray, parts: int, slides: int, keep: float, reach_s: float, keep_slide: float
+) -> None:
+    """F P Fᵀ in place; ``parts``: the root and the links."""
+    moving = 3 * parts
+    rates, size = moving + 3 * slides, len(P)
+    for i in range(moving):
+        row, rate = P[i], P[rates + i]
+        for k in range(size):
+            row[k] += reach_s * rate[k]
+    for i in range(moving, rates):
+        row = P[i]
+        for k in range(size):
+            row[k] *= keep_slide
+    for i in range(rates, rates + moving):
+        row = P[i]
+        for k in range(size):
+            row[k] *= keep
+    for k in range(size):
+        row = P[k]
+        for i in range(moving):
+            row[i] += reach_s * row[rates + i]
+        for i in range(moving, rates):
+            row[i] *= keep_slide
+        for i in range(rates, rates + moving):
+            row[i] *= keep
+
+
+@compiled_in_place
+def add_process_noise(
+    constants: MotionConstants,
+    state: FilterState,
+    power: FloatArray,
+    dt_s: float,
+    keep_slide: float,
+) -> None:
+    """Q of one time step, added to P."""
+    P, links = state.P, len(state.heading)
+    slide = 3 + 3 * links
+    velocity = slide + 3 * len(state.pose.slides)
+    for i in range(slide, velocity):
+        P[i, i] += constants.slide_variance * (1.0 - keep_slide**2)
+    add_white_acceleration(P, 0, 0, velocity, power[0], dt_s)
+    for first in range(links):
+        for second in range(links):
+            shared = 0.0
+            for source in range(links):
+                shared += (constants.path[first, source] * constants.path[second, source]) * power[
+                    1 + source
+                ]
+            if shared != 0.0:
+                add_white_acceleration(P, 3 + 3 * first, 3 + 3 * second, velocity, shared, dt_s)
+    for link in range(links):
+        own = state.imu_column[link]
+        if own != NO_COLUMN:
+            for i in range(own, own + 3):
+                P[i, i] += constants.mounting_walk * dt_s
+            P[own + 3, own + 3] += constants.heading_walk * dt_s
+
+
+@compiled_in_place
+def add_white_acceleration(
+    P: FloatArray, row: int, column: int, rates: int, power: float, dt_s: float
+) -> None:
+    """Covariance that white acceleration adds to two vectors and their rates."""
+    for axis in range(3):
+        i, k = row + axis, column + axis
+        P[i, k] += dt_s**3 / 3.0 * power
+        P[i, rates + k] += dt_s**2 / 2.0 * power
+        P[rates + i, k] += dt_s**2 / 2.0 * power
+        P[rates + i, rates + k] += dt_s * power
+
+
+@compiled_in_place
+def bound_rotations(P: FloatArray, links: int) -> None:
+    """Scale P so that no rotation's standard deviation exceeds :data:`LARGEST_STDDEV`."""
+    for i in range(3, 3 + 3 * links):
+        if P[i, i] > LARGEST_STDDEV**2:
+            scale = LARGEST_STDDEV / np.sqrt(P[i, i])
+            for k in range(len(P)):
+                P[i, k] *= scale
+            for k in range(len(P)):
+                P[k, i] *= scale

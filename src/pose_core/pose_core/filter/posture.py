@@ -1,0 +1,135 @@
+r"""Posture prior: soft measurements of two links' relative rotation.
+
+- A hinge keeps its lateral axis u along its parent's: :math:`p_x \cdot u = p_z \cdot u = 0`, with
+  p the parent's axes; the derivative by a turn of the link is :math:`u \times p`.
+- A hinge does not bend the wrong way: its flexion is measured as zero where it is negative.
+- Limbs and the head turn little about themselves (twist); the waist turns little about any axis.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.rows import NORMAL, Rows, add_group
+from pose_core.filter.state import NO_COLUMN, FilterState
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.links import flexion, twist
+from pose_core.kernels.rotations import logarithm, transposed_product
+from pose_core.streams.samples import FloatArray
+
+LEAST_DEFINED = 1e-3  # [-] of a twist
+HINGE_DOF = 3.0  # [-] of Student's t of hinges: a wrong belief yields to what cameras see
+NO_SOURCE = -1
+
+
+class PostureConstants(NamedTuple):
+    """Which links are constrained, and the variance of each constraint."""
+
+    hinge_parents: NDArray[np.int64]
+    hinge_links: NDArray[np.int64]
+    hinge_signs: FloatArray
+    hinge_variance: float  # [rad²]
+    limit_variance: float  # [rad²]
+    hinge_student_scale: float
+    wrong_bend: float  # [rad], negative
+    twist_parents: NDArray[np.int64]
+    twist_links: NDArray[np.int64]
+    twist_variance: FloatArray  # [rad²]
+    spine_parents: NDArray[np.int64]
+    spine_links: NDArray[np.int64]
+    spine_variance: float  # [rad²]
+
+
+@compiled
+def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) -> None:
+    """Add the rows of the prior, given ``R_map_link``, (links, 3, 3)."""
+    relative, turn = np.empty((3, 3)), np.empty(3)
+    for hinge in range(len(constants.hinge_links)):
+        add_hinge(constants, hinge, rotations, relative, rows)
+    for index in range(len(constants.twist_links)):
+        parent, link = constants.twist_parents[index], constants.twist_links[index]
+        R = rotations[link]
+        transposed_product(rotations[parent], R, relative)
+        angle, defined = twist(relative)
+        variance = constants.twist_variance[index] / max(defined, LEAST_DEFINED) ** 2
+        add_turn(rows, parent, link, (R[0, 2], R[1, 2], R[2, 2]), -angle, variance, NORMAL)
+    for index in range(len(constants.spine_links)):
+        parent, link = constants.spine_parents[index], constants.spine_links[index]
+        R = rotations[parent]
+        transposed_product(R, rotations[link], relative)
+        logarithm(relative, turn)
+        for k in range(3):
+            axis = (R[0, k], R[1, k], R[2, k])
+            add_turn(rows, parent, link, axis, -turn[k], constants.spine_variance, NORMAL)
+
+
+@compiled
+def add_hinge(
+    constants: PostureConstants,
+    hinge: int,
+    rotations: FloatArray,
+    relative: FloatArray,
+    rows: Rows,
+) -> None:
+    """Add a hinge's two rows of its plane and, where it is bent the wrong way, its limit."""
+    parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
+    R_parent, R_link = rotations[parent], rotations[link]
+    x, y, z = R_link[0, 1], R_link[1, 1], R_link[2, 1]
+    for k in (0, 2):
+        px, py, pz = R_parent[0, k], R_parent[1, k], R_parent[2, k]
+        axis = (y * pz - z * py, z * px - x * pz, x * py - y * px)
+        residual = -(px * x + py * y + pz * z)
+        group = add_turn(rows, parent, link, axis, residual, constants.hinge_variance, HINGE_DOF)
+        rows.student_scale[group] = constants.hinge_student_scale
+    transposed_product(R_parent, R_link, relative)
+    sign = constants.hinge_signs[hinge]
+    angle = flexion(relative, sign)
+    if angle < 0.0:
+        axis = (sign * R_parent[0, 1], sign * R_parent[1, 1], sign * R_parent[2, 1])
+        group = add_turn(rows, parent, link, axis, -angle, constants.limit_variance, HINGE_DOF)
+        rows.student_scale[group] = constants.hinge_student_scale
+
+
+@compiled
+def add_turn(
+    rows: Rows,
+    parent: int,
+    link: int,
+    axis: tuple[float, float, float],
+    residual: float,
+    variance: float,
+    student_dof: float,
+) -> int:
+    """Add one row: the turn of a link relative to its parent about an axis in map."""
+    group = add_group(rows, 1, student_dof, NO_SOURCE)
+    row = rows.first[group]
+    for k in range(3):
+        rows.H[row, 3 + 3 * link + k] = axis[k]
+        rows.H[row, 3 + 3 * parent + k] = -axis[k]
+    rows.residual[row] = residual
+    rows.noise[group, 0, 0] = variance
+    return group
+
+
+@compiled_in_place
+def turn_back(constants: PostureConstants, state: FilterState, relative: FloatArray) -> int:
+    """Turn limbs by half a turn that are bent the wrong way too far; returns how many.
+
+    Both links turn about themselves, so that no joint moves. Links with an IMU are left alone:
+    their turn about themselves is known. ``relative`` is room for a matrix.
+    """
+    count = 0
+    for hinge in range(len(constants.hinge_links)):
+        parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
+        if state.imu_column[parent] != NO_COLUMN or state.imu_column[link] != NO_COLUMN:
+            continue
+        upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
+        transposed_product(upper, lower, relative)
+        if flexion(relative, constants.hinge_signs[hinge]) < constants.wrong_bend:
+            for i in range(3):
+                for k in range(2):
+                    upper[i, k] = -upper[i, k]
+                    lower[i, k] = -lower[i, k]
+            count += 1
+    return count

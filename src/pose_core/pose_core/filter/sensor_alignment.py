@@ -1,0 +1,234 @@
+r"""Sensor-to-segment alignment from motion: an IMU's mounting on its link, and its world's heading.
+
+Where cameras show a link's axes :math:`d_k` in map with weights :math:`w_k`, an IMU of orientation
+:math:`R_{ws}` fits best with the mounting M and the heading ψ that maximise
+
+.. math:: J(\psi, M) = \sum_t \sum_k w_k\, d_k \cdot R_z(\psi)\,R_{ws}\,M\,e_k
+          = \langle M, C(\psi) \rangle, \quad
+          C(\psi) = \sum_t R_{ws}^T R_z(\psi)^T B, \quad B = \sum_k w_k\, d_k e_k^T
+
+C is linear in :math:`(1, \cos\psi, \sin\psi)`, so three matrices hold all that was ever seen, and
+for each ψ the best M is a singular value decomposition (Wahba's problem). ψ is searched on a grid
+and refined. J's curvature tells how surely both are known, its second peak whether they are
+ambiguous. Standing still adds little by itself and harms nothing; no posture is taken for zero.
+
+References:
+    Markley (1988), Attitude determination using vector observations and the singular value
+    decomposition, J. Astronautical Sciences 36(3).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.imu.mounting import Mounting
+from pose_core.kernels.compiling import compiled
+from pose_core.kernels.rotations import transposed_product
+from pose_core.streams.samples import FloatArray
+
+GRID = np.linspace(-np.pi, np.pi, 72, endpoint=False)  # [rad] headings that are tried
+REFINED = np.radians([2.5, 0.6, 0.15])  # [rad] steps of the parabolas around the best
+APART = np.radians(40.0)  # from which on another heading is another answer
+HEADING_PARTS = np.array(
+    [np.diag([0.0, 0.0, 1.0]), np.diag([1.0, 1.0, 0.0]), [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]]
+)
+"""R_z(ψ)ᵀ = parts[0] + cos ψ parts[1] + sin ψ parts[2]."""
+GENERATORS = np.array(
+    [
+        [[0, 0, 0], [0, 0, -1], [0, 1, 0]],
+        [[0, 0, 1], [0, 0, 0], [-1, 0, 0]],
+        [[0, -1, 0], [1, 0, 0], [0, 0, 0]],
+    ],
+    float,
+)
+"""Of rotations about x, y, z."""
+PRIOR_STDDEV = 1.0  # [rad] of mounting and heading about the best answer
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlignmentTuning:
+    """When motion has told enough."""
+
+    axis_stddev: float = 0.12  # [rad] of a link's axis as cameras show it, beyond the filter's own
+    axis_late: float = 0.06  # [s] more per angular rate
+    unknown_axis: float = 0.35  # [rad] beyond which an axis is not used
+    independent_s: float = 0.4  # [s] after which a camera's error is another one
+    memory: float = 60.0  # [s] of what was seen
+    gap: float = 4.0  # [-] log-likelihood by which the best heading leads
+    heading_stddev: float = 0.21  # [rad] at most
+    tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
+    covariance_factor: float = 1.5  # [-] of what is handed to the filter
+
+
+@dataclass(frozen=True, kw_only=True)
+class Alignment:
+    """One answer."""
+
+    heading: float  # [rad] of the IMU's world in map
+    R_sensor_link: FloatArray  # (3, 3)
+    covariance: FloatArray  # (4, 4) [rad²] of the mounting in the link's axes, and the heading
+    gap: float  # [-] log-likelihood by which it leads
+
+
+class SegmentAlignment:
+    """Gathers what is seen of one link and its IMU.
+
+    Args:
+        tuning: See :class:`AlignmentTuning`.
+    """
+
+    def __init__(self, tuning: AlignmentTuning) -> None:
+        self._tuning = tuning
+        self._sums: FloatArray = np.zeros((3, 3, 3))
+
+    def clear(self) -> None:
+        """Forget what was seen."""
+        self._sums[:] = 0.0
+
+    def observe(
+        self,
+        dt_s: float,
+        R_world_sensor: FloatArray,
+        R_map_link: FloatArray,
+        covariance: FloatArray,
+        rate: FloatArray,
+    ) -> None:
+        """Take one instant.
+
+        Args:
+            dt_s: Time that it stands for [s].
+            R_world_sensor: Orientation of the IMU, (3, 3).
+            R_map_link: Orientation of the link, (3, 3).
+            covariance: Of its error about map's axes, (3, 3) [rad²].
+            rate: Angular velocity of the link [rad/s], (3,).
+        """
+        tuning = self._tuning
+        self._sums *= np.exp(-dt_s / tuning.memory)
+        accumulate(
+            self._sums,
+            dt_s,
+            np.ascontiguousarray(R_world_sensor),
+            np.ascontiguousarray(R_map_link),
+            np.ascontiguousarray(covariance),
+            tuning.axis_stddev**2 + tuning.axis_late**2 * float(rate @ rate),
+            tuning.unknown_axis**2,
+        )
+
+    def solve(self, mounting: Mounting | None = None) -> Alignment | None:
+        """The alignment, if it is known surely enough.
+
+        Args:
+            mounting: How the IMU sits, where a calibration has told; only the heading is sought.
+        """
+        if not np.any(self._sums):
+            return None
+        samples_per_s = 1.0 / self._tuning.independent_s
+        if mounting is None:
+            found = best_alignment(self._sums, samples_per_s)
+        else:
+            found = best_heading(self._sums, samples_per_s, mounting)
+        stddev = np.sqrt(np.diag(found.covariance))
+        is_sure = (
+            found.gap > self._tuning.gap
+            and stddev[3] < self._tuning.heading_stddev
+            and max(stddev[0], stddev[1]) < self._tuning.tilt_stddev
+        )
+        return found if is_sure else None
+
+
+@compiled
+def accumulate(
+    sums: FloatArray,
+    dt_s: float,
+    R_world_sensor: FloatArray,
+    R_map_link: FloatArray,
+    covariance: FloatArray,
+    variance: float,
+    unknown_variance: float,
+) -> None:
+    """Add ∫ R_wsᵀ part B dt for each part of the heading; B weights the link's axes.
+
+    An axis's error comes from the link's turns about the two others.
+    """
+    about, B, turned = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
+    for k in range(3):
+        about[k] = 0.0
+        for i in range(3):
+            for j in range(3):
+                about[k] += R_map_link[i, k] * covariance[i, j] * R_map_link[j, k]
+    for k in range(3):
+        across = about.sum() - about[k]
+        weight = dt_s / (across + variance) if across < unknown_variance else 0.0
+        for i in range(3):
+            B[i, k] = weight * R_map_link[i, k]
+    for part in range(3):
+        transposed_product(R_world_sensor, np.dot(HEADING_PARTS[part], B), turned)
+        for i in range(3):
+            for k in range(3):
+                sums[part, i, k] += turned[i, k]
+
+
+def best_alignment(sums: FloatArray, samples_per_s: float) -> Alignment:
+    """The maximum of J, its covariance and its lead.
+
+    Args:
+        sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
+        samples_per_s: Independent samples a second.
+    """
+    J = np.array([_best_mounting(sums, heading)[1] for heading in GRID])
+    heading = float(GRID[J.argmax()])
+    for step in REFINED:
+        left, here, right = (_best_mounting(sums, heading + k * step)[1] for k in (-1, 0, 1))
+        bend = left - 2.0 * here + right
+        if bend < 0.0:
+            heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
+    M, best = _best_mounting(sums, heading)
+    apart = np.abs(np.angle(np.exp(1j * (GRID - heading)))) > APART
+    return Alignment(
+        heading=float(np.angle(np.exp(1j * heading))),
+        R_sensor_link=M,
+        covariance=_covariance(sums, heading, M, samples_per_s),
+        gap=float(samples_per_s * (best - J[apart].max())),
+    )
+
+
+def best_heading(sums: FloatArray, samples_per_s: float, mounting: Mounting) -> Alignment:
+    """The same for a mounting that is known: only the heading is sought, in closed form."""
+    M = mounting.R_sensor_segment
+    cosine, sine = float(np.sum(M * sums[1])), float(np.sum(M * sums[2]))
+    size = float(np.hypot(cosine, sine))
+    covariance = np.diag([*np.square(mounting.stddev), 1.0 / (samples_per_s * size + 1e-9)])
+    # The opposite heading is the other answer.
+    return Alignment(
+        heading=float(np.arctan2(sine, cosine)),
+        R_sensor_link=M,
+        covariance=covariance,
+        gap=2.0 * samples_per_s * size,
+    )
+
+
+def _cost_matrix(sums: FloatArray, heading: float) -> FloatArray:
+    C: FloatArray = sums[0] + np.cos(heading) * sums[1] + np.sin(heading) * sums[2]
+    return C
+
+
+def _best_mounting(sums: FloatArray, heading: float) -> tuple[FloatArray, float]:
+    """The rotation that maximises ⟨M, C⟩, and that maximum."""
+    U, singular, Vt = np.linalg.svd(_cost_matrix(sums, heading))
+    sign = np.sign(np.linalg.det(U @ Vt))
+    return (U * [1.0, 1.0, sign]) @ Vt, float(singular[0] + singular[1] + sign * singular[2])
+
+
+def _covariance(
+    sums: FloatArray, heading: float, M: FloatArray, samples_per_s: float
+) -> FloatArray:
+    """Inverse of J's curvature by (mounting, heading), with a weak prior, (4, 4) [rad²]."""
+    cosine, sine = np.cos(heading), np.sin(heading)
+    S = M.T @ _cost_matrix(sums, heading)
+    slope = M.T @ (cosine * sums[2] - sine * sums[1])
+    H = np.empty((4, 4))
+    H[:3, :3] = np.trace(S) * np.eye(3) - 0.5 * (S + S.T)
+    H[3, 3] = np.sum(M * (cosine * sums[1] + sine * sums[2]))
+    H[:3, 3] = H[3, :3] = -np.einsum("kij,ij->k", GENERATORS, slope)
+    covariance = np.linalg.inv(samples_per_s * H + np.eye(4) / PRIOR_STDDEV**2)
+    return np.asarray(0.5 * (covariance + covariance.T), np.float64)

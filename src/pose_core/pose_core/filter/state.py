@@ -1,0 +1,151 @@
+"""What the default filter knows at one instant."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.layout import Layout
+from pose_core.filter.tuning import FilterTuning
+from pose_core.joints import JOINTS
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.placing import Pose
+from pose_core.kernels.rotations import turn_by, turn_within
+from pose_core.streams.samples import FloatArray
+
+IMU_STATES = 4  # mounting (3) and heading (1)
+NO_COLUMN = -1
+
+
+class FilterState(NamedTuple):
+    """Mean, covariance and the slow quantities beside them; updated in place."""
+
+    pose: Pose
+    P: FloatArray  # (n, n) covariance of the error, in the order of Layout
+    delay: FloatArray  # (sensors,) [s] of each tracker
+    delay_sums: FloatArray  # (sensors, 2) [m²/s², m²/s] see pose_core.filter.adaptation
+    R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
+    heading: FloatArray  # (links,) [rad] of the IMU's world in map, about z
+    imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error; NO_COLUMN
+    offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis's heading
+    offset_variance: FloatArray  # (sensors, joints) [m²]
+    nis: FloatArray  # (sensors, joints) smoothed squared innovation distance [-]
+    unheard_s: FloatArray  # (sensors,) [s] since each camera's last frame
+    adaptation: FloatArray  # (1 + links,) [-] factor of the process noise; the root's first
+    contradicted_s: FloatArray  # (links,) [s] for which all cameras have disagreed
+
+    def copy(self) -> "FilterState":
+        """An independent copy."""
+        pose = Pose(*(np.array(each) for each in self.pose))
+        arrays = {name: np.array(getattr(self, name)) for name in self._fields[1:]}
+        return FilterState(pose=pose, **arrays)
+
+
+def start_state(
+    layout: Layout,
+    sensors: int,
+    tuning: FilterTuning,
+    position: FloatArray,
+    R_map_links: FloatArray,
+) -> FilterState:
+    """A state at rest.
+
+    Args:
+        layout: Of the error.
+        sensors: Number of cameras.
+        tuning: How sure it is.
+        position: Of the root in map, (3,) [m].
+        R_map_links: (links, 3, 3).
+    """
+    links, joints = layout.links, len(JOINTS)
+    stddev = np.zeros(layout.imus)
+    stddev[:3] = tuning.start.position
+    stddev[3 : layout.slide] = tuning.start.rotation
+    stddev[layout.slide : layout.velocity] = tuning.motion.slide_stddev
+    stddev[layout.velocity : layout.velocity + 3] = tuning.start.velocity
+    stddev[layout.velocity + 3 :] = tuning.start.rate
+    return FilterState(
+        pose=Pose(
+            position=np.array(position, float),
+            rotations=np.array(R_map_links, float, order="C"),
+            slides=np.zeros((layout.slides, 3)),
+            velocity=np.zeros(3),
+            rates=np.zeros((links, 3)),
+        ),
+        P=np.diag(stddev**2),
+        delay=np.zeros(sensors),
+        delay_sums=np.zeros((sensors, 2)),
+        R_sensor_link=np.tile(np.eye(3), (links, 1, 1)),
+        heading=np.zeros(links),
+        imu_column=np.full(links, NO_COLUMN, np.int64),
+        offset=np.zeros((sensors, joints, 3)),
+        offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
+        nis=np.zeros((sensors, joints)),
+        unheard_s=np.full(sensors, 10.0),
+        adaptation=np.ones(1 + links),
+        contradicted_s=np.zeros(links),
+    )
+
+
+def with_imu(
+    state: FilterState,
+    link: int,
+    R_sensor_link: FloatArray,
+    heading: float,
+    covariance: FloatArray,
+) -> FilterState:
+    """The state with an IMU's alignment, new or anew.
+
+    Args:
+        state: The state; its arrays are changed where they keep their size.
+        link: The link that the IMU is worn on.
+        R_sensor_link: Its mounting, (3, 3).
+        heading: Of its world in map [rad].
+        covariance: Of mounting and heading, (4, 4) [rad²].
+    """
+    column = int(state.imu_column[link])
+    if column == NO_COLUMN:
+        column = len(state.P)
+        state.imu_column[link] = column
+        grown = np.zeros((column + IMU_STATES, column + IMU_STATES))
+        grown[:column, :column] = state.P
+        state = state._replace(P=grown)
+    own = slice(column, column + IMU_STATES)
+    state.P[own, :] = 0.0
+    state.P[:, own] = 0.0
+    state.P[own, own] = covariance
+    state.R_sensor_link[link] = R_sensor_link
+    state.heading[link] = heading
+    return state
+
+
+@compiled_in_place
+def correct(state: FilterState, error: FloatArray) -> None:
+    """Add an error, (n,), to the mean: rotations in their group."""
+    pose, links, slides = state.pose, len(state.heading), len(state.pose.slides)
+    slide = 3 + 3 * links
+    velocity = slide + 3 * slides
+    for axis in range(3):
+        pose.position[axis] += error[axis]
+        pose.velocity[axis] += error[velocity + axis]
+        for each in range(slides):
+            pose.slides[each, axis] += error[slide + 3 * each + axis]
+        for link in range(links):
+            pose.rates[link, axis] += error[velocity + 3 + 3 * link + axis]
+    for link in range(links):
+        at = 3 + 3 * link
+        turn_by(error[at], error[at + 1], error[at + 2], pose.rotations[link])
+        own = state.imu_column[link]
+        if own != NO_COLUMN:
+            turn_within(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
+            state.heading[link] += error[own + 3]
+
+
+@compiled
+def copy_pose(pose: Pose, out: Pose) -> None:
+    """Copy a pose into another's arrays."""
+    out.position[:] = pose.position
+    out.rotations[:] = pose.rotations
+    out.slides[:] = pose.slides
+    out.velocity[:] = pose.velocity
+    out.rates[:] = pose.rates

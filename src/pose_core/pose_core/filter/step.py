@@ -1,0 +1,135 @@
+"""One step of the default filter: predict to an instant, take the IMUs' readings, take a frame."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pose_core.filter.adaptation import adapt, learn_delay, learn_offsets
+from pose_core.filter.camera import CameraFrame, add_camera, predict_view
+from pose_core.filter.constants import FilterConstants
+from pose_core.filter.imu import ImuReadings, add_imus
+from pose_core.filter.posture import add_posture, turn_back
+from pose_core.filter.rows import Rows, make_rows
+from pose_core.filter.state import FilterState
+from pose_core.filter.update import robust_update
+from pose_core.kernels.compiling import compiled
+from pose_core.streams.samples import FloatArray
+
+CAMERA_ITERATIONS, IMU_ITERATIONS = 3, 2
+POSTURE_ROWS = 64  # at most
+MOST_TYPICAL = 9.0  # [-] of a joint's squared innovation distance that counts in the mean
+
+
+class StepResult(NamedTuple):
+    """What a step tells beside the state."""
+
+    is_finite: bool  # otherwise the filter is to be started anew
+    turned_back: int  # limbs turned by half a turn
+    typical: float  # [-] mean squared innovation distance of the joints; NaN: none seen
+    median: float  # [-] their median; NaN
+
+
+@compiled
+def take_imus(
+    constants: FilterConstants, state: FilterState, readings: ImuReadings, information: FloatArray
+) -> bool:
+    """Correct the state by aligned IMUs; whether the update was finite.
+
+    Args:
+        constants: Of the filter.
+        state: The state; corrected in place.
+        readings: Of IMUs that the state has an alignment for.
+        information: (links, 3, 3) [1/rad²]: what the IMUs say of each link is added.
+    """
+    count = len(readings.links)
+    if count == 0:
+        return True
+    rows = make_rows(6 * count, 2 * count, len(state.P))
+    add_imus(constants.imu, state, readings, rows)
+    weights, distance = np.empty(2 * count), np.empty(2 * count)
+    if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance):
+        return False
+    for row in range(count):
+        for axis in range(3):
+            variance = rows.noise[2 * row, axis, axis] / weights[2 * row]
+            information[readings.links[row], axis, axis] += 1.0 / variance
+    return True
+
+
+@compiled
+def take_frame(
+    constants: FilterConstants, state: FilterState, frame: CameraFrame, information: FloatArray
+) -> StepResult:
+    """Correct the state by a camera's frame and the posture prior.
+
+    Args:
+        constants: Of the filter.
+        state: The state; corrected in place.
+        frame: What the camera sees.
+        information: (links, 3, 3) [1/rad²]: what the camera says of each link is added.
+    """
+    joints = len(frame.positions)
+    rows = make_rows(3 * joints + POSTURE_ROWS, joints + POSTURE_ROWS, len(state.P))
+    view = predict_view(constants.camera, state, frame)
+    add_camera(constants.camera, state, frame, view, rows)
+    seen = rows.filled[1]
+    add_posture(constants.posture, state.pose.rotations, rows)
+    groups, count = rows.filled[1], rows.filled[0]
+    weights, distance = np.empty(groups), np.empty(groups)
+    spread = predicted_spread(state, rows.H[: 3 * seen])
+    if not robust_update(
+        state, rows, CAMERA_ITERATIONS, constants.camera.least_weight, weights, distance
+    ):
+        return StepResult(False, 0, np.nan, np.nan)
+    learn_offsets(state, frame, view, rows, rows.residual[:count], spread, weights)
+    if frame.late_s == 0.0:
+        learn_delay(
+            constants.starts,
+            constants.ends,
+            constants.delay_prior,
+            constants.known_delay_s,
+            constants.delay_memory_s,
+            state,
+            frame,
+            view,
+            rows,
+            weights,
+            np.empty(joints, np.int64),
+        )
+    adapt(
+        constants.ends,
+        constants.most_adaptation,
+        constants.adapted_distance,
+        constants.adaptation_memory_s,
+        state,
+        frame.sensor,
+        rows,
+        distance,
+    )
+    add_link_information(rows, seen, weights, information)
+    turned = turn_back(constants.posture, state, np.empty((3, 3)))
+    if seen == 0:
+        return StepResult(True, turned, np.nan, np.nan)
+    typical = np.mean(np.minimum(distance[:seen], MOST_TYPICAL))
+    return StepResult(True, turned, float(typical), float(np.median(distance[:seen])))
+
+
+@compiled
+def predicted_spread(state: FilterState, H: FloatArray) -> FloatArray:
+    """Diagonal of H P Hᵀ, (rows,)."""
+    return np.sum(np.dot(H, state.P) * H, axis=1)
+
+
+@compiled
+def add_link_information(rows: Rows, seen: int, weights: FloatArray, out: FloatArray) -> None:
+    """Add Hᵀ (R / w)⁻¹ H of each joint's rows to the links' own blocks, by the mean variance."""
+    for group in range(seen):
+        first, noise = rows.first[group], rows.noise[group]
+        precision = 3.0 * weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])
+        for link in range(len(out)):
+            for i in range(3):
+                for k in range(3):
+                    total = 0.0
+                    for row in range(first, first + 3):
+                        total += rows.H[row, 3 + 3 * link + i] * rows.H[row, 3 + 3 * link + k]
+                    out[link, i, k] += precision * total

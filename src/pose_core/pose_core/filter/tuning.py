@@ -1,0 +1,110 @@
+"""What can be tuned in the default filter; docs/algorithm.md tells where each value comes from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionPrior:
+    """Process noise: white accelerations behind the rates, by link without its side."""
+
+    root_acceleration: float = 15.0  # [m/s²]
+    acceleration: Mapping[str, float] = field(  # [rad/s²]
+        default_factory=lambda: {
+            "pelvis": 27.0,
+            "trunk": 18.0,
+            "head": 40.0,
+            "upper_arm": 90.0,
+            "forearm": 90.0,
+            "thigh": 50.0,
+            "shank": 60.0,
+        }
+    )
+    acceleration_per_rate: float = 0.5  # [1/s] more for each unit of the link's own rate
+    carried: Mapping[str, float] = field(  # [-] share of the parent's acceleration
+        default_factory=lambda: {
+            "pelvis": 0.0,
+            "trunk": 0.9,
+            "head": 0.0,
+            "upper_arm": 0.1,
+            "forearm": 0.5,
+            "thigh": 0.3,
+            "shank": 0.13,
+        }
+    )
+    rate_memory: float = 0.3  # [s] time constant with which rates decay
+    slide_stddev: float = 0.013  # [m] of the joints that slide
+    slide_memory: float = 0.5  # [s]
+    most_adaptation: float = 6.0  # [-] factor of an acceleration while all cameras disagree
+    adapted_distance: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
+    adaptation_memory: float = 0.05  # [s] over which the NIS is smoothed
+
+
+@dataclass(frozen=True, kw_only=True)
+class CameraNoise:
+    """Measurement noise of a skeleton tracker's joints, and of what is slow in it."""
+
+    stddev: float = 0.02  # [m] of a tracked joint in plain view
+    depth_stddev: float = 0.01  # [m] more along the line of sight
+    moving_stddev: float = 0.0067  # [s] more per speed, in every direction
+    lag_stddev: float = 0.008  # [s] more along the velocity
+    foreshortened_stddev: float = 0.02  # [m] more where the limb points at the camera
+    inferred_stddev: float = 0.08  # [m] more for a joint that the tracker calls inferred
+    occluded_stddev: float = 0.18  # [m] more where the body itself hides the joint
+    correlation_factor: float = 1.5  # [-] errors are slow: factor of all of these
+    student_dof: float = 3.0  # [-] of Student's t of a joint's residual
+    least_weight: float = 0.02  # [-] of a sample, however far it lies
+    offset_stddev: float = 0.015  # [m] of a view's slow offset of a joint
+    offset_memory: float = 5.0  # [s]
+    delay_prior: float = (
+        40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
+    )
+    delay_memory: float = 30.0  # [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PosturePrior:
+    """Soft measurements of a posture, one row of each a camera frame."""
+
+    hinge_stddev: float = 1.0  # [rad] of elbows and knees out of their plane
+    limit_stddev: float = 0.4  # [rad] of a hinge bent the wrong way
+    hinge_student_scale: float = 4.0  # [-] how much sooner than a normal one it yields
+    twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis
+        default_factory=lambda: {"upper_arm": 3.5, "thigh": 1.4, "head": 1.8}
+    )
+    waist_stddev: float = 2.2  # [rad] about each axis
+    wrong_bend: float = 0.6  # [rad] beyond which a limb is turned by half a turn
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuNoise:
+    """Measurement noise of aligned IMUs, and how their alignment changes."""
+
+    orientation_stddev: float = 0.02  # [rad]
+    soft_tissue: float = 0.0067  # [s] more per angular rate, up to 6 rad/s
+    correlated_samples: float = 6.0  # [-] samples that count as one
+    student_dof: float = 8.0  # [-]
+    rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
+    mounting_walk: float = 0.002  # [rad/√s]
+    heading_walk: float = 0.004  # [rad/√s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StartNoise:
+    """Standard deviations of a filter that has just been started."""
+
+    position: float = 0.03  # [m]
+    rotation: float = 0.15  # [rad]
+    velocity: float = 0.2  # [m/s]
+    rate: float = 0.5  # [rad/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterTuning:
+    """All of it."""
+
+    motion: MotionPrior = field(default_factory=MotionPrior)
+    camera: CameraNoise = field(default_factory=CameraNoise)
+    posture: PosturePrior = field(default_factory=PosturePrior)
+    imu: ImuNoise = field(default_factory=ImuNoise)
+    start: StartNoise = field(default_factory=StartNoise)

@@ -1,0 +1,119 @@
+r"""Robust measurement update: Student's t by iteratively reweighted least squares.
+
+With weights w of the groups of rows, :math:`S = H P H^T + R / w`,
+:math:`\delta x = P H^T S^{-1} r`, :math:`P \leftarrow P - P H^T S^{-1} H P`. Each group's weight
+follows from what the update leaves of its residual :math:`e = r - H\,\delta x`:
+
+.. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w \le 1
+
+with d its rows and ν its degrees of freedom. All iterations happen in the space of measurements.
+
+References:
+    Roth, Özkan, Gustafsson (2013), A Student's t filter for heavy tailed process and measurement
+    noise, ICASSP.
+"""
+
+import numpy as np
+
+from pose_core.filter.rows import NORMAL, Rows
+from pose_core.filter.state import FilterState, correct
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.small_matrices import inverse, quadratic_form, symmetric
+from pose_core.streams.samples import FloatArray
+
+
+@compiled
+def robust_update(
+    state: FilterState,
+    rows: Rows,
+    iterations: int,
+    least_weight: float,
+    weights: FloatArray,
+    distance: FloatArray,
+) -> bool:
+    """Correct the state by some rows, in place.
+
+    Args:
+        state: The state.
+        rows: What is measured.
+        iterations: Of the reweighting, one at least.
+        least_weight: Of a group [-].
+        weights: Filled, (groups,).
+        distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
+
+    Returns:
+        Whether the result is finite; the state is left as it was if not.
+    """
+    count, groups, P = rows.filled[0], rows.filled[1], state.P
+    H, residual = rows.H[:count], rows.residual[:count]
+    HP = np.dot(H, P)
+    spread = np.dot(HP, H.T)
+    S, solved = np.empty_like(spread), np.empty(count)
+    weights[:groups] = 1.0
+    for iteration in range(iterations):
+        S[:] = spread
+        add_noise(rows, weights, S)
+        solved = np.linalg.solve(S, residual)
+        if iteration == 0:
+            innovation_distances(rows, S, distance)
+        if iteration < iterations - 1:
+            left = residual - np.dot(spread, solved)
+            reweight(rows, left, least_weight, weights)
+    error = np.dot(solved, HP)
+    if not np.all(np.isfinite(error)):
+        return False
+    gain = np.linalg.solve(S, HP)
+    subtract_symmetric(P, HP, gain)
+    correct(state, error)
+    return True
+
+
+@compiled_in_place
+def add_noise(rows: Rows, weights: FloatArray, S: FloatArray) -> None:
+    """S += R / w."""
+    for group in range(rows.filled[1]):
+        first, noise = rows.first[group], rows.noise[group]
+        for i in range(rows.size[group]):
+            for k in range(rows.size[group]):
+                S[first + i, first + k] += noise[i, k] / weights[group]
+
+
+@compiled_in_place
+def distance_of(rows: Rows, group: int, values: FloatArray, covariance: FloatArray) -> float:
+    """Squared Mahalanobis distance of a group's values; of one row, the covariance's corner."""
+    first = rows.first[group]
+    if rows.size[group] == 1:
+        return values[first] ** 2 / covariance[0, 0]
+    return quadratic_form(inverse(symmetric(covariance)), values[first : first + 3])
+
+
+@compiled_in_place
+def innovation_distances(rows: Rows, S: FloatArray, distance: FloatArray) -> None:
+    """Each group's r S⁻¹ r by its own block of S."""
+    for group in range(rows.filled[1]):
+        first, size = rows.first[group], rows.size[group]
+        block = S[first : first + size, first : first + size]
+        distance[group] = distance_of(rows, group, rows.residual, block)
+
+
+@compiled_in_place
+def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatArray) -> None:
+    """Weights by what is left of the residuals."""
+    for group in range(rows.filled[1]):
+        dof = rows.student_dof[group]
+        if dof != NORMAL:
+            squared = distance_of(rows, group, left, rows.noise[group])
+            squared *= rows.student_scale[group]
+            weight = (dof + rows.size[group]) / (dof + squared)
+            weights[group] = min(max(weight, least_weight), 1.0)
+
+
+@compiled
+def subtract_symmetric(P: FloatArray, HP: FloatArray, gain: FloatArray) -> None:
+    """P −= HPᵀ gain, kept symmetric."""
+    P -= np.dot(HP.T, gain)
+    for i in range(len(P)):
+        for k in range(i):
+            mean = 0.5 * (P[i, k] + P[k, i])
+            P[i, k] = mean
+            P[k, i] = mean

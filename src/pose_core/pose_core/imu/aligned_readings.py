@@ -1,0 +1,111 @@
+"""IMUs aligned beside an estimator that has no states for their alignment."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pose_core.body.model import BodyModel
+from pose_core.filter.imu_use import ImuUse
+from pose_core.filter.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.readings import SegmentReading
+from pose_core.imu.track import ImuState, ImuStates
+from pose_core.kernels.rotations import exponential
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+SOLVE_PERIOD_NS = NS_PER_S // 2
+AXIS_STDDEV, TURN_STDDEV = 0.15, 0.5  # [rad] of a link that an estimator follows; about itself
+LONGEST_STEP_S = 0.1  # [s] that one instant stands for
+
+
+class AlignedReadings:
+    """Aligns IMUs with the links of any estimator, and keeps improving the alignment.
+
+    Args:
+        model: The body model: which link a segment is.
+    """
+
+    def __init__(self, model: BodyModel) -> None:
+        self._model = model
+        self._alignments: dict[str, SegmentAlignment] = {}
+        self._found: dict[str, Alignment] = {}
+        self._uses: dict[str, ImuUse] = {}
+        self._mountings: Mapping[str, Mounting] = {}
+        self._observed_ns: int | None = None
+        self._solved_ns = 0
+
+    @property
+    def uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard."""
+        return tuple(self._uses[name] for name in sorted(self._uses))
+
+    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+        """Take how IMUs sit from a calibration."""
+        self._mountings = mountings
+
+    def observe(self, stamp_ns: int, states: ImuStates, R_map_links: FloatArray) -> None:
+        """Learn from one instant.
+
+        Args:
+            stamp_ns: The instant [ns].
+            states: The IMUs' readings.
+            R_map_links: The estimator's links by cameras alone, (links, 3, 3).
+        """
+        before_ns, self._observed_ns = self._observed_ns, stamp_ns
+        if before_ns is None or stamp_ns <= before_ns:
+            return
+        dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
+        for segment, state in states.items():
+            use = self._uses.setdefault(segment, ImuUse(segment=segment))
+            link = self._model.segments.get(segment)
+            use.is_known = link is not None
+            if link is None:
+                continue
+            R = R_map_links[self._model.link_names.index(link)]
+            covariance = R @ np.diag(np.square([AXIS_STDDEV, AXIS_STDDEV, TURN_STDDEV])) @ R.T
+            own = self._alignments.setdefault(segment, SegmentAlignment(AlignmentTuning()))
+            own.observe(dt_s, state.R_world_sensor, R, covariance, state.angular_velocity)
+        if stamp_ns - self._solved_ns >= SOLVE_PERIOD_NS:
+            self._solved_ns = stamp_ns
+            for segment, own in self._alignments.items():
+                self._solve(stamp_ns, segment, own)
+
+    def _solve(self, stamp_ns: int, segment: str, own: SegmentAlignment) -> None:
+        found = own.solve(self._mountings.get(segment))
+        if found is None:
+            return
+        use, self._found[segment] = self._uses[segment], found
+        if not use.is_aligned:
+            use.is_aligned, use.aligned_ns = True, stamp_ns
+        stddev = np.sqrt(np.diag(found.covariance))
+        use.tilt_stddev, use.turn_stddev = float(max(stddev[0], stddev[1])), float(stddev[2])
+        use.heading_stddev = float(stddev[3])
+
+    def read(self, states: ImuStates) -> dict[str, SegmentReading]:
+        """What the aligned IMUs say of their segments."""
+        readings = {}
+        for segment, state in states.items():
+            if segment not in self._uses:
+                continue
+            self._uses[segment].readings += 1
+            found = self._found.get(segment)
+            if found is not None:
+                self._uses[segment].used += 1
+                readings[segment] = aligned_reading(state, found)
+        return readings
+
+
+def aligned_reading(state: ImuState, alignment: Alignment) -> SegmentReading:
+    """One IMU's reading as its segment's."""
+    R_z = np.empty((3, 3))
+    exponential(0.0, 0.0, alignment.heading, R_z)
+    R_map_sensor = R_z @ state.R_world_sensor
+    own = np.sqrt(np.diag(alignment.covariance))
+    tilt, heading = float(max(own[0], own[1])), float(own[3])
+    return SegmentReading(
+        R_map_segment=R_map_sensor @ alignment.R_sensor_link,
+        angular_velocity=R_map_sensor @ state.angular_velocity,
+        stddev=np.hypot(state.stddev, [tilt, tilt, heading]),
+        age_s=state.age_s,
+    )

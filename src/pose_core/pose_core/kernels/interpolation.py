@@ -1,0 +1,35 @@
+"""An IMU's orientation between two samples, and carried on by its gyroscope."""
+
+import numpy as np
+
+from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.rotations import matrix_of_quaternion, turn_within, vector_scale
+from pose_core.streams.samples import FloatArray
+
+
+@compiled_in_place
+def interpolate(first: FloatArray, second: FloatArray, share: float, out: FloatArray) -> None:
+    """The rotation matrix between two orientations (x, y, z, w), along the shortest way.
+
+    Args:
+        first: At share 0.
+        second: At share 1.
+        share: How far in between [-].
+        out: (3, 3).
+    """
+    # conj(first) second, of the product of their lengths
+    x, y, z, w = -first[0], -first[1], -first[2], first[3]
+    a = w * second[0] + x * second[3] + y * second[2] - z * second[1]
+    b = w * second[1] - x * second[2] + y * second[3] + z * second[0]
+    c = w * second[2] + x * second[1] - y * second[0] + z * second[3]
+    d = w * second[3] - x * second[0] - y * second[1] - z * second[2]
+    length = np.sqrt(a * a + b * b + c * c + d * d)
+    scale = share * vector_scale(a / length, b / length, c / length, d / length) / length
+    turn_on(first, scale * a, scale * b, scale * c, out)
+
+
+@compiled_in_place
+def turn_on(orientation: FloatArray, x: float, y: float, z: float, out: FloatArray) -> None:
+    """The rotation matrix of an orientation (x, y, z, w) turned on by a vector [rad] of its own."""
+    matrix_of_quaternion(orientation, out)
+    turn_within(x, y, z, out)
