@@ -6,12 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pose_bench.methods import TimedRun, run_pipeline
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.streams.samples import SkeletonSample
-from pose_core.streams.series import SkeletonSeries, series_from_samples
-from pose_core.streams.single_person import SinglePersonSelector
+from pose_core.api import (
+    Extrinsics,
+    FusionParameters,
+    FusionPipeline,
+    SinglePersonSelector,
+    SkeletonSample,
+    SkeletonSeries,
+    extrinsics_from_map,
+    series_from_samples,
+)
 from pose_io.recordings.recording import SensorStream
 from pose_io.samples import samples_of_stream
 

@@ -7,18 +7,10 @@ from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
+from pose_core.api import BodyModel, BodyShape, EstimateBlock, FusionParameters, prepare
 from pose_core.counters import Counters
-from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.observation_block import (
-    Observation,
-    ObservationBlock,
-    block_of_observations,
-)
-from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.observation_block import Observation, ObservationBlock, block_of_observations
 from pose_core.fusion.pose_block import PoseBlock
-from pose_core.fusion.preparing import prepare
 from pose_core.fusion.telling import Telling
 from pose_core.fusion.tracking import Tracking, tracking_counters
 from pose_fusion.worker_process import WorkerProcess

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 
-from pose_core.streams.person_selection import PersonSelector
-from pose_core.streams.samples import ImuBlock, SkeletonSample
+from pose_core.api import ImuBlock, PersonSelector, SkeletonSample
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import open_bag
 from pose_io.recordings.formats import AUTO, read_recording

@@ -26,6 +26,42 @@ ALLOWED = {
 """Which of our packages a package's modules may import (messages aside)."""
 
 
+LIGHT = {
+    f"pose_core.{name}"
+    for name in ("joints", "errors", "stamps", "counters", "parameters", "finite_numbers")
+}
+"""Modules of the core that are public beside ``pose_core.api``: they load no numba."""
+BEYOND_THE_DOOR = {
+    # It finds the values that the core uses, on the core's geometry.
+    "pose_calibration": {
+        "pose_core.body.kinematics",
+        "pose_core.body.shape",
+        "pose_core.body.trunk",
+        "pose_core.imu.seen_axes",
+        "pose_core.imu.track",
+        "pose_core.kernels.rotations",
+        "pose_core.session.neutral_stand",
+    },
+    # It compiles kernels of its own.
+    "pose_io": {
+        "pose_core.body.plain_numbers",
+        "pose_core.kernels.compiling",
+        "pose_core.kernels.rotations",
+    },
+    # `fuse` runs the pipeline's two halves in two processes.
+    "pose_fusion": {
+        "pose_core.fusion.observation_block",
+        "pose_core.fusion.observer",
+        "pose_core.fusion.pose_block",
+        "pose_core.fusion.telling",
+        "pose_core.fusion.tracking",
+        "pose_core.fusion.waiting",
+        "pose_core.kernels.rotations",
+    },
+}
+"""What else of the core a package may import; the benches, which measure parts of it, anything."""
+
+
 def modules():
     """Every module of every package: dotted name and file."""
     return {
@@ -152,3 +188,28 @@ def test_every_import_of_ours_and_of_ros_is_a_declared_dependency(package):
     wanted = {name for name in used if name in PACKAGES or is_ros(f"{name}.")} - {package}
 
     assert {name for name in wanted if f">{name}</" not in declared} == set()
+
+
+@pytest.mark.parametrize("package", sorted(set(PACKAGES) - {"pose_core", "pose_bench"}))
+def test_the_core_is_used_through_its_api(package):
+    doors = {"pose_core.api", *LIGHT, *BEYOND_THE_DOOR.get(package, set())}
+    offenders = {
+        (name, i)
+        for name, path in MODULES.items()
+        if name.split(".")[0] == package
+        for i in imports(path)
+        if i.startswith("pose_core.") and not {i, i.rpartition(".")[0]} & doors
+    }
+
+    assert offenders == set()
+
+
+def test_no_exception_to_the_door_is_listed_in_vain():
+    used = {
+        (name.split(".")[0], i.rpartition(".")[0])
+        for name, path in MODULES.items()
+        for i in imports(path)
+    }
+
+    listed = {(package, each) for package, names in BEYOND_THE_DOOR.items() for each in names}
+    assert listed <= used

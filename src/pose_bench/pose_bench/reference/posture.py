@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.api import FloatArray
 from pose_core.body.kinematics import skew
 from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.filters.posture import PosturePrior
 from pose_core.filters.segment_state import Layout
-from pose_core.streams.samples import FloatArray
 
 LEAST_DEFINED = 1e-3  # [-] of a twist
 

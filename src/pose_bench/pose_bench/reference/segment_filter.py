@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.posture import Posture, flexion
 from pose_bench.reference.tracker import covariances, foreshortening, inertia, student_weights
+from pose_core.api import FloatArray
 from pose_core.body.kinematics import rotation_from_vector, skew
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.filters.looks import CameraLooks, LinkLooks, Outcome, UpdateReport
@@ -18,7 +19,6 @@ from pose_core.filters.segment_filter import NO_CAMERAS, NO_IMUS
 from pose_core.filters.segment_state import Layout, SegmentState
 from pose_core.filters.tracker_model import TrackerNoise
 from pose_core.joints import TrackingState
-from pose_core.streams.samples import FloatArray
 
 MOST = 20.0  # [-] a squared distance that counts no more than that, in the mean
 WRONG_BEND = np.radians(-35.0)  # a hinge bent further the wrong way is a limb turned by half a turn

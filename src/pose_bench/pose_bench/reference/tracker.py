@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import FloatArray
 from pose_core.filters.tracker_model import LIMB_ENDS, TrackerNoise
 from pose_core.joints import TrackingState
-from pose_core.streams.samples import FloatArray
 
 FAR, NEAR = LIMB_ENDS.T
 FASTEST = 1.6  # [m/s] beyond which the noise grows no more

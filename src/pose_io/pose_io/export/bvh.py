@@ -9,12 +9,10 @@ decomposed, so nothing can flip.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.body.joint_angles import unwrapped
-from pose_core.body.model import ROOT_DOF, BodyModel, Dof, Link
+from pose_core.api import ROOT_DOF, BodyModel, Dof, FloatArray, Link, unwrapped
 from pose_core.body.plain_numbers import plain_numbers
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
 from pose_io.export.motion import BodyMotion
 
 R_bvh_map = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from pose_core.api import FloatArray
 from pose_core.joints import JOINTS
-from pose_core.streams.samples import FloatArray
 from pose_io.export.motion import BodyMotion
 from pose_io.export.opensim_coordinates import OpenSimModel, R_opensim_map, coordinates
 

@@ -10,8 +10,8 @@ import json
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
 from pose_io.export.motion import BodyMotion
 
 METRES = 3  # the first degrees of freedom are lengths
