@@ -29,8 +29,10 @@ def fuse(
     pipeline = FusionPipeline(parameters, extrinsics)
     estimates: list[BodyEstimate] = []
     for sample in samples:
-        is_skeleton = isinstance(sample, SkeletonSample)
-        estimates += pipeline.add_skeleton(sample) if is_skeleton else pipeline.add_imu(sample)
+        if isinstance(sample, SkeletonSample):
+            estimates += pipeline.add_skeleton(sample)
+        else:
+            estimates += pipeline.add_imu(sample)
     return series_of_estimates([*estimates, *pipeline.flush()])
 
 
