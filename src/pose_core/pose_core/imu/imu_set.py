@@ -13,7 +13,8 @@ from pose_core.imu.alignment import NORTH_STDDEV, ImuAlignment
 from pose_core.imu.joints import ImuJoints
 from pose_core.imu.readings import NO_READINGS, SegmentReadings
 from pose_core.imu.seen_axes import SeenAxes
-from pose_core.imu.track import NS_PER_S, ImuStates, ImuTracks
+from pose_core.imu.track import ImuStates, ImuTracks
+from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray, ImuBlock
 
 BEGUN_ANEW_NS = 300_000_000  # a longer gap no orientation filter goes on across
