@@ -18,11 +18,12 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.tools.export import FORMATS, main
+from pose_fusion.tools.export import main
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.export.motion import chosen_body, read_motion
 from pose_io.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
+from pose_io.export.registry import EXPORTERS
 
 MODEL = MODELS_BY_NAME["li2020"]
 COUNT = 30
@@ -135,7 +136,7 @@ def test_the_bones_are_the_measured_ones(recorded):
     assert motion.rigid_residual < 1e-4
 
 
-@pytest.mark.parametrize("form", FORMATS)
+@pytest.mark.parametrize("form", EXPORTERS)
 def test_every_format_is_written_whole_and_replaces_what_was_there(
     recorded, tmp_path, monkeypatch, capsys, form
 ):
