@@ -1,6 +1,7 @@
 """The architecture, read from the imports."""
 
 import ast
+import json
 from pathlib import Path
 
 import pytest
@@ -213,3 +214,18 @@ def test_no_exception_to_the_door_is_listed_in_vain():
 
     listed = {(package, each) for package, names in BEYOND_THE_DOOR.items() for each in names}
     assert listed <= used
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_colcon_finds_the_tests_of_a_package(package):
+    """It starts pytest in the package's folder, and only where the package asks for pytest."""
+    tests = Path(__file__).parents[2] / package
+    options = json.loads((SRC / package / "colcon.pkg").read_text())["pytest-args"]
+    descriptions = [SRC / package / name for name in ("setup.py", "pyproject.toml")]
+
+    assert tests.is_dir()
+    assert [(SRC / package / each).resolve() for each in options if each.startswith("..")] == [
+        SRC.parent / "pyproject.toml",
+        tests,
+    ]
+    assert any('["pytest"]' in each.read_text() for each in descriptions if each.exists())
