@@ -33,8 +33,9 @@ from pose_core.body.shape import (
 from pose_core.body.urdf import make_urdf
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError, PoseError
+from pose_core.estimators import ESTIMATORS
 from pose_core.estimators.estimator import Estimator, StepwiseEstimator
-from pose_core.estimators.registry import ESTIMATORS, body_model_of, estimator_class
+from pose_core.estimators.registry import body_model_of, estimator_class
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock, Source
 from pose_core.fusion.offline import fuse, series_of_estimates
 from pose_core.fusion.parameters import FusionParameters

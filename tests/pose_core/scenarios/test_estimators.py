@@ -5,7 +5,7 @@ import pytest
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 
 from pose_core.errors import ParameterError
-from pose_core.estimators.registry import ESTIMATORS
+from pose_core.estimators import ESTIMATORS
 from pose_core.fusion.estimates import Source
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
