@@ -58,6 +58,12 @@ def test_light_modules_load_neither_numba_nor_scipy(name):
     assert done.stdout.strip() == "set()", done.stderr
 
 
+def test_an_estimator_whose_library_is_missing_says_how_to_get_it(monkeypatch):
+    monkeypatch.setattr("pose_core.estimators.li2020.find_spec", lambda name: None)
+    with pytest.raises(api.ParameterError, match=r"pip install 'pose_core\[li2020\]'"):
+        api.Pipeline(api.PipelineParameters(estimator="li2020"))
+
+
 def test_all_that_the_api_names_is_there():
     assert all(hasattr(api, name) for name in api.__all__)
     assert len(api.__all__) == len(set(api.__all__))

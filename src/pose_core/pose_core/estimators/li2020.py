@@ -1,8 +1,11 @@
 """``li2020``: the paper's filter, with zhang2015's weighting where IMUs are worn."""
 
+from importlib.util import find_spec
+
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.errors import ParameterError
 from pose_core.estimators.body_fusion import BodyFusion
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
@@ -31,6 +34,16 @@ class Li2020Estimator(StepwiseEstimator):
             parameters.imu_mounting_stddev,
             parameters.imu_weighting == "zhang2015",
         )
+
+    @classmethod
+    def check(cls, parameters: FusionParameters) -> None:
+        """The library that has the sigma points' weights must be installed."""
+        del parameters
+        if find_spec("filterpy") is None:
+            raise ParameterError(
+                "estimator = li2020 needs the library filterpy, which is not installed: "
+                "pip install 'pose_core[li2020]'"
+            )
 
     def update(self, observation: Observation) -> FusedPose | None:
         """One step of the filter."""
