@@ -33,6 +33,7 @@ mapfile -d '' yaml_files < <(find src docker scripts -name '*.yaml' -print0)
 check "ruff check" ruff check .
 check "ruff format" ruff format --check .
 check mypy mypy "${packages[@]}"
+check "mypy --strict" mypy --strict --cache-dir .mypy_cache/strict src/pose_core/pose_core
 check yamllint yamllint --strict -c scripts/yamllint.yaml "${yaml_files[@]}"
 check hadolint hadolint -c scripts/hadolint.yaml docker/Dockerfile
 check shellcheck shellcheck -x -P SCRIPTDIR pose .ci/run scripts/*.sh

@@ -143,6 +143,7 @@ sources_of() {
     (
         cd "$1"
         find . -type f -not -path '*/.*' -not -path '*/__pycache__/*' -not -path '*.egg-info/*' \
+            -not -path './*/build/*' \
             \( -not -name '*.py' -o -name setup.py \) -not -name '*.md' -print0 |
             sort -z | xargs -0 sha256sum
         find . -type f -name '*.md' -not -path '*/.*' | sort

@@ -13,6 +13,7 @@ setup(
         (f"share/{package_name}", ["package.xml", "README.md"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     zip_safe=True,
     description="Benchmarks: how accurate the estimators are",
     license="Apache-2.0",

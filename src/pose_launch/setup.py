@@ -13,6 +13,7 @@ setup(
         (f"share/{package_name}", ["package.xml", "README.md"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     zip_safe=True,
     description="Runs ROS 2 YAML launch files where ros2 launch is missing",
     license="Apache-2.0",

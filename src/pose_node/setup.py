@@ -13,6 +13,7 @@ setup(
         (f"share/{package_name}", ["package.xml", "README.md"]),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     zip_safe=True,
     description="What the executables of pose fusion share",
     license="Apache-2.0",

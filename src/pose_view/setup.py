@@ -17,6 +17,7 @@ setup(
         (f"share/{package_name}/launch", glob("launch/*.launch.yaml")),
     ],
     install_requires=["setuptools"],
+    extras_require={"test": ["pytest"]},
     zip_safe=True,
     description="The live viewer in the browser and the report of a recording",
     license="Apache-2.0",

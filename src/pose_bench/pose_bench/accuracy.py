@@ -9,9 +9,8 @@ from pose_bench.scoring import Score, score
 from pose_bench.sessions import BenchSession, bench_session
 from pose_bench.suite import KNOWN, Cell
 from pose_calibration.session_calibration import calibrate
+from pose_core.api import Extrinsics, series_from_samples
 from pose_core.errors import PoseError
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.series import series_from_samples
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_sim.scene import SENSORS
 

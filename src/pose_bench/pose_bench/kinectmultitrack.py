@@ -16,9 +16,8 @@ from scipy.spatial.transform import Rotation
 
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
 from pose_bench.tables import TextTable, number
-from pose_core.body.joint_angles import ANGLES, joint_angles, wrapped
+from pose_core.api import ANGLES, FloatArray, joint_angles, wrapped
 from pose_core.errors import InputError
-from pose_core.streams.samples import FloatArray
 from pose_evaluation.scores import known_joints, mean_known
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.recordings.formats import read_recording

@@ -7,12 +7,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_bench.sessions import BenchSession
-from pose_core.fusion.estimates import BodyEstimate
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.api import (
+    BodyEstimate,
+    Extrinsics,
+    FloatArray,
+    FusionParameters,
+    FusionPipeline,
+    ImuSample,
+    SkeletonSample,
+)
 from pose_core.parameters import specs
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample
 from pose_evaluation.offline import MethodRun, MethodSetup, run_of_estimates
 
 BASELINE = "joint_kf"

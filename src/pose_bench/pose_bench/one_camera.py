@@ -6,14 +6,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pose_bench.methods import TimedRun, run_pipeline
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.streams.samples import SkeletonSample
-from pose_core.streams.series import SkeletonSeries, series_from_samples
-from pose_core.streams.single_person import SinglePersonSelector
+from pose_core.api import (
+    Extrinsics,
+    FusionParameters,
+    FusionPipeline,
+    SinglePersonSelector,
+    SkeletonSample,
+    SkeletonSeries,
+    extrinsics_from_map,
+    series_from_samples,
+)
 from pose_io.recordings.recording import SensorStream
-from pose_io.recordings.timeline import make_timeline
+from pose_io.samples import samples_of_stream
 
 CAMERA = "camera"
 RAW = "raw"
@@ -43,24 +47,7 @@ def view_of(samples: Sequence[SkeletonSample]) -> View:
 
 def view_of_stream(stream: SensorStream) -> View:
     """The only person that a recorded sensor saw, stamped as ``kinect_bridge`` does."""
-    timeline = make_timeline(stream)
-    selector = SinglePersonSelector()
-    samples = []
-    for frame, time_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
-        persons = [
-            SkeletonSample(
-                stamp_ns=time_ns,
-                sensor=CAMERA,
-                person=stream.person[row],
-                positions=stream.positions[row],
-                tracking_state=stream.tracking_state[row],
-            )
-            for row in stream.rows(frame)
-        ]
-        chosen = selector.select(persons)
-        if chosen is not None:
-            samples.append(chosen)
-    return view_of(samples)
+    return view_of(samples_of_stream(replace(stream, name=CAMERA), SinglePersonSelector()))
 
 
 def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> TimedRun:

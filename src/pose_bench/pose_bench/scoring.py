@@ -8,9 +8,8 @@ import numpy as np
 from pose_bench.methods import TimedRun
 from pose_bench.sessions import BenchSession
 from pose_bench.suite import Cell
-from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, wrapped
+from pose_core.api import ABDUCTION_OF, ANGLES, FloatArray, wrapped
 from pose_core.streams.angle_series import SIDEWAYS
-from pose_core.streams.samples import FloatArray
 from pose_evaluation.scores import mean_known, score_method
 from pose_sim.angles import JOINT_NAMES
 

@@ -15,11 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_bench.imu_samples import imu_samples
+from pose_core.api import (
+    Clock,
+    Extrinsics,
+    FloatArray,
+    ImuSample,
+    SkeletonSample,
+    SkeletonSeries,
+    extrinsics_from_map,
+)
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.clocks import Clock
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample
-from pose_core.streams.series import SkeletonSeries
 from pose_io.recordings.timeline import make_timeline
 from pose_sim.angles import true_joint_angles
 from pose_sim.motion import GRID_RATE

@@ -19,20 +19,23 @@ from pose_core.fusion.observation_block import Observation
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.segment_filter import ReferenceFilter
 from pose_bench.reference.textbook_ukf import TextbookFilter
-from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.model import BodyModel, load_body_model
+from pose_core.api import (
+    BodyModel,
+    BodyShape,
+    FloatArray,
+    ForwardKinematics,
+    FusionParameters,
+    load_body_model,
+)
 from pose_core.body.segment_tree import SegmentTree
-from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_core.fusion.estimation import Estimation
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preparing import neutral_pose
 from pose_core.fusion.tracking import tracking_counters
 from pose_core.imu.readings import SegmentReading, readings_of
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.session.neutral_stand import shape_of
-from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]

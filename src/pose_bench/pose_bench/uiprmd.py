@@ -20,12 +20,19 @@ import numpy as np
 from pose_bench.frame_rate import time_stretch
 from pose_bench.one_camera import RAW, View, run_one_camera, view_of, view_of_stream
 from pose_bench.tables import TextTable, number
-from pose_core.body.joint_angles import ANGLES, unwrapped, wrapped
+from pose_core.api import (
+    ANGLES,
+    AngleSeries,
+    FloatArray,
+    SkeletonSample,
+    SkeletonSeries,
+    angle_series,
+    unwrapped,
+    without_sideways_flexion,
+    wrapped,
+)
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_core.streams.angle_series import AngleSeries, angle_series, without_sideways_flexion
-from pose_core.streams.samples import FloatArray, SkeletonSample
-from pose_core.streams.series import SkeletonSeries
 from pose_evaluation.scores import AngleScore, mean_known, score_angle
 from pose_io.recordings.formats import read_recording
 from pose_io.references.uiprmd import read_uiprmd

@@ -4,13 +4,16 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from pose_core.body.model import load_body_model
-from pose_core.body.shape import BodyShapeError, estimate_body_shape
+from pose_core.api import (
+    AlignedFrame,
+    BodyShapeError,
+    FloatArray,
+    SessionBody,
+    estimate_body_shape,
+    load_body_model,
+)
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.session.neutral_stand import NeutralStandWatcher
-from pose_core.session.session_body import SessionBody
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.time_alignment import AlignedFrame
 
 MODEL = "default"  # whose measures a calibration takes
 MOST_FRAMES = 2000  # [-] that measures are taken from where nobody stood neutrally

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.api import FloatArray, transformed
 from pose_core.errors import PoseError
-from pose_core.streams.samples import FloatArray
-from pose_core.transforms import transformed
 
 MIN_SPREAD_M = 0.02  # [m] RMS along the second principal axis; below, a line leaves a free rotation
 MIN_SPREAD_RATIO = 0.01  # [-] second to first principal axis

@@ -16,10 +16,16 @@ from pose_calibration.floor.floor import KnownMounting
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
 from pose_calibration.rigid_transform import CalibrationError
-from pose_core.session.clocks import IMUS, Clocks, on_reference_clock
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import ImuBlock, SkeletonSample
-from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.api import (
+    IMUS,
+    AlignedFrame,
+    Clocks,
+    Extrinsics,
+    ImuBlock,
+    SkeletonSample,
+    TimeAligner,
+    on_reference_clock,
+)
 
 
 @dataclass(frozen=True, kw_only=True)

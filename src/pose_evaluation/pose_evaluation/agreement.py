@@ -6,10 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pose_core.body.joint_angles import ANGLES, joint_angles, wrapped
-from pose_core.streams.angle_series import AngleSeries
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
+from pose_core.api import ANGLES, AngleSeries, FloatArray, SkeletonSeries, joint_angles, wrapped
 from pose_evaluation.methods import aligned_frames
 from pose_evaluation.scores import known_joints, mean_known, rigidly_aligned
 from pose_evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk

@@ -12,11 +12,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.signal import find_peaks
 
-from pose_core.body.joint_angles import ANGLES
+from pose_core.api import ANGLES, AngleSeries, FloatArray, IntArray
 from pose_core.joints import SIDES
-from pose_core.streams.angle_series import AngleSeries
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import IntArray
 from pose_evaluation.range_of_motion import RATE, smoothed
 
 LEAST_SWING = 10.0  # [deg] of an angle, below which nothing repeats

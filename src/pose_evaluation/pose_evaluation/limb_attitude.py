@@ -6,8 +6,8 @@ hangs down; yaw = atan2(d_y, d_x), which says nothing where the limb is nearly u
 
 import numpy as np
 
+from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import FloatArray
 from pose_evaluation.stability import BONES
 
 LIMBS: tuple[str, ...] = tuple(

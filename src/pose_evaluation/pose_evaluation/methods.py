@@ -6,10 +6,16 @@ from operator import attrgetter
 
 import numpy as np
 
-from pose_core.session.clocks import Clocks, series_on_reference_clock
-from pose_core.streams.samples import FloatArray, SkeletonSample
-from pose_core.streams.series import SkeletonSeries, series_from_samples
-from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.api import (
+    AlignedFrame,
+    Clocks,
+    FloatArray,
+    SkeletonSample,
+    SkeletonSeries,
+    TimeAligner,
+    series_from_samples,
+    series_on_reference_clock,
+)
 from pose_evaluation.scores import known_joints
 from pose_io.bag_samples import read_body_series, read_extrinsics, read_sensor_series
 from pose_io.bags import BagReader

@@ -5,14 +5,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.fusion.estimates import BodyEstimate
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.api import (
+    BodyEstimate,
+    EstimateSeries,
+    Extrinsics,
+    FusionParameters,
+    FusionPipeline,
+    ImuBlock,
+    ImuSample,
+    SkeletonSample,
+    SkeletonSeries,
+    series_from_samples,
+    series_of_estimates,
+)
 from pose_core.parameters import specs
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.estimate_series import EstimateSeries, estimate_series
-from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
-from pose_core.streams.series import SkeletonSeries, series_from_samples
 from pose_evaluation.methods import MEAN
 
 IMU_ALONE = "imu"
@@ -114,13 +120,7 @@ def run_of_estimates(estimates: Sequence[BodyEstimate]) -> MethodRun:
     )
     return MethodRun(
         series=series,
-        estimates=estimate_series(
-            estimates,
-            estimates[0].dof_names if estimates else (),
-            stamps_ns=[each.stamp_ns for each in estimates],
-            sources=[each.source for each in estimates],
-            latencies_s=[(each.newest_ns - each.stamp_ns) * 1e-9 for each in estimates],
-        ),
+        estimates=series_of_estimates(estimates),
     )
 
 

@@ -12,10 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pose_core.body.joint_angles import ANGLES, joint_angles
+from pose_core.api import ANGLES, MAX_GAP_S, FloatArray, SkeletonSeries, joint_angles
 from pose_core.errors import InputError
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import MAX_GAP_S, SkeletonSeries
 from pose_evaluation.scores import Evaluation
 from pose_evaluation.stability import BONES, bone_lengths
 

@@ -9,10 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
-from pose_core.body.joint_angles import ANGLES
-from pose_core.streams.angle_series import AngleSeries
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import IntArray
+from pose_core.api import ANGLES, AngleSeries, FloatArray, IntArray
 
 RATE = 100.0  # [Hz]
 CUTOFF = 6.0  # [Hz]

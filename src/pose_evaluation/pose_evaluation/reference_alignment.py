@@ -9,13 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import correlate
 
+from pose_core.api import AngleSeries, FloatArray, angle_columns, without_sideways_flexion
 from pose_core.errors import InputError
-from pose_core.streams.angle_series import (
-    AngleSeries,
-    angle_columns,
-    without_sideways_flexion,
-)
-from pose_core.streams.samples import FloatArray
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference
 

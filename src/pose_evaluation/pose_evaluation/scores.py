@@ -12,16 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from pose_core.body.joint_angles import ANGLES, joint_angles, unwrapped, wrapped
+from pose_core.api import (
+    ANGLES,
+    AngleSeries,
+    FloatArray,
+    SkeletonSeries,
+    angle_series,
+    joint_angles,
+    unwrapped,
+    without_sideways_flexion,
+    wrapped,
+)
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.angle_series import (
-    AngleSeries,
-    angle_series,
-    without_sideways_flexion,
-)
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
 from pose_evaluation.stability import bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference

@@ -2,9 +2,8 @@
 
 import numpy as np
 
+from pose_core.api import FloatArray, SkeletonSeries
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
 
 BONES: dict[str, tuple[str, str]] = {
     "neck": ("neck", "head"),

@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from pose_core.body.joint_angles import ANGLES
+from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.agreement import Agreement, ViewAgreement
 from pose_evaluation.methods import FUSED

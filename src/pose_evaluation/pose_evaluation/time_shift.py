@@ -2,14 +2,14 @@
 
 import numpy as np
 
-from pose_core.streams.angle_series import (
+from pose_core.api import (
     AngleSeries,
+    FloatArray,
+    SkeletonSeries,
     angle_columns,
     angle_series,
     without_sideways_flexion,
 )
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
 
 GRID_RATE = 100.0  # [Hz]
 MAX_SHIFT_S = 0.5  # [s]

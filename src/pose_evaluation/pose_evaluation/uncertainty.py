@@ -4,11 +4,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.body.joint_angles import ANGLES, joint_angles, wrapped
-from pose_core.streams.angle_series import AngleSeries, without_sideways_flexion
-from pose_core.streams.estimate_series import EstimateSeries
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import IntArray, SkeletonSeries
+from pose_core.api import (
+    ANGLES,
+    AngleSeries,
+    EstimateSeries,
+    FloatArray,
+    IntArray,
+    SkeletonSeries,
+    joint_angles,
+    without_sideways_flexion,
+    wrapped,
+)
 
 NORMAL_SHARE = (0.6827, 0.9545)  # [-] of a normal distribution within 1 and 2 σ
 

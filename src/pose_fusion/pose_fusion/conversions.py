@@ -13,14 +13,18 @@ from std_msgs.msg import ColorRGBA, Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from pose_core.body.frames import BodyFrames
-from pose_core.body.model import ROOT_DOF, BodyModel
-from pose_core.fusion.estimates import BodyEstimate
+from pose_core.api import (
+    IMUS,
+    ROOT_DOF,
+    BodyEstimate,
+    BodyFrames,
+    BodyModel,
+    Clocks,
+    Extrinsics,
+    FloatArray,
+)
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.rotations import quaternion
-from pose_core.session.clocks import IMUS, Clocks
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import FloatArray
 from pose_node.conversions import ns_to_stamp
 
 WORLD_FRAME = "map"

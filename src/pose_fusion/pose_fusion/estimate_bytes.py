@@ -6,11 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys.store import Typestore
 
-from pose_core.body.frames import BodyFrames
-from pose_core.body.model import ROOT_DOF, BodyModel
-from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
+from pose_core.api import ROOT_DOF, BodyEstimate, BodyFrames, BodyModel, EstimateBlock, FloatArray
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import FloatArray
 from pose_fusion.conversions import (
     STATE_COLORS,
     bone_ends,

@@ -9,12 +9,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import (
+    EstimateSeries,
+    FloatArray,
+    ImuBlock,
+    PersonSelector,
+    SkeletonSample,
+    SkeletonSeries,
+    estimate_series,
+    series_from_samples,
+)
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_core.streams.estimate_series import EstimateSeries, estimate_series
-from pose_core.streams.person_selection import PersonSelector
-from pose_core.streams.samples import FloatArray, ImuBlock, SkeletonSample
-from pose_core.streams.series import SkeletonSeries, series_from_samples
 from pose_io.bags import BagMessage, BagReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pose_core.session.clocks import Clock
+from pose_core.api import Clock
 from pose_core.stamps import NS_PER_S, nanoseconds
 
 if TYPE_CHECKING:  # reading bags takes a while to import, which a live node does not need

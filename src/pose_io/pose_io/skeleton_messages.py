@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
+from pose_core.api import SkeletonSample
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import nanoseconds
-from pose_core.streams.samples import SkeletonSample
 from pose_io.cdr.skeleton_bytes import our_joints
 
 

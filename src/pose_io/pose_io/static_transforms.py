@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.kernels.rotations import matrix_of_quaternion
-from pose_core.streams.samples import FloatArray
 
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
 WORLD_FRAME = "map"

@@ -3,12 +3,9 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from pose_core.api import FusionParameters, FusionPipeline, SkeletonSample, extrinsics_from_map
 from pose_core.errors import PoseError
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.parameters import from_mapping
-from pose_core.session.extrinsics import extrinsics_from_map
-from pose_core.streams.samples import SkeletonSample
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader
 from pose_io.topics import imu_topics

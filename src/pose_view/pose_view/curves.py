@@ -11,10 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles
-from pose_core.body.model import ROOT_DOF
+from pose_core.api import ABDUCTION_OF, ANGLES, ROOT_DOF, FloatArray, joint_angles
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import FloatArray
 from pose_evaluation.limb_attitude import LIMBS, limb_attitude
 from pose_view.snapshot import BodySnapshot
 

@@ -5,10 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from pose_core.api import FloatArray
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import transforms_to_map
 from pose_view.curves import BodyTrack, track_of

@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.fusion.estimates import BodyEstimate
+from pose_core.api import BodyEstimate, FloatArray, SkeletonSample
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import FloatArray, SkeletonSample
 from pose_io.skeleton_messages import skeleton_sample, stamp_ns
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton
 

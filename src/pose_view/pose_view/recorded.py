@@ -6,9 +6,9 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 from pose_io.bag_samples import read_extrinsics
 from pose_io.bags import BagReader
 from pose_io.skeleton_messages import skeleton_samples, stamp_ns

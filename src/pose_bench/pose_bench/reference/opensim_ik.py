@@ -11,10 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
+from pose_core.api import BodyModel, BodyShape, FloatArray
 from pose_core.joints import JOINTS
-from pose_core.streams.samples import FloatArray
 
 ACCURACY = 1e-5  # [-] of the assembly, as in OpenSim's own tool
 

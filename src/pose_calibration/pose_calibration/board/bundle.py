@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from pose_calibration.board.camera import Camera
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
-from pose_core.streams.samples import FloatArray
+from pose_core.api import FloatArray
 
 SOFT_PX = 0.3  # [px] beyond which a corner pulls linearly, not squarely
 CORNER_STDDEV_PX = 0.05  # [px] no corner is found better

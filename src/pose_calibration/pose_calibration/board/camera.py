@@ -13,8 +13,8 @@ from pose_calibration.board.coverage import coverage
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
 from pose_calibration.rigid_transform import CalibrationError
+from pose_core.api import FloatArray
 from pose_core.errors import InputError
-from pose_core.streams.samples import FloatArray
 
 MODELS = ("plumb_bob", "rational_polynomial", "")
 LEAST_VIEWS = 12  # [-] to estimate intrinsics from

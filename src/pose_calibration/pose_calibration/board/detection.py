@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.board.target import CHARUCO, Board
-from pose_core.streams.samples import FloatArray
+from pose_core.api import FloatArray
 
 LEAST_CORNERS = 6  # [-] seen, to make use of a view
 REFINED_WITHIN = 0.3  # [-] of a square's side in the image: no farther, or neighbours pull

@@ -5,8 +5,8 @@ import numpy as np
 from pose_calibration.board.solution import BoardCalibration
 from pose_calibration.floor.floor import KnownMounting, estimate_floor
 from pose_calibration.floor.gravity import Gravity
+from pose_core.api import BoardResiduals, Extrinsics
 from pose_core.errors import InputError
-from pose_core.session.extrinsics import BoardResiduals, Extrinsics
 
 ON_FLOOR = "board on the floor"
 FLOOR_STDDEV = np.radians(0.5)  # [rad] of a board on a floor that is not quite level

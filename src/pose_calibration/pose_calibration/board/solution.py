@@ -14,8 +14,7 @@ from pose_calibration.board.coverage import Coverage, coverage
 from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
 from pose_calibration.rigid_transform import CalibrationError
-from pose_core.streams.samples import FloatArray
-from pose_core.transforms import inverse
+from pose_core.api import FloatArray, inverse
 
 LEAST_PAIRS = 4  # [-] instants at which two cameras see the board, to link them
 FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] of one view's word from the median: at least

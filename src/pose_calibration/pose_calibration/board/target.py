@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import FloatArray
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import parameter
-from pose_core.streams.samples import FloatArray
 
 CHECKERBOARD, CHARUCO = "checkerboard", "charuco"
 # Few, large bits: legible in a depth camera's infrared image. The small one is the beginning of the

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.session.clocks import Clock
+from pose_core.api import Clock
 from pose_core.stamps import NS_PER_S
 
 DRIFT_STDDEV = 5e-5  # [-] of quartzes that nobody disciplines

@@ -14,10 +14,8 @@ from pose_calibration.clocks.clock_drift import Measured, clock_from
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
 from pose_calibration.clocks.motion_track import Track, track_of, without_slow
 from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
-from pose_core.session.clocks import Clock
+from pose_core.api import Clock, FloatArray, SkeletonSample, transformed
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, SkeletonSample
-from pose_core.transforms import transformed
 
 GRID_RATE = 50.0  # [Hz] of the search for the shift
 FIT_SHIFTS_S = (0.0, -0.3, 0.3)  # [s] under which the sensors' turn is tried

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_calibration.clocks.motion_track import SLOW_S, without_slow
-from pose_core.streams.samples import FloatArray
+from pose_core.api import FloatArray
 
 LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; real ones: 0.003
 CORRELATION_S = 0.4  # [s] after which a joint's error is another one

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import FloatArray, SkeletonSample
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, SkeletonSample
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
 MAX_GAP_S = 0.1  # [s] to interpolate across

@@ -16,12 +16,9 @@ from pose_calibration.extrinsics.pair_fits import spanning_transforms
 from pose_calibration.floor.floor import KnownMounting, estimate_floor
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.rigid_transform import CalibrationError, spread
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray, PairResiduals, inverse, transformed
 from pose_core.errors import ParameterError
 from pose_core.joints import JOINTS
-from pose_core.session.extrinsics import Extrinsics, PairResiduals
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.time_alignment import AlignedFrame
-from pose_core.transforms import inverse, transformed
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,10 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import AlignedFrame, FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.time_alignment import AlignedFrame
 
 CELL_M = 0.3  # [m] places of the body are told apart by this
 PAUSE_NS = NS_PER_S  # [ns] a longer step between frames is a pause

@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.rigid_transform import MAXWELL_MEDIAN, TUKEY
+from pose_core.api import FloatArray, transformed
 from pose_core.body.kinematics import rotation_from_vector
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
-from pose_core.transforms import transformed
 
 OFFSET_STDDEV_M = 0.012  # [m] prior of an offset in the body, per axis and sensor
 DEPTH_M = 0.015  # [m] prior of the flesh in front of a joint

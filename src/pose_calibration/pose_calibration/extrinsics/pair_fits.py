@@ -14,9 +14,8 @@ from pose_calibration.rigid_transform import (
     RobustFit,
     estimate_rigid_transform_robustly,
 )
+from pose_core.api import FloatArray, inverse, transformed
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
-from pose_core.transforms import inverse, transformed
 
 OTHER_SIDE = [
     JOINT_INDEX[name.replace("left_", "#").replace("right_", "left_").replace("#", "right_")]

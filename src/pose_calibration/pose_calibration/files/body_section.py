@@ -15,13 +15,11 @@ from typing import Any
 import numpy as np
 
 from pose_calibration.files.file_values import rounded
-from pose_core.body.model import BodyModel, load_body_model
-from pose_core.body.shape import LONGEST_BONE, BodyShape
+from pose_core.api import BodyModel, BodyShape, FloatArray, SessionBody, load_body_model
+from pose_core.body.shape import LONGEST_BONE
 from pose_core.errors import InputError
 from pose_core.finite_numbers import finite_numbers
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.session.session_body import SessionBody
-from pose_core.streams.samples import FloatArray
 
 
 def body_document(body: SessionBody) -> dict[str, Any]:

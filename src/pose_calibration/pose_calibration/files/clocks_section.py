@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from pose_calibration.files.file_values import rounded
+from pose_core.api import IMUS, Clock, Clocks
 from pose_core.errors import InputError
-from pose_core.session.clocks import IMUS, Clock, Clocks
 
 LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times a bad quartz
 PPM = 1e-6

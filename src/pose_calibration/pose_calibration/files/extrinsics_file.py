@@ -41,10 +41,9 @@ from pose_calibration.files.file_values import (
     read_vector,
     rounded,
 )
+from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
-from pose_core.session.extrinsics import BoardResiduals, Extrinsics, PairResiduals
-from pose_core.streams.samples import FloatArray
 
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks

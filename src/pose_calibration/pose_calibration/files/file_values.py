@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 
+from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.finite_numbers import finite_numbers
 from pose_core.kernels.rotations import matrix_of_quaternion
 from pose_core.kernels.rotations import quaternion as quaternion_of
-from pose_core.streams.samples import FloatArray
 
 UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
 

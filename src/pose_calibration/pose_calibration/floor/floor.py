@@ -21,9 +21,8 @@ import numpy as np
 
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.rigid_transform import CalibrationError
+from pose_core.api import FloatArray, FloorEstimate
 from pose_core.joints import JOINT_INDEX
-from pose_core.session.floor_estimate import FloorEstimate
-from pose_core.streams.samples import FloatArray
 
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height from place to place

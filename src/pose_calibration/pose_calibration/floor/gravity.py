@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.streams.samples import FloatArray
+from pose_core.api import FloatArray
 
 ACCELEROMETER = "the sensor's accelerometer"
 STANDARD_GRAVITY = 9.80665  # [m/s²] (CGPM 1901)

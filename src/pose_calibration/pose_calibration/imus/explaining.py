@@ -17,7 +17,7 @@ import numpy as np
 
 from pose_calibration.imus.mounting_fit import CORRELATION_S, LAG_S, axis_stddev
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
-from pose_core.streams.samples import FloatArray
+from pose_core.api import FloatArray
 
 TURNS = np.radians(np.arange(0.0, 360.0, 3.0))
 CAP = 4.0  # [-] standard deviations beyond which a difference counts no more: joints get lost

@@ -9,7 +9,7 @@ import numpy as np
 from pose_calibration.imus.explaining import Explanations
 from pose_calibration.imus.guidance import how_to_move, wanted_stddev
 from pose_calibration.imus.observations import ImuObservations
-from pose_core.imu.mounting import Mounting
+from pose_core.api import Mounting
 
 LEAST_HEARD = 0.8  # [-] of the time
 MOVED = math.radians(25.0)  # [rad] that a segment must have turned for its sensor to show it

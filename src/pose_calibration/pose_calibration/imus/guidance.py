@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pose_core.imu.mounting import Mounting
+from pose_core.api import Mounting
 
 MOVES = {
     "thigh": "lift the {side}knee to the front, then the leg to the side",

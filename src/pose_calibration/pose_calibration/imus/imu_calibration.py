@@ -11,11 +11,8 @@ from pose_calibration.imus.mounting_fit import fit_mountings
 from pose_calibration.imus.observations import ObservationRecorder
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
-from pose_core.body.model import load_body_model
-from pose_core.imu.mounting import Mountings
+from pose_core.api import Extrinsics, ImuBlock, Mountings, SkeletonSample, load_body_model
 from pose_core.joints import SEGMENTS
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import ImuBlock, SkeletonSample
 
 ATTEMPT_EVERY_S = 2.0  # [s] of motion
 STOOD = 0.2  # [-] of the progress that the neutral stand is

@@ -30,9 +30,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
-from pose_core.imu.mounting import Mounting
+from pose_core.api import FloatArray, Mounting
 from pose_core.joints import SIDES
-from pose_core.streams.samples import FloatArray
 
 AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction as the cameras see it
 TRUNK_STDDEV = math.radians(8.0)  # [rad] the same of the trunk, which bends

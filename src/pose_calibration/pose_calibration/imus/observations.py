@@ -7,14 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.body.joint_angles import joint_angles
-from pose_core.body.model import BodyModel
+from pose_core.api import (
+    BodyModel,
+    Extrinsics,
+    FloatArray,
+    ImuBlock,
+    SkeletonSample,
+    block_on_reference_clock,
+    joint_angles,
+    on_reference_clock,
+)
 from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.imu.seen_axes import LINES, SeenAxes
 from pose_core.imu.track import ImuStates, ImuTracks
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.session.clocks import block_on_reference_clock, on_reference_clock
-from pose_core.session.extrinsics import Extrinsics
 from pose_core.session.neutral_stand import (
     BENT,
     DURATION_NS,
@@ -23,7 +29,6 @@ from pose_core.session.neutral_stand import (
     NeutralStandWatcher,
 )
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, ImuBlock, SkeletonSample
 
 PERIOD_NS = NS_PER_S // 10  # [ns] between two instants that are kept
 MOST_INSTANTS = 1200  # [-] that are kept of the motion: two minutes, the latest

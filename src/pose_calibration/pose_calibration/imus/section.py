@@ -24,8 +24,8 @@ from pose_calibration.files.file_values import (
     rounded,
 )
 from pose_calibration.files.session_file import load_section, save_section
+from pose_core.api import Mounting, Mountings
 from pose_core.errors import InputError
-from pose_core.imu.mounting import Mounting, Mountings
 from pose_core.joints import SEGMENTS
 
 NAME = "imus"

@@ -20,9 +20,7 @@ from pose_calibration.inertial.imu_motion import (
     View,
     measure_imu_delay,
 )
-from pose_core.session.clocks import Clock, on_reference_clock
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import SkeletonSample
+from pose_core.api import Clock, Extrinsics, SkeletonSample, on_reference_clock
 
 TRACKER_DELAY_S = 0.06  # [s] of trackers' joints behind their stamps, as the fusion takes it
 SIGNIFICANT = 3.0  # [-] standard deviations; a smaller offset is taken for none

@@ -22,8 +22,8 @@ from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_motion import BONES, Felt, View
 from pose_calibration.rigid_transform import TUKEY
+from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import FloatArray
 
 BODY_IMUS = "upright body and body-worn IMUs"
 RATE = 10.0  # [Hz] of the instants that are compared

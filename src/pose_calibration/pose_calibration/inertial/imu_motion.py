@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S, Delay
 from pose_calibration.clocks.motion_track import MAX_GAP_S, SLOW_S, Track, without_slow
+from pose_core.api import FloatArray, ImuBlock
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_core.streams.samples import FloatArray, ImuBlock
 
 BONES = {
     "torso": ("torso", "neck"),

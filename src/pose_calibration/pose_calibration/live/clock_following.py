@@ -20,10 +20,8 @@ from pose_calibration.inertial.imu_motion import (
     View,
     measure_imu_delay,
 )
-from pose_core.session.clocks import IMUS, Clock, Clocks, on_reference_clock
-from pose_core.session.extrinsics import Extrinsics
+from pose_core.api import IMUS, Clock, Clocks, Extrinsics, SkeletonSample, on_reference_clock
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import SkeletonSample
 
 EVERY_NS = 10 * NS_PER_S
 WINDOW_NS = 20 * NS_PER_S

@@ -6,10 +6,8 @@ import numpy as np
 
 from pose_calibration.extrinsics.frame_memory import KeptFrame
 from pose_calibration.extrinsics.joint_refinement import body_axes
+from pose_core.api import Extrinsics, FloatArray, transformed
 from pose_core.joints import JOINT_INDEX
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import FloatArray
-from pose_core.transforms import transformed
 
 WANTED_WAY_M = 0.6  # [m] from side to side, and from near to far
 WANTED_TURN = np.radians(60.0)  # [rad] of the body's headings

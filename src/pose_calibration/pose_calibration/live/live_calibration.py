@@ -16,12 +16,19 @@ from pose_calibration.live.sample_memory import SampleMemory
 from pose_calibration.live.watchdog import Moved, Watchdog
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
+from pose_core.api import (
+    IMUS,
+    Clocks,
+    Extrinsics,
+    FloatArray,
+    ImuBlock,
+    SinglePersonSelector,
+    SkeletonSample,
+    TimeAligner,
+    moved_most_ns,
+    on_reference_clock,
+)
 from pose_core.counters import Counters
-from pose_core.session.clocks import IMUS, Clocks, moved_most_ns, on_reference_clock
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.samples import FloatArray, ImuBlock, SkeletonSample
-from pose_core.streams.single_person import SinglePersonSelector
-from pose_core.streams.time_alignment import TimeAligner
 
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next

@@ -2,9 +2,7 @@
 
 from collections import deque
 
-from pose_core.session.clocks import Clocks, on_reference_clock
-from pose_core.streams.samples import SkeletonSample
-from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.api import AlignedFrame, Clocks, SkeletonSample, TimeAligner, on_reference_clock
 
 LONGEST = 4_000  # [samples] a minute of two sensors
 

@@ -14,11 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.session.extrinsics import Extrinsics
+from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.time_alignment import AlignedFrame
-from pose_core.transforms import transformed
 
 BLOCK_NS = NS_PER_S
 LEAST_FRAMES = 8  # [-] in a block

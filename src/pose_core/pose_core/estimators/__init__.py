@@ -1,1 +1,19 @@
-"""The estimators by name; each a file, listed in :mod:`pose_core.estimators.registry`."""
+"""The estimators by name.
+
+Adding one means writing a module here with a subclass of
+:class:`pose_core.estimators.estimator.StepwiseEstimator`, and one line in :data:`ESTIMATORS`
+(``docs/extending/estimator.md``). They are named, not imported: parameters, which estimators read,
+take their choices from this table.
+"""
+
+ESTIMATORS: dict[str, str] = {
+    "default": "default.DefaultEstimator",
+    "smoothed": "smoothed.SmoothedEstimator",
+    "li2020": "li2020.Li2020Estimator",
+    "joint_kf": "joint_kf.JointKalmanFilter",
+    "dof_kf": "dof_kf.DofKalmanFilter",
+    "mean": "raw.MeanOfSensors",
+    "left": "raw.LeftSensor",
+    "right": "raw.RightSensor",
+    "imu": "imu.ImuEstimator",
+}

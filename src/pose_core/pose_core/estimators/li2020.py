@@ -1,10 +1,12 @@
 """``li2020``: the paper's filter, with zhang2015's weighting where IMUs are worn."""
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.errors import ParameterError
 from pose_core.estimators.body_fusion import BodyFusion
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
@@ -46,6 +48,16 @@ class Li2020Estimator(StepwiseEstimator):
     def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
         """Take how IMUs sit from a calibration."""
         self._imus.use_mountings(mountings)
+
+    @classmethod
+    def check(cls, parameters: FusionParameters) -> None:
+        """The library that has the sigma points' weights must be installed."""
+        del parameters
+        if find_spec("filterpy") is None:
+            raise ParameterError(
+                "estimator = li2020 needs the library filterpy, which is not installed: "
+                "pip install 'pose_core[li2020]'"
+            )
 
     def update(self, observation: Observation) -> FusedPose | None:
         """One step of the filter."""

@@ -1,30 +1,14 @@
-"""The estimators by name.
-
-Adding one means writing a module with a subclass of
-:class:`pose_core.estimators.estimator.StepwiseEstimator`, and one line here. They are
-named, not imported: parameters, which estimators read, take their choices from this table.
-"""
+"""The estimators' classes, found by name when they are wanted."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from pose_core.body.model import BodyModel, load_body_model
+from pose_core.estimators import ESTIMATORS
 
 if TYPE_CHECKING:
     from pose_core.estimators.estimator import Estimator
     from pose_core.fusion.parameters import FusionParameters
-
-ESTIMATORS: dict[str, str] = {
-    "default": "default.DefaultEstimator",
-    "smoothed": "smoothed.SmoothedEstimator",
-    "li2020": "li2020.Li2020Estimator",
-    "joint_kf": "joint_kf.JointKalmanFilter",
-    "dof_kf": "dof_kf.DofKalmanFilter",
-    "mean": "raw.MeanOfSensors",
-    "left": "raw.LeftSensor",
-    "right": "raw.RightSensor",
-    "imu": "imu.ImuEstimator",
-}
 
 
 def estimator_class(name: str) -> "type[Estimator]":

@@ -7,7 +7,6 @@ matrices here, since filterpy makes them, and calls the models, once a point.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve, cholesky
 
 from pose_core.streams.samples import FloatArray
 
@@ -50,6 +49,8 @@ class UnscentedTransform:
         Raises:
             numpy.linalg.LinAlgError: If the covariance is not positive definite.
         """
+        from scipy.linalg import cholesky  # loads as long
+
         # What filterpy does a point at a time.
         spread = cholesky(self._scale * covariance, check_finite=False)
         return np.concatenate([mean[None], mean + spread, mean - spread])
@@ -88,6 +89,8 @@ def kalman_update(
     Raises:
         numpy.linalg.LinAlgError: If P_z is not positive definite.
     """
+    from scipy.linalg import cho_factor, cho_solve  # for this filter's users alone
+
     factor = cho_factor(innovation_covariance, lower=True)
     gain = cho_solve(factor, cross_covariance.T).T  # li2020 (8)
     updated = covariance - gain @ cross_covariance.T  # li2020 (10), P_z K^T = cross^T

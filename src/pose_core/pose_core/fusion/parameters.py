@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pose_core.estimators.registry import ESTIMATORS
+from pose_core.estimators import ESTIMATORS
 from pose_core.filters.li2020 import Li2020Parameters
 from pose_core.parameters import NAME, NAME_ENDING, parameter
 

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import settled
 from pose_core.kernels.tracks import MAX_GAP_NS, Rings, have_reached, read_rings, take_in
-from pose_core.kernels.tracks import NS_PER_S as NS_PER_S
 from pose_core.streams.samples import FloatArray, ImuBlock
 
 ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for

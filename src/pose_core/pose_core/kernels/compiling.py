@@ -2,14 +2,16 @@
 
 Numba compiles a function when it is first called and keeps the result for the next process. It
 looks only at the function's own file to see whether that is out of date, and the kernels call each
-other across files: so the folder's name tells the content of all of them.
+other across files: so the folder's name tells the content of all of them. The folder is given to
+numba for our functions alone; nothing of numba's own settings stays changed.
 """
 
 import hashlib
 import logging
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -17,14 +19,17 @@ import numba
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+PACKAGE = Path(__file__).parents[1]
+MARK = b"@compiled"  # what a file with kernels holds
 FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own; whoever sets it is obeyed
 
 
 def _sources_hash() -> str:
     digest = hashlib.sha256()
-    for folder in ("kernels", "filter"):
-        for path in sorted((Path(__file__).parents[1] / folder).glob("*.py")):
-            digest.update(path.read_bytes())
+    for path in sorted(PACKAGE.rglob("*.py")):
+        content = path.read_bytes()
+        if MARK in content:
+            digest.update(content)
     return digest.hexdigest()[:12]
 
 
@@ -33,7 +38,7 @@ def _make_folder() -> Path:
     if FOLDER_VARIABLE in os.environ:
         return Path(os.environ[FOLDER_VARIABLE]) / _sources_hash()
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
-    folder = base / "pose_fusion" / "kernels" / _sources_hash()
+    folder = base / "pose_core" / "kernels" / _sources_hash()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if os.access(folder, os.W_OK):
@@ -41,11 +46,21 @@ def _make_folder() -> Path:
     except OSError:
         pass
     # Nobody else's files may be run: a new folder, which only we can write to.
-    return Path(tempfile.mkdtemp(prefix="pose_fusion_kernels_"))
+    return Path(tempfile.mkdtemp(prefix="pose_core_kernels_"))
 
 
 COMPILED_FOLDER = _make_folder()
-numba.config.CACHE_DIR = str(COMPILED_FOLDER)
+
+
+@contextmanager
+def _kept_in_our_folder() -> Iterator[None]:
+    """Numba asks its settings where to keep a function at the moment it is decorated."""
+    before = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(COMPILED_FOLDER)
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = before
 
 
 _OPTIONS: dict[str, Any] = {
@@ -59,7 +74,8 @@ _OPTIONS: dict[str, Any] = {
 
 def compiled(function: F) -> F:
     """Compile a function at its first call, and keep the result."""
-    return cast(F, numba.njit(**_OPTIONS)(function))
+    with _kept_in_our_folder():
+        return cast(F, numba.njit(**_OPTIONS)(function))
 
 
 def compiled_in_place(function: F) -> F:
@@ -71,7 +87,8 @@ def compiled_in_place(function: F) -> F:
     returns an array and counts: that would never be given back.
     """
     # The option is numba's own; with it, a function that makes an array does not compile.
-    return cast(F, numba.njit(**_OPTIONS, _nrt=False)(function))
+    with _kept_in_our_folder():
+        return cast(F, numba.njit(**_OPTIONS, _nrt=False)(function))
 
 
 def settled(kernel: F) -> F:
@@ -100,7 +117,7 @@ def settled(kernel: F) -> F:
 def say_if_compiling() -> None:
     """One line before the first start, which takes longer than all others."""
     if not any(COMPILED_FOLDER.rglob("*.nbi")):
-        logging.getLogger("pose_fusion").warning(
+        logging.getLogger("pose_core").warning(
             "first start: compiling the estimator for this machine, which takes a minute or two "
             "(kept in %s)",
             COMPILED_FOLDER,

@@ -18,10 +18,9 @@ from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extr
 from pose_calibration.inertial.imu_motion import BONES
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
 from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_core.session.clocks import Clock, Clocks
-from pose_core.session.extrinsics import Extrinsics
 from pose_fusion.conversions import (
     sensor_frame,
     to_clock_messages,

@@ -17,18 +17,23 @@ from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
 from pose_calibration.imus.section import load_mountings_if_any
-from pose_core.body.shape import BodyShape, load_body_shape, save_body_shape
-from pose_core.body.urdf import make_urdf
+from pose_core.api import (
+    BodyShape,
+    EstimateBlock,
+    Extrinsics,
+    FusionParameters,
+    FusionPipeline,
+    PersonSelector,
+    estimator_class,
+    extrinsics_from_map,
+    load_body_shape,
+    make_urdf,
+    save_body_shape,
+)
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
-from pose_core.estimators.registry import estimator_class
-from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import SEGMENTS
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.person_selection import PersonSelector
 from pose_fusion.conversions import body_topics, to_string, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.nodes.inbox import Inbox, waiting

@@ -9,7 +9,7 @@ from rclpy.parameter import Parameter
 
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.rigid_transform import CalibrationError
-from pose_core.session.extrinsics import Extrinsics
+from pose_core.api import Extrinsics
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_node.nodes.running import RCLError
 

@@ -18,14 +18,19 @@ from tf2_msgs.msg import TFMessage
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
+from pose_core.api import (
+    Clock,
+    Extrinsics,
+    ImuBlock,
+    SinglePersonSelector,
+    SkeletonSample,
+    extrinsics_from_map,
+    joined,
+)
 from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.fusion.waiting import WaitingSamples
 from pose_core.joints import SEGMENTS
-from pose_core.session.clocks import Clock
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.streams.samples import ImuBlock, SkeletonSample, joined
-from pose_core.streams.single_person import SinglePersonSelector
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
 from pose_io.cdr.imu_bytes import imu_block

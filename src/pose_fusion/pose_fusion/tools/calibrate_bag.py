@@ -17,11 +17,10 @@ from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import SessionCalibration, calibrate
+from pose_core.api import PairResiduals, SinglePersonSelector
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
-from pose_core.session.extrinsics import PairResiduals
-from pose_core.streams.single_person import SinglePersonSelector
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import sensor_topics

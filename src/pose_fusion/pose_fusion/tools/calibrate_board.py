@@ -24,9 +24,9 @@ from pose_calibration.board.solution import BoardCalibration, calibrate_board
 from pose_calibration.board.target import PAPERS, Board, BoardParameters
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.floor.floor import KnownMounting
+from pose_core.api import Extrinsics
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_core.session.extrinsics import Extrinsics
 from pose_io.bags import open_bag
 from pose_io.skeleton_messages import stamp_ns
 

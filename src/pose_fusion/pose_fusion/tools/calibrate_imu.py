@@ -19,11 +19,9 @@ from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_mountings
 from pose_calibration.rigid_transform import CalibrationError
 from pose_calibration.session_calibration import calibrate
+from pose_core.api import Extrinsics, SinglePersonSelector, SkeletonSample, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.streams.samples import SkeletonSample
-from pose_core.streams.single_person import SinglePersonSelector
 from pose_io.bag_samples import BagSamples, read_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.clock_messages import read_clocks

@@ -6,7 +6,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pose_core.streams.series import SkeletonSeries
+from pose_core.api import SkeletonSeries
 from pose_evaluation.agreement import measure_agreement
 from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
 from pose_evaluation.plots import (

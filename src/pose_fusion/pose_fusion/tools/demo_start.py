@@ -39,8 +39,10 @@ def first_lead_s() -> float:
 def ready_estimator(console: Console) -> None:
     """Compile the estimator where nothing is compiled yet: longer than nodes are waited for."""
     with console.status("readying the estimator; at its first start on a machine it is compiled"):
-        from pose_core.fusion.parameters import FusionParameters  # takes a second to load
-        from pose_core.fusion.pipeline import FusionPipeline
+        from pose_core.api import (
+            FusionParameters,  # takes a second to load
+            FusionPipeline,
+        )
         from pose_io.preparing import prepare_reading
 
         FusionPipeline(FusionParameters())

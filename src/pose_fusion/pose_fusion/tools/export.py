@@ -11,23 +11,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pose_core.errors import InputError
 from pose_io.bags import open_bag
-from pose_io.export.bvh import bvh_text
-from pose_io.export.c3d_file import c3d_bytes
+from pose_io.export.exporter import ExportOptions
 from pose_io.export.motion import BodyMotion, read_motion
-from pose_io.export.opensim import mot_text, trc_text
 from pose_io.export.opensim_coordinates import OPENSIM_MODELS
-from pose_io.export.tables import csv_text, json_lines_text
+from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import run_tool
 
-FORMATS = {
-    "trc": "joints as markers, for OpenSim",
-    "mot": "joint angles by OpenSim's names and signs",
-    "bvh": "the moving skeleton, for Blender",
-    "c3d": "joints as points, for biomechanics programs",
-    "csv": "angles, joints and segments, for spreadsheets",
-    "json": "JSON lines {segment: position, quaternion}, for robot retargeting",
-}
-OWN_STAMPS = ("csv", "json")  # the others want a constant rate
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
 NOTABLE_RESIDUAL = 0.001  # [m]
 
@@ -40,8 +29,9 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         epilog="Conventions of each format: docs/export.md.",
     )
     parser.add_argument("bag", type=Path, help="a bag with a fused pose (of a session, or fused)")
-    formats = "; ".join(f"{name}: {text}" for name, text in FORMATS.items())
-    parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=formats)
+    own = [name for name, each in EXPORTERS.items() if not each.constant_rate]
+    formats = "; ".join(f"{name}: {each.doc}" for name, each in EXPORTERS.items())
+    parser.add_argument("--to", required=True, choices=EXPORTERS, metavar="FORMAT", help=formats)
     parser.add_argument(
         "-o", "--output", type=Path, required=True, help="the file to write; replaced if it exists"
     )
@@ -54,8 +44,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--rate",
         type=_rate,
         metavar="HZ",
-        help="constant rate of trc, mot, bvh and c3d (default: the bag's, rounded); csv and json "
-        "keep every instant",
+        help=f"constant rate (default: the bag's, rounded); {' and '.join(own)} keep every instant",
     )
     parser.add_argument(
         "--opensim-model",
@@ -71,27 +60,6 @@ def _rate(text: str) -> float:
     if not SLOWEST <= value <= FASTEST:
         raise argparse.ArgumentTypeError(f"{text} Hz is outside [{SLOWEST:g}, {FASTEST:g}]")
     return value
-
-
-def content_of(motion: BodyMotion, arguments: argparse.Namespace, rate: float) -> bytes:
-    """What the file will hold.
-
-    Args:
-        motion: At the constant rate, if the format wants one.
-        arguments: The command line.
-        rate: [Hz]
-    """
-    path: Path = arguments.output
-    if arguments.to == "c3d":
-        return c3d_bytes(motion, rate)
-    text = {
-        "trc": lambda: trc_text(motion, rate, path.name),
-        "mot": lambda: mot_text(motion, OPENSIM_MODELS[arguments.opensim_model], path.stem),
-        "bvh": lambda: bvh_text(motion, rate),
-        "csv": lambda: csv_text(motion),
-        "json": lambda: json_lines_text(motion),
-    }[arguments.to]()
-    return text.encode()
 
 
 def write_whole(path: Path, content: bytes) -> None:
@@ -121,20 +89,20 @@ def summary(
 ) -> list[str]:
     """What was written, and what a reader of it has to know."""
     duration_s = float(written.times_s[-1])
-    own = arguments.to in OWN_STAMPS
-    spacing = "each with its own stamp" if own else f"at {rate:g} Hz"
+    exporter = EXPORTERS[arguments.to]
+    spacing = f"at {rate:g} Hz" if exporter.constant_rate else "each with its own stamp"
     lines = [f"{arguments.output}: {len(written)} frames of '{written.body}', {spacing}"]
     lines[0] += f", {duration_s:.1f} s, {written.model.size} degrees of freedom"
     gaps = int(np.sum(written.is_gap))
-    if gaps and arguments.to in ("mot", "bvh"):
+    if gaps and exporter.fills_gaps:
         lines.append(f"{gaps} frames lie in gaps of the recording: they are interpolated")
     elif gaps:
         lines.append(f"{gaps} frames lie in gaps of the recording: their joints are left empty")
     residual = recorded.rigid_residual
-    if arguments.to == "bvh" and residual > NOTABLE_RESIDUAL:
+    if exporter.rigid_bones and residual > NOTABLE_RESIDUAL:
         lines.append(
-            f"BVH's bones are rigid, the recorded ones are not: joints differ by up to "
-            f"{1000.0 * residual:.0f} mm"
+            f"{arguments.to.upper()}'s bones are rigid, the recorded ones are not: joints differ "
+            f"by up to {1000.0 * residual:.0f} mm"
         )
     return lines
 
@@ -162,8 +130,12 @@ def run() -> None:
         )
         progress.update(task, description="writing", total=None)
         rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
-        written = recorded if arguments.to in OWN_STAMPS else recorded.at_rate(rate)
-        write_whole(arguments.output, content_of(written, arguments, rate))
+        exporter = EXPORTERS[arguments.to]
+        written = recorded.at_rate(rate) if exporter.constant_rate else recorded
+        options = ExportOptions(
+            file_name=arguments.output.name, rate=rate, opensim_model=arguments.opensim_model
+        )
+        write_whole(arguments.output, exporter.content(written, options))
     for line in summary(recorded, written, arguments, rate):
         print(line)
 

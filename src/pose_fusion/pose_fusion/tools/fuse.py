@@ -10,14 +10,18 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
 from pose_calibration.imus.section import load_mountings_if_any
 from pose_calibration.session_calibration import calibrate
-from pose_core.body.shape import load_body_shape, save_body_shape
-from pose_core.body.urdf import make_urdf
+from pose_core.api import (
+    EstimateBlock,
+    Extrinsics,
+    FusionParameters,
+    FusionPipeline,
+    extrinsics_from_map,
+    load_body_shape,
+    make_urdf,
+    save_body_shape,
+)
 from pose_core.errors import InputError
-from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
-from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
 from pose_core.stamps import NS_PER_S
 from pose_fusion.conversions import (
     body_topics,

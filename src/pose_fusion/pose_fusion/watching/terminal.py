@@ -7,8 +7,8 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_core.streams.samples import FloatArray
 from pose_fusion.watching.observation import GraphSnapshot, NodeStatus, TopicStatus
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_node.level import Level

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import ImuBlock
 from pose_core.kernels.compiling import settled
-from pose_core.streams.samples import ImuBlock
 from pose_io.cdr.kernels import read_imus
 
 _read_imus = settled(read_imus)

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 HEADER_SIZE = 4  # [bytes] of CDR's encapsulation, the second of which tells the byte order
 STAMP_SIZE = 8  # [bytes] seconds and nanoseconds, of four each

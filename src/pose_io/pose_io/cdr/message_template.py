@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
+from pose_core.api import FloatArray
 from pose_core.kernels.compiling import settled
-from pose_core.streams.samples import FloatArray
 from pose_io.cdr.kernels import HEADER_SIZE, fill_rows
 
 MARGIN = 4  # [bytes] before the encapsulation

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.api import FloatArray, SkeletonSample
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import settled
-from pose_core.streams.samples import FloatArray, SkeletonSample
 from pose_io.cdr.kernels import (
     HEADER_SIZE,
     PersonPlaces,

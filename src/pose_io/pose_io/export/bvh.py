@@ -9,12 +9,11 @@ decomposed, so nothing can flip.
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.body.joint_angles import unwrapped
-from pose_core.body.model import ROOT_DOF, BodyModel, Dof, Link
+from pose_core.api import ROOT_DOF, BodyModel, Dof, FloatArray, Link, unwrapped
 from pose_core.body.plain_numbers import plain_numbers
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
+from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
 
 R_bvh_map = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
@@ -95,3 +94,11 @@ def _children(model: BodyModel, link: Link) -> list[Link]:
 
 def _depth_first(model: BodyModel, link: Link) -> list[Link]:
     return [link, *(below for c in _children(model, link) for below in _depth_first(model, c))]
+
+
+BVH = Exporter(
+    doc="the moving skeleton, for Blender",
+    content=lambda motion, options: bvh_text(motion, options.rate).encode(),
+    fills_gaps=True,
+    rigid_bones=True,
+)

@@ -7,6 +7,7 @@ import c3d
 import numpy as np
 
 from pose_core.joints import JOINTS
+from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
 
 MM = 1000.0  # [mm/m]
@@ -30,3 +31,9 @@ def c3d_bytes(motion: BodyMotion, rate: float) -> bytes:
         warnings.filterwarnings("ignore", "No analog data")  # there is none, rightly
         writer.write(buffer)
     return buffer.getvalue()
+
+
+C3D = Exporter(
+    doc="joints as points, for biomechanics programs",
+    content=lambda motion, options: c3d_bytes(motion, options.rate),
+)

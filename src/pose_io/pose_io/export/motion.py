@@ -9,13 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_core.body.kinematics import BodyPose, ForwardKinematics
-from pose_core.body.model import ROOT_DOF, BodyModel, available_models, load_body_model
+from pose_core.api import (
+    MAX_GAP_S,
+    ROOT_DOF,
+    BodyModel,
+    BodyPose,
+    FloatArray,
+    ForwardKinematics,
+    IntArray,
+    SkeletonSample,
+    SkeletonSeries,
+    available_models,
+    load_body_model,
+)
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray, SkeletonSample
-from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
 from pose_io.bags import BagReader
 from pose_io.skeleton_messages import skeleton_sample, stamp_ns
 from pose_io.topics import body_topic

@@ -1,13 +1,20 @@
 """OpenSim's files: marker positions (.trc) and joint coordinates (.mot)."""
 
 from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
+from pose_core.api import FloatArray
 from pose_core.joints import JOINTS
-from pose_core.streams.samples import FloatArray
+from pose_io.export.exporter import Exporter, ExportOptions
 from pose_io.export.motion import BodyMotion
-from pose_io.export.opensim_coordinates import OpenSimModel, R_opensim_map, coordinates
+from pose_io.export.opensim_coordinates import (
+    OPENSIM_MODELS,
+    OpenSimModel,
+    R_opensim_map,
+    coordinates,
+)
 
 MM = 1000.0  # [mm/m]
 
@@ -65,3 +72,15 @@ def mot_text(motion: BodyMotion, model: OpenSimModel, name: str) -> str:
 
 def _rows(values: FloatArray) -> Iterable[str]:
     return ("\t".join(f"{value:.6f}" for value in row) for row in values)
+
+
+def _mot(motion: BodyMotion, options: ExportOptions) -> bytes:
+    model = OPENSIM_MODELS[options.opensim_model]
+    return mot_text(motion, model, Path(options.file_name).stem).encode()
+
+
+TRC = Exporter(
+    doc="joints as markers, for OpenSim",
+    content=lambda motion, options: trc_text(motion, options.rate, options.file_name).encode(),
+)
+MOT = Exporter(doc="joint angles by OpenSim's names and signs", content=_mot, fills_gaps=True)

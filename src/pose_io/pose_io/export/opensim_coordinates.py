@@ -16,9 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.body.joint_angles import unwrapped
+from pose_core.api import FloatArray, unwrapped
 from pose_core.joints import SIDES
-from pose_core.streams.samples import FloatArray
 from pose_io.export.motion import BodyMotion
 
 R_opensim_map = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])

@@ -10,8 +10,9 @@ import json
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.streams.samples import FloatArray
+from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
 
 METRES = 3  # the first degrees of freedom are lengths
@@ -98,3 +99,15 @@ def _continuous(quaternions: FloatArray) -> FloatArray:
     flips = np.sign(np.sum(quaternions[1:] * quaternions[:-1], axis=1))
     flips[flips == 0.0] = 1.0
     return quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
+
+
+CSV = Exporter(
+    doc="angles, joints and segments, for spreadsheets",
+    content=lambda motion, _: csv_text(motion).encode(),
+    constant_rate=False,
+)
+JSON_LINES = Exporter(
+    doc="JSON lines {segment: position, quaternion}, for robot retargeting",
+    content=lambda motion, _: json_lines_text(motion).encode(),
+    constant_rate=False,
+)

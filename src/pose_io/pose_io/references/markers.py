@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.api import FloatArray, SkeletonSeries
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
 
 KNEE_OFFSET_M = 0.0595  # [m] half of a knee 105 mm wide, and a marker of 14 mm
 ANKLE_OFFSET_M = 0.043  # [m] half of an ankle 72 mm wide, and a marker of 14 mm

@@ -4,11 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_core.body.joint_angles import ANGLES
+from pose_core.api import ANGLES, AngleSeries, FloatArray
 from pose_core.errors import InputError
 from pose_core.joints import SIDES
-from pose_core.streams.angle_series import AngleSeries
-from pose_core.streams.samples import FloatArray
 from pose_io.export.opensim_coordinates import LIMBS
 from pose_io.references.reference import Reference, numbers_of, text_of
 

@@ -3,9 +3,8 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pose_core.api import AngleSeries, IntArray, SkeletonSeries, angle_series
 from pose_core.errors import InputError
-from pose_core.streams.angle_series import AngleSeries, angle_series
-from pose_core.streams.series import IntArray, SkeletonSeries
 
 
 @dataclass(frozen=True, kw_only=True)

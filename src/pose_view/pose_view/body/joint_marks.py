@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.fusion.estimates import Source
+from pose_core.api import Source
 from pose_core.joints import JOINTS, SIDES, TrackingState
 from pose_view.body.measures import BodyMeasures
 from pose_view.body.mesh import Mesh, ellipsoid

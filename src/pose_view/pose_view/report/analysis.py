@@ -3,8 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pose_core.streams.angle_series import AngleSeries, angle_series
-from pose_core.streams.series import SkeletonSeries
+from pose_core.api import AngleSeries, SkeletonSeries, angle_series
 from pose_evaluation.agreement import (
     Agreement,
     Steadiness,

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from pose_core.body.joint_angles import ANGLES
+from pose_core.api import ANGLES
 from pose_evaluation.gait_cycles import PERCENT
 from pose_evaluation.tables import agreement_csv, evaluation_csv
 from pose_view.report.analysis import Analysis

@@ -6,12 +6,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from pose_core.api import (
+    EstimateSeries,
+    Extrinsics,
+    FloatArray,
+    SkeletonSeries,
+    series_on_reference_clock,
+)
 from pose_core.errors import InputError, PoseError
-from pose_core.session.clocks import series_on_reference_clock
-from pose_core.session.extrinsics import Extrinsics
-from pose_core.streams.estimate_series import EstimateSeries
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
 from pose_evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
 from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
 from pose_io.bag_samples import BagSamples, read_estimates

@@ -7,10 +7,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from pose_core.api import Extrinsics, FusionParameters
 from pose_core.errors import InputError
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.joints import JOINTS
-from pose_core.session.extrinsics import Extrinsics
 from pose_fusion.tools.fuse import find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference

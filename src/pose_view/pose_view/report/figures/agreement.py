@@ -4,11 +4,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
-from pose_core.body.joint_angles import ANGLES, wrapped
-from pose_core.fusion.estimates import Source
-from pose_core.streams.angle_series import without_sideways_flexion
-from pose_core.streams.estimate_series import EstimateSeries
-from pose_core.streams.samples import FloatArray
+from pose_core.api import (
+    ANGLES,
+    EstimateSeries,
+    FloatArray,
+    Source,
+    without_sideways_flexion,
+    wrapped,
+)
 from pose_evaluation.uncertainty import stddev_at
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.canvas import (

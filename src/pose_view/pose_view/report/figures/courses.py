@@ -8,10 +8,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pose_core.body.joint_angles import ANGLES, wrapped
+from pose_core.api import ANGLES, FloatArray, SkeletonSeries, wrapped
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.samples import FloatArray
-from pose_core.streams.series import SkeletonSeries
 from pose_evaluation.limb_attitude import LIMBS, limb_attitude
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.plots import BONES_SHOWN

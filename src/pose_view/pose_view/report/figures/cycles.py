@@ -1,6 +1,6 @@
 """Angles over the cycle: mean of all cycles, with a band of one standard deviation."""
 
-from pose_core.body.joint_angles import ANGLES
+from pose_core.api import ANGLES
 from pose_evaluation.gait_cycles import PERCENT
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style, plot, svg

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from pose_core.body.joint_angles import ANGLES
+from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.gait_cycles import CycleCurve
 from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent

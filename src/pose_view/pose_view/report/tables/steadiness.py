@@ -4,11 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pose_core.body.joint_angles import ANGLES
-from pose_core.fusion.estimates import Source
+from pose_core.api import ANGLES, AngleSeries, EstimateSeries, Source
 from pose_core.joints import JOINTS, SIDES
-from pose_core.streams.angle_series import AngleSeries
-from pose_core.streams.estimate_series import EstimateSeries
 from pose_evaluation.agreement import (
     Agreement,
     Steadiness,

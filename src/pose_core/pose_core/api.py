@@ -1,0 +1,166 @@
+"""The public API: what other packages and notebooks may rely on.
+
+::
+
+    from pose_core.api import Pipeline, PipelineParameters, fuse
+
+    series = fuse(samples, extrinsics)          # a whole recording at once
+    series.position[:, series.names.index("left_knee_flexion")]         # [rad]
+    series.position_stddev[:, series.names.index("left_knee_flexion")]  # [rad]
+
+    pipeline = Pipeline(PipelineParameters(sensors=("left", "right")), extrinsics)
+    for sample in live_samples:                 # or one by one, as they come
+        for estimate in pipeline.add_skeleton(sample):
+            print(estimate.stamp_ns, estimate.dof_names, estimate.position)
+
+Frames, axes and units: ``docs/conventions.md``. A stamp is an integer of nanoseconds; no function
+asks a clock. Whatever the user can mend is raised as a :class:`PoseError` of one line. The modules
+``joints``, ``errors``, ``stamps``, ``counters``, ``parameters`` and ``finite_numbers`` are public,
+too: they load neither numba nor scipy, which counts where a process starts. All else may change.
+"""
+
+from pose_core.body.frames import BodyFrames
+from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped, wrapped
+from pose_core.body.kinematics import BodyPose, ForwardKinematics
+from pose_core.body.model import ROOT_DOF, BodyModel, Dof, Link, available_models, load_body_model
+from pose_core.body.shape import (
+    BodyShape,
+    BodyShapeError,
+    estimate_body_shape,
+    load_body_shape,
+    save_body_shape,
+)
+from pose_core.body.urdf import make_urdf
+from pose_core.counters import Counters
+from pose_core.errors import InputError, ParameterError, PoseError
+from pose_core.estimators import ESTIMATORS
+from pose_core.estimators.estimator import Estimator, StepwiseEstimator
+from pose_core.estimators.registry import body_model_of, estimator_class
+from pose_core.fusion.estimates import BodyEstimate, EstimateBlock, Source
+from pose_core.fusion.offline import fuse, series_of_estimates
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.fusion.preparing import prepare
+from pose_core.imu.mounting import Mounting, Mountings
+from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState
+from pose_core.session.clocks import (
+    IMUS,
+    Clock,
+    Clocks,
+    block_on_reference_clock,
+    moved_most_ns,
+    on_reference_clock,
+    series_on_reference_clock,
+)
+from pose_core.session.extrinsics import (
+    BoardResiduals,
+    Extrinsics,
+    PairResiduals,
+    extrinsics_from_map,
+)
+from pose_core.session.floor_estimate import FloorEstimate
+from pose_core.session.session_body import SessionBody
+from pose_core.streams.angle_series import (
+    AngleSeries,
+    angle_columns,
+    angle_series,
+    without_sideways_flexion,
+)
+from pose_core.streams.estimate_series import EstimateSeries, estimate_series
+from pose_core.streams.person_selection import PersonSelector
+from pose_core.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample, joined
+from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
+from pose_core.streams.single_person import SinglePersonSelector
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.transforms import inverse, transformed
+
+Pipeline = FusionPipeline
+PipelineParameters = FusionParameters
+Skeleton = SkeletonSample
+PoseEstimate = BodyEstimate
+"""Short names for notebooks; in a node they would hide the messages of the same names."""
+
+__all__ = [
+    "ABDUCTION_OF",
+    "ANGLES",
+    "AlignedFrame",
+    "AngleSeries",
+    "BoardResiduals",
+    "BodyEstimate",
+    "BodyFrames",
+    "BodyModel",
+    "BodyPose",
+    "BodyShape",
+    "BodyShapeError",
+    "Clock",
+    "Clocks",
+    "Counters",
+    "Dof",
+    "ESTIMATORS",
+    "EstimateBlock",
+    "EstimateSeries",
+    "Estimator",
+    "Extrinsics",
+    "FloatArray",
+    "FloorEstimate",
+    "ForwardKinematics",
+    "FusionParameters",
+    "FusionPipeline",
+    "IMUS",
+    "ImuBlock",
+    "ImuSample",
+    "InputError",
+    "IntArray",
+    "JOINTS",
+    "JOINT_INDEX",
+    "Link",
+    "MAX_GAP_S",
+    "Mounting",
+    "Mountings",
+    "PairResiduals",
+    "ParameterError",
+    "PersonSelector",
+    "Pipeline",
+    "PipelineParameters",
+    "PoseError",
+    "PoseEstimate",
+    "ROOT_DOF",
+    "SEGMENTS",
+    "SIDES",
+    "SessionBody",
+    "SinglePersonSelector",
+    "Skeleton",
+    "SkeletonSample",
+    "SkeletonSeries",
+    "Source",
+    "StepwiseEstimator",
+    "TimeAligner",
+    "TrackingState",
+    "angle_columns",
+    "angle_series",
+    "available_models",
+    "block_on_reference_clock",
+    "body_model_of",
+    "estimate_body_shape",
+    "estimate_series",
+    "estimator_class",
+    "extrinsics_from_map",
+    "fuse",
+    "inverse",
+    "joined",
+    "joint_angles",
+    "load_body_model",
+    "load_body_shape",
+    "make_urdf",
+    "moved_most_ns",
+    "on_reference_clock",
+    "prepare",
+    "save_body_shape",
+    "series_from_samples",
+    "series_of_estimates",
+    "series_on_reference_clock",
+    "transformed",
+    "unwrapped",
+    "without_sideways_flexion",
+    "wrapped",
+]

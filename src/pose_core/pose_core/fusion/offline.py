@@ -1,0 +1,47 @@
+"""A whole recording's samples in, its estimates out."""
+
+from collections.abc import Iterable, Sequence
+
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.estimate_series import EstimateSeries, estimate_series
+from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
+
+
+def fuse(
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
+    extrinsics: Extrinsics,
+    parameters: FusionParameters | None = None,
+) -> EstimateSeries:
+    """Estimate one person's pose over a recording.
+
+    Args:
+        samples: Of all sensors, in the order of arrival.
+        extrinsics: Where the sensors stand and how their clocks run.
+        parameters: The estimator and its settings; the default one on these sensors if None.
+
+    Returns:
+        Each degree of freedom over time with its standard deviation; no rows if there was no pose.
+    """
+    parameters = parameters or FusionParameters(sensors=extrinsics.sensors)
+    pipeline = FusionPipeline(parameters, extrinsics)
+    estimates: list[BodyEstimate] = []
+    for sample in samples:
+        if isinstance(sample, SkeletonSample):
+            estimates += pipeline.add_skeleton(sample)
+        else:
+            estimates += pipeline.add_imu(sample)
+    return series_of_estimates([*estimates, *pipeline.flush()])
+
+
+def series_of_estimates(estimates: Sequence[BodyEstimate]) -> EstimateSeries:
+    """Estimates as arrays."""
+    return estimate_series(
+        estimates,
+        estimates[0].dof_names if estimates else (),
+        stamps_ns=[each.stamp_ns for each in estimates],
+        sources=[each.source for each in estimates],
+        latencies_s=[(each.newest_ns - each.stamp_ns) * 1e-9 for each in estimates],
+    )

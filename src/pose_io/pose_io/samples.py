@@ -1,0 +1,70 @@
+"""A recording's samples, whatever kind of file it is: a bag, or skeletons in a text file."""
+
+from dataclasses import dataclass
+from operator import attrgetter
+from pathlib import Path
+
+from pose_core.api import ImuBlock, PersonSelector, SkeletonSample
+from pose_io.bag_samples import BagSamples
+from pose_io.bags import open_bag
+from pose_io.recordings.formats import AUTO, read_recording
+from pose_io.recordings.recording import SensorStream
+from pose_io.recordings.timeline import make_timeline
+from pose_io.topics import sensor_topics
+
+BAG_SUFFIXES = (".mcap", ".db3")
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordedSamples:
+    """What a file holds of one person."""
+
+    sensors: tuple[str, ...]  # the skeletons' sensors
+    samples: tuple[SkeletonSample | ImuBlock, ...]  # in the order of time, of a bag: of arrival
+
+
+def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) -> RecordedSamples:
+    """Read a bag, or a text file of skeletons.
+
+    Args:
+        path: A rosbag2 folder, an ``.mcap`` or ``.db3`` file, or any of the formats of
+            :data:`pose_io.recordings.formats.FORMATS`.
+        person: A sensor's id of the person to follow; see :class:`PersonSelector`.
+        format_name: The text file's format; ``auto``: known by its header.
+
+    Raises:
+        InputError: If the file is missing, damaged or holds no skeletons.
+    """
+    path = Path(path)
+    if path.is_dir() or path.suffix in BAG_SUFFIXES:
+        with open_bag(path) as bag:
+            samples = tuple(BagSamples(bag, person))
+            return RecordedSamples(sensors=tuple(sensor_topics(bag)), samples=samples)
+    selector = PersonSelector(person)
+    streams = read_recording(path, format_name).streams
+    skeletons = [sample for each in streams for sample in samples_of_stream(each, selector)]
+    return RecordedSamples(
+        sensors=tuple(each.name for each in streams),
+        samples=tuple(sorted(skeletons, key=attrgetter("stamp_ns"))),
+    )
+
+
+def samples_of_stream(stream: SensorStream, selector: PersonSelector) -> list[SkeletonSample]:
+    """One person as a recorded sensor saw them, stamped as ``kinect_bridge`` does."""
+    timeline = make_timeline(stream)
+    samples = []
+    for frame, stamp_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
+        persons = [
+            SkeletonSample(
+                stamp_ns=stamp_ns,
+                sensor=stream.name,
+                person=stream.person[row],
+                positions=stream.positions[row],
+                tracking_state=stream.tracking_state[row],
+            )
+            for row in stream.rows(frame)
+        ]
+        chosen = selector.select(persons)
+        if chosen is not None:
+            samples.append(chosen)
+    return samples

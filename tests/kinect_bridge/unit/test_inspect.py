@@ -1,0 +1,58 @@
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from kinect_bridge.tools import inspect
+
+CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
+
+
+def run(monkeypatch, *arguments) -> int:
+    monkeypatch.setattr(sys, "argv", ["inspect", *map(str, arguments)])
+    with pytest.raises(SystemExit) as end:
+        inspect.main()
+    return end.value.code
+
+
+def test_json_says_what_the_file_holds(monkeypatch, capsys):
+    assert run(monkeypatch, CSV, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+
+    assert found["format"] == "csv"
+    assert found["persons"] == ["anna", "ben"]
+    assert found["duration_s"] == pytest.approx(0.54, abs=1e-3)
+    assert [sensor["name"] for sensor in found["sensors"]] == ["left", "right"]
+    assert [sensor["frames"] for sensor in found["sensors"]] == [6, 6]
+    assert found["sensors"][0]["joints"] == {"tracked": 73, "inferred": 1, "not_tracked": 1}
+    assert found["sensors"][0]["gaps"] == []
+
+
+def test_the_text_names_sensors_frames_and_what_the_file_says_of_itself(monkeypatch, capsys):
+    assert run(monkeypatch, CSV) == 0
+    text = capsys.readouterr().out
+
+    assert "# synthetic: " in text
+    assert "sensor 1: right" in text
+    assert "6 of 6, 10.0 Hz" in text
+
+
+def test_a_gap_is_reported_with_place_and_length(monkeypatch, capsys, tmp_path):
+    path = tmp_path / "gap.csv"
+    path.write_text(CSV.read_text().replace("left,100.500,7.500", "left,112.500,19.500"))
+
+    assert run(monkeypatch, path, "--json") == 0
+    (gap,) = json.loads(capsys.readouterr().out)["sensors"][0]["gaps"]
+
+    assert gap["at_s"] == pytest.approx(0.4, abs=2e-3)
+    assert gap["length_s"] == pytest.approx(12.1, abs=5e-3)
+
+
+def test_a_missing_file_is_one_line_and_status_1(monkeypatch, capsys, tmp_path):
+    assert run(monkeypatch, tmp_path / "nothing.csv") == 1
+    said = capsys.readouterr()
+
+    assert said.out == ""
+    assert said.err.startswith("error: found no file")
+    assert said.err.count("\n") == 1

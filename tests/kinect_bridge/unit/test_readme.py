@@ -1,0 +1,38 @@
+import re
+from pathlib import Path
+
+from kinect_bridge.parameters import KinectBridgeParameters
+from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_io.recordings import joint_maps
+from pose_io.recordings.formats import FORMATS, plain_csv
+
+PACKAGE = Path(__file__).parents[3] / "src" / "kinect_bridge"
+README = (PACKAGE / "README.md").read_text()
+
+
+def between(marker: str) -> str:
+    found = re.search(rf"<!-- {marker} -->\n(.*?)<!-- /{marker} -->", README, re.DOTALL)
+    assert found, f"no <!-- {marker} --> in the README"
+    return found[1]
+
+
+def test_the_parameters_are_those_of_the_node():
+    assert between("parameters") == markdown_table(KinectBridgeParameters)
+
+
+def test_the_joints_are_those_of_the_maps():
+    assert between("joints") == joint_maps.markdown_table()
+
+
+def test_every_format_and_fixed_column_is_described():
+    for name in FORMATS:
+        assert f"`{name}`" in README
+    for column in plain_csv.COLUMNS[:4]:
+        assert f"`{column}`" in README
+
+
+def test_the_example_sets_every_parameter_to_something_allowed():
+    values = values_from_ros_yaml(PACKAGE / "config" / "kinect_bridge.yaml", "kinect_bridge")
+
+    assert set(values) == set(vars(KinectBridgeParameters()))
+    from_mapping(KinectBridgeParameters, values)

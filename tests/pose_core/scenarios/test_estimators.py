@@ -1,0 +1,66 @@
+"""Every estimator of the registry, through the same door."""
+
+import numpy as np
+import pytest
+from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+
+from pose_core.errors import ParameterError
+from pose_core.estimators import ESTIMATORS
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX
+
+START_NS = 10**18
+WITH_CAMERAS = [name for name in ESTIMATORS if name != "imu"]
+
+
+def run(name, samples):
+    pipeline = FusionPipeline(FusionParameters(estimator=name), extrinsics())
+    estimates = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    return estimates + pipeline.flush()
+
+
+@pytest.fixture(scope="module")
+def session():
+    t, dof = motion(6.0)
+    positions = kinematics().pose(dof).positions
+    samples = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.005)
+    return t, dof, positions, samples
+
+
+@pytest.mark.parametrize("name", WITH_CAMERAS)
+def test_every_estimator_follows_a_knee(name, session):
+    t, dof, positions, samples = session
+    estimates = run(name, samples)
+    assert len(estimates) > 100
+    index = estimates[0].dof_names.index("left_knee_flexion")
+    times = [(e.stamp_ns - START_NS) * 1e-9 for e in estimates]
+    truth = np.interp(times, t, dof[:, MODEL.dof_index["left_knee_flexion"]])
+    found = np.array([e.position[index] for e in estimates])
+    assert np.degrees(np.sqrt(np.mean((found - truth) ** 2))) < 9.0
+    knee = JOINT_INDEX["left_knee"]
+    path = np.stack([np.interp(times, t, column) for column in positions[:, knee].T], axis=1)
+    error = np.linalg.norm([e.joints[knee] for e in estimates] - path, axis=1)
+    assert np.mean(error) < 0.04
+    assert estimates[-1].source[index] == Source.KINECT
+
+
+@pytest.mark.parametrize("name", WITH_CAMERAS)
+def test_every_estimator_gives_the_same_numbers_again(name, session):
+    samples = session[3][:180]
+    one, other = run(name, samples), run(name, samples)
+    assert len(one) == len(other) > 20
+    np.testing.assert_array_equal(one[-1].position, other[-1].position)
+    np.testing.assert_array_equal(one[-1].joints, other[-1].joints)
+
+
+def test_one_sensors_name_shows_that_sensor_alone(session):
+    estimates = run("right", session[3])
+    assert all(np.all(e.sensor_weight["left"] == 0.0) for e in estimates)
+
+
+def test_a_sensor_that_is_not_there_cannot_be_shown():
+    parameters = FusionParameters(estimator="right", sensors=("left",))
+    with pytest.raises(ParameterError, match="the sensors are left"):
+        FusionPipeline(parameters)

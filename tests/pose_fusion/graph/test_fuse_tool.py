@@ -1,0 +1,130 @@
+import subprocess
+
+import numpy as np
+import pytest
+from ament_index_python.packages import get_package_prefix
+from patience import PATIENCE_S
+from skeleton_bag import write_bag
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+
+from pose_core.body.model import load_body_model
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_io.bags import open_bag
+
+BODY = "/humans/bodies/subject"
+FUSE = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion/fuse"
+
+
+def run_fuse(*arguments):
+    return subprocess.run(
+        [FUSE, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+    )
+
+
+@pytest.fixture(scope="module")
+def samples():
+    _, dof = motion(12.0)
+    positions = kinematics().pose(dof).positions
+    return skeleton_samples(positions, extrinsics(), np.random.default_rng(50), 0.005)
+
+
+@pytest.fixture(scope="module")
+def bag(samples, tmp_path_factory):
+    path = tmp_path_factory.mktemp("fuse") / "in"
+    write_bag(path, samples)
+    return path
+
+
+def messages(path):
+    with open_bag(path) as opened:
+        return [(m.topic, m.stamp_ns, bytes(m.data)) for m in opened.messages()]
+
+
+def test_fusing_twice_gives_identical_bytes_of_messages(bag, tmp_path):
+    for name in ("one", "two"):
+        result = run_fuse(bag, tmp_path / name)
+        assert result.returncode == 0, result.stderr
+    one = messages(tmp_path / "one")
+    assert one == messages(tmp_path / "two")
+    assert {topic for topic, _, _ in one} == {
+        f"{BODY}/joint_states",
+        f"{BODY}/skeleton",
+        f"{BODY}/estimate",
+        f"{BODY}/markers",
+        f"{BODY}/urdf",
+        "/tf",
+        "/tf_static",
+    }
+
+
+def test_the_bags_joint_states_are_the_chains(bag, samples, tmp_path):
+    assert run_fuse(bag, tmp_path / "out").returncode == 0
+    with open_bag(tmp_path / "out") as opened:
+        states = [opened.deserialize(m) for m in opened.messages([f"{BODY}/joint_states"])]
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    expected = [e for sample in samples for e in pipeline.add_skeleton(sample)] + pipeline.flush()
+    assert len(states) == len(expected)
+    assert tuple(states[0].name) == load_body_model("default").angle_names
+    np.testing.assert_allclose(states[-1].position, expected[-1].position[6:], atol=1e-6)
+
+
+def test_a_bag_without_extrinsics_is_calibrated_from_its_own_motion_and_that_is_said(
+    samples, tmp_path
+):
+    write_bag(tmp_path / "in", samples, with_extrinsics=False)
+    result = run_fuse(tmp_path / "in", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "estimating them from its motion" in result.stderr
+    with open_bag(tmp_path / "out") as opened:
+        static = [opened.deserialize(m) for m in opened.messages(["/tf_static"])]
+    frames = {t.child_frame_id for t in static[0].transforms}
+    assert frames == {"kinect_left_optical_frame", "kinect_right_optical_frame"}
+
+
+def test_parameters_come_from_a_file_and_from_options(bag, tmp_path):
+    params = tmp_path / "params.yaml"
+    params.write_text("fusion: {ros__parameters: {subject: anna, shape_duration: 4.0}}")
+    result = run_fuse(bag, tmp_path / "out", "--params", params, "--subject", "berta")
+    assert result.returncode == 0, result.stderr
+    topics = {topic for topic, _, _ in messages(tmp_path / "out")}
+    assert "/humans/bodies/berta/joint_states" in topics
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["{tmp}/missing", "{tmp}/out"], "found no bag"),
+        (["{bag}", "{bag}"], "exists already"),
+        (["{bag}", "{tmp}/out", "--sensors", "left", "middle"], "no skeletons of middle"),
+        (["{bag}", "{tmp}/out", "--max-gap", "-1"], "max_gap"),
+        (["{bag}", "{tmp}/out", "--extrinsics-file", "{tmp}/no.yaml"], "no.yaml"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(bag, tmp_path, arguments, message):
+    result = run_fuse(*(a.format(tmp=tmp_path, bag=bag) for a in arguments))
+    assert result.returncode == 1
+    errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
+    assert len(errors) == 1
+    assert message in errors[0]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_bag_without_skeletons_is_refused(bag, tmp_path):
+    assert run_fuse(bag, tmp_path / "fused").returncode == 0
+    result = run_fuse(tmp_path / "fused", tmp_path / "again")
+    assert result.returncode == 1
+    assert "holds no skeletons" in result.stderr
+
+
+def test_the_bodys_measures_are_saved_and_used_again(bag, tmp_path):
+    measures = tmp_path / "me.yaml"
+    assert run_fuse(bag, tmp_path / "one", "--shape-file", measures).returncode == 0
+    assert "left_knee" in measures.read_text()
+    result = run_fuse(bag, tmp_path / "two", "--shape-file", measures)
+    assert result.returncode == 0, result.stderr
+    # Nothing has to be measured first: the second has more to say.
+    assert len(messages(tmp_path / "two")) > len(messages(tmp_path / "one")) + 5 * 50

@@ -1,0 +1,122 @@
+"""The shipped launch files: they evaluate, and their parameters are the nodes' own."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from ament_index_python.packages import get_package_share_directory
+
+from imu_bridge.parameters import ImuBridgeParameters
+from kinect_bridge.parameters import KinectBridgeParameters
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.parameters import from_mapping, from_ros_yaml
+from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_launch.evaluation import Evaluation
+from pose_view.parameters import ViewParameters
+
+SRC = Path(__file__).resolve().parents[3] / "src"
+FILES = sorted(SRC.glob("*/launch/*.launch.yaml"))
+GIVEN = {"recording": "r.csv", "file": "r.csv", "session": "/s", "start_at": "12"}
+PARAMETERS = {
+    "kinect_bridge": KinectBridgeParameters,
+    "imu_bridge": ImuBridgeParameters,
+    "calibration": LiveCalibrationParameters,
+    "fusion": FusionParameters,
+    "recorder": RecorderParameters,
+    "viewer": ViewParameters,
+}
+
+
+def evaluate(file, **given):
+    declared = Evaluation({}, describe=True).run(file).arguments
+    required = {a.name: GIVEN[a.name] for a in declared if a.default is None}
+    switches = {a.name: "true" for a in declared if a.default in ("true", "false")}
+    return Evaluation({**switches, **required, **given}).run(file)
+
+
+def installed(file):
+    """Where it is installed: its includes are found from there too."""
+    package = file.parents[1].name
+    return Path(get_package_share_directory(package)) / "launch" / file.name
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_it_evaluates_with_its_required_arguments(file):
+    assert evaluate(installed(file)).processes
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_its_parameters_are_the_nodes_own(file):
+    for process in evaluate(installed(file)).processes:
+        if not process.is_node:
+            continue
+        parameters = PARAMETERS[Path(process.command[0]).name]
+        for source in process.parameters:
+            if isinstance(source, Path):
+                from_ros_yaml(parameters, source, process.node_name)
+                assert process.node_name in source.read_text() or "/**" in source.read_text()
+            else:
+                from_mapping(parameters, source)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_every_argument_says_what_it_is(file):
+    assert all(
+        argument.description for argument in Evaluation({}, describe=True).run(file).arguments
+    )
+
+
+def test_names_that_look_like_numbers_stay_names():
+    graph = evaluate(installed(SRC / "pose_fusion/launch/capture.launch.yaml"), sensor_left="0")
+
+    kinect = next(process for process in graph.processes if process.name == "kinect_left")
+    assert kinect.parameters[-1]["sensor"] == "0"
+    assert isinstance(kinect.parameters[-1]["start_at"], str)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"), [({}, None), ({"estimator": "li2020"}, "li2020")], ids=["not", "given"]
+)
+def test_the_estimator_of_the_params_file_is_overridden_only_if_one_is_given(given, expected):
+    graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
+
+    (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]
+    values = [source for source in fusion.parameters if not isinstance(source, Path)]
+    given_estimators = [value["estimator"] for value in values if "estimator" in value]
+    assert given_estimators == ([expected] if expected else [])
+
+
+def test_both_kinects_start_at_one_time():
+    graph = evaluate(installed(SRC / "pose_fusion/launch/sensors.launch.yaml"))
+
+    starts = {p.parameters[-1]["start_at"] for p in graph.processes if "kinect" in p.name}
+    assert len(starts) == 1
+    assert starts.pop().isdigit()
+
+
+def test_the_services_of_the_containers_start_launch_files_with_arguments_they_have():
+    compose = yaml.safe_load((SRC.parent / "docker" / "compose.yaml").read_text())
+
+    for service in compose["services"].values():
+        verb, name, *words = service["command"]
+        file = installed(SRC / "pose_fusion" / "launch" / name)
+        declared = {a.name for a in Evaluation({}, describe=True).run(file).arguments}
+        assert verb == "up"
+        assert {word.split(":=")[0] for word in words} <= declared
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ({}, ""),
+        ({"extrinsics_file": "s.yaml"}, "s.yaml"),
+        ({"extrinsics_file": "s.yaml", "imus_file": "i.yaml"}, "i.yaml"),
+    ],
+)
+def test_the_fusion_reads_how_the_imus_sit_from_the_sessions_file(given, expected):
+    graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
+
+    (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]
+    values = [source for source in fusion.parameters if not isinstance(source, Path)]
+    assert [value["imus_file"] for value in values if "imus_file" in value] == [expected]

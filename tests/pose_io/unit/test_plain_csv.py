@@ -1,0 +1,176 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_io.recordings.formats import plain_csv, read_recording
+from pose_io.recordings.recording import make_recording, make_stream
+
+CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
+
+
+def edited(folder: Path, old: str, new: str) -> Path:
+    text = CSV.read_text()
+    assert old in text
+    path = folder / "edited.csv"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+def test_a_file_is_read_as_it_says():
+    recording = read_recording(CSV)
+
+    left, right = recording.streams
+    assert (left.name, right.name) == ("left", "right")
+    assert recording.time_zero_ns == 100_000_000_000
+    assert right.host_time_ns.tolist() == [100_040_000_000 + k * 100_000_000 for k in range(6)]
+    assert left.sensor_time_ns.tolist() == [7_000_000_000 + k * 100_000_000 for k in range(6)]
+    assert recording.comments == (
+        "synthetic: two sensors, six frames each, made by hand for the tests",
+    )
+    np.testing.assert_allclose(left.positions[0, JOINT_INDEX["left_shoulder"]], [0.2, -0.35, 2.5])
+
+
+def test_states_are_read_and_an_empty_cell_is_not_tracked():
+    left = read_recording(CSV).streams[0]
+
+    assert left.tracking_state[1, JOINT_INDEX["left_foot"]] == TrackingState.INFERRED
+    assert left.tracking_state[2, JOINT_INDEX["right_hand"]] == TrackingState.NOT_TRACKED
+    assert np.isnan(left.positions[2, JOINT_INDEX["right_hand"]]).all()
+    assert left.joint_counts() == {"tracked": 73, "inferred": 1, "not_tracked": 1}
+
+
+def test_an_empty_person_is_a_frame_in_which_nobody_was_seen():
+    left = read_recording(CSV).streams[0]
+
+    assert [len(left.rows(frame)) for frame in range(6)] == [1, 1, 1, 0, 1, 1]
+
+
+def test_two_persons_in_a_frame_are_two_rows():
+    right = read_recording(CSV).streams[1]
+
+    assert [right.person[row] for row in right.rows(4)] == ["anna", "ben"]
+
+
+def test_times_of_today_keep_their_nanoseconds(tmp_path):
+    path = edited(tmp_path, "left,100.000,", "left,1763697600.123456789,")
+
+    assert read_recording(path).streams[0].host_time_ns[0] == 1_763_697_600_123_456_789
+
+
+def test_the_sensor_s_clock_may_be_absent(tmp_path):
+    lines = [line.split(",") for line in CSV.read_text().splitlines()]
+    path = tmp_path / "no_clock.csv"
+    path.write_text("\n".join(",".join([*cells[:2], *cells[3:]]) for cells in lines[1:]))
+
+    assert [stream.sensor_time_ns for stream in read_recording(path).streams] == [None, None]
+
+
+def test_the_sensor_s_clock_may_be_empty(tmp_path):
+    lines = [line.split(",") for line in CSV.read_text().splitlines()[1:]]
+    path = tmp_path / "no_clock.csv"
+    rows = [[*cells[:2], "", *cells[3:]] for cells in lines[1:]]
+    path.write_text("\n".join(",".join(cells) for cells in [lines[0], *rows]))
+
+    assert read_recording(path).streams[0].sensor_time_ns is None
+
+
+def test_a_sensor_s_clock_with_holes_is_refused(tmp_path):
+    path = edited(tmp_path, ",7.200,", ",,")
+
+    with pytest.raises(InputError, match="line 7: column 'sensor_time_s' holds ''"):
+        read_recording(path)
+
+
+def test_a_state_beyond_tracked_is_refused(tmp_path):
+    path = edited(tmp_path, "anna,0.000,-0.600,2.500,2", "anna,0.000,-0.600,2.500,3")
+
+    with pytest.raises(InputError, match=r"line 3: column 'head_state' holds '3', expected 0 "):
+        read_recording(path)
+
+
+def test_joints_of_nobody_are_refused(tmp_path):
+    path = edited(tmp_path, ",anna,0.000,", ",,0.000,")
+
+    with pytest.raises(InputError, match="line 3: column 'person'"):
+        read_recording(path)
+
+
+def test_what_is_written_reads_the_same(tmp_path):
+    recording = read_recording(CSV)
+    path = tmp_path / "copy.csv"
+
+    plain_csv.write(path, recording)
+    copy = read_recording(path)
+
+    assert copy.comments == recording.comments
+    assert copy.time_zero_ns == recording.time_zero_ns
+    for before, after in zip(recording.streams, copy.streams, strict=True):
+        for name, value in vars(before).items():
+            np.testing.assert_array_equal(getattr(after, name), value, err_msg=name)
+
+
+def test_time_zero_is_kept(tmp_path):
+    stream = make_stream(
+        "left",
+        host_time_ns=[-5, 1_000_000_123],
+        sensor_time_ns=None,
+        person=["", ""],
+        positions=np.zeros((2, 15, 3)),
+        tracking_state=np.zeros((2, 15), dtype=np.uint8),
+    )
+    path = tmp_path / "zero.csv"
+
+    plain_csv.write(path, make_recording("made", "csv", [stream], time_zero_ns=-1_500_000_000))
+    copy = read_recording(path)
+
+    assert copy.time_zero_ns == -1_500_000_000
+    assert copy.streams[0].host_time_ns.tolist() == [-5, 1_000_000_123]
+
+
+def test_a_time_zero_that_is_no_time_is_refused(tmp_path):
+    path = tmp_path / "zero.csv"
+    path.write_text("# time_zero_s: noon\n" + CSV.read_text())
+
+    with pytest.raises(InputError, match=r"line 1: .*noon"):
+        read_recording(path)
+
+
+def test_names_with_commas_survive(tmp_path):
+    stream = make_stream(
+        'sensor "a", left',
+        host_time_ns=[0],
+        sensor_time_ns=None,
+        person=["Doe, Jane"],
+        positions=np.ones((1, 15, 3)),
+        tracking_state=np.full((1, 15), 2, dtype=np.uint8),
+    )
+    path = tmp_path / "names.csv"
+
+    plain_csv.write(path, make_recording("made", "csv", [stream]))
+    copy = read_recording(path).streams[0]
+
+    assert (copy.name, copy.person) == ('sensor "a", left', ("Doe, Jane",))
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".csv.gz"])
+def test_the_same_recording_gives_the_same_bytes(tmp_path, suffix):
+    first, second = tmp_path / f"a{suffix}", tmp_path / f"b{suffix}"
+    plain_csv.write(first, read_recording(CSV))
+    plain_csv.write(second, read_recording(first))
+
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_gzip_holds_no_time_of_writing(tmp_path):
+    path = tmp_path / "a.csv.gz"
+    plain_csv.write(path, read_recording(CSV))
+
+    assert path.read_bytes()[4:8] == bytes(4)  # RFC 1952: MTIME
+
+
+def test_a_file_that_cannot_be_written_is_said(tmp_path):
+    with pytest.raises(InputError, match="cannot write"):
+        plain_csv.write(tmp_path / "no folder" / "x.csv", read_recording(CSV))

@@ -1,0 +1,41 @@
+import re
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from pose_node.entry import start
+
+SRC = Path(__file__).resolve().parents[3] / "src"
+SETUPS = [path for path in sorted(SRC.glob("*/setup.py")) if "console_scripts" in path.read_text()]
+
+
+def entry_points(setup):
+    return re.findall(r'"(\w+) = ([\w.:]+)"', setup.read_text())
+
+
+@pytest.mark.parametrize("setup", SETUPS, ids=[setup.parent.name for setup in SETUPS])
+def test_every_executable_starts_so_that_ctrl_c_is_quiet(setup):
+    assert entry_points(setup)
+    for name, target in entry_points(setup):
+        assert target.startswith("pose_node.entry:start."), name
+        module = target.removeprefix("pose_node.entry:start.")
+        spec = find_spec(module)
+        assert spec is not None, f"{name}: no module {module}"
+        assert "\ndef main() -> None:" in Path(spec.origin).read_text(), module
+
+
+def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeypatch):
+    (tmp_path / "a_tool.py").write_text("import sys\ndef main() -> None:\n    sys.exit(7)\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(SystemExit) as ending:
+        start.a_tool()
+    assert ending.value.code == 7
+    assert "a_tool" in sys.modules
+
+
+def test_starting_imports_nothing_heavy():
+    text = (SRC / "pose_node" / "pose_node" / "entry.py").read_text()
+    imported = re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE)
+    assert imported == ["signal", "sys", "importlib"]

@@ -1,0 +1,98 @@
+"""The how-tos of docs/extending: their code works as it stands there."""
+
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from exported_motion import write_motion_bag
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+
+from imu_bridge.protocols import PROTOCOLS, ProtocolEntry
+from pose_core.api import ESTIMATORS, FusionParameters, fuse, load_body_model
+from pose_core.joints import JOINTS
+from pose_fusion.tools import export
+from pose_io.export.registry import EXPORTERS
+from pose_io.recordings.formats import FORMATS
+from pose_io.samples import read_samples
+
+PAGES = Path(__file__).parents[3] / "docs" / "extending"
+
+
+@pytest.fixture
+def new_module(monkeypatch):
+    """Makes a module of a page's code, under the name that the page gives it."""
+
+    def make(page):
+        text = (PAGES / page).read_text()
+        path = re.search(r"`src/\w+/([\w/]+)\.py`", text)[1]
+        (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+        module = ModuleType(path.replace("/", "."))
+        exec(compile(code, path, "exec"), module.__dict__)
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+        return module
+
+    return make
+
+
+def line_of(page):
+    """The registry's line that a page shows: name and value."""
+    text = (PAGES / page).read_text()
+    (line,) = re.findall(r"```\n    (\".*?)```", text, re.DOTALL)
+    name, _, value = line.strip().rstrip(",").partition(": ")
+    return name.strip('"'), value
+
+
+def test_an_estimator_is_a_file_and_a_line(new_module, monkeypatch):
+    new_module("estimator.md")
+    name, value = line_of("estimator.md")
+    monkeypatch.setitem(ESTIMATORS, name, value.strip('"'))
+    _, dof = motion(4.0)
+    samples = skeleton_samples(
+        kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(1), 0.005
+    )
+    series = fuse(samples, extrinsics(), FusionParameters(estimator=name, use_imus=False))
+    assert len(series.stamps_ns) > 30
+    assert np.isfinite(series.position).all()
+
+
+def test_a_skeleton_format_is_a_file_and_a_line(new_module, monkeypatch, tmp_path):
+    arrays = new_module("skeleton_format.md")
+    name, value = line_of("skeleton_format.md")
+    monkeypatch.setitem(FORMATS, name, eval(value, {"arrays": arrays}))
+    joints = np.random.default_rng(2).normal(size=(5, len(JOINTS), 3))
+    np.savez(tmp_path / "joints.npz", time_s=100.0 + np.arange(5) / 30.0, joints_m=joints)
+    recorded = read_samples(tmp_path / "joints.npz", format_name=name)
+    assert recorded.sensors == ("kinect",)
+    np.testing.assert_array_equal([s.positions for s in recorded.samples], joints)
+
+
+def test_an_imu_protocol_is_a_file_and_a_line(new_module, monkeypatch):
+    module = new_module("imu_protocol.md")
+    name, value = line_of("imu_protocol.md")
+    entry = eval(value, {"ProtocolEntry": ProtocolEntry, **vars(module)})
+    monkeypatch.setitem(PROTOCOLS, name, entry)
+    parser = PROTOCOLS[name].make_parser({})
+    frame = module.FRAME.pack(module.BEGIN, 0, 0, 1000, 0, 500, 0)
+    data = frame + b"noise" + frame
+    readings = [reading for byte in data for reading in parser.parse(bytes([byte]))]
+    assert [r.acceleration[2] for r in readings] == pytest.approx([9.80665, 9.80665])
+    assert readings[0].angular_velocity == pytest.approx((0.0, 0.5, 0.0))
+    assert parser.counters["bytes_skipped"] == len(b"noise")
+
+
+def test_an_exporter_is_a_file_and_a_line(new_module, monkeypatch, tmp_path, capsys):
+    stick = new_module("exporter.md")
+    name, value = line_of("exporter.md")
+    monkeypatch.setitem(EXPORTERS, name, eval(value, {"stick": stick}))
+    write_motion_bag(tmp_path / "bag", load_body_model("li2020"))
+    words = ["export", str(tmp_path / "bag"), "--to", name, "-o", str(tmp_path / "out.txt")]
+    monkeypatch.setattr(sys, "argv", words)
+    with pytest.raises(SystemExit) as ended:
+        export.main()
+    assert ended.value.code == 0, capsys.readouterr().err
+    lines = (tmp_path / "out.txt").read_text().splitlines()
+    assert lines[0].startswith("# out.txt at")
+    assert len(lines[1].split()) == 1 + len(JOINTS)
