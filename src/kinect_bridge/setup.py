@@ -22,8 +22,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "kinect_bridge = pose_common.entry:start.kinect_bridge.nodes.kinect_bridge",
-            "inspect = pose_common.entry:start.kinect_bridge.tools.inspect",
+            "kinect_bridge = pose_node.entry:start.kinect_bridge.nodes.kinect_bridge",
+            "inspect = pose_node.entry:start.kinect_bridge.tools.inspect",
         ]
     },
 )

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from kinect_bridge.joint_maps import AZURE_KINECT, JOINT_MAPS, KINECT_V2, mark_missing
-from pose_common.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS, TrackingState
+from pose_io.recordings.joint_maps import AZURE_KINECT, JOINT_MAPS, KINECT_V2, mark_missing
 
 # Where each SDK's documentation says that x, y, z point, and its unit; written down here a second
 # time, in words, so that a wrong matrix shows.

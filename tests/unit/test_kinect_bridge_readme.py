@@ -1,10 +1,10 @@
 import re
 from pathlib import Path
 
-from kinect_bridge import joint_maps
-from kinect_bridge.formats import FORMATS, plain_csv
 from kinect_bridge.parameters import KinectBridgeParameters
-from pose_common.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_io.recordings import joint_maps
+from pose_io.recordings.formats import FORMATS, plain_csv
 
 PACKAGE = Path(__file__).parents[2] / "src" / "kinect_bridge"
 README = (PACKAGE / "README.md").read_text()

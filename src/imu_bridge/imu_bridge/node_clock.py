@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from imu_bridge.lower_line import LowerLine
 from imu_bridge.sequence import signed
-from pose_common.counters import Counters
-from pose_common.stamps import NS_PER_S
+from pose_core.counters import Counters
+from pose_core.stamps import NS_PER_S
 
 NS_PER_US = 1000
 HOLD_NS = 1000  # [ns] step of a stamp that would run backwards

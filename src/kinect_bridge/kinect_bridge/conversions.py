@@ -4,9 +4,9 @@ from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
 from std_msgs.msg import Header
 
-from kinect_bridge.recording import SensorStream
-from pose_common.conversions import ns_to_stamp
-from pose_common.joints import JOINTS
+from pose_core.joints import JOINTS
+from pose_io.recordings.recording import SensorStream
+from pose_node.conversions import ns_to_stamp
 
 
 def to_skeleton_array(

@@ -10,17 +10,17 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 
 from kinect_bridge.conversions import to_skeleton_array
-from kinect_bridge.formats import read_recording
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.replay import Replay, make_schedule
-from kinect_bridge.timeline import make_timeline
-from pose_common.counters import Counters
-from pose_common.errors import ParameterError
-from pose_common.joints import TrackingState
-from pose_common.level import Level
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import run_node
+from pose_core.counters import Counters
+from pose_core.errors import ParameterError
+from pose_core.joints import TrackingState
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.timeline import make_timeline
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
 
 LONGEST_DELAY_NS = 10_000_000_000  # [ns] by which a replay may begin late and yet catch up
 LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then
