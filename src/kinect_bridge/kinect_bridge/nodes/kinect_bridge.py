@@ -155,4 +155,4 @@ class KinectBridge(Node):
 
 def main() -> None:
     """Run the node."""
-    run_node(KinectBridge)
+    run_node(KinectBridge, parameters=KinectBridgeParameters)

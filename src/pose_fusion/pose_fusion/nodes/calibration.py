@@ -276,4 +276,4 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
 
 def main() -> None:
     """Run the node."""
-    run_node(CalibrationNode)
+    run_node(CalibrationNode, parameters=LiveCalibrationParameters)

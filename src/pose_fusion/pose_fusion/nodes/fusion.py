@@ -278,4 +278,4 @@ class FusionNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run_node(FusionNode)
+    run_node(FusionNode, parameters=FusionParameters)

@@ -243,4 +243,4 @@ def run_viewer(parameters: ViewParameters) -> None:
 
 def main() -> None:
     """Entry point of the executable."""
-    run_node(ViewerNode)
+    run_node(ViewerNode, parameters=ViewParameters)
