@@ -27,7 +27,7 @@ FORMATS = {
     "csv": "angles, joints and segments, for spreadsheets",
     "json": "JSON lines {segment: position, quaternion}, for robot retargeting",
 }
-OWN_STAMPS = ("csv", "json")  # the others want a constant rate
+OWN_STAMPS = ("csv", "json")  # without --rate; the others want a constant rate
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
 NOTABLE_RESIDUAL = 0.001  # [m]
 
@@ -54,8 +54,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--rate",
         type=_rate,
         metavar="HZ",
-        help="constant rate of trc, mot, bvh and c3d (default: the bag's, rounded); csv and json "
-        "keep every instant",
+        help="resample to a constant rate, such as 30, 60 or 100 (default: trc, mot, bvh and c3d: "
+        "the bag's, rounded; csv and json: every instant as it is)",
     )
     parser.add_argument(
         "--opensim-model",
@@ -121,13 +121,15 @@ def summary(
 ) -> list[str]:
     """What was written, and what a reader of it has to know."""
     duration_s = float(written.times_s[-1])
-    own = arguments.to in OWN_STAMPS
+    own = written is recorded
     spacing = "each with its own stamp" if own else f"at {rate:g} Hz"
     lines = [f"{arguments.output}: {len(written)} frames of '{written.body}', {spacing}"]
     lines[0] += f", {duration_s:.1f} s, {written.model.size} degrees of freedom"
     gaps = int(np.sum(written.is_gap))
     if gaps and arguments.to in ("mot", "bvh"):
         lines.append(f"{gaps} frames lie in gaps of the recording: they are interpolated")
+    elif gaps and arguments.to == "json":
+        lines.append(f"{gaps} frames lie in gaps of the recording: they are left out")
     elif gaps:
         lines.append(f"{gaps} frames lie in gaps of the recording: their joints are left empty")
     residual = recorded.rigid_residual
@@ -162,7 +164,8 @@ def run() -> None:
         )
         progress.update(task, description="writing", total=None)
         rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
-        written = recorded if arguments.to in OWN_STAMPS else recorded.at_rate(rate)
+        keeps_stamps = arguments.to in OWN_STAMPS and arguments.rate is None
+        written = recorded if keeps_stamps else recorded.at_rate(rate)
         write_whole(arguments.output, content_of(written, arguments, rate))
     for line in summary(recorded, written, arguments, rate):
         print(line)
