@@ -177,7 +177,15 @@ case "$POSE_HOME" in
 esac
 
 cd "$POSE_ROOT"
-mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp"
+if ! mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp" 2>/dev/null || ! [ -w "$POSE_HOME" ] ||
+    { [ -e "$POSE_HOME/lock" ] && ! [ -w "$POSE_HOME/lock" ]; }; then
+    # Somebody else's environment, or one on a read-only disk: as it is, it may well do.
+    [ "$(cat "$POSE_HOME/stamp/workspace" 2>/dev/null)" = "$(sources_of src | hash_of)" ] &&
+        [ "${1:-}" != --develop ] && exit 0
+    owner="$(stat -c %U "$POSE_HOME" 2>/dev/null || stat -c %U "$POSE_ROOT")"
+    fail "cannot write $POSE_HOME, which is $owner's, and it is not prepared for this checkout:" \
+        "set POSE_HOME to a folder of your own, such as POSE_HOME=~/.pose"
+fi
 exec 9>"$POSE_HOME/lock"
 flock -w 2 9 || { # one that finds nothing to do is quicker
     say "another preparation is running: waiting for it"

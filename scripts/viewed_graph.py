@@ -65,6 +65,7 @@ def viewed_graph(session: Session, folder: Path, *arguments: str) -> Iterator[Vi
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
     launch: Sequence[str | Path] = [
         executable("pose_launch", "up"),
+        "--keep-running",
         "demo.launch.yaml",
         f"session:={folder / 'session'}",
         f"start_at:={start_at_ns}",

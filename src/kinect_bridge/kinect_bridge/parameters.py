@@ -35,6 +35,7 @@ class KinectBridgeParameters:
         1.0, doc="how many times faster than recorded to replay", low=0.01, high=1000.0
     )
     loop: bool = parameter(False, doc="begin anew at the end; stamps keep increasing")
+    exit_at_end: bool = parameter(False, doc="end the node when the recording has ended")
     start_at: str = parameter(
         "",
         doc="UNIX time at which the recording's time zero is due, so that several bridges keep "

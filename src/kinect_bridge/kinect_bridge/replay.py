@@ -125,6 +125,17 @@ class Replay:
         self.played += 1
         return DueFrame(frame=frame, stamp_ns=stamp_ns)
 
+    def skip(self, before_ns: int) -> int:
+        """Pass over the frames that were due before an instant [ns]; how many these are."""
+        begin, schedule = self.played, self.schedule
+        if schedule.loop:
+            missed_ns = (before_ns - schedule.start_at_ns) * schedule.rate
+            rounds = max(0, int(missed_ns // schedule.period_ns) - 1)
+            self.played += rounds * len(schedule.frame)
+        while (due_ns := self.schedule.due_ns(self.played)) is not None and due_ns < before_ns:
+            self.played += 1
+        return self.played - begin
+
     def wait_ns(self, now_ns: int) -> int | None:
         """How long to wait before the next :meth:`take` [ns]; None when finished.
 

@@ -71,6 +71,11 @@ class BagReader:
         self.end_ns: int = reader.end_time - 1  # rosbags gives the end of a half-open interval
         self.duration_s: float = (self.end_ns - self.start_ns) * 1e-9
 
+    @property
+    def typestore(self) -> Typestore:
+        """The definitions that the bag itself holds, or those given for it."""
+        return self._reader.typestore
+
     def topics_of_type(self, msgtype: str) -> list[str]:
         """The topics that carry a message type, in the bag's order."""
         return [topic.name for topic in self.topics.values() if topic.msgtype == msgtype]
@@ -114,7 +119,7 @@ class BagReader:
         except Exception as error:  # whatever a parser meets in damaged bytes
             raise InputError(
                 f"{self.path} is damaged: {one_line(error)}: record it again, or mend it with "
-                "'ros2 bag reindex'"
+                f"'./pose doctor {self.path} --output MENDED'"
             ) from error
 
     def deserialize(self, message: BagMessage) -> Any:
@@ -185,10 +190,10 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
     if not path.exists():
         raise InputError(f"found no bag at {path}: expected a rosbag2 folder or an .mcap file")
     if path.is_dir() and not (path / "metadata.yaml").exists():
-        files = list(path.glob("*.mcap"))
+        files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
             raise InputError(
-                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap file"
+                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap or .db3 file"
             )
         path = files[0]  # its recording was cut off
     if path.is_file() and path.suffix not in {".mcap", ".db3"}:
@@ -201,7 +206,7 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
     except Exception as error:  # whatever a parser meets in damaged bytes
         raise InputError(
             f"{path} is not a readable bag: {one_line(error)}: if recording or copying it was cut "
-            "off, copy it again, or mend it with 'mcap recover' or 'ros2 bag reindex'"
+            f"off, copy it again, or mend it with './pose doctor {path} --output MENDED'"
         ) from error
     if reader.message_count == 0:
         reader.close()
@@ -210,13 +215,17 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
 
 
 def _indexed_mcap(reader: AnyReader) -> McapReader | None:
-    """The one file of a bag, if it is MCAP with an index and packed by chunks, or not at all."""
+    """The one file of a bag, if it is MCAP with chunks, packed as a whole or not at all."""
     storage = getattr(reader.readers[0], "storage", None)
     if isinstance(storage, DirectoryReader):
         if len(storage.storages) != 1 or storage.metadata.compression_mode == "message":
             return None
         (storage,) = storage.storages
-    return storage if isinstance(storage, McapReader) and storage.chunks else None
+    if not isinstance(storage, McapReader):
+        return None
+    if not storage.chunks:  # cut off before its index: the order of messages is any
+        storage.chunks = mcap.scanned_chunks(storage)
+    return storage if storage.chunks else None
 
 
 def _parts(fields: Any) -> set[str]:

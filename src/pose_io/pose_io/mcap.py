@@ -3,6 +3,7 @@
 from collections.abc import Collection, Iterator, Sequence
 from operator import itemgetter
 from struct import Struct
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,11 @@ from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, McapWriter, deco
 
 RECORD = Struct("<BQ")  # kind and size of a record
 MESSAGE = Struct("<BQHIQQ")  # of a message: channel, sequence, recorded at, published at
-MESSAGE_KIND = 5
+CHANNEL_KIND, MESSAGE_KIND, CHUNK_KIND, INDEX_KIND = 4, 5, 6, 7
 CHUNK_HEAD = Struct("<QQQI")  # after the record's own: first and last stamp, size, checksum
 COMPRESSION = Struct("<I")
+INDEX_HEAD = Struct("<HI")  # of a chunk's index: channel, size of its entries
+INDEX_ENTRY_SIZE = 16  # [bytes]
 STAMPS = slice(15, 31)  # [bytes] of a message's record: when it was recorded and published
 CHUNK_SIZE = 2**20  # [bytes] as rosbags begins a new one
 
@@ -30,7 +33,11 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
     """
     wanted = {connection.id: connection for connection in connections}
     chunks = sorted(storage.chunks, key=itemgetter(0))
-    chunks = [chunk for chunk in chunks if any(chunk.channel_count.get(id_) for id_ in wanted)]
+    chunks = [
+        chunk
+        for chunk in chunks
+        if not chunk.channel_count or any(chunk.channel_count.get(id_) for id_ in wanted)
+    ]
     held: list[Entry] = []
     for index, chunk in enumerate(chunks):
         held += _entries(_content(storage, chunk), wanted)
@@ -47,6 +54,53 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
         held = held[later:]
     if held:
         yield held
+
+
+def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
+    """The chunks of a file whose recording was cut off before it could write their index.
+
+    Args:
+        storage: An open reader of a file without an index of its chunks.
+
+    Returns:
+        The chunks in the file's order; none if there are messages outside of them.
+    """
+    file = storage.bio
+    assert file is not None
+    chunks: list[ChunkInfo] = []
+    at = storage.data_start
+    while at < storage.data_end:
+        file.seek(at)
+        kind, size = RECORD.unpack(file.read(RECORD.size))
+        if kind == MESSAGE_KIND:
+            return []
+        if kind == CHUNK_KIND:
+            chunks.append(_chunk_info(file, at, size))
+        elif kind == INDEX_KIND and chunks:
+            channel, length = INDEX_HEAD.unpack(file.read(INDEX_HEAD.size))
+            chunks[-1].channel_count[channel] = length // INDEX_ENTRY_SIZE
+        at += RECORD.size + size
+    return chunks
+
+
+def _chunk_info(file: BinaryIO, at: int, size: int) -> ChunkInfo:
+    """What a chunk, whose record begins at ``at``, says of itself."""
+    start_ns, end_ns, unpacked_size, _ = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
+    (length,) = COMPRESSION.unpack(file.read(COMPRESSION.size))
+    compression = file.read(length).decode()
+    packed_size = int.from_bytes(file.read(8), "little")
+    return ChunkInfo(
+        message_start_time=start_ns,
+        message_end_time=end_ns,
+        chunk_start_offset=at,
+        chunk_length=RECORD.size + size,
+        message_index_offsets={},
+        message_index_length=0,
+        compression=compression,
+        compressed_size=packed_size,
+        uncompressed_size=unpacked_size,
+        channel_count={},
+    )
 
 
 def _content(storage: McapReader, chunk: ChunkInfo) -> bytes:

@@ -90,17 +90,18 @@ class Entity:
             raise LaunchError(self.place, f"'{self.kind}' lacks '{name}'")
         return value
 
-    def typed(self, name: str, kind: type[bool] | type[int] | type[float]) -> Any:
-        """A bool or a number, written plainly or as a text of YAML; None if it is not there."""
+    def typed(self, name: str, kind: type[bool] | type[float]) -> Any:
+        """A bool or a number, written plainly; None if it is not there.
+
+        ``ros2 launch`` takes neither a quoted one nor an integer where it wants a float.
+        """
         value = self.value(name)
-        if isinstance(value, str):
-            value = yaml.safe_load(value)
-        if kind is float and type(value) is int:
-            value = float(value)
         if value is not None and type(value) is not kind:
+            example = {bool: "true or false", float: "a number with a point, such as 1.0"}[kind]
             raise LaunchError(
                 self.place_of(name),
-                f"'{name}' of '{self.kind}' is {value!r}, expected {kind.__name__}",
+                f"'{name}' of '{self.kind}' is {value!r}: expected {example}, without quotes"
+                " ('ros2 launch' insists)",
             )
         return value
 

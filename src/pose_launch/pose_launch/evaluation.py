@@ -46,6 +46,7 @@ class _State:
     variables: dict[str, str]
     environment: dict[str, str] = field(default_factory=dict)  # set by the file, beside ours
     file: Path = Path()
+    has_included: bool = False  # whether this file has: $(dirname) is not to be relied on then
     passed: frozenset[str] | None = None  # arguments that the include passes; None: no include
     depth: int = 0
 
@@ -106,7 +107,7 @@ class Evaluation:
         return Scope(
             variables=self._state.variables,
             environment={**os.environ, **self._state.environment},
-            folder=self._state.file.parent,
+            folder=None if self._state.has_included else self._state.file.parent,
             run_commands=not self._describe,
         )
 
@@ -132,9 +133,11 @@ class Evaluation:
             raise LaunchError(None, f"{file} includes itself")
         before = self._state.file, self._state.passed
         self._state.file, self._state.passed = file, passed
+        self._state.has_included = False
         self._state.depth += 1
         self._evaluate(read_launch_file(file))
         self._state.file, self._state.passed = before
+        self._state.has_included = True
         self._state.depth -= 1
 
     def _evaluate(self, parent: Entity) -> None:

@@ -36,7 +36,7 @@ class Scope:
 
     variables: Mapping[str, str]
     environment: Mapping[str, str]
-    folder: Path  # of the launch file
+    folder: Path | None  # of the launch file; None: after an include, which loses it
     run_commands: bool = True  # False: ``$(command …)`` gives an empty text
 
 
@@ -173,6 +173,12 @@ def _package(
 
 
 def _folder(arguments: list[str], scope: Scope, place: Place) -> str:
+    if scope.folder is None:
+        raise LaunchError(
+            place,
+            "$(dirname) after an include: 'ros2 launch' then gives the included file's folder;"
+            " write $(find-pkg-share PACKAGE)/…",
+        )
     return str(scope.folder)
 
 

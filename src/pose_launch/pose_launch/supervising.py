@@ -12,11 +12,12 @@ import contextlib
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
+from pose_launch.backoff import BackOff
 from pose_launch.parameter_folder import parameter_folder
 from pose_launch.processes import Process
 from pose_node.child_process import end_with_parent
@@ -28,6 +29,7 @@ STOPPED = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
 """Exit codes of a process that was told to stop and did."""
 LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
 STARTING_S = 5.0  # [s] what fails sooner has not started
+ENDING_S = 2.0  # [s] for what the last frames of the recordings still lead to
 CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
 COLOURS = (36, 33, 32, 35, 34, 31)
 
@@ -42,6 +44,7 @@ class _Child:
     interrupted: bool = False  # Python's own end of a program that Ctrl-C met unprepared
     last_line: str = ""  # of its output
     failures: list[str] = field(default_factory=list)
+    starts: int = 0
 
 
 class Supervisor:
@@ -51,6 +54,7 @@ class Supervisor:
         processes: What to run.
         output: Where their output goes, line by line, prefixed with their names.
         keep_going: Let the others run, whatever fails at its start.
+        recordings: Names of processes that end by themselves; once all have, everything stops.
     """
 
     def __init__(
@@ -59,7 +63,9 @@ class Supervisor:
         output: TextIO | None = None,
         *,
         keep_going: bool = False,
+        recordings: Collection[str] = (),
     ) -> None:
+        self._recordings = set(recordings)
         self._keep_going = keep_going
         self._output = sys.stdout if output is None else output
         self._coloured = self._output.isatty()
@@ -97,30 +103,52 @@ class Supervisor:
     async def _supervise(self, child: _Child, folder: Path) -> None:
         process = child.description
         loop = asyncio.get_running_loop()
+        back_off = BackOff(process.respawn_delay_s)
         while not self._stopping.is_set():
             begin_s = loop.time()
+            child.starts += 1
             code, was_told = await self._run_once(child, folder)
-            failure = f"{process.name} ({_describe(code)})"
             if was_told:
                 if code not in STOPPED and not child.interrupted:
-                    child.failures.append(failure)
+                    child.failures.append(f"{process.name} ({_describe(code)})")
                 return
-            how = "has finished" if code == 0 else f"has died ({_describe(code)})"
-            if process.respawn and not self._stopping.is_set():
-                self._say(f"{process.name} {how}: starting it again in {process.respawn_delay_s} s")
+            lived_s = loop.time() - begin_s
+            if not self._may_respawn(child, code, lived_s):
+                await self._note_end(child, code, lived_s)
+                return
+            delay_s = back_off.delay_s(lived_s)
+            self._say(
+                f"{process.name} has died ({_describe(code)}): starting it again in {delay_s:g} s"
+            )
+            with contextlib.suppress(asyncio.TimeoutError):
+                await asyncio.wait_for(self._stopping.wait(), delay_s)
+
+    def _may_respawn(self, child: _Child, code: int, lived_s: float) -> bool:
+        """Whether to start a process again: not one that has finished, or has never started."""
+        if not child.description.respawn or code == 0 or self._stopping.is_set():
+            return False
+        has_started = child.starts > 1 or code < 0 or lived_s >= STARTING_S
+        return has_started or self._keep_going
+
+    async def _note_end(self, child: _Child, code: int, lived_s: float) -> None:
+        """Say that a process has ended for good; stop the others if there is a reason to."""
+        process = child.description
+        has_failed_to_start = code != 0 and lived_s < STARTING_S
+        how = "has finished" if code == 0 else f"has died ({_describe(code)})"
+        why = f" at its start: {child.last_line}" if has_failed_to_start else ""
+        self._say(f"{process.name} {how}{why}")
+        if code != 0:
+            child.failures.append(f"{process.name} ({_describe(code)})")
+        if process.ends_graph:
+            self._stop(f"{process.name} was required: stopping")
+        elif has_failed_to_start and not self._keep_going and not self._stopping.is_set():
+            self._stop("stopping the others: mend that, or let them run with --keep-going")
+        elif code == 0 and process.name in self._recordings:
+            self._recordings.discard(process.name)
+            if not self._recordings and not self._stopping.is_set():
                 with contextlib.suppress(asyncio.TimeoutError):
-                    await asyncio.wait_for(self._stopping.wait(), process.respawn_delay_s)
-                continue
-            has_failed_to_start = code != 0 and loop.time() - begin_s < STARTING_S
-            why = f" at its start: {child.last_line}" if has_failed_to_start else ""
-            self._say(f"{process.name} {how}{why}")
-            if code != 0:
-                child.failures.append(failure)
-            if process.ends_graph:
-                self._stop(f"{process.name} was required: stopping")
-            elif has_failed_to_start and not self._keep_going and not self._stopping.is_set():
-                self._stop("stopping the others: mend that, or let them run with --keep-going")
-            return
+                    await asyncio.wait_for(self._stopping.wait(), ENDING_S)
+                self._stop("every recording has ended: stopping (--keep-running stays)")
 
     async def _run_once(self, child: _Child, folder: Path) -> tuple[int, bool]:
         """Start the process and wait for its end; its exit code, and whether it was told to."""

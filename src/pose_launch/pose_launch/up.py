@@ -4,14 +4,18 @@ import argparse
 import asyncio
 import sys
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 from pose_core.errors import PoseError
 from pose_launch.evaluation import Evaluation, Graph
 from pose_launch.locating import find_launch_file
+from pose_launch.processes import Process
 from pose_launch.supervising import STARTING_S, Supervisor
 from pose_node.command_line import run_tool
 
 DEFAULT_FILE = "capture.launch.yaml"
+EXIT_AT_END = "exit_at_end"  # argument and parameter: whether a node ends with its recording
 
 
 def main() -> None:
@@ -31,6 +35,9 @@ def up(words: Sequence[str]) -> int:
     if options.show_args:
         _show_arguments(Evaluation(given, describe=True).run(file))
         return 0
+    if not options.keep_running and EXIT_AT_END not in given:
+        declared = Evaluation(given, describe=True).run(file).arguments
+        given |= {EXIT_AT_END: "true"} if EXIT_AT_END in {a.name for a in declared} else {}
     graph = Evaluation(given).run(file)
     if options.print:
         for process in graph.processes:
@@ -41,11 +48,19 @@ def up(words: Sequence[str]) -> int:
     for message in graph.messages:
         print(f"[up] {message}", flush=True)
     print(f"[up] starting {', '.join(process.name for process in graph.processes)}", flush=True)
-    return asyncio.run(_run(graph, options.keep_going))
+    recordings = [process.name for process in graph.processes if _ends_by_itself(process)]
+    ending = ", and so does the end of the recording" if recordings else ""
+    print(f"[up] Ctrl-C stops all of it{ending}", flush=True)
+    supervisor = Supervisor(graph.processes, keep_going=options.keep_going, recordings=recordings)
+    return asyncio.run(supervisor.run())
 
 
-async def _run(graph: Graph, keep_going: bool) -> int:
-    return await Supervisor(graph.processes, keep_going=keep_going).run()
+def _ends_by_itself(process: Process) -> bool:
+    """Whether a process replays a recording and ends with it."""
+    values: dict[str, Any] = {}
+    for source in process.parameters:
+        values.update({} if isinstance(source, Path) else source)
+    return values.get(EXIT_AT_END) is True and not values.get("loop", False)
 
 
 def _show_arguments(graph: Graph) -> None:
@@ -78,5 +93,10 @@ def _parser() -> argparse.ArgumentParser:
         "--keep-going",
         action="store_true",
         help=f"let the others run if a process fails within its first {STARTING_S:g} s",
+    )
+    parser.add_argument(
+        "--keep-running",
+        action="store_true",
+        help="stay when all recordings that the graph replays have ended",
     )
     return parser

@@ -8,27 +8,38 @@ Nothing is imported here but what Python has loaded anyway; numpy and ROS take a
 that, while Python itself starts, ``./pose`` keeps SIGINT blocked: it waits for us to let it in.
 """
 
+import atexit
+import os
 import signal
 import sys
 from importlib import import_module
 
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
+
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+STOPPED = 0  # a node that is told to stop has done well, also while it starts
 
 
 class Interrupt:
     """What SIGINT does: breaks off what is being done, unless told not to, and is remembered.
 
     A compiled module that is broken off in its making tells of a failed import instead.
+
+    Args:
+        once: Whether a second signal is only remembered: it must not break off the ending.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, once: bool = False) -> None:
         self.asked = False
         self.breaks_off = True
+        self._once = once
 
     def __call__(self, *_: object) -> None:
         """Handle the signal."""
-        self.asked = True
-        if self.breaks_off:
+        is_first, self.asked = not self.asked, True
+        if self.breaks_off and (is_first or not self._once):
             raise KeyboardInterrupt
 
 
@@ -45,17 +56,43 @@ class Start:
 
     def __call__(self) -> None:
         """Run the module's ``main``."""
-        interrupt = Interrupt()
+        is_node = ".nodes." in self._module
+        interrupt = Interrupt(once=is_node)
         signal.signal(signal.SIGINT, interrupt)
+        if is_node:
+            signal.signal(signal.SIGTERM, interrupt)
         try:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             import_module(self._module).main()
         except KeyboardInterrupt:
-            sys.exit(INTERRUPTED)
+            self._stop(is_node)
         except ImportError:
             if not interrupt.asked:
                 raise
-            sys.exit(INTERRUPTED)
+            self._stop(is_node)
+
+    @staticmethod
+    def _stop(is_node: bool) -> "NoReturn":
+        if is_node:
+            leave(STOPPED)
+        sys.exit(INTERRUPTED)
+
+
+def leave(status: int) -> "NoReturn":
+    """End the process at once, deaf to further signals.
+
+    Python would take half a second to free modules such as numba's one by one, in which one more
+    signal ends it with an error.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    atexit._run_exitfuncs()
+    try:
+        sys.stdout.flush()
+        sys.stderr.flush()
+    except (OSError, ValueError):  # nobody reads them any more
+        pass
+    os._exit(status)
 
 
 start = Start()

@@ -56,3 +56,19 @@ def test_a_missing_file_is_one_line_and_status_1(monkeypatch, capsys, tmp_path):
     assert said.out == ""
     assert said.err.startswith("error: found no file")
     assert said.err.count("\n") == 1
+
+
+def test_coordinates_that_no_camera_can_give_are_called_out(monkeypatch, capsys, tmp_path):
+    rows = CSV.read_text().splitlines()
+    at = next(index for index, row in enumerate(rows) if row and row[0] != "#") + 1
+    header = rows[at - 1].split(",")
+    cells = rows[at].split(",")
+    column = next(i for i, name in enumerate(header) if name.endswith("_x") and cells[i])
+    cells[column] = "1e30"
+    rows[at] = ",".join(cells)
+    (tmp_path / "far.csv").write_text("\n".join(rows) + "\n")
+
+    assert run(monkeypatch, tmp_path / "far.csv") == 0
+    assert "ABSURD   1 joints are more than 100 m away, the farthest 1e+30 m" in (
+        capsys.readouterr().out
+    )

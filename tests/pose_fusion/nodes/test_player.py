@@ -5,10 +5,12 @@ import rclpy
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
 from pose_core.errors import InputError, ParameterError
+from pose_core.stamps import nanoseconds
 from pose_fusion.nodes.player import Player, overrides_from_arguments
 from pose_io.bag_writer import BagWriter
 
@@ -151,3 +153,19 @@ def test_the_command_line_sets_parameters(words, expected):
     overrides = {override.name: override.value for override in overrides_from_arguments(words)}
 
     assert overrides == expected
+
+
+def test_the_bags_time_goes_out_before_its_messages(ros_context, spin_until, play):
+    node = ros_context.make_node()
+    heard = []
+    node.create_subscription(Clock, "/clock", lambda m: heard.append(nanoseconds(m.clock)), 1000)
+    count = ros_context.collect(String, "count", 100)
+    ros_context.collect(String, "latched", LATCHED)
+    play(clock=True, wait_for_subscribers=10.0, pause_at_end=True)
+
+    spin_until(lambda: len(count) == 20, what="the messages")
+
+    last_ns = 10**9 + 19 * STEP_NS
+    spin_until(lambda: heard and heard[-1] == last_ns, what="the bag's last instant")
+    assert heard == sorted(heard)
+    assert {10**9 + index * STEP_NS for index in range(20)} <= set(heard)

@@ -1,5 +1,7 @@
 """The recorder in a live graph."""
 
+import re
+
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from pose_msgs.msg import Skeleton, SkeletonArray
@@ -145,15 +147,32 @@ def test_counts_are_in_the_diagnostics(ros_context, spin_until, record):
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [
-        ({"output": ""}, "output is not set"),
         ({"topics": ["a"], "all": True}, "either topics, or all"),
-        ({}, "either topics, or all"),
         ({"all": True, "storage": "zip"}, "storage = 'zip' is not one of mcap, sqlite3"),
     ],
 )
 def test_bad_parameters_are_refused(record, values, complaint):
     with pytest.raises(ParameterError, match=complaint):
         record(**values)
+
+
+def test_a_recording_without_a_name_goes_into_a_dated_folder(record, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+    recorder = record(output="")
+
+    assert re.fullmatch(r"out/record-\d{8}-\d{6}", str(recorder._recording.path))
+    record.finish(recorder)
+
+
+def test_a_recorder_that_was_killed_goes_on_beside_what_it_left(record, tmp_path):
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "bag.mcap").touch()
+
+    recorder = record()
+
+    assert recorder._recording.path == tmp_path / "bag-2"
+    record.finish(recorder)
 
 
 def test_an_existing_folder_is_refused(record, tmp_path):
@@ -166,10 +185,10 @@ def test_an_existing_folder_is_refused(record, tmp_path):
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["-o", "x"], {"output": "x", "all": True}),
+        (["-o", "x"], {"output": "x"}),
         (["-o", "x", "a", "b"], {"output": "x", "topics": ["a", "b"]}),
         (["--output", "x", "--topics", "a"], {"output": "x", "topics": ["a"]}),
-        (["-o", "x", "--storage", "sqlite3"], {"output": "x", "storage": "sqlite3", "all": True}),
+        (["-o", "x", "--storage", "sqlite3"], {"output": "x", "storage": "sqlite3"}),
         ([], {}),
     ],
 )

@@ -245,3 +245,15 @@ def test_the_pelvis_offset_in_the_documentation_is_the_one_in_the_code(name):
     x, y, _ = OPENSIM_MODELS[name].hips_in_pelvis
     digits = 6 if name == "rajagopal2016" else 4
     assert f"(−{-x:.{digits}f}, −{-y:.{digits}f}, 0) m" in text
+
+
+@pytest.mark.parametrize("kind", ["csv", "json"])
+@pytest.mark.parametrize("rate", [30, 60, 100])
+def test_tables_are_resampled_if_a_rate_is_given(recorded, tmp_path, monkeypatch, kind, rate):
+    file = tmp_path / "motion"
+
+    assert export(monkeypatch, recorded[0], "--to", kind, "-o", file, "--rate", rate) == 0
+
+    rows = csv.DictReader(file.open()) if kind == "csv" else map(json.loads, file.open())
+    steps_ns = np.diff([int(row["stamp_ns"]) for row in rows])
+    np.testing.assert_allclose(steps_ns, 1e9 / rate, atol=20_000)

@@ -202,11 +202,11 @@ def test_respawn_starts_it_again(up, tmp_path):
         """,
         scripts={
             "twice": f"""\
-            import pathlib, sys, time
+            import os, pathlib, signal, time
             mark = pathlib.Path({str(tmp_path / "mark")!r})
             if not mark.exists():
                 mark.touch()
-                sys.exit(5)
+                os.kill(os.getpid(), signal.SIGKILL)
             print("second life", flush=True)
             try:
                 time.sleep(600)
@@ -216,9 +216,69 @@ def test_respawn_starts_it_again(up, tmp_path):
         },
     )
 
-    process.wait_for_output(r"has died \(exit code 5\): starting it again in 0.1 s")
+    process.wait_for_output(r"has died \(signal SIGKILL\): starting it again in 0.1 s")
     process.wait_for_output("second life")
     assert process.stop() == 0
+
+
+def test_one_that_has_finished_or_has_never_started_is_not_respawned(up):
+    process = up(
+        """\
+        launch:
+        - executable: {{cmd: "{done}", name: one, respawn: "true"}}
+        - executable: {{cmd: "{failing}", name: two, respawn: "true"}}
+        """,
+        scripts={"done": "", "failing": "raise SystemExit(5)"},
+    )
+
+    assert process.wait() == 1
+    assert "two has died (exit code 5) at its start" in process.output
+    assert "again" not in process.output
+
+
+RECORDING = """\
+    launch:
+    - arg: {{name: exit_at_end, default: "false"}}
+    - executable: {{cmd: "{waiting}", name: fusion}}
+    - node:
+        pkg: demo_pkg
+        exec: replay
+        name: left
+        param: [{{name: exit_at_end, value: "$(var exit_at_end)", type: "bool"}}]
+    """
+
+
+@pytest.fixture
+def replay(tmp_path, monkeypatch):
+    """A package whose executable ends well at once, or waits if it is not to exit at the end."""
+    for folder in ("share/ament_index/resource_index/packages", "lib/demo_pkg"):
+        (tmp_path / "prefix" / folder).mkdir(parents=True)
+    (tmp_path / "prefix/share/ament_index/resource_index/packages/demo_pkg").touch()
+    program = tmp_path / "prefix/lib/demo_pkg/replay"
+    program.write_text(
+        '#!/bin/sh\nfor word; do case "$word" in *.yaml) file="$word";; esac; done\n'
+        'grep -q "exit_at_end: true" "$file" || exec sleep 600\n'
+    )
+    program.chmod(0o755)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "prefix"))
+
+
+@pytest.mark.usefixtures("replay")
+def test_it_ends_when_its_recordings_have(up, start_process):
+    process = up(RECORDING, scripts={"waiting": WAITING})
+
+    assert process.wait() == 0
+    assert "[up] Ctrl-C stops all of it, and so does the end of the recording" in process.output
+    assert "every recording has ended: stopping (--keep-running stays)" in process.output
+    assert start_process.living() == []
+
+
+@pytest.mark.usefixtures("replay")
+def test_it_stays_beyond_its_recordings_if_it_is_told_to(up):
+    process = up(RECORDING, "--keep-running", "--print", scripts={"waiting": WAITING})
+
+    assert process.wait() == 0
+    assert "exit_at_end:=false" in process.output
 
 
 def test_what_a_process_leaves_behind_ends_with_it(up, start_process):

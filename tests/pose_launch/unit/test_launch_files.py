@@ -282,6 +282,8 @@ def test_arguments_can_be_shown_without_running_anything(evaluate, tmp_path):
         ("launch:\n- node: {pkg: demo_pkg, exec: talk, lauch: x}", "'lauch', which is not"),
         ("launch:\n- node: {pkg: demo_pkg, exec: talk, on_exit: x}", "expected 'shutdown'"),
         ("launch:\n- node: {pkg: demo_pkg, exec: talk, respawn_delay: -1.0}", "negative"),
+        ("launch:\n- node: {pkg: demo_pkg, exec: talk, respawn_delay: 1}", "such as 1.0"),
+        ("launch:\n- group: {scoped: 'false', children: []}", "true or false, without quotes"),
         ("launch:\n- include: {file: nowhere.launch.yaml}", "found no launch file nowhere"),
         ("launch:\n- include: {file: $(dirname)/x.launch.yaml}", "includes itself"),
         ("launch:\n- node\n", "is not one action"),
@@ -331,6 +333,19 @@ def test_a_missing_launch_file_is_said(package):
 )
 def test_namespaces_are_joined(base, namespace, expected):
     assert join_namespace(base, namespace) == expected
+
+
+def test_the_folder_of_a_file_is_not_to_be_relied_on_after_an_include(evaluate, package):
+    """As ``ros2 launch`` does not restore it."""
+    (package / "share/demo_pkg/launch/part.launch.yaml").write_text("launch: []\n")
+    text = """\
+        launch:
+        - include: {file: "$(find-pkg-share demo_pkg)/launch/part.launch.yaml"}
+        - include: {file: "$(dirname)/part.launch.yaml"}
+        """
+
+    with pytest.raises(LaunchError, match=r"write \$\(find-pkg-share PACKAGE\)"):
+        evaluate(text)
 
 
 def test_an_argument_that_an_include_decides_cannot_be_given(evaluate, package):

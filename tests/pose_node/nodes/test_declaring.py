@@ -15,6 +15,7 @@ from pose_node.nodes.declaring import accept_changes, declare_parameters
 class Parameters:
     names: tuple[str, ...] = parameter((), doc="some names")
     rate: float = parameter(30.0, unit="Hz", doc="how often", low=1.0, high=240.0)
+    count: int = parameter(3, doc="how many")
 
 
 def declare(ros_context, **values):
@@ -40,6 +41,36 @@ def test_a_list_of_numbers_is_refused_where_names_are_expected(ros_context):
 def test_a_value_outside_its_range_is_refused(ros_context):
     with pytest.raises(ParameterError, match=r"rate \[Hz\]|rate = 0.5 Hz is outside|outside"):
         declare(ros_context, rate=0.5)
+
+
+def test_an_integer_is_a_number_where_a_double_is_declared(ros_context):
+    rate = declare(ros_context, rate=60).rate
+
+    assert rate == 60.0
+    assert isinstance(rate, float)
+
+
+def test_an_integer_outside_the_range_of_a_double_is_refused_by_name(ros_context):
+    with pytest.raises(ParameterError, match=r"rate = 600.0 Hz is outside \[1, 240\]"):
+        declare(ros_context, rate=600)
+
+
+def test_a_fraction_is_no_integer(ros_context):
+    with pytest.raises(ParameterError, match="count"):
+        declare(ros_context, count=2.5)
+
+
+def test_a_double_may_be_set_to_an_integer_and_stays_a_double(ros_context):
+    node = ros_context.add(Node("setting"))
+    declare_parameters(node, Parameters, changeable=("rate",))
+    heard = []
+    accept_changes(node, Parameters, {"rate": heard.append})
+
+    (result,) = node.set_parameters([Parameter("rate", value=60)])
+
+    assert result.successful
+    assert heard == [60.0]
+    assert node.get_parameter("rate").type_ == Parameter.Type.DOUBLE
 
 
 def test_a_changeable_parameter_reaches_its_handler_checked(ros_context):

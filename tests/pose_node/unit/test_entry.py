@@ -38,4 +38,4 @@ def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeyp
 def test_starting_imports_nothing_heavy():
     text = (SRC / "pose_node" / "pose_node" / "entry.py").read_text()
     imported = re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE)
-    assert imported == ["signal", "sys", "importlib"]
+    assert imported == ["atexit", "os", "signal", "sys", "importlib"]

@@ -143,3 +143,12 @@ def test_the_image_is_made_of_the_repository_s_scripts():
     for step in steps:
         program = step.split()[0].replace("/opt/pose_fusion/", "./")
         assert (ROOT / program).is_file(), f"{step}: not a script of the repository"
+
+
+def test_a_home_that_cannot_be_written_is_told_with_a_way_out(start_process):
+    process = start_process([POSE, "build"], env={"POSE_HOME": "/proc/pose"})
+
+    assert process.wait() == 1
+    (line,) = process.output.splitlines()
+    assert line.startswith("error: cannot write /proc/pose, which is ")
+    assert "set POSE_HOME to a folder of your own" in line

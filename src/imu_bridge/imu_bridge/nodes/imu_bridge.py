@@ -136,4 +136,4 @@ class ImuBridge(Node):
 
 def main() -> None:
     """Run the node."""
-    run_node(ImuBridge)
+    run_node(ImuBridge, parameters=ImuBridgeParameters)

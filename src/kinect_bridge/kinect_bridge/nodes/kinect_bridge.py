@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import rclpy
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -21,6 +22,7 @@ from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
 
+LONGEST_DELAY_NS = 10_000_000_000  # [ns] by which a replay may begin late and yet catch up
 LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then
 STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState)
 
@@ -58,7 +60,12 @@ class KinectBridge(Node):
         )
         self._replay = Replay(schedule)
         self._frame_id = f"kinect_{name}_optical_frame"
-        self._counters = Counters("frames_published", "frames_nobody_seen", *STATE_COUNTERS)
+        self._exits_at_end = parameters.exit_at_end
+        self._counters = Counters(
+            "frames_published", "frames_nobody_seen", "frames_skipped", *STATE_COUNTERS
+        )
+        if parameters.start_at:
+            self._skip_missed()
         self._late_ns = 0  # [ns] longest since the last report
         self._reported = (now_ns, 0)  # [ns] and frames, at the last report
 
@@ -70,6 +77,15 @@ class KinectBridge(Node):
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
+
+    def _skip_missed(self) -> None:
+        """Go on with the present if this is a restart in the midst of a common replay."""
+        skipped = self._replay.skip(self._now_ns() - LONGEST_DELAY_NS)
+        if skipped:
+            self._counters.add("frames_skipped", skipped)
+            self.get_logger().warning(
+                f"{skipped} frames were due more than {LONGEST_DELAY_NS // 10**9} s ago: skipped"
+            )
 
     def _publish_due(self) -> None:
         """Publish the frame that is due, if one is, and sleep until the next."""
@@ -85,6 +101,8 @@ class KinectBridge(Node):
             self._timer.cancel()
             self.get_logger().info("recording finished")
             self._diagnostics.publish()
+            if self._exits_at_end:
+                rclpy.try_shutdown(context=self.context)
         else:
             # Each wait is reckoned from the clock anew: errors of the timer do not add up.
             self._timer.timer_period_ns = wait_ns
@@ -137,4 +155,4 @@ class KinectBridge(Node):
 
 def main() -> None:
     """Run the node."""
-    run_node(KinectBridge)
+    run_node(KinectBridge, parameters=KinectBridgeParameters)

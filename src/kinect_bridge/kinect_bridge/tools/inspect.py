@@ -13,6 +13,7 @@ from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.timeline import Timeline, make_timeline
 from pose_node.command_line import run_tool
 
+FAR_M = 100.0  # [m] beyond which no camera sees a person
 GAP_S = 0.5  # [s] what counts as a gap; a few dropped frames do not
 
 
@@ -52,7 +53,17 @@ def _describe_sensor(stream: SensorStream, timeline: Timeline, zero_ns: int) -> 
             for at_ns, length_s in timeline.gaps(GAP_S)
         ],
         "joints": stream.joint_counts(),
+        "far": _far(stream),
         "clock": None if timeline.fit is None else timeline.fit.summary(),
+    }
+
+
+def _far(stream: SensorStream) -> dict[str, float]:
+    """How many joints are absurdly far away, and how far the farthest is [m]."""
+    far = np.abs(np.nan_to_num(stream.positions, nan=0.0)).max(axis=-1, initial=0.0)
+    return {
+        "joints": int(np.count_nonzero(far > FAR_M)),
+        "farthest_m": float(far.max(initial=0.0)),
     }
 
 
@@ -76,10 +87,20 @@ def as_text(description: dict[str, Any]) -> str:
             f"  persons  {', '.join(sensor['persons']) or 'none'}",
             f"  joints   tracked {joints['tracked']}, inferred {joints['inferred']}, "
             f"not tracked {joints['not_tracked']}",
+            *_far_lines(sensor["far"]),
             f"  gaps     {_gaps_text(sensor['gaps'])}",
             f"  clock    {_clock_text(clock)}",
         ]
     return "\n".join(lines)
+
+
+def _far_lines(far: dict[str, float]) -> list[str]:
+    if not far["joints"]:
+        return []
+    return [
+        f"  ABSURD   {far['joints']} joints are more than {FAR_M:g} m away, the farthest"
+        f" {far['farthest_m']:.3g} m: is the file damaged, or in other units than metres?"
+    ]
 
 
 def _gaps_text(gaps: Sequence[dict[str, float]]) -> str:

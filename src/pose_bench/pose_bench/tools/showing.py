@@ -1,21 +1,17 @@
 """How every benchmark shows its tables and writes them."""
 
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from rich.console import Console
-
 from pose_bench.tables import TextTable
 from pose_core.errors import InputError
-
-WIDTH = 120  # [columns] of the tables where there is no terminal
+from pose_node.plain_console import plain_console
 
 
 def show(tables: Sequence[TextTable]) -> None:
     """Print tables, an empty line after each."""
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console = plain_console()
     for table in tables:
         console.print(table.rich())
         console.print()

@@ -35,6 +35,7 @@ from pose_node.level import Level
 from pose_node.nodes.declaring import accept_changes, declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
 
 # What may wait while a solution is sought, for two seconds.
 FRAMES_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -87,7 +88,7 @@ class CalibrationNode(Node):
         )
         topics = {segment: f"imu_{segment}/data" for segment in BONES}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
-        self.create_timer(PERIOD_S, self._take)
+        steady_timer(self, PERIOD_S, self._take)
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
         self.create_service(Trigger, "~/progress", self._on_progress)
         self.create_service(Trigger, "~/save", self._on_save)
@@ -275,4 +276,4 @@ def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
 
 def main() -> None:
     """Run the node."""
-    run_node(CalibrationNode)
+    run_node(CalibrationNode, parameters=LiveCalibrationParameters)

@@ -49,6 +49,7 @@ from pose_node.level import Level
 from pose_node.nodes.declaring import accept_changes, declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
 
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
 SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -111,8 +112,8 @@ class FusionNode(Node):
         topics = {segment: f"imu_{segment}/data" for segment in segments}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
         if topics:
-            self.create_timer(IMU_PERIOD_S, self._take_imus)  # cameras may be silent
-        self._patience = self.create_timer(PATIENCE_S, self._on_patience_ended)
+            steady_timer(self, IMU_PERIOD_S, self._take_imus)  # cameras may be silent
+        self._patience = steady_timer(self, PATIENCE_S, self._on_patience_ended)
         self._patience.cancel()
         if self._settings.output_rate > 0.0:
             self.create_timer(1.0 / self._settings.output_rate, self._publish_prediction)
@@ -169,7 +170,9 @@ class FusionNode(Node):
         sample = self._selector.select(persons)
         if sample is not None:
             if sensor == self._settings.sensors[0]:
-                self._stages.note_taken(sample.stamp_ns, info["source_timestamp"], taken_ns)
+                is_simulated = self.get_clock().ros_time_is_active
+                published_ns = taken_ns if is_simulated else info["source_timestamp"]
+                self._stages.note_taken(sample.stamp_ns, published_ns, taken_ns)
             self.pipeline.add_skeleton(sample)
             missing = len(sample.tracking_state) - int(np.count_nonzero(sample.tracking_state))
             self._counters.add("joints_not_tracked", missing)
@@ -284,4 +287,4 @@ class FusionNode(Node):
 
 def main() -> None:
     """Run the node."""
-    run_node(FusionNode)
+    run_node(FusionNode, parameters=FusionParameters)

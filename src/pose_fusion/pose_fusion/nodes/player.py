@@ -14,6 +14,7 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Trigger
 
 from pose_core.counters import Counters
@@ -25,17 +26,22 @@ from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
+from pose_node.conversions import ns_to_stamp
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
 
 LEAST_DEPTH = 100  # [messages] queue of a publisher
 MOST_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers
 POLL_S = 0.05  # how often to look for subscribers
 LONGEST_WAIT_NS = 100_000_000  # [ns]
 ACKNOWLEDGE_S = 2.0  # how long subscribers may take to receive the last messages
-PROGRESS_PERIOD_S = 0.5
+PROGRESS_PERIOD_S = 0.5  # in a terminal
+LOGGED_PERIOD_S = 10.0  # elsewhere
+CLOCK = "/clock"
+CLOCK_PERIOD_NS = 5_000_000  # [ns] of the machine's time between two of the clock's, at most
 
 
 class Player(Node):
@@ -52,6 +58,10 @@ class Player(Node):
         self._counters = Counters("played", "skipped_unknown_type")
         self._bag_publishers = self._make_publishers()
         self._finished = False
+        self._time_publisher = (
+            self.create_publisher(Clock, CLOCK, 10) if self._settings.clock else None
+        )
+        self._time_shown_ns = 0  # [ns] what it showed last
         self._deadline_ns = time.monotonic_ns() + round(
             self._settings.wait_for_subscribers * NS_PER_S
         )
@@ -59,15 +69,18 @@ class Player(Node):
         self.create_service(Trigger, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/resume", self._on_resume)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
-        if sys.stderr.isatty():
-            self.create_timer(PROGRESS_PERIOD_S, self._show_progress)
-        self._timer = self.create_timer(POLL_S, self._step)
+        in_terminal = sys.stderr.isatty()
+        period_s = PROGRESS_PERIOD_S if in_terminal else LOGGED_PERIOD_S
+        steady_timer(self, period_s, self._show_progress if in_terminal else self._log_progress)
+        self._timer = steady_timer(self, POLL_S, self._step)
         self._step()
 
     def _make_publishers(self) -> dict[str, Publisher]:
         publishers = {}
         # Latched topics first: their subscribers are found while the rest is set up.
         for topic in sorted(self._playlist.topics, key=lambda topic: not topic.latched):
+            if topic.name == CLOCK and self._settings.clock:
+                continue
             try:
                 found = message_class(topic.msgtype)
             except InputError as error:
@@ -93,7 +106,9 @@ class Player(Node):
         if self._playback.paused or self._finished:
             self._sleep(LONGEST_WAIT_NS)
             return
-        self._publish(self._playlist.due(self._playback.position_ns(now_ns)))
+        position_ns = self._playback.position_ns(now_ns)
+        self._publish(self._playlist.due(position_ns))
+        self._show_time(min(position_ns, self._playlist.end_ns))
         next_ns = self._playlist.next_ns
         if next_ns is None:
             self._end(now_ns)
@@ -101,7 +116,8 @@ class Player(Node):
             self._sleep(self._playback.wait_ns(next_ns, time.monotonic_ns()))
 
     def _sleep(self, wait_ns: int) -> None:
-        self._timer.timer_period_ns = min(max(wait_ns, 1), LONGEST_WAIT_NS)
+        longest_ns = LONGEST_WAIT_NS if self._time_publisher is None else CLOCK_PERIOD_NS
+        self._timer.timer_period_ns = min(max(wait_ns, 1), longest_ns)
         self._timer.reset()
 
     def _subscribers_are_there(self, now_ns: int) -> bool:
@@ -156,11 +172,19 @@ class Player(Node):
     def _publish(self, messages: Iterable[BagMessage]) -> None:
         for message in messages:
             publisher = self._bag_publishers.get(message.topic)
+            self._show_time(max(message.stamp_ns, self._playlist.start_ns))
             if publisher is None:
                 self._counters.add("skipped_unknown_type")
                 continue
             publisher.publish(bytes(message.data))
             self._counters.add("played")
+
+    def _show_time(self, stamp_ns: int) -> None:
+        """Publish the bag's time: before each message, and while none is due."""
+        if self._time_publisher is None or stamp_ns == self._time_shown_ns:
+            return
+        self._time_shown_ns = stamp_ns
+        self._time_publisher.publish(Clock(clock=ns_to_stamp(stamp_ns)))
 
     # -- services and state ---------------------------------------------------------------------
 
@@ -199,10 +223,19 @@ class Player(Node):
         values = {"position_s": f"{self._position_s():.3f}", **self._counters.as_dict()}
         return Report(level=Level.OK, message=message, values=values)
 
-    def _show_progress(self) -> None:
+    def _progress(self) -> str:
+        position_s, duration_s = self._position_s(), self._bag.duration_s
+        share = 100.0 * position_s / duration_s if duration_s > 0.0 else 100.0
         state = " (paused)" if self._playback is not None and self._playback.paused else ""
-        sys.stderr.write(f"\r{self._position_s():.1f} of {self._bag.duration_s:.1f} s{state}\033[K")
+        return f"{position_s:.1f} of {duration_s:.1f} s, {share:.0f} %{state}"
+
+    def _show_progress(self) -> None:
+        sys.stderr.write(f"\r{self._progress()}\033[K")
         sys.stderr.flush()
+
+    def _log_progress(self) -> None:
+        if self._playback is not None and not self._finished:
+            self.get_logger().info(self._progress())
 
     def destroy_node(self) -> None:
         """Close the bag."""

@@ -23,11 +23,17 @@ from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import Losses, NotWoken, nobody, waiting
 from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.recorder_parameters import RecorderParameters
-from pose_fusion.recording.recording import Recording, free_path
+from pose_fusion.recording.recording import (
+    Recording,
+    continued_path,
+    dated_path,
+    free_path,
+)
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import RCLError, run_node
+from pose_node.nodes.steady_timer import steady_timer
 
 DISCOVERY_PERIOD_S = 0.2
 LOOKED_AGAIN = 5  # [-] as rarely are topics looked at again that are recorded already
@@ -41,10 +47,9 @@ class Recorder(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("recorder", **options)
         self._settings = declare_parameters(self, RecorderParameters)
-        if not self._settings.output:
-            raise ParameterError("output is not set: name the folder to make")
-        if self._settings.all == bool(self._settings.topics):
+        if self._settings.all and self._settings.topics:
             raise ParameterError("set either topics, or all to true")
+        self._output = Path(self._settings.output or dated_path())
         self._wanted = [self._resolved(topic) for topic in self._settings.topics]
         self._subscriptions_by_topic: dict[str, Subscription] = {}
         self._losses_by_topic: dict[str, Losses] = {}
@@ -54,12 +59,12 @@ class Recorder(Node):
         self._looks = 0
         self._recording: Recording | None = None
         if not self._settings.start_paused:
-            self._begin(Path(self._settings.output))
+            self._begin(continued_path(self._output))
         self.create_service(Trigger, "~/start", self._on_start)
         self.create_service(Trigger, "~/stop", self._on_stop)
-        self.create_timer(DISCOVERY_PERIOD_S, self._discover)
-        self.create_timer(TAKING_PERIOD_S, self._take)
-        self.create_timer(FLUSH_PERIOD_S, self._flush)
+        steady_timer(self, DISCOVERY_PERIOD_S, self._discover)
+        steady_timer(self, TAKING_PERIOD_S, self._take)
+        steady_timer(self, FLUSH_PERIOD_S, self._flush)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
 
     # -- bags -----------------------------------------------------------------------------------
@@ -90,7 +95,7 @@ class Recorder(Node):
         if self._recording is not None:
             response.message = f"recording already, into {self._recording.path}"
             return response
-        path = free_path(Path(self._settings.output))
+        path = free_path(self._output)
         try:
             self._begin(path)
         except InputError as error:
@@ -193,8 +198,10 @@ class Recorder(Node):
             for topic, subscription in self._subscriptions_by_topic.items()
             for data, noted in waiting(subscription)
         ]
+        clock = self.get_clock()
+        simulated_ns = clock.now().nanoseconds if clock.ros_time_is_active else None
         for stamp_ns, topic, data in sorted(entries, key=itemgetter(0)):
-            self._recording.write(topic, data, stamp_ns)
+            self._recording.write(topic, data, stamp_ns if simulated_ns is None else simulated_ns)
 
     def _report(self) -> Report:
         recording = self._recording
@@ -244,8 +251,8 @@ def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
     parser = argparse.ArgumentParser(
         prog="record",
         description="Record topics into a rosbag2 folder until Ctrl-C.",
-        epilog="Without TOPIC, every topic that appears is recorded. ROS arguments may follow"
-        " after --ros-args.",
+        epilog="Without TOPIC, every topic that appears is recorded; without OUTPUT, into"
+        " out/record-DATE-TIME. ROS arguments may follow after --ros-args.",
     )
     parser.add_argument("topic", nargs="*", metavar="TOPIC", help="a topic to record")
     parser.add_argument("-o", dest="output", metavar="OUTPUT", help="short for --output")
@@ -254,9 +261,6 @@ def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
     topics = options.pop("topic")
     if topics:
         options["topics"] = [*topics, *(options["topics"] or [])]
-    # `ros2 run` and launch files say it all with ROS's arguments.
-    if words and options["all"] is None and not options["topics"]:
-        options["all"] = True
     return [
         Parameter(name, value=options[name])
         for name in specs(RecorderParameters)

@@ -15,6 +15,9 @@ class PlayerParameters:
         1.0, doc="how many times faster than it was recorded", low=0.01, high=100.0
     )
     start_offset: float = parameter(0.0, unit="s", doc="where in the bag to begin", low=0.0)
+    clock: bool = parameter(
+        False, doc="publish the bag's time on `/clock`, for nodes with `use_sim_time`"
+    )
     loop: bool = parameter(False, doc="begin anew at the end")
     start_paused: bool = parameter(False, doc="wait for the service `~/resume` before beginning")
     pause_at_end: bool = parameter(False, doc="stay at the end instead of exiting")

@@ -9,9 +9,9 @@ from pose_core.parameters import parameter
 class RecorderParameters:
     """What is recorded, and where to."""
 
-    output: str = parameter("", doc="the folder to make; it must not exist")
-    topics: tuple[str, ...] = parameter((), doc="topics to record")
-    all: bool = parameter(False, doc="record every topic that appears, instead of `topics`")
+    output: str = parameter("", doc="the folder to make; empty: a dated one in `out`")
+    topics: tuple[str, ...] = parameter((), doc="topics to record; all that appear if empty")
+    all: bool = parameter(False, doc="record every topic that appears, as without `topics`")
     start_paused: bool = parameter(
         False, doc="wait for the service `~/start` before recording into `output`"
     )

@@ -9,6 +9,7 @@ import contextlib
 import os
 import shutil
 import sqlite3
+import time
 from pathlib import Path
 from typing import cast
 
@@ -18,14 +19,10 @@ from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
 from pose_core.errors import InputError, PoseError
+from pose_io.bag_repair import END
 from pose_io.bag_writer import STORAGES
 from pose_io.typestore import make_typestore, register_package
 
-MCAP_END = (
-    b"\x0f" + (4).to_bytes(8, "little") + bytes(4)  # data end, no checksum
-    + b"\x02" + (20).to_bytes(8, "little") + bytes(20)  # footer, no summary
-    + b"\x89MCAP0\r\n"
-)  # fmt: skip
 MOST_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a chunk by itself
 
 
@@ -36,6 +33,18 @@ def free_path(path: Path) -> Path:
         number += 1
         candidate = path.with_name(f"{path.name}-{number}")
     return candidate
+
+
+def dated_path() -> Path:
+    """Where a recording goes that nobody has named."""
+    return free_path(Path("out") / time.strftime("record-%Y%m%d-%H%M%S"))
+
+
+def continued_path(path: Path) -> Path:
+    """The path itself, or a free one beside it if a recorder was killed in its midst."""
+    files = [*path.glob("*.mcap"), *path.glob("*.db3")]
+    is_cut_short = bool(files) and not (path / "metadata.yaml").exists()
+    return free_path(path) if is_cut_short else path
 
 
 class RecordingError(PoseError):
@@ -138,7 +147,7 @@ class Recording:
             if isinstance(storage, McapWriter):
                 storage.close_chunk()
                 self._end = storage.bio.tell()
-                storage.bio.write(MCAP_END)
+                storage.bio.write(END)
                 storage.bio.flush()
                 storage.bio.seek(self._end)
             elif isinstance(storage, Sqlite3Writer):
@@ -181,7 +190,7 @@ class Recording:
                 if isinstance(storage, McapWriter):
                     os.truncate(storage.path, self._end)
                     with storage.path.open("ab") as end:
-                        end.write(MCAP_END)
+                        end.write(END)
                 # What is left to write is the description beside the file.
                 self._writer.storage = cast(McapWriter, _Ended(storage.path))
                 self._writer.close()

@@ -141,6 +141,7 @@ class LiveGraph:
     def __init__(self, launch_file: str, arguments: dict[str, str], log: Path) -> None:
         self._command: list[str | Path] = [
             executable("pose_launch", "up"),
+            "--keep-running",
             launch_file,
             *(f"{name}:={value}" for name, value in arguments.items()),
         ]

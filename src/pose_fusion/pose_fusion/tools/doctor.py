@@ -10,11 +10,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from pose_core.errors import InputError
+from pose_fusion.tools.doctor_bag import doctor_bag
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
 from pose_fusion.watching.findings import Finding, Verdict, graph_findings
 from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.machine import machine_findings
 from pose_node.command_line import run_tool
+from pose_node.plain_console import plain_console
 
 LISTEN_S = 4.0  # [s] diagnostics come once a second
 MARKS = {
@@ -30,6 +33,15 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         prog="pose doctor",
         description=__doc__,
         epilog="Exit code: 0 if nothing is wrong, 1 if something is.",
+    )
+    parser.add_argument(
+        "bag", nargs="?", type=Path, metavar="BAG", help="look at this recording instead"
+    )
+    parser.add_argument(
+        "--output",
+        type=Path,
+        metavar="MENDED",
+        help="write what is whole of BAG as a new bag; BAG itself is never changed",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     add_listen_option(
@@ -77,6 +89,10 @@ def as_table(findings: Sequence[Finding]) -> Table:
 def run() -> int:
     """The tool; its exit code."""
     options = parse_arguments()
+    if options.bag is not None:
+        return doctor_bag(options.bag, options.output)
+    if options.output is not None:
+        raise InputError("--output is of no use without BAG: name the recording to mend")
     errors = Console(stderr=True)
     findings = list(machine_findings(Path.cwd(), os.environ))
     if options.listen > 0.0:
@@ -88,7 +104,7 @@ def run() -> int:
         entries = [{**vars(finding), "verdict": finding.verdict.value} for finding in findings]
         print(json.dumps({"wrong": len(wrong), "findings": entries}, indent=1))
     else:
-        console = Console(highlight=False)
+        console = plain_console()
         console.print(as_table(findings))
         summary = f"{len(wrong)} things are wrong" if len(wrong) != 1 else "1 thing is wrong"
         console.print(f"\n{summary}" if wrong else "\nnothing is wrong")

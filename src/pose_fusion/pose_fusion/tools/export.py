@@ -44,7 +44,8 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "--rate",
         type=_rate,
         metavar="HZ",
-        help=f"constant rate (default: the bag's, rounded); {' and '.join(own)} keep every instant",
+        help="resample to a constant rate, such as 30, 60 or 100 (default: trc, mot, bvh and c3d: "
+        "the bag's, rounded; csv and json: every instant as it is)",
     )
     parser.add_argument(
         "--opensim-model",
@@ -90,12 +91,15 @@ def summary(
     """What was written, and what a reader of it has to know."""
     duration_s = float(written.times_s[-1])
     exporter = EXPORTERS[arguments.to]
-    spacing = f"at {rate:g} Hz" if exporter.constant_rate else "each with its own stamp"
+    own = written is recorded
+    spacing = "each with its own stamp" if own else f"at {rate:g} Hz"
     lines = [f"{arguments.output}: {len(written)} frames of '{written.body}', {spacing}"]
     lines[0] += f", {duration_s:.1f} s, {written.model.size} degrees of freedom"
     gaps = int(np.sum(written.is_gap))
     if gaps and exporter.fills_gaps:
         lines.append(f"{gaps} frames lie in gaps of the recording: they are interpolated")
+    elif gaps and arguments.to == "json":
+        lines.append(f"{gaps} frames lie in gaps of the recording: they are left out")
     elif gaps:
         lines.append(f"{gaps} frames lie in gaps of the recording: their joints are left empty")
     residual = recorded.rigid_residual
@@ -131,7 +135,8 @@ def run() -> None:
         progress.update(task, description="writing", total=None)
         rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
         exporter = EXPORTERS[arguments.to]
-        written = recorded.at_rate(rate) if exporter.constant_rate else recorded
+        keeps_stamps = not exporter.constant_rate and arguments.rate is None
+        written = recorded if keeps_stamps else recorded.at_rate(rate)
         options = ExportOptions(
             file_name=arguments.output.name, rate=rate, opensim_model=arguments.opensim_model
         )

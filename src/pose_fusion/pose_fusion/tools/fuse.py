@@ -15,6 +15,7 @@ from pose_core.api import (
     Extrinsics,
     FusionParameters,
     FusionPipeline,
+    body_model_of,
     extrinsics_from_map,
     load_body_shape,
     make_urdf,
@@ -32,6 +33,7 @@ from pose_fusion.conversions import (
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
+from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagSamples, read_extrinsics
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
@@ -167,6 +169,7 @@ def fuse(
     console = console or Console(stderr=True)
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
+    prepare_visibly(parameters.estimator, body_model_of(parameters).name, console)
     extrinsics = find_extrinsics(bag, parameters, console)
     pipeline = make_pipeline(parameters, extrinsics, console)
     columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))

@@ -58,13 +58,18 @@ def csv_text(motion: BodyMotion) -> str:
 
 
 def json_lines_text(motion: BodyMotion) -> str:
-    """One JSON object a line: where each segment is, and how it is turned, in ``map``."""
+    """One JSON object a line: where each segment is, and how it is turned, in ``map``.
+
+    Instants that are interpolated across a gap of the recording are left out.
+    """
     poses = {
         name: (position.round(6).tolist(), quaternion.round(7).tolist())
         for name, (position, quaternion) in segment_poses(motion).items()
     }
     lines = []
     for index, stamp in enumerate(motion.stamps_ns.tolist()):
+        if motion.is_gap[index]:
+            continue
         segments = {
             name: {"position": positions[index], "quaternion": quaternions[index]}
             for name, (positions, quaternions) in poses.items()

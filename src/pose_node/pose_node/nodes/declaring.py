@@ -38,10 +38,12 @@ def declare_parameters(node: Node, parameters: type[T], changeable: Collection[s
     """
     # rclpy passes over what is set but never declared, and has no public way to ask for it.
     given = node._parameter_overrides
+    known = specs(parameters)
+    given.update({name: as_declared(value, known) for name, value in given.items()})
     ours = [n for n in given if n not in OF_EVERY_NODE and not n.startswith(QOS_OVERRIDES)]
     refuse_unknown(parameters, ours)
     values = {}
-    for name, (default, spec) in specs(parameters).items():
+    for name, (default, spec) in known.items():
         plain = list(default) if isinstance(default, tuple) else default
         try:
             descriptor = _descriptor(default, spec)
@@ -52,7 +54,19 @@ def declare_parameters(node: Node, parameters: type[T], changeable: Collection[s
         except InvalidParameterValueException as error:
             checked(name, given[name].value, default, spec)  # says it in our words
             raise ParameterError(f"{name} is outside {spec.range_text}: {error}") from error
+    # `ros2 param set NODE rate 10`, too.
+    node.add_pre_set_parameters_callback(
+        lambda changes: [as_declared(change, known) for change in changes]
+    )
     return from_mapping(parameters, values)
+
+
+def as_declared(given: Parameter, known: Mapping[str, tuple[Any, ParameterSpec]]) -> Parameter:
+    """A parameter in its declared type: an integer is a number where a double is declared."""
+    default, _ = known.get(given.name, (None, None))
+    if isinstance(default, float) and given.type_ == Parameter.Type.INTEGER:
+        return Parameter(given.name, Parameter.Type.DOUBLE, float(given.value))
+    return given
 
 
 def accept_changes(

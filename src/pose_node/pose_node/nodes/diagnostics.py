@@ -7,6 +7,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 
 from pose_node.level import Level
+from pose_node.nodes.steady_timer import steady_timer
 
 PERIOD_S = 1.0
 
@@ -34,7 +35,7 @@ class DiagnosticsPublisher:
         self._report = report
         self._hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self._timer = node.create_timer(PERIOD_S, self.publish)
+        self._timer = steady_timer(node, PERIOD_S, self.publish)
 
     def publish(self) -> None:
         """Publish the state now."""

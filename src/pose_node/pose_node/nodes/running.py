@@ -11,30 +11,54 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from pose_core.errors import PoseError
-from pose_node.entry import Interrupt
+from pose_node.entry import Interrupt, leave
 from pose_node.nodes.executor import QuickExecutor
+from pose_node.nodes.help import answer_arguments
 
 RCLError = rclpy_implementation.RCLError
 
 
-def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> None:
-    """Make a node, spin it until it is asked to stop, and exit.
+def run_node(
+    make_node: Callable[[], Node],
+    args: Sequence[str] | None = None,
+    parameters: type | None = None,
+) -> None:
+    """Make a node, spin it until it is asked to stop by SIGINT or SIGTERM, and exit.
 
     Args:
         make_node: Makes the node; a :class:`PoseError` from it becomes one line and status 1.
         args: The process's arguments, ``sys.argv`` if None.
+        parameters: The dataclass of a node that takes nothing but ROS's arguments: ``--help``
+            lists its fields.
     """
-    status = 0
-    node: Node | None = None
-    executor: QuickExecutor | None = None
-    interrupt = Interrupt()
-    signal.signal(signal.SIGINT, interrupt)  # before rclpy's own handler, which calls it
+    if parameters is not None:
+        answer_arguments(make_node, parameters, args)
+    interrupt = Interrupt(once=True)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, interrupt)  # before rclpy's own handlers, which call it
+    try:
+        status = _init(args) or _spin_to_end(make_node, interrupt)
+    except KeyboardInterrupt:
+        status = 0
+    leave(status)
+
+
+def _init(args: Sequence[str] | None) -> int:
+    """Start ROS; 1 if its arguments are wrong."""
     try:
         rclpy.init(args=list(args) if args is not None else None)
     except RCLError as error:  # a bad --ros-args, or a parameter file that is none
         reason = " ".join(str(error).split(", at /")[0].split())
         print(f"error: {reason}", file=sys.stderr)
-        sys.exit(1)
+        return 1
+    return 0
+
+
+def _spin_to_end(make_node: Callable[[], Node], interrupt: Interrupt) -> int:
+    """Make a node, spin it, and take it down; the process's exit code."""
+    status = 0
+    node: Node | None = None
+    executor: QuickExecutor | None = None
     try:
         node = make_node()
         # In the midst of a callback an exception could hit an import, or a file that is written;
@@ -66,4 +90,4 @@ def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -
         if executor is not None:
             executor.shutdown()
         rclpy.try_shutdown()
-    sys.exit(status)
+    return status

@@ -24,6 +24,7 @@ from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
 from pose_view.live import LiveGraph
 from pose_view.nodes.newest import Newest, first_child
 from pose_view.parameters import ViewParameters
@@ -65,7 +66,7 @@ class ViewerNode(Node):
             name: self.create_client(SetParameters, f"{name}/set_parameters") for name in FOLLOWERS
         }
         self._diagnostics = DiagnosticsPublisher(self, self._report)
-        self._timer = self.create_timer(IDLE_NS / NS_PER_S, self._step)
+        self._timer = steady_timer(self, IDLE_NS / NS_PER_S, self._step)
         self.get_logger().info(f"open {self.viewer.server.address} in a browser")
 
     # -- what the buttons ask for; called on the page's threads ---------------------------------
@@ -243,4 +244,4 @@ def run_viewer(parameters: ViewParameters) -> None:
 
 def main() -> None:
     """Entry point of the executable."""
-    run_node(ViewerNode)
+    run_node(ViewerNode, parameters=ViewParameters)

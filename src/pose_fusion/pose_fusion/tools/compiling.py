@@ -1,0 +1,54 @@
+"""Says how far the estimator's compilation is, which the very first start waits for."""
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from pose_core.fusion.preparing import prepare
+from pose_core.kernels.compiling import COMPILED_FOLDER
+
+LOOK_S = 0.5  # [s] between looks at what has been compiled
+
+
+def prepare_visibly(estimator: str, model_name: str, console: Console) -> None:
+    """Have an estimator's kernels ready; show progress if they have to be compiled first.
+
+    Args:
+        estimator: Its name.
+        model_name: Of the body model.
+        console: Where to show it.
+    """
+    if _compiled():
+        prepare(estimator, model_name)
+        return
+    with _progress(console):
+        prepare(estimator, model_name)
+
+
+def _compiled() -> int:
+    """How many kernels there are, compiled for this machine."""
+    return sum(1 for _ in COMPILED_FOLDER.rglob("*.nbi"))
+
+
+@contextmanager
+def _progress(console: Console) -> Iterator[None]:
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    is_done = threading.Event()
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("compiling", total=None)
+
+        def look() -> None:
+            while not is_done.wait(LOOK_S):
+                text = f"compiling the estimator for this machine: {_compiled()} functions"
+                progress.update(task, description=text)
+
+        watcher = threading.Thread(target=look, daemon=True)
+        watcher.start()
+        try:
+            yield
+        finally:
+            is_done.set()
+            watcher.join()

@@ -1,0 +1,187 @@
+"""Bags whose recording was cut off: what is whole in them, and a whole bag made of it."""
+
+import mmap
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from rosbags.interfaces import QosReliability
+from rosbags.rosbag2.storage_mcap import decompress
+
+from pose_core.errors import InputError
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import BagReader, open_bag
+from pose_io.mcap import CHUNK_HEAD, CHUNK_KIND, COMPRESSION, RECORD
+
+MAGIC = b"\x89MCAP0\r\n"
+HEADER_KIND, FOOTER_KIND, DATA_END_KIND = 1, 2, 15
+FOOTER_SIZE = 20  # [bytes]
+END = (
+    b"\x0f" + (4).to_bytes(8, "little") + bytes(4)  # data end, no checksum
+    + b"\x02" + FOOTER_SIZE.to_bytes(8, "little") + bytes(FOOTER_SIZE)  # footer, no summary
+    + MAGIC
+)  # fmt: skip
+KINDS = range(HEADER_KIND, DATA_END_KIND + 1)
+LEAST_DEPTH = 10  # [messages] that a topic's publisher offers when it is played
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """How much of an MCAP file is whole.
+
+    Attributes:
+        whole: Bytes up to the end of the last whole record of data.
+        size: Bytes of the file.
+        ends: Whether the file has an end.
+        has_index: Whether it has an index, without which other programs may refuse it.
+        problem: What comes after the whole part, if it is not the end.
+    """
+
+    whole: int
+    size: int
+    ends: bool
+    has_index: bool
+    problem: str = ""
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether nothing is to be mended."""
+        return self.ends and self.has_index
+
+
+def mcap_file(bag: Path) -> Path:
+    """The one MCAP file of a bag.
+
+    Raises:
+        InputError: If there is none, or there are several.
+    """
+    if bag.is_file() and bag.suffix == ".mcap":
+        return bag
+    files = sorted(bag.glob("*.mcap"))
+    if len(files) != 1:
+        found = f"{len(files)} .mcap files" if files else "no .mcap file"
+        raise InputError(f"{bag} holds {found}: expected a bag of one .mcap file, or that file")
+    return files[0]
+
+
+def examine(path: Path) -> Condition:
+    """Walk through a file from its beginning until it ends or is damaged.
+
+    Raises:
+        InputError: If it cannot be read, or is no MCAP file from the start.
+    """
+    try:
+        with path.open("rb") as file:
+            if file.read(len(MAGIC)) != MAGIC:
+                raise InputError(f"{path} does not begin as an MCAP file: there is nothing to mend")
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+                return _walk(content)
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+
+
+def _walk(content: mmap.mmap) -> Condition:
+    at, size = len(MAGIC), len(content)
+    while True:
+        problem = ""
+        if at + RECORD.size > size:
+            problem = f"{size - at} bytes of a record's head" if at < size else "nothing more"
+        else:
+            kind, length = RECORD.unpack_from(content, at)
+            begin = at + RECORD.size
+            if kind == DATA_END_KIND and content[size - len(MAGIC) :] == MAGIC:
+                footer_at = size - len(MAGIC) - FOOTER_SIZE
+                has_index = content[footer_at : footer_at + 8] != bytes(8)
+                return Condition(whole=at, size=size, ends=True, has_index=has_index)
+            if kind not in KINDS or kind in (FOOTER_KIND, DATA_END_KIND):
+                problem = "bytes that are no record"
+            elif begin + length > size:
+                problem = f"{size - begin} of the {length} bytes of a record"
+            elif kind == CHUNK_KIND:
+                problem = _problem_of_chunk(content, begin, length)
+        if problem:
+            return Condition(whole=at, size=size, ends=False, has_index=False, problem=problem)
+        at = begin + length
+
+
+def _problem_of_chunk(content: mmap.mmap, begin: int, length: int) -> str:
+    """What is wrong with a chunk; nothing if it can be unpacked."""
+    *_, unpacked_size, checksum = CHUNK_HEAD.unpack_from(content, begin)
+    at = begin + CHUNK_HEAD.size
+    (name_size,) = COMPRESSION.unpack_from(content, at)
+    at += COMPRESSION.size
+    try:
+        compression = content[at : at + name_size].decode()
+        packed = content[at + name_size + 8 : begin + length]
+        decompress(packed, compression, unpacked_size, checksum)
+    except Exception as error:  # whatever damaged bytes lead to
+        return f"a damaged chunk ({error})"
+    return ""
+
+
+def repair(
+    path: Path,
+    condition: Condition,
+    output: Path,
+    progress: Callable[[float], None] | None = None,
+) -> int:
+    """Write what is whole of a file as a new bag, in order and with an index.
+
+    Args:
+        path: The MCAP file; it stays as it is.
+        condition: Of :func:`examine`.
+        output: The folder to make.
+        progress: Called now and then with the share that has been written.
+
+    Returns:
+        How many messages there are.
+
+    Raises:
+        InputError: If there is nothing to save, or the new bag cannot be written.
+    """
+    with tempfile.TemporaryDirectory(prefix="pose_repair_") as folder:
+        if condition.ends:
+            return _rewrite(path, output, progress)
+        closed = Path(folder) / path.name
+        _copy_closed(path, condition.whole, closed)
+        return _rewrite(closed, output, progress)
+
+
+def _copy_closed(path: Path, whole: int, copy: Path) -> None:
+    try:
+        with path.open("rb") as source, copy.open("wb") as target:
+            left = whole
+            while left and (block := source.read(min(left, 1 << 20))):
+                target.write(block)
+                left -= len(block)
+            target.write(END)
+    except OSError as error:
+        raise InputError(f"cannot write {copy}: {error.strerror}") from error
+
+
+def _rewrite(path: Path, output: Path, progress: Callable[[float], None] | None) -> int:
+    with open_bag(path) as bag, BagWriter(output, typestore=bag.typestore) as writer:
+        for topic in bag.topics.values():
+            reliable = [one.reliability != QosReliability.BEST_EFFORT for one in topic.offered]
+            depths = [one.depth for one in topic.offered]
+            writer.add_topic(
+                topic.name,
+                topic.msgtype,
+                latched=topic.latched,
+                reliable=all(reliable),
+                depth=max(LEAST_DEPTH, *depths) if depths else LEAST_DEPTH,
+            )
+        return _copy_messages(bag, writer, progress)
+
+
+def _copy_messages(
+    bag: BagReader, writer: BagWriter, progress: Callable[[float], None] | None
+) -> int:
+    span_ns = max(1, bag.end_ns - bag.start_ns)
+    for batch in bag.batches():
+        for connection, stamp_ns, data in batch:
+            writer.write_serialized(connection.topic, connection.msgtype, data, stamp_ns)
+        if progress is not None:
+            progress((batch[-1][1] - bag.start_ns) / span_ns)
+    return writer.message_count

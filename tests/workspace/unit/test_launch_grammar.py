@@ -1,0 +1,59 @@
+"""Every launch file of ours is one of ``ros2 launch``, by its grammar and its scoping rules."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from launch_grammar import complaints
+
+SRC = Path(__file__).resolve().parents[2] / "src"
+FILES = sorted(SRC.glob("*/launch/*.launch.yaml"))
+
+
+def walk(actions):
+    for action in actions:
+        ((kind, element),) = action.items()
+        yield kind, element
+        if kind == "group":
+            yield from walk(element["children"] if isinstance(element, dict) else element)
+
+
+def test_there_are_launch_files():
+    assert {"capture", "demo", "fusion", "imu", "kinect", "sensors", "view"} <= {
+        file.name.split(".")[0] for file in FILES
+    }
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_it_uses_only_what_the_yaml_front_end_defines(file):
+    assert complaints(file) == []
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_its_nodes_are_started_again_when_they_die(file):
+    for kind, element in walk(yaml.safe_load(file.read_text())["launch"]):
+        if kind == "node":
+            assert element.get("respawn") == "true", element["exec"]
+            assert 0.0 < element["respawn_delay"] <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("- arg: {name: x, default: 2.5}", "'default' of 'arg' is 2.5"),
+        ("- node: {pkg: a, exec: b, respawn_delay: 1}", "'respawn_delay' of 'node' is 1"),
+        ("- node: {pkg: a}", "'node' lacks 'exec'"),
+        ("- node: {pkg: a, exec: b, params: []}", "has no attribute 'params'"),
+        ("- node: {pkg: a, exec: b, param: [{value: $(dirname)}]}", r"\$\(dirname …\)"),
+        ("- group: {scoped: 'false', children: []}", "'scoped' of 'group' is 'false'"),
+        ("- group: [{nod: {}}]", "no action 'nod'"),
+        ("- include: {file: $(dirname)/x.yaml}", r"\$\(dirname …\)"),
+    ],
+)
+def test_the_grammar_tells_what_is_wrong(tmp_path, text, complaint):
+    file = tmp_path / "x.launch.yaml"
+    file.write_text(f"launch:\n{text}\n")
+
+    (found,) = complaints(file)
+
+    assert complaint.replace("\\", "") in found
