@@ -10,6 +10,7 @@ setup(
     name=package_name,
     version="0.1.0",
     packages=find_packages(),
+    package_data={package_name: ["joint_map_data/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
         (f"share/{package_name}", ["package.xml", "README.md"]),
@@ -18,7 +19,7 @@ setup(
     ],
     install_requires=["setuptools"],
     zip_safe=True,
-    description="Skeletons of one Kinect, from a recording, as ROS messages",
+    description="Skeletons of one sensor, live or recorded, as ROS messages",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [

@@ -12,10 +12,11 @@ import numpy as np
 
 from kinect_bridge.formats.format import Format
 from kinect_bridge.formats.table import Table, read_table
-from kinect_bridge.joint_maps import KINECT_V2
+from kinect_bridge.joint_map_files import shipped_joint_map
 from kinect_bridge.recording import Recording, SensorStream, make_recording, make_stream
 from pose_common.joints import TrackingState
 
+KINECT_V2 = shipped_joint_map("kinect_v2")
 NS_PER_MS = 1_000_000
 NS_PER_SENSOR_TICK = 100
 UNIX_EPOCH_MS = 62_135_596_800_000  # [ms] from 0001-01-01 to 1970-01-01
