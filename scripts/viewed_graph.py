@@ -64,7 +64,7 @@ def viewed_graph(session: Session, folder: Path, *arguments: str) -> Iterator[Vi
     ]
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
     launch: Sequence[str | Path] = [
-        executable("pose_common", "up"),
+        executable("pose_launch", "up"),
         "demo.launch.yaml",
         f"session:={folder / 'session'}",
         f"start_at:={start_at_ns}",

@@ -21,6 +21,6 @@ setup(
     description="Body-worn IMUs on serial ports, as ROS topics",
     license="Apache-2.0",
     entry_points={
-        "console_scripts": ["imu_bridge = pose_common.entry:start.imu_bridge.nodes.imu_bridge"]
+        "console_scripts": ["imu_bridge = pose_node.entry:start.imu_bridge.nodes.imu_bridge"]
     },
 )

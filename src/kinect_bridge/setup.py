@@ -10,7 +10,6 @@ setup(
     name=package_name,
     version="0.1.0",
     packages=find_packages(),
-    package_data={package_name: ["joint_map_data/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
         (f"share/{package_name}", ["package.xml", "README.md"]),
@@ -23,8 +22,8 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "kinect_bridge = pose_common.entry:start.kinect_bridge.nodes.kinect_bridge",
-            "inspect = pose_common.entry:start.kinect_bridge.tools.inspect",
+            "kinect_bridge = pose_node.entry:start.kinect_bridge.nodes.kinect_bridge",
+            "inspect = pose_node.entry:start.kinect_bridge.tools.inspect",
         ]
     },
 )

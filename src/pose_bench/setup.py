@@ -16,5 +16,5 @@ setup(
     zip_safe=True,
     description="Benchmarks: how accurate the estimators are",
     license="Apache-2.0",
-    entry_points={"console_scripts": ["bench = pose_common.entry:start.pose_bench.tools.bench"]},
+    entry_points={"console_scripts": ["bench = pose_node.entry:start.pose_bench.tools.bench"]},
 )

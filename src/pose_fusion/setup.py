@@ -10,7 +10,6 @@ setup(
     name=package_name,
     version="0.1.0",
     packages=find_packages(),
-    package_data={f"{package_name}.body": ["body_models/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
         (f"share/{package_name}", ["package.xml", "README.md"]),
@@ -25,16 +24,16 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "calibration = pose_common.entry:start.pose_fusion.nodes.calibration",
-            "fusion = pose_common.entry:start.pose_fusion.nodes.fusion",
-            "player = pose_common.entry:start.pose_fusion.nodes.player",
-            "recorder = pose_common.entry:start.pose_fusion.nodes.recorder",
-            "calibrate = pose_common.entry:start.pose_fusion.tools.calibrate",
-            "demo = pose_common.entry:start.pose_fusion.tools.demo",
-            "export = pose_common.entry:start.pose_fusion.tools.export",
-            "doctor = pose_common.entry:start.pose_fusion.tools.doctor",
-            "fuse = pose_common.entry:start.pose_fusion.tools.fuse",
-            "top = pose_common.entry:start.pose_fusion.nodes.top",
+            "calibration = pose_node.entry:start.pose_fusion.nodes.calibration",
+            "fusion = pose_node.entry:start.pose_fusion.nodes.fusion",
+            "player = pose_node.entry:start.pose_fusion.nodes.player",
+            "recorder = pose_node.entry:start.pose_fusion.nodes.recorder",
+            "calibrate = pose_node.entry:start.pose_fusion.tools.calibrate",
+            "demo = pose_node.entry:start.pose_fusion.tools.demo",
+            "export = pose_node.entry:start.pose_fusion.tools.export",
+            "doctor = pose_node.entry:start.pose_fusion.tools.doctor",
+            "fuse = pose_node.entry:start.pose_fusion.tools.fuse",
+            "top = pose_node.entry:start.pose_fusion.nodes.top",
         ]
     },
 )

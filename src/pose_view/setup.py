@@ -22,9 +22,9 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "report = pose_common.entry:start.pose_view.tools.report",
-            "view = pose_common.entry:start.pose_view.tools.view",
-            "viewer = pose_common.entry:start.pose_view.nodes.viewer",
+            "report = pose_node.entry:start.pose_view.tools.report",
+            "view = pose_node.entry:start.pose_view.tools.view",
+            "viewer = pose_node.entry:start.pose_view.nodes.viewer",
         ]
     },
 )

@@ -15,7 +15,7 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu
 
 from imu_bridge.protocols.star import RawSample, encode
-from pose_common.joints import SEGMENTS
+from pose_core.joints import SEGMENTS
 from pose_sim.serial_device import PseudoTerminal
 from pose_sim.witmotion_device import Sampling, packets
 

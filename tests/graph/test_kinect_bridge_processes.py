@@ -10,7 +10,7 @@ import pytest
 from pose_msgs.msg import SkeletonArray
 from rclpy.qos import qos_profile_sensor_data
 
-from pose_common.conversions import stamp_to_ns
+from pose_node.conversions import stamp_to_ns
 
 pytestmark = pytest.mark.graph
 
@@ -93,7 +93,7 @@ def test_the_launch_file_starts_one_sensor_with_the_arguments_given(
 
     start_process(
         [
-            *(sys.executable, executable("up", "pose_common"), LAUNCH_FILE),
+            *(sys.executable, executable("up", "pose_launch"), LAUNCH_FILE),
             *(f"{name}:={value}" for name, value in arguments.items()),
         ]
     )

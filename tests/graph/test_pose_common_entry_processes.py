@@ -28,7 +28,7 @@ def slow(tmp_path, start_process, request):
     (tmp_path / "slow_tool.py").write_text(
         f"import time\nprint('importing', flush=True)\n{IMPORTS[request.param]}\n"
     )
-    code = "from pose_common.entry import start; start.slow_tool()"
+    code = "from pose_node.entry import start; start.slow_tool()"
     process = start_process(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(tmp_path)!r}); {code}"]
     )
@@ -44,7 +44,7 @@ def test_ctrl_c_while_it_imports_ends_it_without_a_traceback(slow):
 
 
 def test_a_module_that_is_not_there_is_told_of(start_process):
-    code = "from pose_common.entry import start; start.no_such_module()"
+    code = "from pose_node.entry import start; start.no_such_module()"
     process = start_process([sys.executable, "-c", code])
 
     assert process.wait() == 1
@@ -57,7 +57,7 @@ def test_ctrl_c_while_python_itself_starts_waits_for_the_executable(start_proces
         "import signal, time\n"
         "print('starting', flush=True)\n"
         "while signal.SIGINT not in signal.sigpending():\n    time.sleep(0.01)\n"
-        "from pose_common.entry import start; start.a_module_that_is_not_there()\n"
+        "from pose_node.entry import start; start.a_module_that_is_not_there()\n"
     )
     process = start_process(["env", "--block-signal=INT", sys.executable, "-c", waiting])
     process.wait_for_output("starting")

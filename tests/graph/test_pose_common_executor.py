@@ -11,7 +11,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from pose_common.nodes.executor import QuickExecutor
+from pose_node.nodes.executor import QuickExecutor
 
 pytestmark = pytest.mark.graph
 PATIENCE_S = 30.0

@@ -12,7 +12,7 @@ import os, signal, sys, time
 import rclpy
 from rclpy.node import Node
 from std_msgs.msg import String
-from pose_common.nodes.running import run_node
+from pose_node.nodes.running import run_node
 
 class Talker(Node):
     def __init__(self):
@@ -60,7 +60,7 @@ BUSY = """
 import sys, time
 import rclpy
 from rclpy.node import Node
-from pose_common.nodes.running import run_node
+from pose_node.nodes.running import run_node
 
 class Busy(Node):
     def __init__(self):
@@ -90,7 +90,7 @@ def test_a_callback_is_not_broken_off_by_a_signal(start_process, number):
 
 SLOW = """
 import time
-from pose_common.nodes.running import run_node
+from pose_node.nodes.running import run_node
 
 def make():
     print("making", flush=True)

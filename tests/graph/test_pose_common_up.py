@@ -31,7 +31,7 @@ def up(tmp_path, start_process):
         commands = {name: f"{sys.executable} {tmp_path / name}.py" for name in scripts or {}}
         file = tmp_path / "x.launch.yaml"
         file.write_text(textwrap.dedent(launch).format(**commands))
-        command = [sys.executable, "-c", "from pose_common.launcher.up import main; main()"]
+        command = [sys.executable, "-c", "from pose_launch.up import main; main()"]
         return start_process([*prefix, *command, str(file), *arguments])
 
     return up
@@ -248,8 +248,8 @@ def test_a_process_that_ignores_ctrl_c_is_terminated_and_then_killed(tmp_path, s
     hasty = tmp_path / "hasty.py"
     hasty.write_text(
         "import asyncio, signal, sys\n"
-        "from pose_common.launcher import supervising\n"
-        "from pose_common.launcher.processes import Process\n"
+        "from pose_launch import supervising\n"
+        "from pose_launch.processes import Process\n"
         "supervising.ESCALATION = ((signal.SIGINT, 0.1), (signal.SIGTERM, 0.1),"
         " (signal.SIGKILL, None))\n"
         "async def run(process):\n"
@@ -277,7 +277,7 @@ def test_a_reader_that_goes_away_stops_it(tmp_path, up, start_process):
     script = tmp_path / "chatty.py"
     script.write_text("import time\nwhile True:\n    print('again'); time.sleep(0.01)\n")
     file.write_text(f'launch: [executable: {{cmd: "{sys.executable} {script}"}}]')
-    command = f"{sys.executable} -c 'from pose_common.launcher.up import main; main()' {file}"
+    command = f"{sys.executable} -c 'from pose_launch.up import main; main()' {file}"
 
     process = start_process(["sh", "-c", f"{command} | head -n 3"], env={"SHELL": "/bin/sh"})
 

@@ -11,10 +11,10 @@ from rendered_board import Scene, board_poses
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image
 
-from pose_common.conversions import ns_to_stamp
-from pose_fusion.calibration.board.camera import Camera
-from pose_fusion.calibration.board.target import Board, BoardParameters
-from pose_fusion.calibration.extrinsics_file import load_extrinsics
+from pose_calibration.board.camera import Camera
+from pose_calibration.board.target import Board, BoardParameters
+from pose_calibration.files.extrinsics_file import load_extrinsics
+from pose_node.conversions import ns_to_stamp
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 

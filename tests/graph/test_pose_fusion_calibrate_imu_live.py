@@ -7,7 +7,7 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 from patience import PATIENCE_S
 
-from pose_fusion.calibration.imus.section import load_mountings
+from pose_calibration.imus.section import load_mountings
 from pose_fusion.tools.demo_start import first_lead_s
 
 pytestmark = pytest.mark.graph
@@ -37,7 +37,7 @@ def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_proc
     )
     start_process(
         [
-            *(executable("pose_common", "up"), "sensors.launch.yaml"),
+            *(executable("pose_launch", "up"), "sensors.launch.yaml"),
             *(f"recording:={session}/kinects.csv", "format:=csv", f"start_at:={start_at}"),
             *("sensor_left:=left", "sensor_right:=right", "imus:=true", f"imu_port:={link}"),
             *("imu_wait_for_port:=240.0", f"imu_nodes_file:={session}/imu_nodes.yaml"),

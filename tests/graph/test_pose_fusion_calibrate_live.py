@@ -11,8 +11,8 @@ from rclpy.qos import qos_profile_sensor_data
 from sample_messages import skeleton_message
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_fusion.calibration.extrinsics_file import load_extrinsics
-from pose_fusion.calibration.rigid_transform import inverse
+from pose_calibration.files.extrinsics_file import load_extrinsics
+from pose_core.transforms import inverse
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 

@@ -12,10 +12,10 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from patience import PATIENCE_S
 
-from pose_common.bags import open_bag
-from pose_common.joints import JOINTS
-from pose_fusion.body.joint_angles import ANGLES
+from pose_core.body.joint_angles import ANGLES
+from pose_core.joints import JOINTS
 from pose_fusion.tools.demo_processes import executable
+from pose_io.bags import open_bag
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 

@@ -8,12 +8,12 @@ from pose_msgs.msg import SkeletonArray
 from sample_messages import skeleton_message
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
-from pose_fusion.body.model import load_body_model
+from pose_core.body.model import load_body_model
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
 from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
 
 BODY = "/humans/bodies/subject"
 FUSE = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion/fuse"

@@ -7,7 +7,7 @@ from sensor_msgs.msg import JointState
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from test_pose_fusion_fuse_tool import write_bag
 
-from pose_common.bags import open_bag
+from pose_io.bags import open_bag
 
 EXECUTABLES = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion"
 STATES = "/humans/bodies/subject/joint_states"

@@ -10,8 +10,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
 
 pytestmark = pytest.mark.graph
 

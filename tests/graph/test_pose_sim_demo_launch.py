@@ -5,8 +5,8 @@ import time
 import pytest
 from ament_index_python.packages import get_package_prefix
 
-from pose_common.bags import open_bag
 from pose_fusion.tools.demo_start import first_lead_s
+from pose_io.bags import open_bag
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
@@ -28,7 +28,7 @@ def recorded(start_process, session, bag, lead_s):
     start_at = time.time_ns() + round(lead_s * 1e9)
     graph = start_process(
         [
-            executable("pose_common", "up"),
+            executable("pose_launch", "up"),
             "demo.launch.yaml",
             *(f"session:={session}", f"start_at:={start_at}", f"bag:={bag}"),
         ]

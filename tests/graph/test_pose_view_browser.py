@@ -12,7 +12,7 @@ from patience import PATIENCE_S
 from PIL import Image
 from viewed_bag import write_viewed_bag
 
-from pose_common.bags import open_bag
+from pose_io.bags import open_bag
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 VIEW = f"{get_package_prefix('pose_view')}/lib/pose_view/view"

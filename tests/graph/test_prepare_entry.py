@@ -25,7 +25,7 @@ def test_it_runs_from_anywhere_through_a_link(start_process, tmp_path):
     link = tmp_path / "pose"
     link.symlink_to(POSE)
 
-    process = start_process([link, "run", "pose_common", "up", "--help"], cwd=tmp_path)
+    process = start_process([link, "run", "pose_launch", "up", "--help"], cwd=tmp_path)
 
     assert process.wait() == 0
     assert process.output.startswith("usage: up")
@@ -35,8 +35,8 @@ def test_it_runs_from_anywhere_through_a_link(start_process, tmp_path):
     ("arguments", "code", "message"),
     [
         (["nonsense"], 2, "error: unknown verb 'nonsense'"),
-        (["run", "pose_common"], 2, "error: usage: ./pose run PACKAGE EXECUTABLE"),
-        (["run", "pose_common", "nothing"], 1, "error: found no executable 'nothing' in package"),
+        (["run", "pose_launch"], 2, "error: usage: ./pose run PACKAGE EXECUTABLE"),
+        (["run", "pose_launch", "nothing"], 1, "error: found no executable 'nothing' in package"),
         (["build", "--nonsense"], 2, "error: usage: ./pose build [--develop]"),
         (["build", "--help"], 0, "usage: ./pose build [--develop]"),
         (["run", "--help"], 0, "usage: ./pose run PACKAGE EXECUTABLE [arguments]"),

@@ -15,8 +15,8 @@ from sensor_msgs.msg import Imu, MagneticField
 from imu_bridge.filters import FILTERS
 from imu_bridge.nodes.imu_bridge import ImuBridge
 from imu_bridge.protocols.star import RawSample, encode
-from pose_common.conversions import stamp_to_ns
-from pose_common.errors import InputError, ParameterError
+from pose_core.errors import InputError, ParameterError
+from pose_node.conversions import stamp_to_ns
 
 MS = 1_000_000  # [ns]
 REST = RawSample(

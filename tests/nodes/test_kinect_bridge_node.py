@@ -8,9 +8,9 @@ from rclpy.parameter import Parameter
 from rclpy.qos import qos_profile_sensor_data
 
 from kinect_bridge.nodes.kinect_bridge import KinectBridge
-from pose_common.conversions import stamp_to_ns
-from pose_common.errors import InputError, ParameterError
-from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_core.errors import InputError, ParameterError
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_node.conversions import stamp_to_ns
 
 CSV = Path(__file__).parents[1] / "data" / "kinect_bridge" / "two_sensors.csv"
 MS = 1_000_000  # [ns]

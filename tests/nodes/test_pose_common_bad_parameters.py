@@ -6,9 +6,9 @@ import pytest
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from pose_common.errors import ParameterError
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.parameters import NAME, NAME_ENDING, parameter
+from pose_core.errors import ParameterError
+from pose_core.parameters import NAME, NAME_ENDING, parameter
+from pose_node.nodes.declaring import declare_parameters
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sample_messages import points
 from tf2_msgs.msg import TFMessage
 
-from pose_common.joints import JOINTS
+from pose_core.joints import JOINTS
 from pose_fusion.nodes.fusion import FusionNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -5,11 +5,11 @@ import numpy as np
 from rendered_board import Scene, board_pose
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from pose_common.conversions import ns_to_stamp
-from pose_fusion.calibration.board.camera import Camera
-from pose_fusion.calibration.board.collecting import BoardCollector
-from pose_fusion.calibration.board.target import Board, BoardParameters
+from pose_calibration.board.camera import Camera
+from pose_calibration.board.collecting import BoardCollector
+from pose_calibration.board.target import Board, BoardParameters
 from pose_fusion.nodes.board_images import BoardImagesNode
+from pose_node.conversions import ns_to_stamp
 
 BOARD = Board(BoardParameters(square=0.06))
 K = np.array([[400.0, 0.0, 240.0], [0.0, 400.0, 180.0], [0.0, 0.0, 1.0]])

@@ -7,9 +7,9 @@ from sample_messages import skeleton_message
 from sensor_msgs.msg import Imu, TimeReference
 from walking_person import samples
 
-from pose_common.conversions import ns_to_stamp, stamp_to_ns
-from pose_fusion.calibration.clocks import IMUS, Clock
+from pose_core.session.clocks import IMUS, Clock
 from pose_fusion.nodes.calibration import CalibrationNode
+from pose_node.conversions import ns_to_stamp, stamp_to_ns
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 

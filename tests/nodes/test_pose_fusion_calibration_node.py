@@ -12,13 +12,13 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from walking_person import LEFT, POSES, RIGHT, angle_deg, samples
 
-from pose_common.errors import InputError, ParameterError
-from pose_common.joints import JOINTS
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.extrinsics_file import load_extrinsics, save_extrinsics
-from pose_fusion.calibration.rigid_transform import inverse
+from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
+from pose_core.errors import InputError, ParameterError
+from pose_core.joints import JOINTS
+from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.transforms import inverse
 from pose_fusion.nodes.calibration import CalibrationNode
-from pose_fusion.streams.static_transforms import transforms_to_map
+from pose_io.static_transforms import transforms_to_map
 
 TRUE = inverse(LEFT) @ RIGHT
 LATCHED = QoSProfile(

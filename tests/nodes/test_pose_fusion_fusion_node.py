@@ -13,15 +13,15 @@ from std_msgs.msg import String
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
 
-from pose_common.conversions import stamp_to_ns
-from pose_common.errors import InputError, ParameterError
-from pose_common.joints import JOINTS
-from pose_fusion.body.model import load_body_model
-from pose_fusion.calibration.extrinsics_file import save_extrinsics
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_core.body.model import load_body_model
+from pose_core.errors import InputError, ParameterError
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINTS
 from pose_fusion.conversions import to_static_tf
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.nodes.fusion import FusionNode
+from pose_node.conversions import stamp_to_ns
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BODY = "/humans/bodies/subject"

@@ -11,13 +11,13 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
 from worn_imus import imu_samples
 
-from pose_common.errors import InputError
-from pose_fusion.calibration.extrinsics_file import save_extrinsics
-from pose_fusion.calibration.imus.imu_calibration import Phase
-from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
-from pose_fusion.calibration.imus.section import save_mountings
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_calibration.imus.imu_calibration import Phase
+from pose_calibration.imus.parameters import ImuCalibrationParameters
+from pose_calibration.imus.section import save_mountings
+from pose_core.errors import InputError
+from pose_core.imu.mounting import Mounting
 from pose_fusion.conversions import to_header, to_static_tf
-from pose_fusion.imu.mounting import Mounting
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
 

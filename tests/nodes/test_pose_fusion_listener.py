@@ -9,12 +9,12 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from pose_common.conversions import ns_to_stamp
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_common.level import Level
+from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_fusion.conversions import to_static_tf
 from pose_fusion.nodes.listener import GraphListener
 from pose_fusion.nodes.qos import latched
+from pose_node.conversions import ns_to_stamp
+from pose_node.level import Level
 
 
 def skeletons(stamp_ns, hand_state=2):

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from rclpy.parameter import Parameter
 
-from pose_common.joints import TrackingState
+from pose_core.joints import TrackingState
+from pose_core.streams.person_selection import PersonSelector
+from pose_core.streams.samples import SkeletonSample
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_fusion.nodes.fusion import FusionNode
-from pose_fusion.streams.person_selection import PersonSelector
-from pose_fusion.streams.samples import SkeletonSample
 
 
 def sample(person, x):

@@ -8,9 +8,9 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from pose_common.bag_writer import BagWriter
-from pose_common.errors import InputError, ParameterError
+from pose_core.errors import InputError, ParameterError
 from pose_fusion.nodes.player import Player, overrides_from_arguments
+from pose_io.bag_writer import BagWriter
 
 LATCHED = QoSProfile(
     depth=10,

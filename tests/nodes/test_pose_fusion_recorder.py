@@ -8,9 +8,9 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
-from pose_common.bags import open_bag
-from pose_common.errors import InputError, ParameterError
+from pose_core.errors import InputError, ParameterError
 from pose_fusion.nodes.recorder import Recorder, overrides_from_arguments
+from pose_io.bags import open_bag
 
 SENSOR_DATA = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(

@@ -5,8 +5,8 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
-from pose_common.bags import open_bag
 from pose_fusion.nodes.recorder import Recorder
+from pose_io.bags import open_bag
 
 
 @pytest.fixture

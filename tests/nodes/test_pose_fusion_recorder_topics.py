@@ -3,7 +3,7 @@
 import pytest
 from rclpy.parameter import Parameter
 
-from pose_common.errors import ParameterError
+from pose_core.errors import ParameterError
 from pose_fusion.nodes.recorder import Recorder
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from kinect_bridge.clocks import MAX_DRIFT, fit_clock
+from pose_io.recordings.clock_fit import MAX_DRIFT, fit_clock
 
 MS = 1_000_000  # [ns]
 HOST_ZERO = 1_763_697_600_123_456_789  # [ns] today's UNIX time: nothing may be lost to doubles

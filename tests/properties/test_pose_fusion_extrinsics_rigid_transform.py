@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_fusion.calibration.rigid_transform import (
+from pose_calibration.rigid_transform import (
     CalibrationError,
     estimate_rigid_transform,
     estimate_rigid_transform_robustly,
-    inverse,
     spread,
-    transformed,
 )
+from pose_core.transforms import inverse, transformed
 
 SEEDS = range(20)
 

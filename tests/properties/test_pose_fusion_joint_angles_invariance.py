@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES, joint_angles
+from pose_core.body.joint_angles import ANGLES, joint_angles
+from pose_core.joints import JOINT_INDEX
 
 
 @pytest.fixture

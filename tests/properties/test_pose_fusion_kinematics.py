@@ -3,11 +3,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, SHAPE, kinematics, random_dof
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.inverse_kinematics import dof_from_positions
-from pose_fusion.body.joint_angles import joint_angles
-from pose_fusion.body.joint_rotations import continuous_vector, link_angles, link_rates
-from pose_fusion.body.kinematics import left_jacobian, rotation_from_vector
+from pose_core.body.inverse_kinematics import dof_from_positions
+from pose_core.body.joint_angles import joint_angles
+from pose_core.body.joint_rotations import continuous_vector, link_angles, link_rates
+from pose_core.body.kinematics import left_jacobian, rotation_from_vector
+from pose_core.joints import JOINT_INDEX
 
 STEP = 1e-6
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pose_common.joints import JOINTS
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.time_alignment import TimeAligner
+from pose_core.joints import JOINTS
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.time_alignment import TimeAligner
 
 MS = 1_000_000
 NAMES = ("a", "b", "c")

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinect_bridge.formats import plain_csv, read_recording
-from kinect_bridge.joint_map_files import shipped_joint_map
-from kinect_bridge.recording import Recording, SensorStream
-from kinect_bridge.timeline import make_timeline
-from pose_common.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_io.recordings.formats import plain_csv, read_recording
+from pose_io.recordings.joint_map_files import shipped_joint_map
+from pose_io.recordings.recording import Recording, SensorStream
+from pose_io.recordings.timeline import make_timeline
 
 pytestmark = pytest.mark.data
 

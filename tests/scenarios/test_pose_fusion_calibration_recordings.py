@@ -3,17 +3,14 @@
 import numpy as np
 import pytest
 
-from kinect_bridge.formats import read_recording
-from kinect_bridge.timeline import make_timeline
-from pose_fusion.calibration.clocks import on_reference_clock
-from pose_fusion.calibration.rigid_transform import (
-    CalibrationError,
-    estimate_rigid_transform,
-    transformed,
-)
-from pose_fusion.calibration.session_calibration import calibrate
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.time_alignment import TimeAligner
+from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform
+from pose_calibration.session_calibration import calibrate
+from pose_core.session.clocks import on_reference_clock
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.time_alignment import TimeAligner
+from pose_core.transforms import transformed
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.timeline import make_timeline
 
 pytestmark = pytest.mark.data
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_fusion.calibration.rigid_transform import inverse
-from pose_fusion.calibration.session_calibration import calibrate
+from pose_calibration.session_calibration import calibrate
+from pose_core.transforms import inverse
 
 
 @pytest.mark.parametrize("seed", [21, 22])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_fusion.calibration.clocks import IMUS, Clock, on_reference_clock
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import ImuSample
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.session.clocks import IMUS, Clock, on_reference_clock
+from pose_core.streams.samples import ImuSample
 
 DRIFT = 1e-4
 CLOCKS = {

@@ -7,10 +7,10 @@ import pytest
 from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.joints import JOINT_INDEX, SIDES, TrackingState
-from pose_fusion.fusion.estimates import Source
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 
 START_NS = 10**18
 STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next

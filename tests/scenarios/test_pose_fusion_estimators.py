@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.errors import ParameterError
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.fusion.estimates import Source
-from pose_fusion.fusion.estimators.registry import ESTIMATORS
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_core.errors import ParameterError
+from pose_core.estimators.registry import ESTIMATORS
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX
 
 START_NS = 10**18
 WITH_CAMERAS = [name for name in ESTIMATORS if name != "imu"]

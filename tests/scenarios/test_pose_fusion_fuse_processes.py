@@ -14,7 +14,7 @@ from session_bag import write_session
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 WRITING = 3  # [threads] the main one, the bag's, the progress bar's
-FUSE = "from pose_common.entry import start; start.pose_fusion.tools.fuse()"
+FUSE = "from pose_node.entry import start; start.pose_fusion.tools.fuse()"
 
 
 @pytest.fixture(scope="module")

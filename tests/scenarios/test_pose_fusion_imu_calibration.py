@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_fusion.calibration.imus.imu_calibration import ImuCalibration, Phase
-from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
-from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.streams.samples import ImuSample, block_of
+from pose_calibration.imus.imu_calibration import ImuCalibration, Phase
+from pose_calibration.imus.parameters import ImuCalibrationParameters
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.streams.samples import ImuSample, block_of
 from pose_sim.session import make_session, settings_of
 
 STRAPS = {"imu": {"misalignment_min": 15.0, "misalignment_max": 30.0}}

@@ -9,11 +9,11 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import IMU_SEGMENTS, START_NS, imu_samples, merged
 
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.imu.heading import HeadingAnchor
-from pose_fusion.kernels.anchors import make_anchors
-from pose_fusion.kernels.heading import relate
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.imu.heading import HeadingAnchor
+from pose_core.kernels.anchors import make_anchors
+from pose_core.kernels.heading import relate
 
 STEP_S = 0.1
 HALF_HOUR_S = 1800.0

@@ -6,9 +6,9 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import IMU_SEGMENTS, imu_samples, merged
 
-from pose_fusion.calibration.imus.imu_calibration import ImuCalibration
-from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
-from pose_fusion.streams.samples import SkeletonSample, block_of
+from pose_calibration.imus.imu_calibration import ImuCalibration
+from pose_calibration.imus.parameters import ImuCalibrationParameters
+from pose_core.streams.samples import SkeletonSample, block_of
 
 STILL_S = 3.0
 STOOD_DEG = {

@@ -8,9 +8,9 @@ from fusing import fused
 from synthetic_body import MODEL, extrinsics
 from worn_imus import START_NS, merged, moving_wearer, truth_at
 
-from pose_common.joints import JOINT_INDEX, TrackingState
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX, TrackingState
 
 DURATION_S = 14.0
 HIDDEN_S = (11.0, 12.2)

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics
 from worn_imus import IMU_SEGMENTS, START_NS, moving_wearer
 
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import SkeletonSample
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.streams.samples import SkeletonSample
 
 DURATION_S = 13.0
 JUDGED_S = 7.0  # from then on, the IMUs are aligned

@@ -6,10 +6,10 @@ from fusing import add, fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import IMU_SEGMENTS, START_NS, imu_samples, merged, truth_at
 
-from pose_common.joints import JOINT_INDEX, TrackingState
-from pose_fusion.fusion.estimates import Source
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX, TrackingState
 
 LI2020 = FusionParameters(estimator="li2020")
 

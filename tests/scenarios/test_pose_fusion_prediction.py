@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
 
 MS = 1_000_000
 START_NS = 10**18

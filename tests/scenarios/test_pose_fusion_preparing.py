@@ -5,15 +5,15 @@ import sys
 
 SCRIPT = """
 import importlib, pkgutil
-import pose_fusion.kernels
+import pose_core.kernels
 from pose_bench.sessions import SessionSpec, bench_session
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import SkeletonSample
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.streams.samples import SkeletonSample
 
 modules = [
-    importlib.import_module(f"pose_fusion.kernels.{each.name}")
-    for each in pkgutil.iter_modules(pose_fusion.kernels.__path__)
+    importlib.import_module(f"pose_core.kernels.{each.name}")
+    for each in pkgutil.iter_modules(pose_core.kernels.__path__)
 ]
 
 

@@ -5,9 +5,9 @@ import gzip
 import numpy as np
 import pytest
 
-from pose_fusion.body.joint_angles import joint_angles
-from pose_fusion.evaluation.references.markers import MarkerSeries, plain, skeleton_of_markers
-from pose_fusion.evaluation.references.uiprmd import MARKERS
+from pose_core.body.joint_angles import joint_angles
+from pose_io.references.markers import MarkerSeries, plain, skeleton_of_markers
+from pose_io.references.uiprmd import MARKERS
 
 PLUG_IN_GAIT = {"left_knee_flexion": 57, "right_knee_flexion": 60}  # columns, from 0
 

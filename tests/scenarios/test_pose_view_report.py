@@ -9,7 +9,7 @@ import pytest
 from session_bag import write_session, write_truth
 
 from pose_bench.sessions import START_NS, SessionSpec, bench_session
-from pose_fusion.body.joint_angles import ANGLES
+from pose_core.body.joint_angles import ANGLES
 from pose_view.tools import report
 
 METHODS = ["left", "right", "mean", "joint_kf", "li2020"]

@@ -4,7 +4,7 @@ from typing import Any
 
 import numba
 
-from pose_fusion.kernels import compiling
+from pose_core.kernels import compiling
 
 
 def checked(settled):

@@ -7,12 +7,12 @@ import yaml
 from scipy.spatial.transform import Rotation
 from synthetic_body import body_offsets
 
-from pose_common.bag_writer import BagWriter
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.kinematics import ForwardKinematics
-from pose_fusion.body.model import ROOT_DOF, available_models, load_body_model, parse_body_model
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.body.urdf import make_urdf
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import ROOT_DOF, available_models, load_body_model, parse_body_model
+from pose_core.body.shape import BodyShape
+from pose_core.body.urdf import make_urdf
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.joints import JOINT_INDEX
 from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
@@ -21,7 +21,7 @@ from pose_fusion.conversions import (
     type_name,
     urdf_topic,
 )
-from pose_fusion.fusion.estimates import BodyEstimate
+from pose_io.bag_writer import BagWriter
 
 START_NS = 1_700_000_000_000_000_000
 FRAME_NS = 33_333_333
@@ -30,7 +30,7 @@ WAIST = ("waist_flexion", "waist_lateral_bending", "waist_rotation")
 
 def waist_model():
     """The rigid-trunk model with a waist: pelvis and hips below it, 27 degrees of freedom."""
-    folder = resources.files("pose_fusion.body") / "body_models"
+    folder = resources.files("pose_core.body") / "body_models"
     document = yaml.safe_load((folder / "li2020.yaml").read_text())
     document["name"] = "waist"
     links = document["links"]

@@ -1,6 +1,6 @@
 """Samples through the chain, as a live node or a tool feeds it."""
 
-from pose_fusion.streams.samples import SkeletonSample
+from pose_core.streams.samples import SkeletonSample
 
 
 def add(pipeline, sample):

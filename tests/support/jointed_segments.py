@@ -4,7 +4,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
-from pose_fusion.streams.samples import ImuBlock
+from pose_core.streams.samples import ImuBlock
 
 START_NS = 10**18
 RATE = 100.0  # [Hz]

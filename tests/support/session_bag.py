@@ -3,10 +3,10 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_common.bag_writer import BagWriter
-from pose_common.joints import JOINTS
-from pose_common.typestore import make_typestore
-from pose_fusion.streams.samples import ImuSample
+from pose_core.joints import JOINTS
+from pose_core.streams.samples import ImuSample
+from pose_io.bag_writer import BagWriter
+from pose_io.typestore import make_typestore
 
 TYPES = make_typestore().types
 POINT = TYPES["geometry_msgs/msg/Point"]

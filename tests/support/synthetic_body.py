@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
-from pose_fusion.body.kinematics import ForwardKinematics
-from pose_fusion.body.model import load_body_model
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.streams.samples import SkeletonSample
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import load_body_model
+from pose_core.body.shape import BodyShape
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import SkeletonSample
 
 FRAME_NS = 33_333_333
 MODEL = load_body_model("li2020")

@@ -5,9 +5,9 @@ from geometry_msgs.msg import Point
 from pose_msgs.msg import Skeleton, SkeletonArray
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.bag_writer import BagWriter
-from pose_common.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS, TrackingState
 from pose_fusion.conversions import to_bag_message, to_header, to_static_tf
+from pose_io.bag_writer import BagWriter
 
 BODIES = ("subject_kinect", "subject", "subject_imu")
 START_NS = 10**18

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.time_alignment import AlignedFrame
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.time_alignment import AlignedFrame
 
 NS = 1_000_000_000
 ANKLE = 0.07  # [m] above the floor

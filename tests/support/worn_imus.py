@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 
-from pose_fusion.streams.samples import ImuSample
+from pose_core.streams.samples import ImuSample
 
 IMU_SEGMENTS = ("torso", "left_upper_arm", "left_forearm", "left_thigh", "left_shank")
 IMU_NS = 10_000_000

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.streams.series import SkeletonSeries
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.series import SkeletonSeries
 
 S = 1_000_000_000
 STANDING = {

@@ -3,7 +3,7 @@
 import pytest
 
 from imu_bridge.devices import PortConfig, parse_devices
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 SINK = PortConfig(name="/dev/sink")
 WIT = {"protocol": "witmotion", "segment": "torso"}

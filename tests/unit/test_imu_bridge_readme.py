@@ -12,8 +12,8 @@ from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.protocols import star as protocol
 from imu_bridge.protocols.star import Decoder
-from pose_common.joints import SEGMENTS
-from pose_common.parameters import from_mapping, markdown_table, specs, values_from_ros_yaml
+from pose_core.joints import SEGMENTS
+from pose_core.parameters import from_mapping, markdown_table, specs, values_from_ros_yaml
 
 PACKAGE = Path(__file__).parents[2] / "src" / "imu_bridge"
 README = (PACKAGE / "README.md").read_text()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imu_bridge.devices import PortConfig, read_devices
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 SINK = PortConfig(name="sink")
 EXAMPLE = Path(__file__).parents[2] / "src" / "imu_bridge" / "config" / "imu_nodes.yaml"

@@ -11,7 +11,7 @@ import pytest
 from patience import PATIENCE_S
 
 from imu_bridge.serial_source import PortState, SerialSource
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 
 class Device:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from imu_bridge.protocols.text import TextParser, line_format
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.text_device import FIELDS, UNITS, line
 
 SIX = ["acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"]

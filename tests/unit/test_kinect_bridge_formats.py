@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from kinect_bridge.formats import FORMATS, detect_format, read_recording
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.recordings.formats import FORMATS, detect_format, read_recording
 
 CSV = Path(__file__).parents[1] / "data" / "kinect_bridge" / "two_sensors.csv"
 LINES = CSV.read_text().splitlines()

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from kinect_bridge.joint_map_files import SHIPPED, shipped_joint_map
-from kinect_bridge.joint_maps import mark_missing
-from pose_common.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS, TrackingState
+from pose_io.recordings.joint_map_files import SHIPPED, shipped_joint_map
+from pose_io.recordings.joint_maps import mark_missing
 
 JOINT_MAPS = {name: shipped_joint_map(name) for name in SHIPPED}
 AZURE_KINECT, KINECT_V2 = JOINT_MAPS["azure_kinect"], JOINT_MAPS["kinect_v2"]

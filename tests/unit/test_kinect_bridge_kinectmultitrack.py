@@ -3,11 +3,11 @@ from datetime import datetime, timezone
 import numpy as np
 import pytest
 
-from kinect_bridge.formats import read_recording
-from kinect_bridge.formats.kinectmultitrack import JOINT_COLUMNS, RENAMED
-from kinect_bridge.joint_map_files import shipped_joint_map
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.formats.kinectmultitrack import JOINT_COLUMNS, RENAMED
+from pose_io.recordings.joint_map_files import shipped_joint_map
 
 BEGIN = (
     "Study, KinectConfig, Scenario, Tracker_Time, Person#, Skeleton#, Skeleton_Time, "

@@ -1,7 +1,7 @@
 import pytest
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from pose_common.errors import ParameterError
+from pose_core.errors import ParameterError
 
 
 @pytest.mark.parametrize("name", ["", "left/right", "left eye", "_", "links-oben"])

@@ -3,10 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinect_bridge.formats import plain_csv, read_recording
-from kinect_bridge.recording import make_recording, make_stream
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, TrackingState
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_io.recordings.formats import plain_csv, read_recording
+from pose_io.recordings.recording import make_recording, make_stream
 
 CSV = Path(__file__).parents[1] / "data" / "kinect_bridge" / "two_sensors.csv"
 

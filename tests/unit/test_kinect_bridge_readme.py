@@ -1,11 +1,11 @@
 import re
 from pathlib import Path
 
-from kinect_bridge.formats import FORMATS, plain_csv
-from kinect_bridge.joint_map_files import SHIPPED, shipped_joint_map
-from kinect_bridge.joint_maps import markdown_table as joints_table
 from kinect_bridge.parameters import KinectBridgeParameters
-from pose_common.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_io.recordings.formats import FORMATS, plain_csv
+from pose_io.recordings.joint_map_files import SHIPPED, shipped_joint_map
+from pose_io.recordings.joint_maps import markdown_table as joints_table
 
 PACKAGE = Path(__file__).parents[2] / "src" / "kinect_bridge"
 README = (PACKAGE / "README.md").read_text()

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from kinect_bridge.recording import make_recording, make_stream
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.recordings.recording import make_recording, make_stream
 
 
 def stream(name="left", host=(0, 10, 20), sensor=None, person=None):

@@ -3,11 +3,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinect_bridge.formats import read_recording
-from kinect_bridge.recording import make_recording, make_stream
 from kinect_bridge.replay import Replay, make_schedule
-from kinect_bridge.timeline import make_timeline
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.recording import make_recording, make_stream
+from pose_io.recordings.timeline import make_timeline
 
 CSV = Path(__file__).parents[1] / "data" / "kinect_bridge" / "two_sensors.csv"
 START = 1_763_697_600_000_000_000  # [ns]

@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinect_bridge.recording import make_stream
-from kinect_bridge.timeline import CLOCKS, make_timeline
+from pose_io.recordings.recording import make_stream
+from pose_io.recordings.timeline import CLOCKS, make_timeline
 
 MS = 1_000_000  # [ns]
 

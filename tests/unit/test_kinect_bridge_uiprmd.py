@@ -3,10 +3,10 @@ import gzip
 import numpy as np
 import pytest
 
-from kinect_bridge.formats import read_recording
-from kinect_bridge.formats.uiprmd import PARENTS, angles_path, joint_places
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.formats.uiprmd import PARENTS, angles_path, joint_places
 
 NAMES = list(PARENTS)
 

@@ -9,7 +9,7 @@ from pose_bench.pool import run_all
 from pose_bench.suite import CALIBRATED, KNOWN, Cell
 from pose_bench.tools import accuracy as accuracy_tool
 from pose_bench.tools import bench
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 CELL = Cell(choreography="squats", level="easy", seed=5, condition=KNOWN, duration_s=20.0)
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pose_bench.frame_rate import time_stretch
-from pose_fusion.evaluation.angle_series import AngleSeries
+from pose_core.streams.angle_series import AngleSeries
 
 SECONDS = np.arange(0.0, 3.0, 0.01)
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_bench.imu_accuracy import VARIANTS, errors, read_broad, trial_errors
 from pose_bench.tools.bench import run
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 
 def resting_trial(path: Path, samples: int = 50) -> None:

@@ -11,9 +11,9 @@ from pose_bench.repeated_bag import PAUSE_NS, repeat
 from pose_bench.tools import offline
 from pose_bench.tools.bench import run
 from pose_bench.tools.live_graph import _result
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_fusion.streams.bags import BagSamples
+from pose_core.errors import InputError
+from pose_io.bag_samples import BagSamples
+from pose_io.bags import open_bag
 
 S = 10**9
 HOLDING = 50 * 10**6  # [bytes] that each of two processes fills

@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.segment_filter import ReferenceFilter
-from pose_fusion.body.kinematics import ForwardKinematics
-from pose_fusion.body.model import load_body_model
-from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.filters.looks import CameraLooks, LinkLooks
-from pose_fusion.filters.segment_filter import NO_IMUS, SegmentFilter
-from pose_fusion.kernels import camera, inverse, links, placing, posture, prediction
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import load_body_model
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import BodyShape
+from pose_core.filters.looks import CameraLooks, LinkLooks
+from pose_core.filters.segment_filter import NO_IMUS, SegmentFilter
+from pose_core.kernels import camera, inverse, links, placing, posture, prediction
 
 MODEL = load_body_model("default")
 STATE = ("position", "rotations", "slides", "velocity", "rates", "covariance")

@@ -13,8 +13,8 @@ from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.suite import KNOWN, Cell
 from pose_bench.summary import failures, tables
 from pose_bench.targets import TARGETS, target_table
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.streams.estimate_series import EstimateSeries
+from pose_core.body.joint_angles import ANGLES
+from pose_core.streams.estimate_series import EstimateSeries
 from pose_sim.angles import JOINT_NAMES
 
 CELL = Cell(choreography="squats", level="typical", seed=4, condition=KNOWN, duration_s=20.0)

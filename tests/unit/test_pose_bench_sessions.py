@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from imu_bridge.parameters import ImuBridgeParameters
 from pose_bench.sessions import START_NS, SessionSpec, bench_session
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.body.joint_angles import joint_angles
+from pose_core.body.joint_angles import joint_angles
+from pose_core.joints import JOINT_INDEX, JOINTS
 
 SPEC = SessionSpec(choreography="kicks", level="typical", seed=4, duration_s=6.0)
 

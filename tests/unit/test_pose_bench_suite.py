@@ -16,7 +16,7 @@ from pose_bench.suite import (
     cells,
     quick_cells,
 )
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 README = (Path(__file__).parents[2] / "src" / "pose_bench" / "README.md").read_text()
 

@@ -4,7 +4,7 @@ import errno
 
 import pytest
 
-from pose_common.background_file import BackgroundFile
+from pose_io.background_file import BackgroundFile
 
 
 class FullDisk:

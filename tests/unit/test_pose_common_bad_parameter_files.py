@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import pytest
 
 from imu_bridge.devices import PortConfig, read_devices
-from pose_common.errors import InputError, ParameterError
-from pose_common.parameters import from_mapping, parameter, values_from_ros_yaml
+from pose_core.errors import InputError, ParameterError
+from pose_core.parameters import from_mapping, parameter, values_from_ros_yaml
 
 
 @dataclass(frozen=True, kw_only=True)

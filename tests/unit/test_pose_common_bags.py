@@ -3,10 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pose_common.bag_writer import BagWriter, write_bag
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_common.typestore import make_typestore
+from pose_core.errors import InputError
+from pose_io.bag_writer import BagWriter, write_bag
+from pose_io.bags import open_bag
+from pose_io.typestore import make_typestore
 
 
 @pytest.fixture(scope="module")

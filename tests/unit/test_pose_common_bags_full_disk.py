@@ -6,8 +6,8 @@ import sqlite3
 
 import pytest
 
-from pose_common.bag_writer import BagWriter
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.bag_writer import BagWriter
 
 FULL = (
     OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)),

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from pose_common.entry import start
+from pose_node.entry import start
 
 SRC = Path(__file__).resolve().parents[2] / "src"
-SETUPS = sorted(SRC.glob("*/setup.py"))
+SETUPS = [path for path in sorted(SRC.glob("*/setup.py")) if "console_scripts" in path.read_text()]
 
 
 def entry_points(setup):
@@ -19,8 +19,8 @@ def entry_points(setup):
 def test_every_executable_starts_so_that_ctrl_c_is_quiet(setup):
     assert entry_points(setup)
     for name, target in entry_points(setup):
-        assert target.startswith("pose_common.entry:start."), name
-        module = target.removeprefix("pose_common.entry:start.")
+        assert target.startswith("pose_node.entry:start."), name
+        module = target.removeprefix("pose_node.entry:start.")
         spec = find_spec(module)
         assert spec is not None, f"{name}: no module {module}"
         assert "\ndef main() -> None:" in Path(spec.origin).read_text(), module
@@ -36,6 +36,6 @@ def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeyp
 
 
 def test_starting_imports_nothing_heavy():
-    text = (SRC / "pose_common" / "pose_common" / "entry.py").read_text()
+    text = (SRC / "pose_node" / "pose_node" / "entry.py").read_text()
     imported = re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE)
     assert imported == ["signal", "sys", "importlib"]

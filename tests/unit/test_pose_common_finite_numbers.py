@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pose_common.finite_numbers import finite_numbers
+from pose_core.finite_numbers import finite_numbers
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from pose_common.launcher.errors import LaunchError
-from pose_common.launcher.evaluation import Evaluation, join_namespace
-from pose_common.launcher.locating import find_launch_file
+from pose_launch.errors import LaunchError
+from pose_launch.evaluation import Evaluation, join_namespace
+from pose_launch.locating import find_launch_file
 
 
 @pytest.fixture

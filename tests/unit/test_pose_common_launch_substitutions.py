@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from pose_common.launcher.errors import LaunchError, Place
-from pose_common.launcher.substitutions import Scope, condition, resolve, split_command_line
+from pose_launch.errors import LaunchError, Place
+from pose_launch.substitutions import Scope, condition, resolve, split_command_line
 
 PLACE = Place(Path("x.launch.yaml"), 7)
 SCOPE = Scope(
@@ -43,10 +43,10 @@ def test_a_text_is_resolved(text, expected):
 
 
 def test_a_package_is_found_in_its_prefix():
-    share = resolve("$(find-pkg-share pose_common)", SCOPE, PLACE)
-    prefix = resolve("$(find-pkg-prefix pose_common)", SCOPE, PLACE)
+    share = resolve("$(find-pkg-share pose_launch)", SCOPE, PLACE)
+    prefix = resolve("$(find-pkg-prefix pose_launch)", SCOPE, PLACE)
 
-    assert share == f"{prefix}/share/pose_common"
+    assert share == f"{prefix}/share/pose_launch"
     assert (Path(share) / "package.xml").is_file()
 
 

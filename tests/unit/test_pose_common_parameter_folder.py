@@ -4,8 +4,8 @@ import time
 
 import pytest
 
-from pose_common.launcher import parameter_folder as module
-from pose_common.launcher.parameter_folder import parameter_folder, remove_stale
+from pose_launch import parameter_folder as module
+from pose_launch.parameter_folder import parameter_folder, remove_stale
 
 
 @pytest.fixture

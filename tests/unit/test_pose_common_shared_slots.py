@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from pose_common.shared_slots import SharedSlots
+from pose_fusion.shared_slots import SharedSlots
 
 
 @dataclass(frozen=True)

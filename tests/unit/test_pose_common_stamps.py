@@ -2,8 +2,8 @@
 
 import pytest
 
-from pose_common.stamps import nanoseconds, serialized_ns
-from pose_common.typestore import make_typestore
+from pose_core.stamps import nanoseconds, serialized_ns
+from pose_io.typestore import make_typestore
 
 TYPESTORE = make_typestore()
 

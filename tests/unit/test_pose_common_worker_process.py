@@ -7,8 +7,8 @@ from multiprocessing import active_children
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
-from pose_common.worker_process import UNDER_WAY, WorkerLostError, WorkerProcess
+from pose_core.errors import InputError
+from pose_fusion.worker_process import UNDER_WAY, WorkerLostError, WorkerProcess
 
 
 class Sum:

@@ -3,9 +3,9 @@ import pytest
 from moving_body import motion
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.agreement import measure_agreement, measure_steadiness
+from pose_core.body.joint_angles import ANGLES
+from pose_core.joints import JOINT_INDEX
+from pose_evaluation.agreement import measure_agreement, measure_steadiness
 
 TURN = Rotation.from_rotvec([0.0, 0.0, 0.4]).as_matrix()
 

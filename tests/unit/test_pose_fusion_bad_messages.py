@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINTS, TrackingState
-from pose_common.typestore import make_typestore
-from pose_fusion.body.model import load_body_model
-from pose_fusion.imu.imu_set import ImuSet
-from pose_fusion.imu.track import ImuState
-from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.skeleton_messages import skeleton_sample
-from pose_fusion.streams.static_transforms import transforms_to_map
+from pose_core.body.model import load_body_model
+from pose_core.errors import InputError
+from pose_core.imu.imu_set import ImuSet
+from pose_core.imu.track import ImuState
+from pose_core.joints import JOINTS, TrackingState
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.skeleton_messages import skeleton_sample
+from pose_io.static_transforms import transforms_to_map
+from pose_io.typestore import make_typestore
 
 TYPESTORE = make_typestore()
 TYPES = TYPESTORE.types

@@ -2,20 +2,20 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_common.typestore import make_typestore
-from pose_fusion.streams.bags import (
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.streams.samples import ImuBlock, SkeletonSample
+from pose_io.bag_samples import (
     BagSamples,
     read_body_series,
     read_estimates,
     read_extrinsics,
     read_sensor_series,
 )
-from pose_fusion.streams.samples import ImuBlock, SkeletonSample
-from pose_fusion.streams.topics import body_topic, sensor_topics
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
+from pose_io.topics import body_topic, sensor_topics
+from pose_io.typestore import make_typestore
 
 TYPES = make_typestore().types
 MS = 1_000_000

@@ -1,7 +1,7 @@
 import numpy as np
 
-from pose_fusion.streams.person_selection import PersonSelector
-from pose_fusion.streams.samples import SkeletonSample
+from pose_core.streams.person_selection import PersonSelector
+from pose_core.streams.samples import SkeletonSample
 
 S = 1_000_000_000
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.series import series_from_samples
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.series import series_from_samples
 
 MS = 1_000_000
 

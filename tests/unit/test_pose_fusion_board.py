@@ -6,15 +6,15 @@ import pytest
 from rendered_board import Scene, board_pose, board_poses
 from scipy.spatial.transform import Rotation
 
-from pose_common.errors import ParameterError
-from pose_fusion.calibration.board.camera import Camera, estimate_camera
-from pose_fusion.calibration.board.collecting import BoardCollector
-from pose_fusion.calibration.board.coverage import coverage
-from pose_fusion.calibration.board.detection import BoardDetector
-from pose_fusion.calibration.board.extrinsics import ON_FLOOR, board_extrinsics
-from pose_fusion.calibration.board.solution import calibrate_board
-from pose_fusion.calibration.board.target import Board, BoardParameters
-from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_calibration.board.camera import Camera, estimate_camera
+from pose_calibration.board.collecting import BoardCollector
+from pose_calibration.board.coverage import coverage
+from pose_calibration.board.detection import BoardDetector
+from pose_calibration.board.extrinsics import ON_FLOOR, board_extrinsics
+from pose_calibration.board.solution import calibrate_board
+from pose_calibration.board.target import Board, BoardParameters
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.errors import ParameterError
 
 CHARUCO = Board(BoardParameters(columns=7, rows=5, square=0.06))
 CHECKERBOARD = Board(BoardParameters(board="checkerboard", columns=8, rows=5, square=0.06))

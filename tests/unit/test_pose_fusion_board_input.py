@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 import yaml
 
-from pose_common.errors import InputError, ParameterError
-from pose_fusion.calibration.board.camera import camera_from_info, load_camera
-from pose_fusion.calibration.board.detection import BoardDetector
-from pose_fusion.calibration.board.images import grey_from_message, paired_files, to_grey
-from pose_fusion.calibration.board.printing import board_figure, print_board
-from pose_fusion.calibration.board.target import Board, BoardParameters
+from pose_calibration.board.camera import camera_from_info, load_camera
+from pose_calibration.board.detection import BoardDetector
+from pose_calibration.board.images import grey_from_message, paired_files, to_grey
+from pose_calibration.board.printing import board_figure, print_board
+from pose_calibration.board.target import Board, BoardParameters
+from pose_core.errors import InputError, ParameterError
 
 CHARUCO = Board(BoardParameters())
 

@@ -7,13 +7,13 @@ import pytest
 import yaml
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.calibration.body_section import measure_body
-from pose_fusion.calibration.extrinsics_file import load_extrinsics, save_extrinsics
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.time_alignment import TimeAligner
+from pose_calibration.body_measures import measure_body
+from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
+from pose_core.errors import InputError
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.time_alignment import TimeAligner
 
 
 @pytest.fixture(scope="module")

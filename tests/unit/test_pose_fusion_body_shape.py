@@ -2,16 +2,16 @@ import numpy as np
 import pytest
 from synthetic_body import MODEL, SHAPE, kinematics, motion, random_dof
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.measuring import BodyMeasuring
-from pose_fusion.body.model import load_body_model, parse_body_model
-from pose_fusion.body.shape import (
+from pose_core.body.measuring import BodyMeasuring
+from pose_core.body.model import load_body_model, parse_body_model
+from pose_core.body.shape import (
     BodyShapeError,
     estimate_body_shape,
     load_body_shape,
     save_body_shape,
 )
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
 
 
 def test_the_model_has_the_24_degrees_of_freedom_in_their_fixed_order():

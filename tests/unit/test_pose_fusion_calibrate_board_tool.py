@@ -9,12 +9,12 @@ import yaml
 from rendered_board import Scene, board_poses
 from scipy.spatial.transform import Rotation
 
-from pose_common.bag_writer import BagWriter
-from pose_common.typestore import make_typestore
-from pose_fusion.calibration.board.camera import Camera
-from pose_fusion.calibration.board.target import Board, BoardParameters
-from pose_fusion.calibration.extrinsics_file import load_extrinsics
+from pose_calibration.board.camera import Camera
+from pose_calibration.board.target import Board, BoardParameters
+from pose_calibration.files.extrinsics_file import load_extrinsics
 from pose_fusion.tools import calibrate
+from pose_io.bag_writer import BagWriter
+from pose_io.typestore import make_typestore
 
 BOARD = Board(BoardParameters(square=0.06))
 SIZE = (640, 480)

@@ -10,13 +10,13 @@ from session_bag import write_session
 from synthetic_body import extrinsics
 from worn_imus import merged, moving_wearer
 
-from pose_common.bags import open_bag
-from pose_fusion.calibration.extrinsics_file import load_extrinsics
-from pose_fusion.calibration.imus.section import load_mountings
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.streams.samples import ImuSample
+from pose_calibration.files.extrinsics_file import load_extrinsics
+from pose_calibration.imus.section import load_mountings
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.streams.samples import ImuSample
 from pose_fusion.tools import calibrate
 from pose_fusion.tools.fuse import fuse
+from pose_io.bags import open_bag
 
 DURATION_S = 14.0
 PLACED = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}

@@ -5,12 +5,12 @@ import sys
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_common.bag_writer import BagWriter
-from pose_common.joints import JOINTS
-from pose_common.typestore import make_typestore
-from pose_fusion.calibration.extrinsics_file import load_extrinsics
-from pose_fusion.calibration.rigid_transform import inverse
+from pose_calibration.files.extrinsics_file import load_extrinsics
+from pose_core.joints import JOINTS
+from pose_core.transforms import inverse
 from pose_fusion.tools import calibrate
+from pose_io.bag_writer import BagWriter
+from pose_io.typestore import make_typestore
 
 TYPES = make_typestore().types
 TRUE = inverse(LEFT) @ RIGHT

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from walking_person import samples
 
-from pose_fusion.calibration.clock_offset import estimate_clock_offset
+from pose_calibration.clocks.clock_offset import estimate_clock_offset
 
 
 def streams(**options):

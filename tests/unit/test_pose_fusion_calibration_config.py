@@ -1,8 +1,8 @@
 """The parameter file of the calibration node."""
 
 from conftest import ROOT
-from pose_common.parameters import from_ros_yaml
-from pose_fusion.calibration.parameters import LiveCalibrationParameters
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.parameters import from_ros_yaml
 
 
 def test_the_parameter_file_holds_known_parameters_with_their_defaults():

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from walking_person import LEFT, POSES, RIGHT, angle_deg, samples, sensor_pose
 
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
-from pose_fusion.calibration.parameters import CalibrationParameters, LiveCalibrationParameters
-from pose_fusion.calibration.rigid_transform import inverse
+from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
+from pose_calibration.parameters import CalibrationParameters, LiveCalibrationParameters
+from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.transforms import inverse
 
 TRUE = inverse(LEFT) @ RIGHT
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
-from pose_fusion.calibration.rigid_transform import CalibrationError, inverse
-from pose_fusion.calibration.session_calibration import calibrate
+from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.session_calibration import calibrate
+from pose_core.transforms import inverse
 
 TRUE = inverse(LEFT) @ RIGHT
 

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 from walking_person import POSES, frames, sensor_pose
 
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.watchdog import Watchdog
+from pose_calibration.live.watchdog import Watchdog
+from pose_core.session.extrinsics import extrinsics_from_map
 
 BEFORE_S, AFTER_S = 20.0, 5.0
 

@@ -5,12 +5,12 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pose_fusion.body.model import load_body_model
-from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.calibration.neutral_stand import shape_of
-from pose_fusion.filters.segment_filter import NO_CAMERAS, SegmentFilter
-from pose_fusion.fusion.preparing import neutral_pose
-from pose_fusion.kernels.compiling import compiled, settled
+from pose_core.body.model import load_body_model
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.filters.segment_filter import NO_CAMERAS, SegmentFilter
+from pose_core.fusion.preparing import neutral_pose
+from pose_core.kernels.compiling import compiled, settled
+from pose_core.session.neutral_stand import shape_of
 
 
 class Pair(NamedTuple):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_fusion.tools import demo, demo_start
 from pose_fusion.tools.demo_processes import (
     GraphError,
@@ -92,7 +92,7 @@ def test_a_tool_s_output_is_returned():
 
 def test_a_missing_executable_says_to_build():
     with pytest.raises(InputError, match="build the workspace"):
-        executable("pose_common", "no_such_thing")
+        executable("pose_launch", "no_such_thing")
     with pytest.raises(InputError, match="build the workspace"):
         executable("no_such_package", "up")
 

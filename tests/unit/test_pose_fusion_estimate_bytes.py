@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
-from pose_common.typestore import make_typestore
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
 from pose_fusion.conversions import to_bag_message, to_messages
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.message_template import MessageTemplate
+from pose_io.cdr.message_template import MessageTemplate
+from pose_io.typestore import make_typestore
 
 
 @pytest.mark.parametrize("estimator", ["default", "left"])

@@ -7,18 +7,18 @@ import pytest
 from synthetic_body import body_offsets, extrinsics
 from worn_imus import merged, moving_wearer
 
-from pose_common.counters import Counters
-from pose_common.errors import ParameterError
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.fusion.estimation import Estimation
-from pose_fusion.fusion.estimation_process import AT_ONCE, EstimationProcess
-from pose_fusion.fusion.estimators.registry import body_model_of
-from pose_fusion.fusion.observation_block import block_of_observations
-from pose_fusion.fusion.observer import COUNTERS, Observer
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.tracking import tracking_counters
-from pose_fusion.imu.readings import NO_READINGS
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.errors import ParameterError
+from pose_core.estimators.registry import body_model_of
+from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.observation_block import block_of_observations
+from pose_core.fusion.observer import COUNTERS, Observer
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.tracking import tracking_counters
+from pose_core.imu.readings import NO_READINGS
+from pose_core.joints import JOINT_INDEX
+from pose_fusion.estimation_process import AT_ONCE, EstimationProcess
 
 LEFT_LEG = [JOINT_INDEX[name] for name in ("left_knee", "left_foot")]
 

@@ -3,17 +3,17 @@ import pytest
 from moving_body import motion, raise_limb, standing
 from scipy.spatial.transform import Rotation
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.scores import (
+from pose_core.body.joint_angles import ANGLES
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
+from pose_evaluation.scores import (
     common_window,
     evaluate,
     joint_errors_mm,
     score_angle,
     score_method,
 )
-from pose_fusion.evaluation.time_shift import estimate_time_shift
+from pose_evaluation.time_shift import estimate_time_shift
 
 
 @pytest.mark.parametrize("shift_s", [0.0437, -0.1212, 0.0])

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from moving_body import motion
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_common.joints import JOINTS
-from pose_common.typestore import make_typestore
-from pose_fusion.evaluation.methods import methods_of_bag
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS
+from pose_evaluation.methods import methods_of_bag
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
+from pose_io.typestore import make_typestore
 
 TYPES = make_typestore().types
 POINT = TYPES["geometry_msgs/msg/Point"]

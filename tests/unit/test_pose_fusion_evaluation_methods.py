@@ -3,8 +3,8 @@ import pytest
 from moving_body import motion
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.evaluation.methods import aligned_frames, mean_series
+from pose_core.joints import JOINT_INDEX
+from pose_evaluation.methods import aligned_frames, mean_series
 
 
 def transform(seed):

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.evaluation.stability import (
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.stability import (
     bone_length_cv_percent,
     bone_length_sd_mm,
     bone_lengths,
     rms_jerk,
 )
-from pose_fusion.streams.series import SkeletonSeries
 
 
 def series(positions, rate=30.0):

@@ -6,10 +6,10 @@ import pytest
 from moving_body import motion
 from rich.console import Console
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.evaluation.agreement import measure_agreement
-from pose_fusion.evaluation.scores import evaluate
-from pose_fusion.evaluation.tables import (
+from pose_core.joints import JOINT_INDEX
+from pose_evaluation.agreement import measure_agreement
+from pose_evaluation.scores import evaluate
+from pose_evaluation.tables import (
     agreement_csv,
     agreement_tables,
     evaluation_csv,

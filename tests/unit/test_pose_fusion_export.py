@@ -16,13 +16,13 @@ from exported_motion import (
 )
 from scipy.spatial.transform import Rotation
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.export.motion import chosen_body, read_motion
-from pose_fusion.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_fusion.tools.export import FORMATS, main
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
+from pose_io.export.motion import chosen_body, read_motion
+from pose_io.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
 
 MODEL = MODELS_BY_NAME["li2020"]
 COUNT = 30

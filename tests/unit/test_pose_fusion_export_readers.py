@@ -7,13 +7,13 @@ import pytest
 from exported_motion import body_models, write_motion_bag
 from scipy.spatial.transform import Rotation
 
-from pose_common.bags import open_bag
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_fusion.export.bvh import bvh_text
-from pose_fusion.export.c3d_file import c3d_bytes
-from pose_fusion.export.motion import read_motion
-from pose_fusion.export.opensim import mot_text, trc_text
-from pose_fusion.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_io.bags import open_bag
+from pose_io.export.bvh import bvh_text
+from pose_io.export.c3d_file import c3d_bytes
+from pose_io.export.motion import read_motion
+from pose_io.export.opensim import mot_text, trc_text
+from pose_io.export.opensim_coordinates import OPENSIM_MODELS, coordinate_map
 
 RATE = 30.0  # [Hz] the bag's own, but for a third of a nanosecond
 MM = 1e-3
@@ -29,7 +29,7 @@ def motion(request, tmp_path_factory):
     path = tmp_path_factory.mktemp("export") / "bag"
     dof, joints = write_motion_bag(path, model, COUNT)
     with pytest.MonkeyPatch.context() as patch, open_bag(path) as bag:
-        patch.setattr("pose_fusion.export.motion.model_of_angles", lambda names: model)
+        patch.setattr("pose_io.export.motion.model_of_angles", lambda names: model)
         return read_motion(bag).at_rate(RATE), dof, joints
 
 

@@ -13,17 +13,18 @@ from walking_person import (
     with_positions,
 )
 
-from pose_common.errors import ParameterError, PoseError
-from pose_common.joints import JOINT_INDEX, TrackingState
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.extrinsics_calibration import (
+from pose_calibration.extrinsics.extrinsics_calibration import (
     CalibrationLimits,
     ExtrinsicsCalibrator,
 )
-from pose_fusion.calibration.frame_memory import MAX_KEPT_FRAMES
-from pose_fusion.calibration.joint_refinement import body_axes
-from pose_fusion.calibration.rigid_transform import CalibrationError, inverse, transformed
-from pose_fusion.streams.time_alignment import AlignedFrame
+from pose_calibration.extrinsics.frame_memory import MAX_KEPT_FRAMES
+from pose_calibration.extrinsics.joint_refinement import body_axes
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.errors import ParameterError, PoseError
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.streams.time_alignment import AlignedFrame
+from pose_core.transforms import inverse, transformed
 
 TRUE = inverse(LEFT) @ RIGHT
 PERSON = np.array([[0.0, 0.0, 2.5]])  # [m] where the person is, as the right sensor sees it

@@ -7,16 +7,16 @@ import pytest
 import yaml
 from walking_person import POSES, frames
 
-from pose_common.errors import InputError
-from pose_fusion.calibration.clocks import Clock
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.extrinsics_calibration import ExtrinsicsCalibrator
-from pose_fusion.calibration.extrinsics_file import (
+from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.files.extrinsics_file import (
     load_extrinsics,
     load_extrinsics_of,
     save_extrinsics,
 )
-from pose_fusion.calibration.session_file import load_section, save_section
+from pose_calibration.files.session_file import load_section, save_section
+from pose_core.errors import InputError
+from pose_core.session.clocks import Clock
+from pose_core.session.extrinsics import extrinsics_from_map
 
 
 @pytest.fixture(scope="module")

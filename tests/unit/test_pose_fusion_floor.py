@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from walking_person import ANKLE, frames, person_at, sensor_pose
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.calibration.floor import (
+from pose_calibration.floor.floor import (
     FEET,
     KNOWN_MOUNTING,
     LEVEL_SENSOR,
@@ -13,7 +12,8 @@ from pose_fusion.calibration.floor import (
     KnownMounting,
     estimate_floor,
 )
-from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.joints import JOINT_INDEX
 
 FEET_JOINTS = [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]
 

@@ -3,7 +3,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from pose_fusion.streams.frame_order import SILENT_NS, FrameOrder
+from pose_core.streams.frame_order import SILENT_NS, FrameOrder
 
 MS = 1_000_000
 PERIOD_NS = 33_333_333

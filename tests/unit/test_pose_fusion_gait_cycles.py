@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.angle_series import AngleSeries
-from pose_fusion.evaluation.gait_cycles import cycle_curves, find_cycles
-from pose_fusion.evaluation.range_of_motion import (
+from pose_core.body.joint_angles import ANGLES
+from pose_core.streams.angle_series import AngleSeries
+from pose_evaluation.gait_cycles import cycle_curves, find_cycles
+from pose_evaluation.range_of_motion import (
     ranges_of_motion,
     smoothed,
     symmetry_index_percent,

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pose_fusion.imu.heading import HeadingAnchor
-from pose_fusion.kernels import heading as kernel
-from pose_fusion.kernels.anchors import STATES, Y, make_anchors, own_covariance
-from pose_fusion.kernels.heading import relate
+from pose_core.imu.heading import HeadingAnchor
+from pose_core.kernels import heading as kernel
+from pose_core.kernels.anchors import STATES, Y, make_anchors, own_covariance
+from pose_core.kernels.heading import relate
 
 DEG = np.pi / 180.0
 

@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.imu.alignment import ImuAlignment
-from pose_fusion.imu.switching import OcclusionDetector
-from pose_fusion.imu.track import ImuState, ImuTracks, states_of
-from pose_fusion.imu.weighting import (
+from pose_core.body.joint_angles import ANGLES
+from pose_core.imu.alignment import ImuAlignment
+from pose_core.imu.switching import OcclusionDetector
+from pose_core.imu.track import ImuState, ImuTracks, states_of
+from pose_core.imu.weighting import (
     fixed_weights,
     fuse_limb,
     fuse_trunk,
     minimum_variance_weights,
 )
-from pose_fusion.kernels.alignment import Sights
-from pose_fusion.streams.samples import ImuSample, block_of, joined
+from pose_core.kernels.alignment import Sights
+from pose_core.streams.samples import ImuSample, block_of, joined
 
 MS = 1_000_000
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.calibration.imu_gravity import BODY_IMUS, gravity_from_imus
-from pose_fusion.calibration.imu_motion import BONES, Felt, View, measure_imu_delay
-from pose_fusion.calibration.motion_track import Track
+from pose_calibration.clocks.motion_track import Track
+from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus
+from pose_calibration.inertial.imu_motion import BONES, Felt, View, measure_imu_delay
+from pose_core.joints import JOINT_INDEX, JOINTS
 
 UP = np.array([0.10, -0.98, -0.17]) / np.linalg.norm([0.10, -0.98, -0.17])
 SEGMENTS = ("left_upper_arm", "right_upper_arm", "left_thigh", "right_thigh")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from jointed_segments import PLACES, START_NS, jointed_imus
 
-from pose_fusion.imu.joints import JOINTS, WINDOW_NS, ImuJoints
-from pose_fusion.streams.samples import ImuBlock, joined
+from pose_core.imu.joints import JOINTS, WINDOW_NS, ImuJoints
+from pose_core.streams.samples import ImuBlock, joined
 
 MINUTE_NS = 60 * 10**9
 TURNS = {"left_thigh": 0.4, "left_shank": -1.1}

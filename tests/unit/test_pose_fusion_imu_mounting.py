@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_fusion.imu.alignment import NEUTRAL_DURATION_NS, ImuAlignment
-from pose_fusion.imu.heading import HeadingAnchor
-from pose_fusion.imu.mounting import Mounting
-from pose_fusion.imu.track import ImuState, states_of
-from pose_fusion.kernels.alignment import Sights
+from pose_core.imu.alignment import NEUTRAL_DURATION_NS, ImuAlignment
+from pose_core.imu.heading import HeadingAnchor
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.track import ImuState, states_of
+from pose_core.kernels.alignment import Sights
 
 STEP_NS = 33_000_000
 ANGLES = [f"{side}_{name}" for side in ("left", "right") for name in ("hip", "knee", "a", "b", "c")]

@@ -3,15 +3,15 @@ import pytest
 import yaml
 from scipy.spatial.transform import Rotation
 
-from pose_common.errors import InputError
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.extrinsics_file import load_extrinsics, save_extrinsics
-from pose_fusion.calibration.imus.section import (
+from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
+from pose_calibration.imus.section import (
     load_mountings,
     load_mountings_if_any,
     save_mountings,
 )
-from pose_fusion.imu.mounting import Mounting
+from pose_core.errors import InputError
+from pose_core.imu.mounting import Mounting
+from pose_core.session.extrinsics import extrinsics_from_map
 
 MOUNTINGS = {
     name: Mounting(

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pose_fusion.kernels.inverse import SMALL, add_information, invert
+from pose_core.kernels.inverse import SMALL, add_information, invert
 
 
 @pytest.mark.parametrize("size", [1, 7, 30, SMALL, SMALL + 1, 78, 101])

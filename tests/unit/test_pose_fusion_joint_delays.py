@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from moving_body import motion
 
-from pose_fusion.calibration.joint_delays import LAG_SPREAD_S, estimate_delay
+from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, estimate_delay
 
 
 def views(delay_s, noise=0.0, lags=None):

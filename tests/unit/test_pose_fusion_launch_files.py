@@ -8,11 +8,11 @@ from ament_index_python.packages import get_package_share_directory
 
 from imu_bridge.parameters import ImuBridgeParameters
 from kinect_bridge.parameters import KinectBridgeParameters
-from pose_common.launcher.evaluation import Evaluation
-from pose_common.parameters import from_mapping, from_ros_yaml
-from pose_fusion.calibration.parameters import LiveCalibrationParameters
-from pose_fusion.fusion.parameters import FusionParameters
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.parameters import from_mapping, from_ros_yaml
 from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_launch.evaluation import Evaluation
 from pose_view.parameters import ViewParameters
 
 SRC = Path(__file__).resolve().parents[2] / "src"

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINTS
-from pose_common.typestore import make_typestore
-from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.skeleton_bytes import SkeletonReader
-from pose_fusion.streams.skeleton_messages import skeleton_samples
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import SkeletonReader
+from pose_io.skeleton_messages import skeleton_samples
+from pose_io.typestore import make_typestore
 
 TYPESTORE = make_typestore()
 TYPES = TYPESTORE.types

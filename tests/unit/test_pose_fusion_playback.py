@@ -2,11 +2,11 @@
 
 import pytest
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
-from pose_fusion.recording.playback import PlaybackClock, Playlist
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
+from pose_io.playback import PlaybackClock, Playlist
 
 T0 = 1_000 * NS_PER_S
 

@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 from moving_body import motion
 
-from pose_common.errors import InputError
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.plots import (
+from pose_core.body.joint_angles import ANGLES
+from pose_core.errors import InputError
+from pose_evaluation.plots import (
     angles_figure,
     bone_lengths_figure,
     errors_figure,
     save_figure,
     style_of,
 )
-from pose_fusion.evaluation.scores import evaluate
+from pose_evaluation.scores import evaluate
 
 METHODS = ("left", "right", "mean", "reference", "fused")
 
@@ -105,5 +105,5 @@ def test_a_folder_that_cannot_be_written_is_said(tmp_path, series):
 
 
 def test_plotting_does_not_import_pyplot():
-    code = "import sys, pose_fusion.evaluation.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
+    code = "import sys, pose_evaluation.plots; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

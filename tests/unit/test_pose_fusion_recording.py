@@ -16,10 +16,10 @@ from rosbags.interfaces import (
 )
 from rosbags.rosbag2 import Reader
 
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_common.typestore import make_typestore
+from pose_core.errors import InputError
 from pose_fusion.recording.recording import Recording, RecordingError
+from pose_io.bags import open_bag
+from pose_io.typestore import make_typestore
 
 STORAGES = ("mcap", "sqlite3")
 FOREVER = QosTime(9223372036, 854775807)

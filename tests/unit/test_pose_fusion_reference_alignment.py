@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from moving_body import motion, standing
 
-from pose_common.errors import InputError
-from pose_fusion.evaluation.angle_series import angle_series
-from pose_fusion.evaluation.reference_alignment import align_reference
-from pose_fusion.evaluation.references.reference import reference_of_skeleton
-from pose_fusion.streams.series import SkeletonSeries
+from pose_core.errors import InputError
+from pose_core.streams.angle_series import angle_series
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.reference_alignment import align_reference
+from pose_io.references.reference import reference_of_skeleton
 
 WALL_CLOCK_S = 1.7e9
 

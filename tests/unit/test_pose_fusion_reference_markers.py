@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import joint_angles
-from pose_fusion.evaluation.references.markers import (
+from pose_core.body.joint_angles import joint_angles
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
+from pose_io.references.markers import (
     KNEE_OFFSET_M,
     MarkerSeries,
     plain,

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
-from pose_fusion.evaluation.references.uiprmd import MARKERS, read_uiprmd
+from pose_core.errors import InputError
+from pose_io.references.uiprmd import MARKERS, read_uiprmd
 
 PLACES = {  # [mm] of a standing person, x forward, z up; the right side mirrored
     "C7": (-80, 0, 1500),

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from moving_body import motion
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.body.joint_angles import ANGLES, joint_angles
-from pose_fusion.evaluation.references.reading import read_reference
+from pose_core.body.joint_angles import ANGLES, joint_angles
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_io.references.reading import read_reference
 
 RATE = 50.0
 GAP = slice(20, 25)  # frames in which the left hand is hidden

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from pose_common.errors import ParameterError
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.time_alignment import TimeAligner
+from pose_core.errors import ParameterError
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.time_alignment import TimeAligner
 
 MS = 1_000_000
 

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from pose_fusion.body.model import load_body_model
-from pose_fusion.fusion.estimators.uncertainty import LIVE, numbers_of
-from pose_fusion.kernels.fit import FITTING, note_fit, scale_of
-from pose_fusion.kernels.telling import published_variance
+from pose_core.body.model import load_body_model
+from pose_core.estimators.uncertainty import LIVE, numbers_of
+from pose_core.kernels.fit import FITTING, note_fit, scale_of
+from pose_core.kernels.telling import published_variance
 
 MODEL = load_body_model("default")
 KNEE, NECK = (MODEL.dof_names.index(name) for name in ("left_knee_flexion", "neck_flexion"))

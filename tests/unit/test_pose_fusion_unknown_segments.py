@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from pose_common.counters import Counters
-from pose_common.joints import JOINTS, TrackingState
-from pose_fusion.body.model import load_body_model
-from pose_fusion.calibration.neutral_stand import shape_of
-from pose_fusion.fusion.estimation import Estimation
-from pose_fusion.fusion.observation_block import Observation
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.preparing import neutral_pose
-from pose_fusion.fusion.tracking import tracking_counters
-from pose_fusion.imu.readings import SegmentReading, readings_of
+from pose_core.body.model import load_body_model
+from pose_core.counters import Counters
+from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.preparing import neutral_pose
+from pose_core.fusion.tracking import tracking_counters
+from pose_core.imu.readings import SegmentReading, readings_of
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.session.neutral_stand import shape_of
 
 MODEL = load_body_model("default")
 

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, SHAPE, kinematics, random_dof
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.model import ROOT_DOF
-from pose_fusion.body.urdf import make_urdf
+from pose_core.body.model import ROOT_DOF
+from pose_core.body.urdf import make_urdf
+from pose_core.joints import JOINT_INDEX
 
 
 def vector(text):

@@ -9,10 +9,10 @@ from exported_motion import body_models, moving, shape_of, write_motion_bag
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.kinematics import ForwardKinematics
-from pose_fusion.body.model import ROOT_DOF
-from pose_fusion.body.urdf import joint_frame, make_urdf
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import ROOT_DOF
+from pose_core.body.urdf import joint_frame, make_urdf
+from pose_core.joints import JOINT_INDEX
 
 MODELS = body_models()
 MM = 1e-3

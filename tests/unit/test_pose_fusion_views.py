@@ -8,7 +8,7 @@ import pytest
 import yaml
 from ament_index_python.packages import get_package_share_directory
 
-from pose_fusion.body.model import ROOT_DOF, available_models, load_body_model
+from pose_core.body.model import ROOT_DOF, available_models, load_body_model
 from pose_fusion.conversions import body_topics, type_name, urdf_topic
 
 SOURCE = Path(__file__).resolve().parents[2] / "src" / "pose_fusion"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from pose_common.joints import JOINT_INDEX
+from pose_core.joints import JOINT_INDEX
 from pose_fusion.watching.findings import Verdict, graph_findings
 from pose_fusion.watching.observation import (
     GraphSnapshot,

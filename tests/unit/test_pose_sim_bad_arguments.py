@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.tools import generate, imu_device
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pose_common.joints import JOINT_INDEX, SEGMENTS, SIDES
+from pose_core.joints import JOINT_INDEX, SEGMENTS, SIDES
 from pose_sim.angles import measured_angles
 from pose_sim.body import BODY_ANGLES, SHANK, THIGH, UPPER_ARM, Body, neutral_angles
 

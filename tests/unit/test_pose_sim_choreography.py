@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINT_INDEX
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
 from pose_sim.angles import JOINT_NAMES, measured_angles, true_joint_angles
 from pose_sim.body import Body
 from pose_sim.choreography import CHOREOGRAPHIES, compose, plan

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_sim.choreography import compose
 from pose_sim.kinect_noise import CLEAN, HARD, TYPICAL
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place

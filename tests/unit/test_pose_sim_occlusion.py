@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from pose_common.joints import JOINT_INDEX, JOINTS
+from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_sim.body import Body, neutral_angles
 from pose_sim.occlusion import hidden
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pose_common.parameters import markdown_table
+from pose_core.parameters import markdown_table
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.kinect_noise import KinectParameters

@@ -5,7 +5,7 @@ import stat
 import numpy as np
 import pytest
 
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.serial_device import BATCH_NS, PseudoTerminal, over_the_air, transmit
 
 MS = 1_000_000

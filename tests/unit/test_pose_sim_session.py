@@ -6,10 +6,10 @@ import pytest
 import yaml
 
 from imu_bridge.devices import PortConfig, read_devices
-from kinect_bridge.formats import plain_csv
-from pose_common.bags import open_bag
-from pose_common.errors import InputError, ParameterError, PoseError
-from pose_common.joints import JOINTS
+from pose_core.errors import InputError, ParameterError, PoseError
+from pose_core.joints import JOINTS
+from pose_io.bags import open_bag
+from pose_io.recordings.formats import plain_csv
 from pose_sim import imu_file
 from pose_sim.angles import JOINT_NAMES
 from pose_sim.session import make_session, read_overrides, settings_of

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from viewed_bag import FRAME_NS, START_NS, moving_joints
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import joint_angles
+from pose_core.body.joint_angles import joint_angles
+from pose_core.joints import JOINT_INDEX
 from pose_view.curves import BodyTrack, curve, on_grid, titles
 from pose_view.plain_words import Line, Mark, NodeReport, as_html, imu_line, node_line, stream_line
 from pose_view.stream_monitor import StreamMonitor

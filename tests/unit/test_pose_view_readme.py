@@ -1,7 +1,7 @@
 import re
 from pathlib import Path
 
-from pose_common.parameters import markdown_table
+from pose_core.parameters import markdown_table
 from pose_view.parameters import ViewParameters
 
 README = Path(__file__).parents[2] / "src" / "pose_view" / "README.md"

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from viewed_bag import BODIES, write_viewed_bag
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import open_bag
 from pose_view.comparison import compute_body, missing_bodies
 from pose_view.recorded import Recorded
 

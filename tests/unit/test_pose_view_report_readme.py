@@ -1,7 +1,7 @@
 import re
 from pathlib import Path
 
-from pose_fusion.evaluation.references.markers import CENTRE_LABELS, MEDIAL
+from pose_io.references.markers import CENTRE_LABELS, MEDIAL
 from pose_view.tools.report import make_parser
 
 ROOT = Path(__file__).resolve().parents[2]

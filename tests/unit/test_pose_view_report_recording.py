@@ -6,13 +6,13 @@ import pytest
 from moving_body import motion
 from session_bag import write_session
 
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.evaluation.offline import IMU_ENDING, known_setups
-from pose_fusion.evaluation.references.reference import reference_of_skeleton
-from pose_fusion.streams.samples import SkeletonSample
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.errors import InputError
+from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.streams.samples import SkeletonSample
+from pose_evaluation.offline import IMU_ENDING, known_setups
+from pose_io.bags import open_bag
+from pose_io.references.reference import reference_of_skeleton
 from pose_view.report.analysis import analyse
 from pose_view.report.figures.canvas import thinned
 from pose_view.report.figures.courses import (

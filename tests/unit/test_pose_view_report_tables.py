@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.range_of_motion import AngleRange
-from pose_fusion.evaluation.scores import AngleScore, Evaluation, MethodScores
-from pose_fusion.evaluation.stability import BONES
-from pose_fusion.evaluation.uncertainty import Coverage
-from pose_fusion.streams.estimate_series import EstimateSeries
+from pose_core.body.joint_angles import ANGLES
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.estimate_series import EstimateSeries
+from pose_evaluation.range_of_motion import AngleRange
+from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
+from pose_evaluation.stability import BONES
+from pose_evaluation.uncertainty import Coverage
 from pose_view.report.tables.accuracy import accuracy_tables, coverage_table, overview_table
 from pose_view.report.tables.motion import peak_table, symmetry_table
 from pose_view.report.tables.steadiness import source_table, timing_table

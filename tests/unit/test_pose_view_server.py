@@ -9,7 +9,7 @@ from patience import PATIENCE_S
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from pose_common.errors import PoseError
+from pose_core.errors import PoseError
 from pose_view.web.server import LocalServer
 
 PROTOCOL = f"viser-v{viser.__version__}"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from pose_common.errors import InputError, ParameterError
+from pose_core.errors import InputError, ParameterError
 from pose_view.tools.view import view
 
 

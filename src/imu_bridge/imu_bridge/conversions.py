@@ -7,7 +7,7 @@ from typing import Any
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import Imu, MagneticField
 
-from pose_common.stamps import put_serialized_ns
+from pose_core.stamps import put_serialized_ns
 
 VECTOR = struct.Struct("<3d")
 QUATERNION = struct.Struct("<4d")

@@ -18,7 +18,7 @@ from imu_bridge.segments import (
     nodes_of,
     refuse_double_segments,
 )
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 
 @dataclass(frozen=True, kw_only=True)

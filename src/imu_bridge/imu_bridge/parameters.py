@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from imu_bridge.filters import FILTERS
 from imu_bridge.filters.orientation_filter import MAGNETOMETER_MODES, FilterSettings
-from pose_common.parameters import parameter
+from pose_core.parameters import parameter
 
 
 @dataclass(frozen=True, kw_only=True)

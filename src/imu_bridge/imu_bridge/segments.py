@@ -11,9 +11,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from pose_common.errors import InputError
-from pose_common.finite_numbers import finite_numbers
-from pose_common.joints import SEGMENTS
+from pose_core.errors import InputError
+from pose_core.finite_numbers import finite_numbers
+from pose_core.joints import SEGMENTS
 
 MAX_NODE_ID = 255
 NODE_KEYS = frozenset({"segment", "gyroscope_bias", "accelerometer", "magnetometer"})

@@ -2,7 +2,7 @@
 
 from enum import Enum
 
-from pose_common.counters import Counters
+from pose_core.counters import Counters
 
 SEQUENCE_MODULUS = 1 << 16
 LATE_FRAMES = 16  # [-] a radio's retransmission comes at most so many frames late

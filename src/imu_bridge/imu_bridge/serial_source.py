@@ -12,8 +12,8 @@ import serial
 from serial.tools import list_ports
 
 from imu_bridge.pipeline import Chunk
-from pose_common.counters import Counters
-from pose_common.errors import InputError
+from pose_core.counters import Counters
+from pose_core.errors import InputError
 
 READ_BYTES = 65536
 QUEUE_CHUNKS = 4096  # [-] about 40 s of the default read period

@@ -5,8 +5,8 @@ from pose_msgs.msg import Skeleton, SkeletonArray
 from std_msgs.msg import Header
 
 from kinect_bridge.sources.source import SkeletonFrame
-from pose_common.conversions import ns_to_stamp
-from pose_common.joints import JOINTS
+from pose_core.joints import JOINTS
+from pose_node.conversions import ns_to_stamp
 
 
 def to_skeleton_array(frame: SkeletonFrame, frame_id: str) -> SkeletonArray:

@@ -3,11 +3,11 @@
 import re
 from dataclasses import dataclass
 
-from kinect_bridge.formats import AUTO, FORMATS
 from kinect_bridge.sources import SOURCES
-from kinect_bridge.timeline import CLOCKS
-from pose_common.errors import ParameterError
-from pose_common.parameters import parameter
+from pose_core.errors import ParameterError
+from pose_core.parameters import parameter
+from pose_io.recordings.formats import AUTO, FORMATS
+from pose_io.recordings.timeline import CLOCKS
 
 MAX_START_NS = (
     2**31 - 10**7

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinect_bridge.recording import Recording, StampArray
-from kinect_bridge.timeline import Timeline
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.recordings.recording import Recording, StampArray
+from pose_io.recordings.timeline import Timeline
 
 NOMINAL_INTERVAL_NS = 33_333_333  # [ns] for a recording of one frame
 LONGEST_WAIT_NS = 1_000_000_000

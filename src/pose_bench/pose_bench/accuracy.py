@@ -8,11 +8,11 @@ from pose_bench.pool import Progress, ignored, run_all
 from pose_bench.scoring import Score, score
 from pose_bench.sessions import BenchSession, bench_session
 from pose_bench.suite import KNOWN, Cell
-from pose_common.errors import PoseError
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.calibration.session_calibration import calibrate
-from pose_fusion.evaluation.time_shift import estimate_time_shift
-from pose_fusion.streams.series import series_from_samples
+from pose_calibration.session_calibration import calibrate
+from pose_core.errors import PoseError
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.series import series_from_samples
+from pose_evaluation.time_shift import estimate_time_shift
 from pose_sim.scene import SENSORS
 
 

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.body.joint_angles import wrapped
-from pose_fusion.evaluation.angle_series import AngleSeries
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.joint_angles import wrapped
+from pose_core.streams.angle_series import AngleSeries
+from pose_core.streams.samples import FloatArray
 
 STRETCHES = np.arange(0.9, 1.301, 0.02)  # [-] true time over nominal time
 SHIFTS_S = np.arange(-0.4, 0.401, 0.04)  # [s]

@@ -28,7 +28,7 @@ from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.pipeline import Chunk, ImuPipeline
 from imu_bridge.segments import ImuNode
 from pose_bench.sessions import JUDGED_FROM_S
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.imu_file import encode_all
 from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES

@@ -19,7 +19,7 @@ import pose_sim
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuPipeline
 from imu_bridge.segments import ImuNode
-from pose_fusion.streams.samples import FloatArray, ImuSample
+from pose_core.streams.samples import FloatArray, ImuSample
 from pose_sim.imu_file import encode_all
 from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES

@@ -14,15 +14,15 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinect_bridge.formats import read_recording
-from kinect_bridge.recording import Recording
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
 from pose_bench.tables import TextTable, number
-from pose_common.errors import InputError
-from pose_fusion.body.joint_angles import ANGLES, joint_angles, wrapped
-from pose_fusion.evaluation.scores import known_joints, mean_known
-from pose_fusion.evaluation.time_shift import estimate_time_shift
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.joint_angles import ANGLES, joint_angles, wrapped
+from pose_core.errors import InputError
+from pose_core.streams.samples import FloatArray
+from pose_evaluation.scores import known_joints, mean_known
+from pose_evaluation.time_shift import estimate_time_shift
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.recording import Recording
 
 LAYOUTS = {"Kinect_0": "parallel", "Kinect_1": "45°", "Kinect_2": "90°"}
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_bench.sessions import BenchSession
-from pose_common.parameters import specs
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.evaluation.offline import MethodRun, MethodSetup, run_of_estimates
-from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.parameters import specs
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_evaluation.offline import MethodRun, MethodSetup, run_of_estimates
 
 BASELINE = "joint_kf"
 """What every method is compared with; it is given the true extrinsics and clock offset."""

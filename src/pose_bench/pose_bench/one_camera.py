@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinect_bridge.recording import SensorStream
-from kinect_bridge.timeline import make_timeline
 from pose_bench.methods import TimedRun, run_pipeline
-from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.series import SkeletonSeries, series_from_samples
-from pose_fusion.streams.single_person import SinglePersonSelector
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.series import SkeletonSeries, series_from_samples
+from pose_core.streams.single_person import SinglePersonSelector
+from pose_io.recordings.recording import SensorStream
+from pose_io.recordings.timeline import make_timeline
 
 CAMERA = "camera"
 RAW = "raw"

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_bench.sessions import BenchSession
-from pose_common.joints import JOINTS, TrackingState
-from pose_fusion.evaluation.angle_series import angle_series
-from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
-from pose_fusion.streams.series import SkeletonSeries
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.streams.angle_series import angle_series
+from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_core.streams.series import SkeletonSeries
 
 
 @dataclass(frozen=True, kw_only=True)

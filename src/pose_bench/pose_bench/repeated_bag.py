@@ -3,10 +3,10 @@
 import struct
 from pathlib import Path
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import BagReader
-from pose_common.stamps import NS_PER_S
-from pose_fusion.streams.topics import imu_topics, sensor_topics
+from pose_core.stamps import NS_PER_S
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import BagReader
+from pose_io.topics import imu_topics, sensor_topics
 
 PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning
 STAMP = struct.Struct("<iI")

@@ -11,7 +11,7 @@ from pose_bench.means import ratios
 from pose_bench.methods import BASELINE
 from pose_bench.scoring import Score
 from pose_bench.suite import Cell
-from pose_fusion.body.joint_angles import ANGLES
+from pose_core.body.joint_angles import ANGLES
 
 FIGURES = tuple(
     field.name

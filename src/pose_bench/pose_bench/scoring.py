@@ -8,10 +8,10 @@ import numpy as np
 from pose_bench.methods import TimedRun
 from pose_bench.sessions import BenchSession
 from pose_bench.suite import Cell
-from pose_fusion.body.joint_angles import ABDUCTION_OF, ANGLES, wrapped
-from pose_fusion.evaluation.angle_series import SIDEWAYS
-from pose_fusion.evaluation.scores import mean_known, score_method
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, wrapped
+from pose_core.streams.angle_series import SIDEWAYS
+from pose_core.streams.samples import FloatArray
+from pose_evaluation.scores import mean_known, score_method
 from pose_sim.angles import JOINT_NAMES
 
 HIP_AND_KNEE = tuple(angle for angle in ANGLES if "hip" in angle or "knee" in angle)

@@ -1,9 +1,9 @@
 """The synthetic subject's sessions as the samples that the live bridges would publish, in memory.
 
-The same code as in the live graph makes the stamps: ``kinect_bridge.timeline`` maps each Kinect's
-clock onto the host's; ``imu_bridge.pipeline`` decodes the nodes' bytes, maps their clocks, removes
-the gyroscopes' biases and runs the bridge's default filter. Samples are in the order in which they
-arrive at the host; beyond that, nothing knows of anything but their stamps.
+The same code as in the live graph makes the stamps: ``pose_io.recordings.timeline`` maps each
+Kinect's clock onto the host's; ``imu_bridge.pipeline`` decodes the nodes' bytes, maps their clocks,
+removes the gyroscopes' biases and runs the bridge's default filter. Samples are in the order in
+which they arrive at the host; beyond that, nothing knows of anything but their stamps.
 """
 
 from collections.abc import Mapping
@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinect_bridge.timeline import make_timeline
 from pose_bench.imu_samples import imu_samples
-from pose_common.joints import JOINTS, TrackingState
-from pose_fusion.calibration.clocks import Clock
-from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.streams.samples import FloatArray, ImuSample, SkeletonSample
-from pose_fusion.streams.series import SkeletonSeries
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.session.clocks import Clock
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample
+from pose_core.streams.series import SkeletonSeries
+from pose_io.recordings.timeline import make_timeline
 from pose_sim.angles import true_joint_angles
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session, make_session, settings_of

@@ -16,23 +16,23 @@ import numpy as np
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.segment_filter import ReferenceFilter
 from pose_bench.reference.textbook_ukf import TextbookFilter
-from pose_common.counters import Counters
-from pose_common.joints import JOINTS, TrackingState
-from pose_fusion.body.kinematics import ForwardKinematics
-from pose_fusion.body.model import BodyModel, load_body_model
-from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.calibration.neutral_stand import shape_of
-from pose_fusion.filters.li2020 import Li2020Filter, Li2020Parameters
-from pose_fusion.filters.looks import CameraLooks, LinkLooks
-from pose_fusion.filters.segment_filter import SegmentFilter
-from pose_fusion.fusion.estimation import Estimation
-from pose_fusion.fusion.observation_block import Observation
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.preparing import neutral_pose
-from pose_fusion.fusion.tracking import tracking_counters
-from pose_fusion.imu.readings import SegmentReading, readings_of
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import BodyModel, load_body_model
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
+from pose_core.filters.looks import CameraLooks, LinkLooks
+from pose_core.filters.segment_filter import SegmentFilter
+from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.preparing import neutral_pose
+from pose_core.fusion.tracking import tracking_counters
+from pose_core.imu.readings import SegmentReading, readings_of
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.session.neutral_stand import shape_of
+from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]

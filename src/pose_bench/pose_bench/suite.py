@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from pose_bench.sessions import DURATION_S, SessionSpec
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.choreography import CHOREOGRAPHIES
 
 KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"

@@ -17,18 +17,18 @@ from pathlib import Path
 
 import numpy as np
 
-from kinect_bridge.formats import read_recording
 from pose_bench.frame_rate import time_stretch
 from pose_bench.one_camera import RAW, View, run_one_camera, view_of, view_of_stream
 from pose_bench.tables import TextTable, number
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_fusion.body.joint_angles import ANGLES, unwrapped, wrapped
-from pose_fusion.evaluation.angle_series import AngleSeries, angle_series, without_sideways_flexion
-from pose_fusion.evaluation.references.uiprmd import read_uiprmd
-from pose_fusion.evaluation.scores import AngleScore, mean_known, score_angle
-from pose_fusion.streams.samples import FloatArray, SkeletonSample
-from pose_fusion.streams.series import SkeletonSeries
+from pose_core.body.joint_angles import ANGLES, unwrapped, wrapped
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.streams.angle_series import AngleSeries, angle_series, without_sideways_flexion
+from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.scores import AngleScore, mean_known, score_angle
+from pose_io.recordings.formats import read_recording
+from pose_io.references.uiprmd import read_uiprmd
 
 FILE = re.compile(r"m(?P<movement>\d\d)_s(?P<subject>\d\d)_e\d\d_positions\.txt(\.gz)?$")
 MOVEMENTS = {

@@ -13,15 +13,15 @@ from std_msgs.msg import ColorRGBA, Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
-from pose_common.conversions import ns_to_stamp
-from pose_common.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_fusion.body.frames import BodyFrames
-from pose_fusion.body.model import ROOT_DOF, BodyModel
-from pose_fusion.calibration.clocks import IMUS, Clocks
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.kernels.rotations import quaternion
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.frames import BodyFrames
+from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.kernels.rotations import quaternion
+from pose_core.session.clocks import IMUS, Clocks
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import FloatArray
+from pose_node.conversions import ns_to_stamp
 
 WORLD_FRAME = "map"
 BONE_WIDTH = 0.03  # [m]

@@ -6,18 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys.store import Typestore
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.frames import BodyFrames
-from pose_fusion.body.model import ROOT_DOF, BodyModel
+from pose_core.body.frames import BodyFrames
+from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.samples import FloatArray
 from pose_fusion.conversions import (
     STATE_COLORS,
     bone_ends,
     to_bag_message,
     to_messages,
 )
-from pose_fusion.fusion.estimates import BodyEstimate, EstimateBlock
-from pose_fusion.streams.message_template import MessageTemplate
-from pose_fusion.streams.samples import FloatArray
+from pose_io.cdr.message_template import MessageTemplate
 
 
 class EstimateBytes:

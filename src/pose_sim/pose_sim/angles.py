@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.motion import Motion
 from pose_sim.rotations import FloatArray
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pose_common.joints import JOINTS, SEGMENTS, SIDES
+from pose_core.joints import JOINTS, SEGMENTS, SIDES
 from pose_sim.rotations import FloatArray, about_x, about_y, about_z
 
 BODY_ANGLES: tuple[str, ...] = (

@@ -10,8 +10,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pose_common.errors import InputError
-from pose_common.joints import SIDES
+from pose_core.errors import InputError
+from pose_core.joints import SIDES
 from pose_sim.body import Body
 from pose_sim.jump import jump
 from pose_sim.motion import Motion, perform

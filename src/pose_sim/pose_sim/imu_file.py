@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from imu_bridge.protocols.star import RawSample, encode
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.virtual_imu import (
     ACCELEROMETER_RANGE,
     GYROSCOPE_RANGE,

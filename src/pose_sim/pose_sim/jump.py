@@ -7,7 +7,7 @@ the angles that reach from there to the floor (on the ground) or to the feet (in
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from pose_common.joints import SIDES
+from pose_core.joints import SIDES
 from pose_sim.body import ANKLE_HEIGHT, FOOT, SHANK, THIGH, Body, neutral_angles
 from pose_sim.rotations import FloatArray
 from pose_sim.timeline import Timeline, minimum_jerk, quintic

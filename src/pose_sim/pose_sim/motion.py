@@ -9,7 +9,7 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import SIDES
+from pose_core.joints import SIDES
 from pose_sim.body import BODY_ANGLES, Body, Pose
 from pose_sim.rotations import FloatArray, continuous_quaternions, rotate
 from pose_sim.timeline import Timeline, Variation, minimum_jerk

@@ -3,7 +3,7 @@
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
-from pose_common.joints import SIDES
+from pose_core.joints import SIDES
 from pose_sim.timeline import Timeline
 
 

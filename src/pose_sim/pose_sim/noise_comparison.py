@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import measured_angles
 from pose_sim.choreography import STILL
 from pose_sim.motion import Motion

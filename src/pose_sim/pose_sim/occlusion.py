@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pose_common.joints import JOINTS, SIDES
+from pose_core.joints import JOINTS, SIDES
 from pose_sim.rotations import FloatArray
 
 SOFTNESS = 0.012  # [m] over which a joint passes from seen to hidden

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_common.parameters import parameter
+from pose_core.parameters import parameter
 from pose_sim.rotations import FloatArray
 
 SENSORS = ("left", "right")

@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_sim import uart
 
 INPUT_SPEED = 4  # index into what tcgetattr gives

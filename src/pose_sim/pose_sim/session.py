@@ -8,10 +8,10 @@ from typing import Any, TypeVar
 import numpy as np
 import yaml
 
-from pose_common.errors import InputError
-from pose_common.joints import JOINTS
-from pose_common.parameters import from_mapping
-from pose_common.stamps import NS_PER_S
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS
+from pose_core.parameters import from_mapping
+from pose_core.stamps import NS_PER_S
 from pose_sim import imu_noise, kinect_noise
 from pose_sim.body import Body
 from pose_sim.choreography import compose

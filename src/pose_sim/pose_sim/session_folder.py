@@ -11,9 +11,9 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
-from kinect_bridge.formats import plain_csv
-from kinect_bridge.recording import Recording, make_recording, make_stream
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_io.recordings.formats import plain_csv
+from pose_io.recordings.recording import Recording, make_recording, make_stream
 from pose_sim import imu_file
 from pose_sim.session import Session
 from pose_sim.truth_bag import SUBJECT, write_truth

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_common.parameters import parameter
+from pose_core.parameters import parameter
 from pose_sim.body import BODY_ANGLES, Body
 from pose_sim.rotations import FloatArray
 

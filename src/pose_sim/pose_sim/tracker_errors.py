@@ -4,7 +4,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import lfilter
 
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.rotations import FloatArray, about_z
 

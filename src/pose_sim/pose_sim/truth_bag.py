@@ -7,10 +7,10 @@ import numpy as np
 from rosbags.typesys.store import Typestore
 from scipy.spatial.transform import Rotation
 
-from pose_common.bag_writer import BagWriter
-from pose_common.joints import JOINTS, TrackingState
-from pose_common.stamps import NS_PER_S
-from pose_common.typestore import make_typestore
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_io.bag_writer import BagWriter
+from pose_io.typestore import make_typestore
 from pose_sim.angles import JOINT_NAMES, true_joint_angles
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session

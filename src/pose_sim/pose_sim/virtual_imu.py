@@ -19,7 +19,7 @@ from imu_bridge.protocols.star import (
     SEQUENCE_MODULUS,
     quantise,
 )
-from pose_common.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S
 from pose_sim.body import Body
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.motion import Motion, SegmentPath

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from pose_common.joints import JOINTS, TrackingState
-from pose_common.stamps import NS_PER_S
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.motion import Motion
 from pose_sim.occlusion import hidden

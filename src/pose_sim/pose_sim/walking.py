@@ -4,7 +4,7 @@ The feet carry the body and do not slide, so the legs' angles alone take it from
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
-from pose_common.joints import SIDES
+from pose_core.joints import SIDES
 from pose_sim.moves import both, other, quarter_turn, turn_steps
 from pose_sim.timeline import Timeline
 

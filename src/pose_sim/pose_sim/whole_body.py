@@ -6,7 +6,7 @@ of ``docs/conventions.md``; speeds are those of a fit person who does not hurry,
 
 from collections.abc import Mapping
 
-from pose_common.joints import SIDES
+from pose_core.joints import SIDES
 from pose_sim.moves import (
     bend_forward,
     both,

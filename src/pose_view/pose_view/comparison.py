@@ -3,15 +3,15 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from pose_common.bags import BagReader
-from pose_common.errors import PoseError
-from pose_common.parameters import from_mapping
-from pose_fusion.calibration.extrinsics import extrinsics_from_map
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
-from pose_fusion.streams.bags import BagSamples
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.topics import imu_topics
+from pose_core.errors import PoseError
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.parameters import from_mapping
+from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.streams.samples import SkeletonSample
+from pose_io.bag_samples import BagSamples
+from pose_io.bags import BagReader
+from pose_io.topics import imu_topics
 from pose_view.messages import estimate_snapshot
 from pose_view.recorded import Recorded
 from pose_view.snapshot import BodySnapshot

@@ -1,7 +1,7 @@
 """The curves that can be plotted: an angle of one body over time, in degrees.
 
 Pitch and yaw are those of zhang2015's figures 8 and 9, in map, alike for every source
-(:mod:`pose_fusion.evaluation.limb_attitude`). Yaw is shown from 0° to 360°: 180° is towards the
+(:mod:`pose_evaluation.limb_attitude`). Yaw is shown from 0° to 360°: 180° is towards the
 first camera, where people's arms mostly point, and the curve breaks where it passes away from it.
 The flexion of a limb that points sideways says nothing and is left out (docs/conventions.md).
 """
@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles
-from pose_fusion.body.model import ROOT_DOF
-from pose_fusion.evaluation.limb_attitude import LIMBS, limb_attitude
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles
+from pose_core.body.model import ROOT_DOF
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.samples import FloatArray
+from pose_evaluation.limb_attitude import LIMBS, limb_attitude
 from pose_view.snapshot import BodySnapshot
 
 SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))

@@ -5,12 +5,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
-from pose_fusion.streams.samples import FloatArray
-from pose_fusion.streams.skeleton_messages import skeleton_samples
-from pose_fusion.streams.static_transforms import transforms_to_map
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+from pose_io.skeleton_messages import skeleton_samples
+from pose_io.static_transforms import transforms_to_map
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
 from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.fusion.estimates import BodyEstimate
-from pose_fusion.streams.samples import FloatArray, SkeletonSample
-from pose_fusion.streams.skeleton_messages import skeleton_sample, stamp_ns
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_io.skeleton_messages import skeleton_sample, stamp_ns
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton
 
 BODY_TOPIC = re.compile(r"^/humans/bodies/(?P<body>[^/]+)/(?P<leaf>skeleton|estimate)$")

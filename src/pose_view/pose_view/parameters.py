@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pose_common.parameters import NAME, NAME_ENDING, parameter
+from pose_core.parameters import NAME, NAME_ENDING, parameter
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,13 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from pose_common.bags import BagReader
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
-from pose_fusion.streams.bags import read_extrinsics
-from pose_fusion.streams.samples import FloatArray
-from pose_fusion.streams.skeleton_messages import skeleton_samples, stamp_ns
-from pose_fusion.streams.topics import sensor_topics
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+from pose_io.bag_samples import read_extrinsics
+from pose_io.bags import BagReader
+from pose_io.skeleton_messages import skeleton_samples, stamp_ns
+from pose_io.topics import sensor_topics
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import (
     BODY_TOPIC,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.streams.samples import FloatArray
+from pose_core.streams.samples import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_common.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S
 
 RATE_SPAN_S = 2.0  # [s] that rate and delay are means of
 GAP_SPAN_S = 60.0  # [s] that gaps are counted over

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pose_fusion.streams.samples import FloatArray
+from pose_core.streams.samples import FloatArray
 
 WIDTH, HEIGHT = 340, 128
 LEFT, RIGHT, TOP, BOTTOM = 40, 8, 6, 30

@@ -10,8 +10,8 @@ from imu_bridge.pipeline import ImuPipeline, NodeState
 from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.segments import ImuNode
 from imu_bridge.serial_source import PortState, SerialSource
-from pose_common.level import Level
-from pose_common.nodes.diagnostics import Report
+from pose_node.level import Level
+from pose_node.nodes.diagnostics import Report
 
 DEAF_BYTES = 100  # [bytes] without a packet among them that say: another speed, or format
 DEAF_REPORTS = 2  # [-] and so many reports in a row

@@ -16,10 +16,10 @@ from imu_bridge.nodes.health import Health
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import ImuBatch, ImuPipeline
 from imu_bridge.serial_source import SerialSource
-from pose_common.errors import InputError, ParameterError
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher
-from pose_common.nodes.running import run_node
+from pose_core.errors import InputError, ParameterError
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher
+from pose_node.nodes.running import run_node
 
 
 class ImuBridge(Node):

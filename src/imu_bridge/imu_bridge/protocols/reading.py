@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from pose_common.counters import Counters
+from pose_core.counters import Counters
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
 

@@ -40,7 +40,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from imu_bridge.protocols.reading import STANDARD_GRAVITY, Reading
-from pose_common.counters import Counters
+from pose_core.counters import Counters
 
 SYNC = b"\xa5\x5a"
 KIND_SAMPLE = 0x11

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from imu_bridge.protocols.reading import STANDARD_GRAVITY, Reading, Vector3
-from pose_common.counters import Counters
-from pose_common.errors import InputError
+from pose_core.counters import Counters
+from pose_core.errors import InputError
 
 MAX_LINE_BYTES = 512
 IGNORED = "_"

@@ -25,7 +25,7 @@ import math
 import struct
 
 from imu_bridge.protocols.reading import STANDARD_GRAVITY, Reading, Vector3, Vector4
-from pose_common.counters import Counters
+from pose_core.counters import Counters
 
 HEADER = 0x55
 PACKET_BYTES = 11

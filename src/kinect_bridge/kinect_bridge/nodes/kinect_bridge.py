@@ -13,11 +13,11 @@ from kinect_bridge.nodes.message_types import message_type
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources import make_source
 from kinect_bridge.sources.source import SkeletonFrame, Topic
-from pose_common.counters import Counters
-from pose_common.joints import TrackingState
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import run_node
+from pose_core.counters import Counters
+from pose_core.joints import TrackingState
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
 
 STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState)
 

@@ -5,7 +5,7 @@ from importlib import import_module
 from typing import Any
 
 from kinect_bridge.sources.source import Topic
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 TYPE_NAME = r"([a-z][a-z0-9_]*)/msg/([A-Za-z][A-Za-z0-9]*)"
 

@@ -6,8 +6,8 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from kinect_bridge.joint_maps import FloatArray, JointMap
 from kinect_bridge.sources.live import MAX_ID, MAX_PEOPLE, Person
+from pose_io.recordings.joint_maps import FloatArray, JointMap
 
 VERSION = 1
 MAX_BYTES = 32_768

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.joint_maps import FloatArray, JointMap, mark_missing
 from kinect_bridge.sources.live_clock import CLOCK_COUNTERS, LiveClock
 from kinect_bridge.sources.source import SkeletonFrame, SourceReport, Topic
-from pose_common.counters import Counters
-from pose_common.joints import JOINTS, TrackingState
-from pose_common.level import Level
-from pose_common.stamps import NS_PER_S
+from pose_core.counters import Counters
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_io.recordings.joint_maps import FloatArray, JointMap, mark_missing
+from pose_node.level import Level
 
 MAX_PEOPLE = 16  # in one frame
 MAX_ID = 32  # [characters]

@@ -4,14 +4,14 @@ A capture time is one of three:
 
 - on the host's clock, as a ROS stamp of the same machine is: it is the stamp;
 - on another clock, as a device's counter is: it is mapped by the line below the arrivals
-  (:mod:`pose_common.lower_line`), so that jitter of transport does not reach the stamp, and the
+  (:mod:`pose_core.lower_line`), so that jitter of transport does not reach the stamp, and the
   least delay stays in it;
 - missing: the stamp is the arrival less the delay of the frame before.
 """
 
-from pose_common.counters import Counters
-from pose_common.lower_line import LowerLine
-from pose_common.stamps import NS_PER_S
+from pose_core.counters import Counters
+from pose_core.lower_line import LowerLine
+from pose_core.stamps import NS_PER_S
 
 MAX_DRIFT = 1e-3  # [s/s] between two clocks
 JUMP_NS = 5 * NS_PER_S  # [ns] beyond this a clock has been set, or begun anew

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.joint_map_files import find_joint_map
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
 from kinect_bridge.sources.source import Topic
-from pose_common.stamps import nanoseconds
+from pose_core.stamps import nanoseconds
+from pose_io.recordings.joint_map_files import find_joint_map
 
 IDS_PER_BODY = 100
 ADD = 0  # visualization_msgs/Marker: also MODIFY

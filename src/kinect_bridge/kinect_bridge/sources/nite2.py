@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.joint_map_files import find_joint_map
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.live import LiveSource, Person
 from kinect_bridge.sources.nite2_library import (
@@ -23,7 +22,8 @@ from kinect_bridge.sources.nite2_library import (
     LibraryError,
     Nite2Library,
 )
-from pose_common.errors import ParameterError
+from pose_core.errors import ParameterError
+from pose_io.recordings.joint_map_files import find_joint_map
 
 NS_PER_US = 1000
 SILENCE_S = 2.0  # [s] without a frame: the sensor is gone

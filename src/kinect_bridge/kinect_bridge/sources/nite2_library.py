@@ -9,7 +9,7 @@ from ctypes import POINTER, byref, c_char, c_char_p, c_float, c_int, c_short, c_
 from pathlib import Path
 from typing import Any
 
-from pose_common.errors import InputError, PoseError
+from pose_core.errors import InputError, PoseError
 
 JOINT_COUNT = 15
 ONI_API_VERSION = 2002  # 1000 * major + minor

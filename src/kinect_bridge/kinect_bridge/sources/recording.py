@@ -4,13 +4,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from kinect_bridge.formats import read_recording
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.replay import Replay, make_schedule
 from kinect_bridge.sources.source import SkeletonFrame, SourceReport, Topic
-from kinect_bridge.timeline import make_timeline
-from pose_common.errors import ParameterError
-from pose_common.level import Level
+from pose_core.errors import ParameterError
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.timeline import make_timeline
+from pose_node.level import Level
 
 LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then
 

@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from kinect_bridge.joint_maps import FloatArray, StateArray
-from pose_common.level import Level
+from pose_io.recordings.joint_maps import FloatArray, StateArray
+from pose_node.level import Level
 
 
 @dataclass(frozen=True, kw_only=True)

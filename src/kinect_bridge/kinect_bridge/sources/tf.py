@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.joint_map_files import find_joint_map
-from kinect_bridge.joint_maps import FloatArray
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
 from kinect_bridge.sources.source import Topic
-from pose_common.errors import ParameterError
-from pose_common.stamps import nanoseconds
+from pose_core.errors import ParameterError
+from pose_core.stamps import nanoseconds
+from pose_io.recordings.joint_map_files import find_joint_map
+from pose_io.recordings.joint_maps import FloatArray
 
 TF, TF_STATIC = "/tf", "/tf_static"
 INSTALL = "apt install ros-jazzy-tf2-msgs"

@@ -11,11 +11,11 @@ from collections.abc import Callable, Mapping
 
 import msgspec
 
-from kinect_bridge.joint_map_files import find_joint_map
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.datagram import MAX_BYTES, VERSION, decode, to_person
 from kinect_bridge.sources.live import SILENCE_NS, LiveSource
-from pose_common.errors import InputError, ParameterError
+from pose_core.errors import InputError, ParameterError
+from pose_io.recordings.joint_map_files import find_joint_map
 
 POLL_S = 0.2  # [s] how soon the thread notices that it shall end
 WRAP = 2**32  # of the sequence number

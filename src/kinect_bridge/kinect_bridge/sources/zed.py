@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.joint_map_files import find_joint_map, shipped_joint_map
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
 from kinect_bridge.sources.source import Topic
-from pose_common.joints import TrackingState
-from pose_common.stamps import nanoseconds
+from pose_core.joints import TrackingState
+from pose_core.stamps import nanoseconds
+from pose_io.recordings.joint_map_files import find_joint_map, shipped_joint_map
 
 MAPS = {0: "zed_18", 1: "zed_34", 2: "zed_38"}  # by body_format
 TRACKED, SEARCHING = 1, 2  # tracking_state of a person: seen, or its way is guessed

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.formats import AUTO, FORMATS, read_recording
-from kinect_bridge.recording import Recording, SensorStream
-from kinect_bridge.timeline import Timeline, make_timeline
-from pose_common.command_line import run_tool
+from pose_io.recordings.formats import AUTO, FORMATS, read_recording
+from pose_io.recordings.recording import Recording, SensorStream
+from pose_io.recordings.timeline import Timeline, make_timeline
+from pose_node.command_line import run_tool
 
 GAP_S = 0.5  # [s] what counts as a gap; a few dropped frames do not
 

@@ -16,8 +16,8 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import JointState
 
-from pose_common.nodes.running import run_node
-from pose_common.stamps import nanoseconds, serialized_ns
+from pose_core.stamps import nanoseconds, serialized_ns
+from pose_node.nodes.running import run_node
 
 LATE = "frames_late_but_used"
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from pose_common.joints import JOINTS
-from pose_fusion.body.model import BodyModel
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.joints import JOINTS
+from pose_core.streams.samples import FloatArray
 
 ACCURACY = 1e-5  # [-] of the assembly, as in OpenSim's own tool
 

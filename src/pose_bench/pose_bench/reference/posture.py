@@ -1,15 +1,15 @@
-"""What is known of a posture beforehand, in plain numpy: see ``pose_fusion.filters.posture``."""
+"""What is known of a posture beforehand, in plain numpy: see ``pose_core.filters.posture``."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_fusion.body.kinematics import skew
-from pose_fusion.body.segment_tree import SegmentTree, without_side
-from pose_fusion.filters.posture import PosturePrior
-from pose_fusion.filters.segment_state import Layout
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.kinematics import skew
+from pose_core.body.segment_tree import SegmentTree, without_side
+from pose_core.filters.posture import PosturePrior
+from pose_core.filters.segment_state import Layout
+from pose_core.streams.samples import FloatArray
 
 LEAST_DEFINED = 1e-3  # [-] of a twist
 

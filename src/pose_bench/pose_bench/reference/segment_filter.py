@@ -1,4 +1,4 @@
-"""The default estimator's filter in plain numpy: see ``pose_fusion.filters.segment_filter``.
+"""The default estimator's filter in plain numpy: see ``pose_core.filters.segment_filter``.
 
 Nothing of the compiled kernels is used: whole matrices, library rotations, inverses.
 """
@@ -9,16 +9,16 @@ from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.posture import Posture, flexion
 from pose_bench.reference.tracker import covariances, foreshortening, inertia, student_weights
-from pose_common.joints import TrackingState
-from pose_fusion.body.kinematics import rotation_from_vector, skew
-from pose_fusion.body.segment_tree import SegmentTree
-from pose_fusion.filters.looks import CameraLooks, LinkLooks, Outcome, UpdateReport
-from pose_fusion.filters.motion_prior import MotionPrior, acceleration_power
-from pose_fusion.filters.posture import PosturePrior
-from pose_fusion.filters.segment_filter import NO_CAMERAS, NO_IMUS
-from pose_fusion.filters.segment_state import Layout, SegmentState
-from pose_fusion.filters.tracker_model import TrackerNoise
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.kinematics import rotation_from_vector, skew
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.filters.looks import CameraLooks, LinkLooks, Outcome, UpdateReport
+from pose_core.filters.motion_prior import MotionPrior, acceleration_power
+from pose_core.filters.posture import PosturePrior
+from pose_core.filters.segment_filter import NO_CAMERAS, NO_IMUS
+from pose_core.filters.segment_state import Layout, SegmentState
+from pose_core.filters.tracker_model import TrackerNoise
+from pose_core.joints import TrackingState
+from pose_core.streams.samples import FloatArray
 
 MOST = 20.0  # [-] a squared distance that counts no more than that, in the mean
 WRONG_BEND = np.radians(-35.0)  # a hinge bent further the wrong way is a limb turned by half a turn

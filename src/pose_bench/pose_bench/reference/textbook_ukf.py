@@ -7,12 +7,12 @@ import numpy as np
 from filterpy.common import Q_discrete_white_noise
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter, unscented_transform
 
-from pose_common.joints import JOINT_INDEX, JOINTS
-from pose_fusion.body.model import ROOT_DOF, BodyModel
-from pose_fusion.body.shape import BodyShape
-from pose_fusion.filters.li2020 import FRAME_PERIOD_S, Li2020Parameters
-from pose_fusion.filters.measurement_noise import fuse_measurements, measurement_noise
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.filters.li2020 import FRAME_PERIOD_S, Li2020Parameters
+from pose_core.filters.measurement_noise import fuse_measurements, measurement_noise
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.streams.samples import FloatArray
 
 
 def rodrigues(vector: FloatArray) -> FloatArray:

@@ -1,11 +1,11 @@
-"""A depth camera's skeleton tracker in plain numpy: see ``pose_fusion.filters.tracker_model``."""
+"""A depth camera's skeleton tracker in plain numpy: see ``pose_core.filters.tracker_model``."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_common.joints import TrackingState
-from pose_fusion.filters.tracker_model import LIMB_ENDS, TrackerNoise
-from pose_fusion.streams.samples import FloatArray
+from pose_core.filters.tracker_model import LIMB_ENDS, TrackerNoise
+from pose_core.joints import TrackingState
+from pose_core.streams.samples import FloatArray
 
 FAR, NEAR = LIMB_ENDS.T
 FASTEST = 1.6  # [m/s] beyond which the noise grows no more

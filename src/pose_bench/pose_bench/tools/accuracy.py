@@ -17,7 +17,7 @@ from pose_bench.suite import CALIBRATION_WALK, JUDGING_SEEDS, LEVELS, cells, qui
 from pose_bench.summary import failures, tables
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import document, output_folder, show
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS
 

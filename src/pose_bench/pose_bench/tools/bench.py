@@ -8,7 +8,7 @@ import argparse
 from collections.abc import Callable
 
 from pose_bench.tools import accuracy, goals, imu, live, offline, prediction, speed
-from pose_common.command_line import run_tool
+from pose_node.command_line import run_tool
 
 Benchmark = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[..., int | None]]
 

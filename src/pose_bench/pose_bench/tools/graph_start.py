@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 
 from pose_bench.tools.live_graph import stopped
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import executable, run_to_end, start, stop
 
 PROBE_S = 4.0  # [s] until the probe listens
@@ -52,7 +52,7 @@ def first_state_s(session: Path, bag: Path, folder: Path) -> float:
         time.sleep(PROBE_S)
         begin_ns = time.time_ns()
         with (folder / "start.log").open("w") as log:
-            command: list[str | Path] = [executable("pose_common", "up"), LAUNCH_FILE, *words]
+            command: list[str | Path] = [executable("pose_launch", "up"), LAUNCH_FILE, *words]
             graph = start(command, stdout=log, stderr=subprocess.STDOUT)
             try:
                 time.sleep(WATCHED_S)

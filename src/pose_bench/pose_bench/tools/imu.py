@@ -18,7 +18,7 @@ from pose_bench.imu_accuracy import (
 )
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import document, output_folder, show
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the synthetic subject"
 PUBLISHED = (

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.processes import descendants, usage
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
-from pose_fusion.streams.samples import FloatArray
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
 from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, start, stop
 
 LEAD_S = 12.0  # [s] from the session's making to its first frame: all processes start

@@ -16,9 +16,9 @@ from pose_bench.repeated_bag import repeat
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import document, output_folder, show
-from pose_common.bags import open_bag
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 from pose_fusion.tools.demo_processes import executable
+from pose_io.bags import open_bag
 
 SUMMARY = "how fast ./pose fuse is on bags of several lengths, and how much memory it takes"
 LOOK_S = 0.2  # [s] between two looks at the memory

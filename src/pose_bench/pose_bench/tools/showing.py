@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_bench.tables import TextTable
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 WIDTH = 120  # [columns] of the tables where there is no terminal
 

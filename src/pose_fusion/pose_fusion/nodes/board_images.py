@@ -10,11 +10,11 @@ from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from pose_common.errors import InputError
-from pose_fusion.calibration.board.camera import Camera, camera_from_info
-from pose_fusion.calibration.board.collecting import BoardCollector
-from pose_fusion.calibration.board.images import grey_from_message
-from pose_fusion.streams.skeleton_messages import stamp_ns
+from pose_calibration.board.camera import Camera, camera_from_info
+from pose_calibration.board.collecting import BoardCollector
+from pose_calibration.board.images import grey_from_message
+from pose_core.errors import InputError
+from pose_io.skeleton_messages import stamp_ns
 
 SPIN_S = 0.1
 

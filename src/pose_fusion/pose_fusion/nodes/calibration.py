@@ -14,18 +14,14 @@ from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_common.level import Level
-from pose_common.nodes.declaring import accept_changes, declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import run_node
-from pose_fusion.calibration.clocks import Clock, Clocks
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_extrinsics
-from pose_fusion.calibration.imu_motion import BONES
-from pose_fusion.calibration.live_calibration import CalibrationState, LiveCalibration
-from pose_fusion.calibration.parameters import LiveCalibrationParameters
+from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_calibration.inertial.imu_motion import BONES
+from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.session.clocks import Clock, Clocks
+from pose_core.session.extrinsics import Extrinsics
 from pose_fusion.conversions import (
     sensor_frame,
     to_clock_messages,
@@ -34,8 +30,12 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.skeleton_bytes import Persons, SkeletonReader
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
+from pose_node.level import Level
+from pose_node.nodes.declaring import accept_changes, declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
 
 # What may wait while a solution is sought, for two seconds.
 FRAMES_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)

@@ -15,34 +15,35 @@ from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError, ParameterError
-from pose_common.joints import SEGMENTS
-from pose_common.level import Level
-from pose_common.nodes.declaring import accept_changes, declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import run_node
-from pose_common.stamps import NS_PER_S
-from pose_common.typestore import make_typestore
-from pose_fusion.body.shape import BodyShape, load_body_shape, save_body_shape
-from pose_fusion.body.urdf import make_urdf
-from pose_fusion.calibration.clock_messages import clock_of
-from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
-from pose_fusion.calibration.imus.section import load_mountings_if_any
+from pose_calibration.files.extrinsics_file import load_extrinsics_of
+from pose_calibration.imus.section import load_mountings_if_any
+from pose_core.body.shape import BodyShape, load_body_shape, save_body_shape
+from pose_core.body.urdf import make_urdf
+from pose_core.counters import Counters
+from pose_core.errors import InputError, ParameterError
+from pose_core.estimators.registry import estimator_class
+from pose_core.fusion.estimates import EstimateBlock
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import SEGMENTS
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.person_selection import PersonSelector
 from pose_fusion.conversions import body_topics, to_string, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimators.registry import estimator_class
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.pipeline import FusionPipeline
 from pose_fusion.nodes.inbox import Inbox, waiting
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.person_selection import PersonSelector
-from pose_fusion.streams.skeleton_bytes import SkeletonReader
-from pose_fusion.streams.static_transforms import transforms_to_map
 from pose_fusion.watching.stages import LatencyStages
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import SkeletonReader
+from pose_io.clock_messages import clock_of
+from pose_io.preparing import prepare_reading
+from pose_io.static_transforms import transforms_to_map
+from pose_io.typestore import make_typestore
+from pose_node.level import Level
+from pose_node.nodes.declaring import accept_changes, declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
 
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
 SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -76,6 +77,7 @@ class FusionNode(Node):
                 "leave output_rate at 0"
             )
         self.pipeline = FusionPipeline(self._settings)
+        prepare_reading()
         if self._settings.output_rate == 0.0:
             self.pipeline.outlet = self._send
         self._selector = PersonSelector(self._settings.person)

@@ -16,14 +16,11 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_common.stamps import serialized_ns
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.stamps import serialized_ns
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
-from pose_fusion.streams.skeleton_messages import skeleton_sample, skeleton_samples
-from pose_fusion.streams.static_transforms import transforms_to_map
-from pose_fusion.streams.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_fusion.watching.observation import (
     GraphSnapshot,
     Level,
@@ -31,6 +28,9 @@ from pose_fusion.watching.observation import (
     TopicWatch,
     TrackingWatch,
 )
+from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
+from pose_io.static_transforms import transforms_to_map
+from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 
 DISCOVERY_S = 0.3  # [s] between looks for new topics
 DEPTH = 200  # [messages]

@@ -7,11 +7,11 @@ import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.parameter import Parameter
 
-from pose_common.nodes.running import RCLError
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.calibration.live_calibration import LiveCalibration
-from pose_fusion.calibration.rigid_transform import CalibrationError
+from pose_calibration.live.live_calibration import LiveCalibration
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.session.extrinsics import Extrinsics
 from pose_fusion.nodes.calibration import CalibrationNode
+from pose_node.nodes.running import RCLError
 
 SPIN_S = 0.1
 

@@ -15,24 +15,24 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_common.joints import SEGMENTS
-from pose_common.nodes.running import RCLError
-from pose_fusion.calibration.clock_messages import clock_of
-from pose_fusion.calibration.clocks import Clock
-from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
-from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
-from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.fusion.waiting import WaitingSamples
+from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult, Phase
+from pose_calibration.imus.parameters import ImuCalibrationParameters
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.fusion.waiting import WaitingSamples
+from pose_core.joints import SEGMENTS
+from pose_core.session.clocks import Clock
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.streams.samples import ImuBlock, SkeletonSample, joined
+from pose_core.streams.single_person import SinglePersonSelector
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
-from pose_fusion.streams.imu_bytes import imu_block
-from pose_fusion.streams.samples import ImuBlock, SkeletonSample, joined
-from pose_fusion.streams.single_person import SinglePersonSelector
-from pose_fusion.streams.skeleton_messages import skeleton_samples
-from pose_fusion.streams.static_transforms import transforms_to_map
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.clock_messages import clock_of
+from pose_io.skeleton_messages import skeleton_samples
+from pose_io.static_transforms import transforms_to_map
+from pose_node.nodes.running import RCLError
 
 SPIN_S = 0.1
 SHOW_S = 0.3  # [s] between two looks at what is missing

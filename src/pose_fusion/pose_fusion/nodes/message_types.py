@@ -5,7 +5,7 @@ from typing import Any
 
 from rclpy.type_support import check_for_type_support
 
-from pose_common.errors import InputError
+from pose_core.errors import InputError
 
 
 def message_class(msgtype: str) -> Any:

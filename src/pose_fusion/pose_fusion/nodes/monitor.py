@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 
-from pose_common.nodes.running import run_node
+from pose_node.nodes.running import run_node
 
 
 class MonitorNode(Node):

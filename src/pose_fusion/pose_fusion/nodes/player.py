@@ -16,19 +16,19 @@ from rclpy.qos import ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
 
-from pose_common.bags import BagMessage, open_bag
-from pose_common.counters import Counters
-from pose_common.errors import InputError, ParameterError
-from pose_common.level import Level
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import run_node
-from pose_common.parameters import add_arguments, specs
-from pose_common.stamps import NS_PER_S
+from pose_core.counters import Counters
+from pose_core.errors import InputError, ParameterError
+from pose_core.parameters import add_arguments, specs
+from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.message_types import message_class
-from pose_fusion.recording.playback import PlaybackClock, Playlist
 from pose_fusion.recording.player_parameters import PlayerParameters
+from pose_io.bags import BagMessage, open_bag
+from pose_io.playback import PlaybackClock, Playlist
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
 
 LEAST_DEPTH = 100  # [messages] queue of a publisher
 MOST_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers

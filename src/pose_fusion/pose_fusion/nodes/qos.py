@@ -19,7 +19,7 @@ from rosbags.interfaces import (
     QosTime,
 )
 
-from pose_common.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S
 
 
 def latched(depth: int) -> QoSProfile:

@@ -16,18 +16,18 @@ from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
 
-from pose_common.counters import Counters
-from pose_common.errors import InputError, ParameterError
-from pose_common.level import Level
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import RCLError, run_node
-from pose_common.parameters import add_arguments, specs
+from pose_core.counters import Counters
+from pose_core.errors import InputError, ParameterError
+from pose_core.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import Losses, NotWoken, nobody, waiting
 from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import Recording, free_path
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import RCLError, run_node
 
 DISCOVERY_PERIOD_S = 0.2
 LOOKED_AGAIN = 5  # [-] as rarely are topics looked at again that are recorded already

@@ -10,10 +10,10 @@ from rclpy.utilities import remove_ros_args
 from rich.console import Console
 from rich.live import Live
 
-from pose_common.nodes.running import run_node
 from pose_fusion.nodes.listener import GraphListener
 from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.terminal import page
+from pose_node.nodes.running import run_node
 
 PERIOD_S = 0.5  # [s] between pages
 LISTEN_S = 3.0  # [s] before the one page of --once

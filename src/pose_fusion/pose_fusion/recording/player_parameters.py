@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from pose_common.parameters import parameter
+from pose_core.parameters import parameter
 
 
 @dataclass(frozen=True, kw_only=True)

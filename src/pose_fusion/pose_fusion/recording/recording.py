@@ -17,9 +17,9 @@ from rosbags.rosbag2 import Writer
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
-from pose_common.bag_writer import STORAGES
-from pose_common.errors import InputError, PoseError
-from pose_common.typestore import make_typestore, register_package
+from pose_core.errors import InputError, PoseError
+from pose_io.bag_writer import STORAGES
+from pose_io.typestore import make_typestore, register_package
 
 MCAP_END = (
     b"\x0f" + (4).to_bytes(8, "little") + bytes(4)  # data end, no checksum

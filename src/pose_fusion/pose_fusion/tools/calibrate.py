@@ -7,7 +7,7 @@ who waits to walk before the sensors should not have to.
 import sys
 from importlib import import_module
 
-from pose_common.command_line import run_tool
+from pose_node.command_line import run_tool
 
 SUBCOMMANDS = ("board", "imu", "live")
 BAG = "bag"

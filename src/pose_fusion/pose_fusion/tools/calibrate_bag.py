@@ -13,18 +13,18 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from pose_common.bags import BagReader, open_bag
-from pose_common.errors import InputError
-from pose_common.joints import JOINTS
-from pose_common.parameters import add_arguments, from_arguments
-from pose_fusion.calibration.extrinsics import PairResiduals
-from pose_fusion.calibration.extrinsics_file import save_extrinsics
-from pose_fusion.calibration.parameters import CalibrationParameters
-from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.calibration.session_calibration import SessionCalibration, calibrate
-from pose_fusion.streams.bags import BagSamples
-from pose_fusion.streams.single_person import SinglePersonSelector
-from pose_fusion.streams.topics import sensor_topics
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_calibration.parameters import CalibrationParameters
+from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.session_calibration import SessionCalibration, calibrate
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS
+from pose_core.parameters import add_arguments, from_arguments
+from pose_core.session.extrinsics import PairResiduals
+from pose_core.streams.single_person import SinglePersonSelector
+from pose_io.bag_samples import BagSamples
+from pose_io.bags import BagReader, open_bag
+from pose_io.topics import sensor_topics
 
 
 def make_parser() -> argparse.ArgumentParser:

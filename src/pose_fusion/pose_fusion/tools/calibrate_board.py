@@ -15,20 +15,20 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
-from pose_common.bags import open_bag
-from pose_common.errors import InputError, ParameterError
-from pose_common.parameters import add_arguments, from_arguments
-from pose_fusion.calibration.board.camera import Camera, camera_from_info, load_camera
-from pose_fusion.calibration.board.collecting import BoardCollector
-from pose_fusion.calibration.board.detection import BoardDetector, BoardView
-from pose_fusion.calibration.board.extrinsics import board_extrinsics
-from pose_fusion.calibration.board.images import grey_from_message, paired_files, read_grey
-from pose_fusion.calibration.board.solution import BoardCalibration, calibrate_board
-from pose_fusion.calibration.board.target import PAPERS, Board, BoardParameters
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.calibration.extrinsics_file import save_extrinsics
-from pose_fusion.calibration.floor import KnownMounting
-from pose_fusion.streams.skeleton_messages import stamp_ns
+from pose_calibration.board.camera import Camera, camera_from_info, load_camera
+from pose_calibration.board.collecting import BoardCollector
+from pose_calibration.board.detection import BoardDetector, BoardView
+from pose_calibration.board.extrinsics import board_extrinsics
+from pose_calibration.board.images import grey_from_message, paired_files, read_grey
+from pose_calibration.board.solution import BoardCalibration, calibrate_board
+from pose_calibration.board.target import PAPERS, Board, BoardParameters
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_calibration.floor.floor import KnownMounting
+from pose_core.errors import InputError, ParameterError
+from pose_core.parameters import add_arguments, from_arguments
+from pose_core.session.extrinsics import Extrinsics
+from pose_io.bags import open_bag
+from pose_io.skeleton_messages import stamp_ns
 
 ENDS = {"first": 0, "last": -1}
 
@@ -214,7 +214,7 @@ def run(arguments: argparse.Namespace) -> None:
     """The tool."""
     board = Board(from_arguments(BoardParameters, arguments))
     if arguments.print is not None:
-        from pose_fusion.calibration.board.printing import print_board  # slow to load
+        from pose_calibration.board.printing import print_board  # slow to load
 
         print_board(board, arguments.print, arguments.paper)
         print(f"{arguments.print}: print at 100 %, measure the line, then the squares")

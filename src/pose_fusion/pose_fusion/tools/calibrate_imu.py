@@ -13,21 +13,21 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
-from pose_common.bags import BagReader, open_bag
-from pose_common.errors import InputError
-from pose_common.parameters import add_arguments, from_arguments
-from pose_fusion.calibration.clock_messages import read_clocks
-from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.calibration.extrinsics_file import load_extrinsics_of, save_extrinsics
-from pose_fusion.calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
-from pose_fusion.calibration.imus.parameters import ImuCalibrationParameters
-from pose_fusion.calibration.imus.section import save_mountings
-from pose_fusion.calibration.rigid_transform import CalibrationError
-from pose_fusion.calibration.session_calibration import calibrate
-from pose_fusion.streams.bags import BagSamples, read_extrinsics
-from pose_fusion.streams.samples import SkeletonSample
-from pose_fusion.streams.single_person import SinglePersonSelector
-from pose_fusion.streams.topics import sensor_topics
+from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
+from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
+from pose_calibration.imus.parameters import ImuCalibrationParameters
+from pose_calibration.imus.section import save_mountings
+from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.session_calibration import calibrate
+from pose_core.errors import InputError
+from pose_core.parameters import add_arguments, from_arguments
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.single_person import SinglePersonSelector
+from pose_io.bag_samples import BagSamples, read_extrinsics
+from pose_io.bags import BagReader, open_bag
+from pose_io.clock_messages import read_clocks
+from pose_io.topics import sensor_topics
 
 UNKNOWN = np.radians(45.0)  # [rad] of a deviation that says nothing
 Show = Callable[[float, str], None]

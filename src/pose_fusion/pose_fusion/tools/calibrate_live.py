@@ -7,12 +7,12 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from pose_common.errors import InputError
-from pose_common.parameters import add_arguments, from_arguments, specs
-from pose_fusion.calibration.clocks import IMUS, Clock
-from pose_fusion.calibration.extrinsics_file import save_extrinsics
-from pose_fusion.calibration.live_calibration import LiveCalibration
-from pose_fusion.calibration.parameters import LiveCalibrationParameters
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_calibration.live.live_calibration import LiveCalibration
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.errors import InputError
+from pose_core.parameters import add_arguments, from_arguments, specs
+from pose_core.session.clocks import IMUS, Clock
 
 
 def make_parser() -> argparse.ArgumentParser:

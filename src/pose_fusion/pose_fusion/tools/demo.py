@@ -10,9 +10,8 @@ from typing import Any
 
 from rich.console import Console
 
-from pose_common.command_line import run_tool
-from pose_common.errors import InputError
-from pose_common.stamps import NS_PER_S
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import (
     DemoRun,
     GraphError,
@@ -21,6 +20,7 @@ from pose_fusion.tools.demo_processes import (
 )
 from pose_fusion.tools.demo_progress import watch
 from pose_fusion.tools.demo_start import first_lead_s, ready_estimator, started_graph
+from pose_node.command_line import run_tool
 
 OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session

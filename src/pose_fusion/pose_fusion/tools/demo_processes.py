@@ -13,8 +13,8 @@ from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
-from pose_common.child_process import end_with_parent
-from pose_common.errors import InputError, PoseError
+from pose_core.errors import InputError, PoseError
+from pose_node.child_process import end_with_parent
 
 OUR_NODE = re.compile(r"/lib/(?:kinect_bridge|imu_bridge|pose_fusion)/\S+ .*--ros-args")
 STOP_S = 20.0  # [s] the launcher itself ends what does not listen, well before this
@@ -140,7 +140,7 @@ class LiveGraph:
 
     def __init__(self, launch_file: str, arguments: dict[str, str], log: Path) -> None:
         self._command: list[str | Path] = [
-            executable("pose_common", "up"),
+            executable("pose_launch", "up"),
             launch_file,
             *(f"{name}:={value}" for name, value in arguments.items()),
         ]

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Column
 
-from pose_common.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, NodeStatus
 
 TAIL_S = 1.5  # [s] for the last frames to pass through the graph, and to be recorded

@@ -6,30 +6,30 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from pose_common.bags import BagReader, open_bag
-from pose_fusion.evaluation.agreement import measure_agreement
-from pose_fusion.evaluation.methods import FUSED, MEAN, methods_of_bag
-from pose_fusion.evaluation.plots import (
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.agreement import measure_agreement
+from pose_evaluation.methods import FUSED, MEAN, methods_of_bag
+from pose_evaluation.plots import (
     REFERENCE,
     angles_figure,
     bone_lengths_figure,
     errors_figure,
     save_figure,
 )
-from pose_fusion.evaluation.scores import evaluate
-from pose_fusion.evaluation.tables import (
+from pose_evaluation.scores import evaluate
+from pose_evaluation.tables import (
     agreement_csv,
     agreement_tables,
     evaluation_csv,
     evaluation_markdown,
     evaluation_table,
 )
-from pose_fusion.streams.bags import read_body_series, read_extrinsics
-from pose_fusion.streams.series import SkeletonSeries
-from pose_fusion.streams.topics import body_topic
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
 from pose_fusion.watching.findings import STAGE
 from pose_fusion.watching.stages import STAGES
+from pose_io.bag_samples import read_body_series, read_extrinsics
+from pose_io.bags import BagReader, open_bag
+from pose_io.topics import body_topic
 
 TRUTH_NAMESPACE = "/truth"
 

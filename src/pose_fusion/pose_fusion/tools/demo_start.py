@@ -9,7 +9,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pose_common.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, Monitor
 
 PROCESSES = 8  # that start at once: launcher, bridges, devices, calibration, fusion, recorder
@@ -39,10 +39,12 @@ def first_lead_s() -> float:
 def ready_estimator(console: Console) -> None:
     """Compile the estimator where nothing is compiled yet: longer than nodes are waited for."""
     with console.status("readying the estimator; at its first start on a machine it is compiled"):
-        from pose_fusion.fusion.parameters import FusionParameters  # takes a second to load
-        from pose_fusion.fusion.pipeline import FusionPipeline
+        from pose_core.fusion.parameters import FusionParameters  # takes a second to load
+        from pose_core.fusion.pipeline import FusionPipeline
+        from pose_io.preparing import prepare_reading
 
         FusionPipeline(FusionParameters())
+        prepare_reading()
 
 
 @contextmanager

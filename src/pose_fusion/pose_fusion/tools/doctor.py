@@ -10,11 +10,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from pose_common.command_line import run_tool
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
 from pose_fusion.watching.findings import Finding, Verdict, graph_findings
 from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.machine import machine_findings
+from pose_node.command_line import run_tool
 
 LISTEN_S = 4.0  # [s] diagnostics come once a second
 MARKS = {

@@ -9,15 +9,15 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from pose_common.bags import open_bag
-from pose_common.command_line import run_tool
-from pose_common.errors import InputError
-from pose_fusion.export.bvh import bvh_text
-from pose_fusion.export.c3d_file import c3d_bytes
-from pose_fusion.export.motion import BodyMotion, read_motion
-from pose_fusion.export.opensim import mot_text, trc_text
-from pose_fusion.export.opensim_coordinates import OPENSIM_MODELS
-from pose_fusion.export.tables import csv_text, json_lines_text
+from pose_core.errors import InputError
+from pose_io.bags import open_bag
+from pose_io.export.bvh import bvh_text
+from pose_io.export.c3d_file import c3d_bytes
+from pose_io.export.motion import BodyMotion, read_motion
+from pose_io.export.opensim import mot_text, trc_text
+from pose_io.export.opensim_coordinates import OPENSIM_MODELS
+from pose_io.export.tables import csv_text, json_lines_text
+from pose_node.command_line import run_tool
 
 FORMATS = {
     "trc": "joints as markers, for OpenSim",

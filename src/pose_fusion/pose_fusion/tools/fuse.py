@@ -8,20 +8,21 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from pose_common.bag_writer import BagWriter
-from pose_common.bags import BagReader, open_bag
-from pose_common.command_line import run_tool
-from pose_common.counters import Counters
-from pose_common.errors import InputError
-from pose_common.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
-from pose_common.stamps import NS_PER_S
-from pose_fusion.body.shape import load_body_shape, save_body_shape
-from pose_fusion.body.urdf import make_urdf
-from pose_fusion.calibration.clock_messages import read_clocks
-from pose_fusion.calibration.extrinsics import Extrinsics, extrinsics_from_map
-from pose_fusion.calibration.extrinsics_file import load_extrinsics_of
-from pose_fusion.calibration.imus.section import load_mountings_if_any
-from pose_fusion.calibration.session_calibration import calibrate
+from pose_calibration.files.extrinsics_file import load_extrinsics_of
+from pose_calibration.imus.section import load_mountings_if_any
+from pose_calibration.session_calibration import calibrate
+from pose_core.body.shape import load_body_shape, save_body_shape
+from pose_core.body.urdf import make_urdf
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.estimators.registry import body_model_of
+from pose_core.fusion.estimates import EstimateBlock
+from pose_core.fusion.observer import COUNTERS, Observer
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.tracking import tracking_counters
+from pose_core.parameters import add_arguments, from_mapping, specs, values_from_ros_yaml
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.stamps import NS_PER_S
 from pose_fusion.conversions import (
     body_topics,
     to_bag_message,
@@ -31,14 +32,13 @@ from pose_fusion.conversions import (
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
-from pose_fusion.fusion.estimates import EstimateBlock
-from pose_fusion.fusion.estimation_process import EstimationProcess
-from pose_fusion.fusion.estimators.registry import body_model_of
-from pose_fusion.fusion.observer import COUNTERS, Observer
-from pose_fusion.fusion.parameters import FusionParameters
-from pose_fusion.fusion.tracking import tracking_counters
-from pose_fusion.streams.bags import BagSamples, read_extrinsics
-from pose_fusion.streams.topics import sensor_topics
+from pose_fusion.estimation_process import EstimationProcess
+from pose_io.bag_samples import BagSamples, read_extrinsics
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import BagReader, open_bag
+from pose_io.clock_messages import read_clocks
+from pose_io.topics import sensor_topics
+from pose_node.command_line import run_tool
 
 TF_STATIC = "/tf_static"
 

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
-from pose_common.level import Level
-from pose_fusion.streams.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_fusion.watching.observation import GraphSnapshot, TopicStatus
+from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_node.level import Level
 
 SLOWEST_SENSOR = 10.0  # [Hz] a Kinect gives 30
 LONGEST_LATENCY_S = 0.1  # [s] of a stage

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_common.joints import JOINTS, TrackingState
-from pose_common.level import Level
-from pose_common.stamps import NS_PER_S
-from pose_fusion.streams.samples import FloatArray
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+from pose_node.level import Level
 
 WINDOW_S = 5.0  # [s] what rates, latencies and shares are taken over
 

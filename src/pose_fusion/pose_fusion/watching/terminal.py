@@ -7,11 +7,11 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from pose_common.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_common.level import Level
-from pose_fusion.streams.samples import FloatArray
-from pose_fusion.streams.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_core.streams.samples import FloatArray
 from pose_fusion.watching.observation import GraphSnapshot, NodeStatus, TopicStatus
+from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_node.level import Level
 
 SILENT_S = 1.0  # [s] a topic without messages for longer is shown as silent
 REPLAYED_S = 60.0  # [s] what is stamped longer ago comes from a recording

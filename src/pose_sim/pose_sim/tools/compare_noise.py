@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from pose_common.command_line import run_tool
+from pose_node.command_line import run_tool
 from pose_sim.noise_comparison import compare
 from pose_sim.session import NOISE_PRESETS
 

@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
-from pose_common.command_line import run_tool
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_node.command_line import run_tool
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS, make_session, read_overrides, settings_of
 from pose_sim.session_folder import note_of, write_session

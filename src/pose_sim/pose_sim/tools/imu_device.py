@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from pose_common.command_line import run_tool
-from pose_common.errors import InputError
+from pose_core.errors import InputError
+from pose_node.command_line import run_tool
 from pose_sim import imu_file
 from pose_sim.imu_devices import DEVICES, nodes_file
 from pose_sim.serial_device import PseudoTerminal, Sent, Transmission, over_the_air, transmit

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_common.joints import JOINTS, SIDES, TrackingState
-from pose_fusion.fusion.estimates import Source
+from pose_core.fusion.estimates import Source
+from pose_core.joints import JOINTS, SIDES, TrackingState
 from pose_view.body.measures import BodyMeasures
 from pose_view.body.mesh import Mesh, ellipsoid
 from pose_view.snapshot import BodySnapshot, DofSnapshot

@@ -5,8 +5,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, SIDES
-from pose_fusion.streams.samples import FloatArray
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.streams.samples import FloatArray
 
 SAMPLES = 45  # [-] of which the median counts
 FIRST_AT = 10  # [-] samples until the first answer

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_fusion.streams.samples import FloatArray
+from pose_core.streams.samples import FloatArray
 
 RING = 20  # [-] corners of a ring
 CAP_RINGS = 4  # [-] rings that round an end off

@@ -9,7 +9,7 @@ they point: they are drawn straight on.
 
 from collections.abc import Sequence
 
-from pose_common.joints import SIDES
+from pose_core.joints import SIDES
 from pose_view.body.measures import BodyMeasures
 from pose_view.body.mesh import Mesh, ellipsoid, joined, loft, moved
 

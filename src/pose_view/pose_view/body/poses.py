@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX, SIDES
-from pose_fusion.streams.samples import FloatArray
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.streams.samples import FloatArray
 from pose_view.body.parts import PARTS
 
 DOWN = np.array([0.0, 0.0, -1.0])

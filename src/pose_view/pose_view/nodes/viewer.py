@@ -17,13 +17,13 @@ from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
-from pose_common.level import Level
-from pose_common.nodes.declaring import declare_parameters
-from pose_common.nodes.diagnostics import DiagnosticsPublisher, Report
-from pose_common.nodes.running import run_node
-from pose_common.parameters import specs
-from pose_common.stamps import NS_PER_S, serialized_ns
+from pose_core.parameters import specs
+from pose_core.stamps import NS_PER_S, serialized_ns
 from pose_fusion.nodes.qos import latched
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
 from pose_view.live import LiveGraph
 from pose_view.nodes.newest import Newest, first_child
 from pose_view.parameters import ViewParameters

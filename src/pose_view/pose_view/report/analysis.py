@@ -3,27 +3,27 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pose_fusion.evaluation.agreement import (
+from pose_core.streams.angle_series import AngleSeries, angle_series
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.agreement import (
     Agreement,
     Steadiness,
     measure_agreement,
     measure_steadiness,
 )
-from pose_fusion.evaluation.angle_series import AngleSeries, angle_series
-from pose_fusion.evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
-from pose_fusion.evaluation.methods import FUSED, MEAN
-from pose_fusion.evaluation.range_of_motion import AngleRange, ranges_of_motion
-from pose_fusion.evaluation.reference_alignment import Alignment, align_reference
-from pose_fusion.evaluation.references.reference import Reference
-from pose_fusion.evaluation.scores import (
+from pose_evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
+from pose_evaluation.methods import FUSED, MEAN
+from pose_evaluation.range_of_motion import AngleRange, ranges_of_motion
+from pose_evaluation.reference_alignment import Alignment, align_reference
+from pose_evaluation.scores import (
     MIN_OVERLAP_S,
     Evaluation,
     evaluate,
     known_joints,
     rigidly_aligned,
 )
-from pose_fusion.evaluation.uncertainty import Coverage, uncertainty_coverage
-from pose_fusion.streams.series import SkeletonSeries
+from pose_evaluation.uncertainty import Coverage, uncertainty_coverage
+from pose_io.references.reference import Reference
 from pose_view.report.recording import Recording
 
 REFERENCE = "reference"

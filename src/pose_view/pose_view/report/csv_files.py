@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.gait_cycles import PERCENT
-from pose_fusion.evaluation.tables import agreement_csv, evaluation_csv
+from pose_core.body.joint_angles import ANGLES
+from pose_evaluation.gait_cycles import PERCENT
+from pose_evaluation.tables import agreement_csv, evaluation_csv
 from pose_view.report.analysis import Analysis
 from pose_view.report.recording import seconds
 

@@ -6,17 +6,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pose_common.bags import BagReader
-from pose_common.errors import InputError, PoseError
-from pose_fusion.calibration.clocks import series_on_reference_clock
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
-from pose_fusion.evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
-from pose_fusion.streams.bags import BagSamples, read_estimates
-from pose_fusion.streams.estimate_series import EstimateSeries
-from pose_fusion.streams.samples import FloatArray
-from pose_fusion.streams.series import SkeletonSeries
-from pose_fusion.streams.topics import imu_topics, sensor_topics
+from pose_core.errors import InputError, PoseError
+from pose_core.session.clocks import series_on_reference_clock
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.estimate_series import EstimateSeries
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
+from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
+from pose_io.bag_samples import BagSamples, read_estimates
+from pose_io.bags import BagReader
+from pose_io.topics import imu_topics, sensor_topics
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
 COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself

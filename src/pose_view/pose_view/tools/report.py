@@ -7,14 +7,14 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from pose_common.bags import BagReader, open_bag
-from pose_common.command_line import run_tool
-from pose_common.errors import InputError
-from pose_common.joints import JOINTS
-from pose_fusion.calibration.extrinsics import Extrinsics
-from pose_fusion.evaluation.references.reading import read_reference
-from pose_fusion.fusion.parameters import FusionParameters
+from pose_core.errors import InputError
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.joints import JOINTS
+from pose_core.session.extrinsics import Extrinsics
 from pose_fusion.tools.fuse import find_extrinsics
+from pose_io.bags import BagReader, open_bag
+from pose_io.references.reading import read_reference
+from pose_node.command_line import run_tool
 from pose_view.report.analysis import Analysis, analyse
 from pose_view.report.recording import Wanted, read_recording
 

@@ -10,10 +10,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
-from pose_common.bags import open_bag
-from pose_common.command_line import run_tool
-from pose_common.errors import PoseError
-from pose_common.parameters import add_arguments, from_arguments
+from pose_core.errors import PoseError
+from pose_core.parameters import add_arguments, from_arguments
+from pose_io.bags import open_bag
+from pose_node.command_line import run_tool
 from pose_view.comparison import compute_body, missing_bodies
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded

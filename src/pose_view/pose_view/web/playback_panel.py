@@ -5,8 +5,8 @@ from pathlib import Path
 
 import viser
 
-from pose_common.stamps import NS_PER_S
-from pose_fusion.recording.playback import PlaybackClock
+from pose_core.stamps import NS_PER_S
+from pose_io.playback import PlaybackClock
 from pose_view.web.server import LocalServer
 
 RATES = {"⅛ speed": 0.125, "¼ speed": 0.25, "½ speed": 0.5, "as it was": 1.0, "2 × faster": 2.0}

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_fusion.streams.samples import FloatArray
+from pose_core.streams.samples import FloatArray
 from pose_view.curves import BodyTrack, curve, on_grid, titles
 from pose_view.svg_plot import svg_plot
 from pose_view.web.places import Place

@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 import viser
 
-from pose_common.errors import PoseError
+from pose_core.errors import PoseError
 
 
 class LocalServer(viser.ViserServer):

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from viser import CameraHandle, ClientHandle, LineSegmentsHandle
 
-from pose_common.joints import JOINT_INDEX, SIDES
-from pose_fusion.streams.samples import FloatArray
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.streams.samples import FloatArray
 from pose_view.body.mesh import box
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot

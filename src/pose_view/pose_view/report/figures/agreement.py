@@ -4,12 +4,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 
-from pose_fusion.body.joint_angles import ANGLES, wrapped
-from pose_fusion.evaluation.angle_series import without_sideways_flexion
-from pose_fusion.evaluation.uncertainty import stddev_at
-from pose_fusion.fusion.estimates import Source
-from pose_fusion.streams.estimate_series import EstimateSeries
-from pose_fusion.streams.samples import FloatArray
+from pose_core.body.joint_angles import ANGLES, wrapped
+from pose_core.fusion.estimates import Source
+from pose_core.streams.angle_series import without_sideways_flexion
+from pose_core.streams.estimate_series import EstimateSeries
+from pose_core.streams.samples import FloatArray
+from pose_evaluation.uncertainty import stddev_at
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.canvas import (
     COLUMNS,

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
-from pose_fusion.streams.samples import FloatArray
+from pose_core.streams.samples import FloatArray
 from pose_view.report.analysis import REFERENCE
 
 WIDTH, HEIGHT = 360.0, 215.0  # [pt] of a plot; one point is one CSS pixel of the drawing

@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pose_common.joints import JOINT_INDEX
-from pose_fusion.body.joint_angles import ANGLES, wrapped
-from pose_fusion.evaluation.limb_attitude import LIMBS, limb_attitude
-from pose_fusion.evaluation.methods import FUSED, MEAN
-from pose_fusion.evaluation.plots import BONES_SHOWN
-from pose_fusion.evaluation.stability import bone_lengths
-from pose_fusion.streams.samples import FloatArray
-from pose_fusion.streams.series import SkeletonSeries
+from pose_core.body.joint_angles import ANGLES, wrapped
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.limb_attitude import LIMBS, limb_attitude
+from pose_evaluation.methods import FUSED, MEAN
+from pose_evaluation.plots import BONES_SHOWN
+from pose_evaluation.stability import bone_lengths
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
     HEIGHT,

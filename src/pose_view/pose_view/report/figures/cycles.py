@@ -1,7 +1,7 @@
 """Angles over the cycle: mean of all cycles, with a band of one standard deviation."""
 
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.gait_cycles import PERCENT
+from pose_core.body.joint_angles import ANGLES
+from pose_evaluation.gait_cycles import PERCENT
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style, plot, svg
 from pose_view.report.figures.figure import FigureSet, Picture

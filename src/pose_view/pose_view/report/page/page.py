@@ -6,7 +6,7 @@ from datetime import datetime, timezone
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from pose_fusion.evaluation.methods import FUSED, MEAN
+from pose_evaluation.methods import FUSED, MEAN
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style
 from pose_view.report.figures.courses import legend

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from markupsafe import Markup
 
-from pose_fusion.evaluation.gait_cycles import Cycles
+from pose_evaluation.gait_cycles import Cycles
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.agreement import (
     SOURCE_COLOURS,

@@ -5,10 +5,10 @@ Tables 1 and 3 of the paper hold the correlations, 2 and 4 the errors, of its tw
 
 from collections.abc import Callable, Mapping
 
-from pose_common.joints import JOINTS
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.scores import AngleScore, Evaluation, MethodScores, mean_known
-from pose_fusion.evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
+from pose_core.body.joint_angles import ANGLES
+from pose_core.joints import JOINTS
+from pose_evaluation.scores import AngleScore, Evaluation, MethodScores, mean_known
+from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
 from pose_view.report.tables.table import (
     Judge,
     Row,

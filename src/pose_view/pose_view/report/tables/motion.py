@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from pose_common.joints import SIDES
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.gait_cycles import CycleCurve
-from pose_fusion.evaluation.range_of_motion import AngleRange, symmetry_index_percent
+from pose_core.body.joint_angles import ANGLES
+from pose_core.joints import SIDES
+from pose_evaluation.gait_cycles import CycleCurve
+from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent
 from pose_view.report.tables.accuracy import spoken_method
 from pose_view.report.tables.table import Row, Table, number, number_row, spoken, text_row
 

@@ -4,19 +4,19 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pose_common.joints import JOINTS, SIDES
-from pose_fusion.body.joint_angles import ANGLES
-from pose_fusion.evaluation.agreement import (
+from pose_core.body.joint_angles import ANGLES
+from pose_core.fusion.estimates import Source
+from pose_core.joints import JOINTS, SIDES
+from pose_core.streams.angle_series import AngleSeries
+from pose_core.streams.estimate_series import EstimateSeries
+from pose_evaluation.agreement import (
     Agreement,
     Steadiness,
     ViewAgreement,
     angle_differences_deg,
 )
-from pose_fusion.evaluation.angle_series import AngleSeries
-from pose_fusion.evaluation.scores import mean_known
-from pose_fusion.evaluation.stability import BONES
-from pose_fusion.fusion.estimates import Source
-from pose_fusion.streams.estimate_series import EstimateSeries
+from pose_evaluation.scores import mean_known
+from pose_evaluation.stability import BONES
 from pose_view.report.tables.accuracy import spoken_method
 from pose_view.report.tables.table import (
     Table,

@@ -1,0 +1,1 @@
+"""Finds where sensors stand, how their clocks run and how IMUs are mounted."""

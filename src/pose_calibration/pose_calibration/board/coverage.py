@@ -1,0 +1,46 @@
+"""Which parts of an image the board has been held in."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_calibration.board.detection import BoardView
+
+ROWS = ("top", "middle", "bottom")
+COLUMNS = ("left", "centre", "right")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """The share of a 3 x 3 grid of the image in which corners were seen."""
+
+    cells: NDArray[np.bool_]  # (3, 3), rows from the top
+
+    @property
+    def share(self) -> float:
+        """Of the cells that hold corners [-]."""
+        return float(self.cells.mean())
+
+    @property
+    def missing(self) -> list[str]:
+        """The empty cells, in words."""
+        return [
+            f"{ROWS[row]} {COLUMNS[column]}" for row, column in np.argwhere(~self.cells).tolist()
+        ]
+
+    @property
+    def missing_text(self) -> str:
+        """The empty cells in a sentence's words."""
+        return "at the " + ", ".join(self.missing) if self.missing else "everywhere"
+
+
+def coverage(views: Iterable[BoardView]) -> Coverage:
+    """Where in the image corners were seen."""
+    cells = np.zeros((3, 3), bool)
+    for view in views:
+        share = np.clip(view.pixels / view.image_size, 0.0, 1.0 - 1e-9)
+        column, row = (share * 3).astype(int).T
+        cells[row, column] = True
+    return Coverage(cells=cells)

@@ -1,0 +1,113 @@
+"""A board's corners in an image."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_calibration.board.target import CHARUCO, Board
+from pose_core.streams.samples import FloatArray
+
+LEAST_CORNERS = 6  # [-] seen, to make use of a view
+REFINED_WITHIN = 0.3  # [-] of a square's side in the image: no farther, or neighbours pull
+ENLARGED_BELOW_PX = 1400  # [px] markers of a few pixels a bit are read better in an enlarged image
+NEXT_TO_MARKERS = 0.5  # [-] the same, of the white that a marker leaves in its square
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardView:
+    """The corners that one camera sees of the board at one instant."""
+
+    corners: NDArray[np.intp]  # (n,) indices of the board's corners
+    pixels: FloatArray  # (n, 2) where they are in the image
+    image_size: tuple[int, int]  # width, height [px]
+
+
+class BoardDetector:
+    """Finds the board.
+
+    Args:
+        board: What to look for.
+    """
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._charuco: cv2.aruco.CharucoDetector | None = None
+        if board.parameters.board == CHARUCO:
+            markers = cv2.aruco.DetectorParameters()
+            markers.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+            markers.minMarkerPerimeterRate = 0.01  # a marker of 0.025 m at 2 m has 5 px a side
+            # Noise turns bits of small markers; the neighbours on the board catch what is misread.
+            markers.errorCorrectionRate = 1.0
+            markers.adaptiveThreshWinSizeMin, markers.adaptiveThreshWinSizeMax = 5, 45
+            self._charuco = cv2.aruco.CharucoDetector(board.charuco, detectorParams=markers)
+
+    def detect(self, image: NDArray[np.uint8]) -> BoardView | None:
+        """Find the board in a grey image, (height, width); None if too little of it is seen."""
+        height, width = image.shape
+        found = self._numbered(image) if self._charuco else self._checkerboard(image)
+        if found is None or len(found[0]) < LEAST_CORNERS:
+            return None
+        corners, pixels = found
+        places = self._board.corners[corners]
+        if np.linalg.matrix_rank(places - places[0]) < 2:
+            return None  # a single row of corners fixes no pose
+        share = NEXT_TO_MARKERS * (1.0 - self._board.parameters.marker)
+        refined = _refined(image, pixels, share if self._charuco else REFINED_WITHIN)
+        return BoardView(corners=corners, pixels=refined, image_size=(width, height))
+
+    def _numbered(self, image: NDArray[np.uint8]) -> tuple[NDArray[np.intp], FloatArray] | None:
+        assert self._charuco is not None
+        scale = 2 if max(image.shape) < ENLARGED_BELOW_PX else 1
+        large = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+        found, ids, _, _ = self._charuco.detectBoard(large)
+        if ids is None or len(ids) == 0:
+            return None
+        # Pixel centres are whole numbers in both images.
+        pixels = (np.asarray(found, float).reshape(-1, 2) + 0.5) / scale - 0.5
+        return np.asarray(ids).reshape(-1).astype(np.intp), pixels
+
+    def _checkerboard(self, image: NDArray[np.uint8]) -> tuple[NDArray[np.intp], FloatArray] | None:
+        p = self._board.parameters
+        shape = (p.columns - 1, p.rows - 1)
+        flags = cv2.CALIB_CB_NORMALIZE_IMAGE  # corners are refined below, at a third of the time
+        ok, pixels = cv2.findChessboardCornersSB(image, shape, flags=flags)
+        if not ok:
+            return None
+        grid = np.asarray(pixels, float).reshape(p.rows - 1, p.columns - 1, 2)
+        if self._is_turned(image, grid):
+            grid = grid[::-1, ::-1]
+        return np.arange(self._board.corner_count), grid.reshape(-1, 2)
+
+    def _is_turned(self, image: NDArray[np.uint8], grid: FloatArray) -> bool:
+        """Whether the corners come in the order of the board turned by half a turn.
+
+        The colour of the first square tells, unless columns and rows are both even or both odd:
+        then the board looks alike from both sides and is taken to be upright.
+        """
+        p = self._board.parameters
+        if (p.columns + p.rows) % 2 == 0:
+            return bool((grid[:, -1] - grid[:, 0]).mean(axis=0)[0] < 0.0)
+        centres = 0.25 * (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:])
+        at = np.round(centres).astype(int)
+        brightness = image[
+            at[..., 1].clip(0, image.shape[0] - 1), at[..., 0].clip(0, image.shape[1] - 1)
+        ]
+        rows, columns = np.indices(brightness.shape)
+        black = (rows + columns) % 2 == 0  # square (1, 1), right below the first corner
+        return bool(brightness[black].mean() > brightness[~black].mean())
+
+
+def _refined(image: NDArray[np.uint8], pixels: FloatArray, share: float) -> FloatArray:
+    """Corners to a part of a pixel; the window reaches by a share of the squares' side."""
+    nearest = np.linalg.norm(pixels[:, None] - pixels[None], axis=2)
+    np.fill_diagonal(nearest, np.inf)
+    half = max(2, round(share * float(np.median(nearest.min(axis=1)))))
+    stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 50, 1e-4)
+    start = pixels.astype(np.float32).reshape(-1, 1, 2)
+    found = cv2.cornerSubPix(image, start.copy(), (half, half), (-1, -1), stop)
+    found = np.asarray(found, float).reshape(-1, 2)
+    lost = np.linalg.norm(found - pixels, axis=1) > half
+    found[lost] = pixels[lost]
+    return np.asarray(found, np.float64)

@@ -1,0 +1,225 @@
+"""From views of the board to the cameras' places: li2020 (1), then everything refined together."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pose_calibration.board.bundle import Bundle, BundleResult
+from pose_calibration.board.camera import Camera, estimate_camera
+from pose_calibration.board.coverage import Coverage, coverage
+from pose_calibration.board.detection import BoardView
+from pose_calibration.board.target import Board
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.streams.samples import FloatArray
+from pose_core.transforms import inverse
+
+LEAST_PAIRS = 4  # [-] instants at which two cameras see the board, to link them
+FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] of one view's word from the median: at least
+FAR_DEVIATIONS = 5.0  # [-] the same, in median absolute deviations
+WORST_PX = 1.0  # [px] RMS of a view above which it may be left out
+WORST_RATIO = 3.0  # [-] and above so many times the median view's
+LEFT_OUT_ROUNDS = 3
+ALONE = "seen by one camera alone, or none"
+
+Instant = Mapping[str, BoardView]
+"""What the cameras see of the board at one instant, by camera."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardCalibration:
+    """Where the cameras stand, and how well it is known."""
+
+    cameras: Mapping[str, Camera]  # the reference first
+    T_reference_camera: Mapping[str, FloatArray]  # (4, 4) by camera
+    T_reference_board: Mapping[int, FloatArray]  # (4, 4) by index of the instant
+    rms_px: float  # reprojection
+    rotation_stddev: Mapping[str, float]  # [rad]
+    position_stddev: Mapping[str, float]  # [m]
+    coverage: Mapping[str, Coverage]
+    pairs: Mapping[str, int]  # [-] instants used that each camera shares with another
+    left_out: Mapping[int, str] = field(default_factory=dict)  # why, by index of the instant
+
+
+def calibrate_board(
+    board: Board, instants: Sequence[Instant], cameras: Mapping[str, Camera | None]
+) -> BoardCalibration:
+    """Find where the cameras stand.
+
+    Args:
+        board: What they see.
+        instants: What they saw, at each instant by camera.
+        cameras: Intrinsics by camera, the reference first; None to estimate them.
+
+    Raises:
+        CalibrationError: If the views do not determine it; the message says what is missing.
+    """
+    known = {
+        name: camera or estimate_camera(name, [v[name] for v in instants if name in v], board)
+        for name, camera in cameras.items()
+    }
+    _check_sizes(instants, known)
+    left_out = {i: ALONE for i, seen in enumerate(instants) if len(seen) < 2}
+    T_camera_board = {
+        (name, i): _board_pose(board, known[name], view)
+        for i, seen in enumerate(instants)
+        if i not in left_out
+        for name, view in seen.items()
+    }
+    T_reference_camera = _linked(list(known), T_camera_board, left_out)
+    used: list[int] = []
+    for _ in range(LEFT_OUT_ROUNDS):
+        used = [i for i in range(len(instants)) if i not in left_out]
+        result = _refine(board, known, instants, used, T_camera_board, T_reference_camera)
+        bad = _bad_instants(result, used)
+        if not bad or len(used) - len(bad) < LEAST_PAIRS:
+            break
+        left_out.update(dict.fromkeys(bad, "reprojects badly: blurred, bent, or not synchronous"))
+    T_reference_camera = {name: inverse(T) for name, T in result.T_camera_reference.items()}
+    alone = {
+        i: T_reference_camera[name] @ _board_pose(board, known[name], view)
+        for i, reason in left_out.items()
+        if reason == ALONE
+        for name, view in instants[i].items()
+    }
+    return BoardCalibration(
+        cameras=known,
+        T_reference_camera=T_reference_camera,
+        T_reference_board=alone | dict(zip(used, result.T_reference_board, strict=True)),
+        rms_px=result.rms_px,
+        rotation_stddev=result.rotation_stddev,
+        position_stddev=_with_focus(result, known),
+        coverage={name: coverage(v[name] for v in instants if name in v) for name in known},
+        pairs={name: sum(name in instants[i] for i in used) for name in known},
+        left_out=left_out,
+    )
+
+
+def _check_sizes(instants: Sequence[Instant], cameras: Mapping[str, Camera]) -> None:
+    for name, camera in cameras.items():
+        sizes = {seen[name].image_size for seen in instants if name in seen} - {camera.image_size}
+        if sizes:
+            raise CalibrationError(
+                f"images of '{name}' have {min(sizes)} pixels, its intrinsics are of "
+                f"{camera.image_size} ({camera.source}): give those of this image size"
+            )
+
+
+def _board_pose(board: Board, camera: Camera, view: BoardView) -> FloatArray:
+    """``T_camera_board``: li2020's R_l, T_l."""
+    # Two poses of a plane look nearly alike from afar; IPPE gives both, the better one first.
+    _, turn, shift = cv2.solvePnP(
+        board.corners[view.corners],
+        view.pixels,
+        camera.K,
+        camera.distortion,
+        flags=cv2.SOLVEPNP_IPPE,
+    )
+    T = np.eye(4)
+    T[:3, :3] = cv2.Rodrigues(turn)[0]
+    T[:3, 3] = shift.ravel()
+    return T
+
+
+def _linked(
+    names: Sequence[str],
+    T_camera_board: Mapping[tuple[str, int], FloatArray],
+    left_out: dict[int, str],
+) -> dict[str, FloatArray]:
+    """``T_reference_camera`` along the pairs that see the board together most often."""
+    instants = sorted({i for _, i in T_camera_board})
+    placed = {names[0]: np.eye(4)}
+    while len(placed) < len(names):
+        shared = {
+            (a, b): [i for i in instants if (a, i) in T_camera_board and (b, i) in T_camera_board]
+            for a in placed
+            for b in names
+            if b not in placed
+        }
+        a, b = max(shared, key=lambda pair: len(shared[pair]))
+        common = [i for i in shared[a, b] if i not in left_out]
+        if len(common) < LEAST_PAIRS:
+            raise CalibrationError(
+                f"found {len(common)} instants at which '{a}' and '{b}' both see the board, "
+                f"expected {LEAST_PAIRS} or more: hold it where both see it"
+            )
+        words = np.array([T_camera_board[a, i] @ inverse(T_camera_board[b, i]) for i in common])
+        T_a_b, far = _median_transform(words)
+        left_out.update(
+            {
+                i: f"contradicts the others between '{a}' and '{b}'"
+                for i, is_far in zip(common, far, strict=True)
+                if is_far
+            }
+        )
+        if (~far).sum() < LEAST_PAIRS:
+            raise CalibrationError(
+                f"the views of '{a}' and '{b}' contradict each other: {far.sum()} of {len(far)} "
+                "are far from the median; hold the board still at every image, and pair images "
+                "that were taken together"
+            )
+        placed[b] = placed[a] @ T_a_b
+    return placed
+
+
+def _median_transform(words: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """What most of the transforms (n, 4, 4) say, and which of them say something else."""
+    centre = np.median(words[:, :3, 3], axis=0)
+    turns = Rotation.from_matrix(words[:, :3, :3])
+    distances = np.array([(turns * turn.inv()).magnitude() for turn in turns])
+    nearest = turns[int(np.argmin(np.median(distances, axis=1)))]
+    off = np.linalg.norm(words[:, :3, 3] - centre, axis=1)
+    turned = (turns * nearest.inv()).magnitude()
+    far = off > np.maximum(FAR_M, FAR_DEVIATIONS * np.median(off))
+    far |= turned > np.maximum(FAR, FAR_DEVIATIONS * np.median(turned))
+    T = np.eye(4)
+    kept = ~far if (~far).any() else np.ones(len(far), bool)
+    T[:3, :3] = turns[kept].mean().as_matrix()
+    T[:3, 3] = np.median(words[kept, :3, 3], axis=0)
+    return T, far
+
+
+def _refine(
+    board: Board,
+    cameras: Mapping[str, Camera],
+    instants: Sequence[Instant],
+    used: Sequence[int],
+    T_camera_board: Mapping[tuple[str, int], FloatArray],
+    T_reference_camera: Mapping[str, FloatArray],
+) -> BundleResult:
+    first = []
+    for i in used:
+        _, nearest = max((len(view.corners), name) for name, view in instants[i].items())
+        first.append(T_reference_camera[nearest] @ T_camera_board[nearest, i])
+    bundle = Bundle(board, cameras, [instants[i] for i in used])
+    guess = {name: inverse(T) for name, T in T_reference_camera.items()}
+    return bundle.solve(guess, np.array(first))
+
+
+def _with_focus(result: BundleResult, cameras: Mapping[str, Camera]) -> dict[str, float]:
+    """Deviations of the places [m], with what estimated focal lengths leave open.
+
+    A focal length that is wrong by a share puts the board wrong by that share of its distance.
+    """
+    distance = float(np.median(np.linalg.norm(result.T_reference_board[:, :3, 3], axis=1)))
+    reference, *_ = cameras.values()
+    return {
+        name: float(
+            np.linalg.norm(
+                (
+                    stddev,
+                    distance * reference.focus_stddev,
+                    distance * cameras[name].focus_stddev,
+                )
+            )
+        )
+        for name, stddev in result.position_stddev.items()
+    }
+
+
+def _bad_instants(result: BundleResult, used: Sequence[int]) -> list[int]:
+    limit = max(WORST_PX, WORST_RATIO * float(np.median(list(result.errors_px.values()))))
+    return sorted({used[v] for (_, v), error in result.errors_px.items() if error > limit})

@@ -1,0 +1,106 @@
+"""The board: a checkerboard, or a ChArUco board whose corners carry their own numbers."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.errors import InputError, ParameterError
+from pose_core.parameters import parameter
+from pose_core.streams.samples import FloatArray
+
+CHECKERBOARD, CHARUCO = "checkerboard", "charuco"
+# Few, large bits: legible in a depth camera's infrared image. The small one is the beginning of the
+# large one, and its markers differ more.
+SMALL_DICTIONARY, LARGE_DICTIONARY, SMALL_COUNT = "DICT_4X4_50", "DICT_4X4_250", 50
+OLDEST_OPENCV = (4, 8)
+PAPERS = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "A2": (0.420, 0.594), "A1": (0.594, 0.841)}
+"""Width and height [m], ISO 216."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardParameters:
+    """The board's measures."""
+
+    board: str = parameter(
+        CHARUCO, choices=(CHARUCO, CHECKERBOARD), doc="charuco may be half hidden, checkerboard not"
+    )
+    columns: int = parameter(7, low=3, high=30, doc="squares across, the outermost included")
+    rows: int = parameter(5, low=3, high=30, doc="squares down, the outermost included")
+    square: float = parameter(
+        0.034, unit="m", low=0.005, high=0.5, doc="side of a square, measured on the print"
+    )
+    marker: float = parameter(
+        0.7, low=0.4, high=0.95, doc="side of a ChArUco marker, as a share of the square's"
+    )
+
+    def __post_init__(self) -> None:
+        """Refuse boards that look like themselves turned."""
+        if self.board == CHECKERBOARD and self.columns == self.rows:
+            raise ParameterError(
+                f"columns = rows = {self.rows}: a square checkerboard looks alike from four sides, "
+                "expected different numbers"
+            )
+
+
+class Board:
+    """What is to be found in the images.
+
+    Args:
+        parameters: The board's measures.
+    """
+
+    def __init__(self, parameters: BoardParameters) -> None:
+        version = tuple(int(part) for part in cv2.__version__.split(".")[:2])
+        if version < OLDEST_OPENCV:
+            raise InputError(
+                f"found OpenCV {cv2.__version__}, expected 4.8 or newer: install "
+                "opencv-python-headless"
+            )
+        self.parameters = parameters
+
+    @cached_property
+    def charuco(self) -> cv2.aruco.CharucoBoard:
+        """OpenCV's idea of the board."""
+        p = self.parameters
+        markers = p.columns * p.rows // 2
+        name = SMALL_DICTIONARY if markers <= SMALL_COUNT else LARGE_DICTIONARY
+        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, name))
+        if markers > len(dictionary.bytesList):
+            raise ParameterError(
+                f"{p.columns} x {p.rows} squares need {markers} markers, {name} has "
+                f"{len(dictionary.bytesList)}: fewer squares"
+            )
+        return cv2.aruco.CharucoBoard(
+            (p.columns, p.rows), p.square, p.square * p.marker, dictionary
+        )
+
+    @property
+    def corner_count(self) -> int:
+        """Inner corners."""
+        return (self.parameters.columns - 1) * (self.parameters.rows - 1)
+
+    @cached_property
+    def corners(self) -> FloatArray:
+        """Places of the inner corners [m], (n, 3): x across, y down, z away from the viewer."""
+        p = self.parameters
+        y, x = np.mgrid[1 : p.rows, 1 : p.columns] * p.square
+        return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+
+    @property
+    def size(self) -> tuple[float, float]:
+        """Width and height [m]."""
+        p = self.parameters
+        return p.columns * p.square, p.rows * p.square
+
+    def pattern(self, pixels: int = 48) -> NDArray[np.uint8]:
+        """The board as an image without margin, ``pixels`` a square, black on white."""
+        p = self.parameters
+        if p.board == CHARUCO:
+            shape = (p.columns * pixels, p.rows * pixels)
+            return np.asarray(self.charuco.generateImage(shape, marginSize=0, borderBits=1))
+        rows, columns = np.mgrid[: p.rows, : p.columns]
+        squares = np.where((rows + columns) % 2 == 0, 0, 255).astype(np.uint8)
+        return np.kron(squares, np.ones((pixels, pixels), np.uint8))

@@ -1,0 +1,53 @@
+"""The person's measures, from what the sensors saw."""
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pose_core.body.model import load_body_model
+from pose_core.body.shape import BodyShapeError, estimate_body_shape
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.session.neutral_stand import NeutralStandWatcher
+from pose_core.session.session_body import SessionBody
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.time_alignment import AlignedFrame
+
+MODEL = "default"  # whose measures a calibration takes
+MOST_FRAMES = 2000  # [-] that measures are taken from where nobody stood neutrally
+
+
+def measure_body(
+    frames: Iterable[AlignedFrame], T_map_sensor: Mapping[str, FloatArray]
+) -> SessionBody | None:
+    """The person's measures: from their first neutral stand, else from all that was seen.
+
+    Args:
+        frames: What the sensors saw, in the order of time.
+        T_map_sensor: Where they stand, (4, 4) by sensor.
+
+    Returns:
+        The measures; None if a joint was tracked too rarely.
+    """
+    model = load_body_model(MODEL)
+    watcher = NeutralStandWatcher(model)
+    tracked: list[FloatArray] = []
+    for frame in frames:
+        positions = np.full((len(T_map_sensor), len(JOINTS), 3), np.nan)
+        state = np.zeros((len(T_map_sensor), len(JOINTS)), np.uint8)
+        for index, (name, T) in enumerate(T_map_sensor.items()):
+            sample = frame.samples.get(name)
+            if sample is not None:
+                positions[index] = sample.positions @ T[:3, :3].T + T[:3, 3]
+                state[index] = sample.tracking_state
+        stand = watcher.add(frame.stamp_ns, positions, state)
+        if stand is not None:
+            return SessionBody(model=model.name, shape=stand.shape)
+        tracked.append(np.where((state == TrackingState.TRACKED)[..., None], positions, np.nan))
+    if not tracked:
+        return None
+    step = max(1, len(tracked) // MOST_FRAMES)
+    try:
+        shape = estimate_body_shape(model, np.concatenate(tracked[::step]))
+    except BodyShapeError:
+        return None
+    return SessionBody(model=model.name, shape=shape)

@@ -1,0 +1,1 @@
+"""Clock offsets and drifts between sensors, from the motion that all of them see."""

@@ -1,0 +1,240 @@
+r"""The offset between two sensors' clocks, from the motion that both saw.
+
+First the shift :math:`\tau` of one sensor's stamps under which what moves quickly in the two views
+differs least, :math:`\min_\tau \overline{| a(s) - R\,b(s + \tau) |^2}`, for all shifts at once by
+the Fourier transform; then each joint's own delay (:mod:`joint_delays`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_calibration.clocks.clock_drift import Measured, clock_from
+from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
+from pose_calibration.clocks.motion_track import Track, track_of, without_slow
+from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
+from pose_core.session.clocks import Clock
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.transforms import transformed
+
+GRID_RATE = 50.0  # [Hz] of the search for the shift
+FIT_SHIFTS_S = (0.0, -0.3, 0.3)  # [s] under which the sensors' turn is tried
+COARSE_SLOW_S = 3.0  # [s] differences that last longer count for nothing
+LEAST_WHOLE = 0.8  # [-] of that time, in which a joint must be known
+LEAST_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
+AMBIGUOUS = 1.1  # [-] of the least difference: another shift that agrees as well leaves it open
+APART_S = 0.15  # [s] a shift nearer to the best one is the same
+BEYOND_S = 0.1  # [s] that are searched beyond the largest offset: a best one there is none
+TOLERANCE_S = 0.02  # [s] by which an offset may exceed the largest one: it is known no better
+MIN_FRAMES = 30  # [-] of each sensor
+REFINEMENTS = 2  # [-] of the offset by the joints' delays
+FINE_REACH_S = 0.08  # [s] about the best shift
+OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: beyond, no offset is better than a wrong one
+SEARCHED_S = 60.0  # [s] of a longer recording: drifting clocks blur the rest
+WINDOW_S = 20.0  # [s] in which a delay is measured, for the drift
+MOST_WINDOWS = 40  # [-]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockOffset:
+    """How far one sensor's clock is ahead of the reference's."""
+
+    estimate_s: float  # [s]
+    stddev_s: float  # [s] infinite where too little was seen
+    clock: Clock | None = None  # with its drift; None where too little was seen
+
+    @property
+    def observable(self) -> bool:
+        """Whether the motion sufficed to tell."""
+        return self.stddev_s <= OBSERVABLE_STDDEV_S
+
+
+UNKNOWN_OFFSET = ClockOffset(estimate_s=0.0, stddev_s=np.inf)
+
+
+def estimate_clock_offset(
+    reference: Sequence[SkeletonSample], other: Sequence[SkeletonSample], max_offset_s: float = 0.5
+) -> ClockOffset:
+    """Find how far another sensor's clock is ahead of the reference's, and what it gains.
+
+    Args:
+        reference: One person's samples, stamps ascending.
+        other: The same person's from the other sensor, stamps ascending.
+        max_offset_s: Largest offset [s] to look for.
+
+    Returns:
+        The offset; of infinite deviation where the person moved too little or was seen too briefly,
+        or where the motion repeats itself so evenly that several shifts agree alike.
+    """
+    if min(len(reference), len(other)) < MIN_FRAMES:
+        return UNKNOWN_OFFSET
+    begin_ns = reference[0].stamp_ns
+    a, b = track_of(reference, begin_ns), track_of(other, begin_ns)
+    if min(len(a.stamps), len(b.stamps)) < MIN_FRAMES:
+        return UNKNOWN_OFFSET
+    begin_s = _liveliest(a, SEARCHED_S)
+    searched = a.between(begin_s, begin_s + SEARCHED_S)
+    coarse = find_shift(searched, b, max_offset_s)
+    if coarse is None:
+        return UNKNOWN_OFFSET
+    offset, delay = coarse, Delay(estimate_s=0.0, stddev_s=np.inf)
+    for _ in range(REFINEMENTS):
+        delay = measure_delay(searched, b, offset)
+        offset += delay.estimate_s
+    if abs(offset - coarse) > FINE_REACH_S or abs(offset) > max_offset_s + TOLERANCE_S:
+        return UNKNOWN_OFFSET
+    found = ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s)
+    if not found.observable:
+        return found
+    measured = _over_time(a, b, offset, begin_s)
+    clock = Clock(offset_ns=round(offset * NS_PER_S), stddev_s=delay.stddev_s)
+    if measured:
+        clock = clock_from(measured, begin_ns, LAG_SPREAD_S)
+    return ClockOffset(estimate_s=offset, stddev_s=delay.stddev_s, clock=clock)
+
+
+def measure_delay(a: Track, b: Track, offset: float) -> Delay:
+    """What is left of the other's delay after an offset [s] has been taken off."""
+    moved = b.at(a.stamps + offset)
+    known = np.isfinite(a.positions + moved).all(axis=2)
+    try:
+        fit = estimate_rigid_transform_robustly(moved[known], a.positions[known])
+    except CalibrationError:
+        return Delay(estimate_s=0.0, stddev_s=np.inf)
+    positions = a.positions.copy()
+    outlier = known.copy()
+    outlier[known] = fit.weights == 0.0
+    positions[outlier] = np.nan
+    return estimate_delay(a.stamps, positions, transformed(fit.T_target_source, moved))
+
+
+def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
+    """The shift [s] of the other's stamps under which the motions agree best; None without one.
+
+    Args:
+        a: The reference's view, a minute at most.
+        b: The other's.
+        max_offset_s: Largest shift to look for [s].
+    """
+    turned = _turned_alike(a, b)
+    if turned is None:
+        return None
+    reach = round((max_offset_s + BEYOND_S) * GRID_RATE)
+    grid = np.arange(a.stamps[0], a.stamps[-1], 1.0 / GRID_RATE)
+    if len(grid) <= 2 * reach:
+        return None
+    difference = _mean_squares(a.at(grid), turned.at(grid), reach)
+    shifts = np.arange(-reach, reach + 1) / GRID_RATE
+    if not np.isfinite(difference).any():
+        return None
+    best = int(np.nanargmin(difference))
+    apart = np.abs(shifts - shifts[best]) > APART_S
+    elsewhere = np.nanmin(np.where(apart, difference, np.inf))
+    at_edge = abs(shifts[best]) > max_offset_s + 0.5 * BEYOND_S
+    if at_edge or elsewhere < AMBIGUOUS * difference[best]:
+        return None
+    return float(shifts[best])
+
+
+def _turned_alike(a: Track, b: Track) -> Track | None:
+    """The other's view in the reference's frame, as well as an unknown shift lets it be fitted."""
+    fits = []
+    for shift in FIT_SHIFTS_S:
+        moved = b.at(a.stamps + shift)
+        known = np.isfinite(a.positions + moved).all(axis=2)
+        try:
+            fit = estimate_rigid_transform_robustly(moved[known], a.positions[known])
+        except CalibrationError:
+            continue
+        fits.append((float(np.median(fit.residuals)), fit.T_target_source))
+    if not fits:
+        return None
+    _, T = min(fits, key=lambda each: each[0])
+    return Track(b.stamps, transformed(T, b.positions))
+
+
+def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
+    """Mean squared difference [m²] of quick movements under shifts of -reach to reach samples.
+
+    Where one of them is not known, it does not count (Padfield, 2012, IEEE TIP 21(5), for images).
+
+    Args:
+        a: Joints on a grid, (n, 15, 3) [m], NaN where unknown.
+        b: The same of the other view.
+        reach: Largest shift [samples].
+    """
+    # Loads scipy for half a second, which a node that starts should not wait for.
+    from scipy import fft
+    from scipy.ndimage import uniform_filter1d
+
+    width = round(COARSE_SLOW_S * GRID_RATE)
+    quick, known = [], []
+    for positions in (a, b):
+        is_known = np.asarray(np.isfinite(positions).all(axis=2))
+        filled = np.where(is_known[..., None], positions, 0.0)
+        # A mean over less than the whole width is another one in the other view.
+        is_whole = uniform_filter1d(is_known.astype(float), width, axis=0, mode="constant")
+        quick.append(without_slow(filled, is_known, width).reshape(len(positions), -1))
+        is_known &= is_whole > LEAST_WHOLE
+        quick[-1][~np.repeat(is_known, 3, axis=1)] = 0.0
+        known.append(np.repeat(is_known, 3, axis=1).astype(float))
+
+    def correlation(one: FloatArray, other: FloatArray) -> FloatArray:
+        size = fft.next_fast_len(len(one) + reach + 1)
+        product = np.conj(fft.rfft(one, size, axis=0)) * fft.rfft(other, size, axis=0)
+        summed = fft.irfft(product.sum(axis=1), size)
+        return np.asarray(np.concatenate([summed[-reach:], summed[: reach + 1]]))
+
+    count = correlation(known[0], known[1])
+    squares = correlation(quick[0] ** 2, known[1]) + correlation(known[0], quick[1] ** 2)
+    squares -= 2.0 * correlation(quick[0], quick[1])
+    enough = count > 3.0 * LEAST_OVERLAP_S * GRID_RATE
+    return np.where(enough, squares / np.maximum(count, 1.0), np.nan)
+
+
+def _liveliest(track: Track, duration_s: float) -> float:
+    """Where the stretch of that length [s] begins in which most moves [s]."""
+    begin, end = float(track.stamps[0]), float(track.stamps[-1])
+    if end - begin <= duration_s:
+        return begin
+    ways = np.nan_to_num(np.abs(np.diff(track.positions, axis=0))).sum(axis=(1, 2))
+    travelled = np.concatenate([[0.0], np.cumsum(ways)])
+    starts = np.arange(begin, end - duration_s, 0.5 * duration_s)
+    first, last = (np.interp(starts + d, track.stamps, travelled) for d in (0.0, duration_s))
+    return float(starts[int(np.argmax(last - first))])
+
+
+def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measured]:
+    """Delays in windows all over the recording, outwards from where the offset is known."""
+    first, last = float(a.stamps[0]), float(a.stamps[-1])
+    count = int(np.clip((last - first) // WINDOW_S, 1, MOST_WINDOWS))
+    every = (last - first) / count
+    width = every if count < MOST_WINDOWS else WINDOW_S
+    starts = first + every * np.arange(count)
+    later, earlier = starts[starts >= begin_s], starts[starts < begin_s][::-1]
+    measured = []
+    for direction in (later, earlier):
+        known = offset
+        for start in direction:
+            one = measure_window(a.between(start, start + width), b, known)
+            if one is not None:
+                measured.append(one)
+                known = one.offset_s
+    return sorted(measured, key=lambda one: one.at_s)
+
+
+def measure_window(a: Track, b: Track, offset: float) -> Measured | None:
+    """The offset in one stretch, near a known one [s]; None if nothing moves enough in it."""
+    if len(a.stamps) < MIN_FRAMES:
+        return None
+    delay = measure_delay(a, b, offset)
+    if not delay.stddev_s <= OBSERVABLE_STDDEV_S or abs(delay.estimate_s) > FINE_REACH_S:
+        return None
+    return Measured(
+        at_s=float(a.stamps.mean()) + offset,
+        offset_s=offset + delay.estimate_s,
+        noise_s=delay.noise_s,
+        stddev_s=delay.stddev_s,
+    )

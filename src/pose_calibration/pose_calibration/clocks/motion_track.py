@@ -1,0 +1,81 @@
+"""One sensor's joints over time, as the search for clock offsets wants them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, SkeletonSample
+
+KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
+MAX_GAP_S = 0.1  # [s] to interpolate across
+SLOW_S = 2.0  # [s] differences that last longer are no delay
+
+
+@dataclass(frozen=True)
+class Track:
+    """One sensor's joints over time."""
+
+    stamps: FloatArray  # (n,) [s]
+    positions: FloatArray  # (n, 15, 3) [m], NaN if not tracked
+
+    def at(self, stamps: FloatArray) -> FloatArray:
+        """Joints at other instants [s], interpolated; NaN in gaps and outside, shape (m, 15, 3)."""
+        after = np.clip(np.searchsorted(self.stamps, stamps), 1, len(self.stamps) - 1)
+        before = after - 1
+        step = self.stamps[after] - self.stamps[before]
+        share = (stamps - self.stamps[before]) / step
+        positions = self.positions[before] + share[:, None, None] * (
+            self.positions[after] - self.positions[before]
+        )
+        outside = (share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)
+        positions[outside] = np.nan
+        return positions
+
+    def between(self, begin_s: float, end_s: float) -> "Track":
+        """The part from one instant [s] to another, which is left out."""
+        first, last = np.searchsorted(self.stamps, [begin_s, end_s])
+        return Track(self.stamps[first:last], self.positions[first:last])
+
+
+def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
+    """A sensor's samples, stamps ascending, in seconds since an instant; tracked joints alone."""
+    if not samples:
+        return Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
+    stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples])
+    positions = np.array([sample.positions for sample in samples])
+    state = np.array([sample.tracking_state for sample in samples])
+    positions[state != TrackingState.TRACKED] = np.nan
+    ascending = np.concatenate([[True], np.diff(stamps_ns) > 0])
+    return _smoothed(stamps_ns[ascending] / NS_PER_S, positions[ascending])
+
+
+def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> FloatArray:
+    """Values (n, joints, 3) less their moving mean over the known ones, 0 where unknown."""
+    # Loads scipy for half a second, which a node that starts should not wait for.
+    from scipy.ndimage import uniform_filter1d
+
+    count = uniform_filter1d(known.astype(float), width, axis=0, mode="nearest")
+    mean = uniform_filter1d(values, width, axis=0, mode="nearest")
+    mean = mean / np.maximum(count, 1e-6)[..., None]
+    return np.where(known[..., None], values - mean, 0.0)
+
+
+def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
+    """Weighted means of neighbouring samples, and of their stamps.
+
+    Interpolation halfway between two noisy samples halves the variance of their noise: without
+    smoothing, shifts that lead there for most samples would agree best, whatever the motion.
+    """
+    count = len(stamps) - len(KERNEL) + 1
+    if count < 1:
+        return Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
+    windows = [slice(first, first + count) for first in range(len(KERNEL))]
+    mean_stamps = sum(w * stamps[part] for w, part in zip(KERNEL, windows, strict=True))
+    mean = sum(w * positions[part] for w, part in zip(KERNEL, windows, strict=True))
+    pause = np.maximum.reduce([np.diff(stamps)[part] for part in windows[:-1]]) > MAX_GAP_S
+    mean = np.where(pause[:, None, None], np.nan, mean)
+    return Track(np.asarray(mean_stamps), mean)

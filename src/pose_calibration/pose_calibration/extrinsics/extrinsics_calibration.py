@@ -1,0 +1,205 @@
+"""Finds where the sensors stand, from the skeletons that they see at the same time (li2020 (1)).
+
+The paper finds ``R`` and ``T`` between its two depth cameras with a board that both see; here the
+person's joints take the board's place. Any two sensors that share a view are a link; all sensors
+are then solved together, with the offsets of their trackers' joints (:mod:`joint_refinement`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pose_calibration.extrinsics.frame_memory import FrameMemory
+from pose_calibration.extrinsics.joint_refinement import JointRefinement, Refinement
+from pose_calibration.extrinsics.pair_fits import spanning_transforms
+from pose_calibration.floor.floor import KnownMounting, estimate_floor
+from pose_calibration.floor.gravity import Gravity
+from pose_calibration.rigid_transform import CalibrationError, spread
+from pose_core.errors import ParameterError
+from pose_core.joints import JOINTS
+from pose_core.session.extrinsics import Extrinsics, PairResiduals
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.time_alignment import AlignedFrame
+from pose_core.transforms import inverse, transformed
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationLimits:
+    """What a calibration has to reach to be believed."""
+
+    minimum_frames: int = 60  # [-] frames in which two sensors see the person, to link them
+    rotation_stddev: float = np.radians(1.5)  # [rad] about the least certain axis
+    median_residual: float = 0.15  # [m]
+    inlier_share: float = 0.5  # [-]
+
+
+class ExtrinsicsCalibrator:
+    """Collects what several sensors see of one person and finds where they stand.
+
+    Args:
+        sensors: Their names, the reference first. With a single one, only the floor is found.
+        limits: What the calibration has to reach.
+        mounting: What is known of the reference's mounting.
+    """
+
+    def __init__(
+        self,
+        sensors: Sequence[str],
+        limits: CalibrationLimits | None = None,
+        mounting: KnownMounting | None = None,
+    ) -> None:
+        if not sensors or len(set(sensors)) != len(sensors):
+            raise ParameterError(f"sensors = {list(sensors)}: expected one or more different names")
+        self.sensors = tuple(sensors)
+        self.limits = limits or CalibrationLimits()
+        self.memory = FrameMemory(sensors)
+        self._mounting = mounting or KnownMounting()
+        self._in_reference = np.empty((0, len(JOINTS), 3))  # all joints of the last solution [m]
+
+    @property
+    def frames_in(self) -> int:
+        """Frames that were added."""
+        return self.memory.frames_in
+
+    @property
+    def observed_s(self) -> float:
+        """Time [s] for which two sensors saw the person."""
+        return self.memory.observed_s
+
+    @property
+    def frames_with(self) -> dict[str, int]:
+        """Frames that each sensor but the reference shares with the one it shares most with."""
+        shared = self.memory.shared_frames * (1 - np.eye(len(self.sensors), dtype=int))
+        return {name: int(shared[i].max()) for i, name in enumerate(self.sensors) if i > 0}
+
+    def add(self, frame: AlignedFrame) -> None:
+        """Take what the sensors saw at one instant."""
+        self.memory.add(frame)
+
+    def solve(self, *, allow_missing: bool = False, gravity: Gravity | None = None) -> Extrinsics:
+        """Find where the sensors stand.
+
+        Args:
+            allow_missing: Leave out sensors that no chain of common views links to the reference,
+                as long as one is linked.
+            gravity: The vertical in the reference's frame, where something but the person tells it.
+
+        Raises:
+            CalibrationError: If what was seen does not determine it; the message says why.
+        """
+        frames = self.memory.frames()
+        if not frames:
+            raise CalibrationError(self._too_few_frames(self.sensors[-1]))
+        positions = np.stack([frame.positions for frame in frames])
+        speeds = np.stack([frame.speeds for frame in frames])
+        placed, partner, positions = spanning_transforms(
+            positions, self.memory.shared_frames, self.limits.minimum_frames
+        )
+        missing = [name for i, name in enumerate(self.sensors) if i not in placed]
+        if missing and (not allow_missing or len(placed) == 1):
+            raise CalibrationError(self._too_few_frames(missing[-1]))
+        chosen = sorted(placed)
+        T_reference_sensor = np.stack([placed[i] for i in chosen])
+        positions, names = positions[:, chosen], [self.sensors[i] for i in chosen]
+        residuals: dict[str, PairResiduals] = {}
+        offsets: dict[str, FloatArray] = {}
+        if len(chosen) > 1:
+            refinement = JointRefinement(positions, speeds, T_reference_sensor).solve()
+            T_reference_sensor = refinement.T_reference_sensor
+            offsets = dict(zip(names, refinement.offsets, strict=True))
+            for i in range(1, len(chosen)):
+                pair = self._residuals(positions, refinement, chosen, i, partner[chosen[i]])
+                residuals[names[i]] = pair
+                self._check(pair, names[i])
+        in_reference = np.stack(
+            [transformed(T, positions[:, i]) for i, T in enumerate(T_reference_sensor)]
+        )
+        self._in_reference = in_reference
+        floor = estimate_floor(in_reference, self._mounting, gravity)
+        return Extrinsics(
+            reference=self.sensors[0],
+            T_reference_sensor=dict(zip(names, T_reference_sensor, strict=True)),
+            T_map_reference=floor.T_map_reference,
+            residuals=residuals,
+            floor=floor,
+            view_offsets=offsets,
+        )
+
+    def leveled(self, extrinsics: Extrinsics, gravity: Gravity) -> Extrinsics:
+        """The last solution with a vertical that was found only by it.
+
+        Args:
+            extrinsics: What :meth:`solve` gave last, maybe with clocks.
+            gravity: The vertical in the reference's frame.
+        """
+        floor = estimate_floor(self._in_reference, self._mounting, gravity)
+        return replace(extrinsics, T_map_reference=floor.T_map_reference, floor=floor)
+
+    def _too_few_frames(self, name: str) -> str:
+        if len(self.sensors) == 1:
+            return f"'{name}' never tracked the person: let it see the person and calibrate again"
+        shared = self.memory.shared_frames[self.sensors.index(name)].copy()
+        shared[self.sensors.index(name)] = -1
+        other = self.sensors[int(np.argmax(shared))]
+        return (
+            f"found {shared.max()} frames in which both '{other}' and '{name}' track the person, "
+            f"expected {self.limits.minimum_frames} or more: stay longer where both see the whole "
+            "person"
+        )
+
+    def _residuals(
+        self,
+        positions: FloatArray,
+        refinement: Refinement,
+        chosen: Sequence[int],
+        index: int,
+        partner_sensor: int,
+    ) -> PairResiduals:
+        """How the sensor ``chosen[index]`` agrees with its partner."""
+        T, partner = refinement.T_reference_sensor, chosen.index(partner_sensor)
+        T_partner_sensor = inverse(T[partner]) @ T[index]
+        shared = np.isfinite(positions[:, [partner, index]]).all(axis=(1, 3))
+        source, target = positions[:, index][shared], positions[:, partner][shared]
+        distance = np.linalg.norm(target - transformed(T_partner_sensor, source), axis=1)
+        raw = np.linalg.norm(source - target, axis=1)
+        inlier = refinement.weights[:, index][shared] > 0.0
+        joints = np.broadcast_to(np.arange(len(JOINTS)), shared.shape)[shared]
+        extents = spread(target)
+        return PairResiduals(
+            partner=self.sensors[partner_sensor],
+            frames=int(self.memory.shared_frames[partner_sensor, chosen[index]]),
+            raw_median=float(np.median(raw)),
+            raw_rms=_rms(raw),
+            median=float(np.median(distance)),
+            rms=_rms(distance),
+            inlier_rms=_rms(distance[inlier]),
+            inlier_share={
+                JOINTS[joint]: float(inlier[joints == joint].mean()) for joint in np.unique(joints)
+            },
+            rotation_stddev=float(refinement.rotation_stddev[index]),
+            position_stddev=float(refinement.position_stddev[index]),
+            spread=(float(extents[0]), float(extents[1]), float(extents[2])),
+        )
+
+    def _check(self, pair: PairResiduals, name: str) -> None:
+        limits = self.limits
+        if pair.median > limits.median_residual or pair.all_inlier_share < limits.inlier_share:
+            raise CalibrationError(
+                f"'{pair.partner}' and '{name}' disagree even after calibration: median "
+                f"{pair.median:.3f} m, {pair.all_inlier_share:.0%} inliers; expected at most "
+                f"{limits.median_residual:.3f} m and at least {limits.inlier_share:.0%}: let both "
+                "see the same single person, and check that their clocks agree"
+            )
+        if pair.rotation_stddev > limits.rotation_stddev:
+            raise CalibrationError(
+                f"too little motion between '{pair.partner}' and '{name}': it leaves the rotation "
+                f"uncertain by {np.degrees(pair.rotation_stddev):.2f} deg, expected at most "
+                f"{np.degrees(limits.rotation_stddev):.2f} deg (spread of the joints "
+                + ", ".join(f"{extent:.2f}" for extent in pair.spread)
+                + " m): raise the arms sideways and walk about"
+            )
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0

@@ -1,0 +1,139 @@
+"""What a calibration remembers: frames of all sensors, spread over the places of the body."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.time_alignment import AlignedFrame
+
+CELL_M = 0.3  # [m] places of the body are told apart by this
+PAUSE_NS = NS_PER_S  # [ns] a longer step between frames is a pause
+KEPT_EVERY_NS = 50_000_000  # [ns] frames closer in time say the same
+MAX_KEPT_FRAMES = 900  # [-] 45 s of frames
+SPEED_OVER_NS = 150_000_000  # [ns] over which a joint's speed is taken: a shorter way is noise
+CENTRED_WITHIN_NS = 350_000_000  # [ns] two kept frames before to two after, without a gap
+UNKNOWN_SPEED = 0.5  # [m/s] of a joint that was not seen so long before
+TRUNK = [
+    JOINT_INDEX[name]
+    for name in ("neck", "torso", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
+]
+
+
+@dataclass(frozen=True)
+class KeptFrame:
+    """One frame in the memory."""
+
+    stamp_ns: int
+    positions: FloatArray  # (sensors, 15, 3) [m], each in its sensor's frame; NaN if not TRACKED
+    speeds: FloatArray  # (15,) [m/s], mean over the sensors
+
+
+class FrameMemory:
+    """Keeps frames in which two sensors or more see the person; with one sensor, all it sees.
+
+    Memory is bounded: where it is full, every other frame goes from the place of the body that has
+    the most, so that a person who stands for an hour and walks for a minute leaves both.
+
+    Args:
+        sensors: Their names, in the order of the positions.
+    """
+
+    def __init__(self, sensors: Sequence[str]) -> None:
+        self.sensors = tuple(sensors)
+        count = len(self.sensors)
+        self.frames_in = 0
+        self.shared_frames = np.zeros((count, count), int)  # in which two of them share a joint
+        self.observed_s = 0.0  # [s] for which two sensors saw the person
+        self._cells: dict[tuple[int, ...], list[KeptFrame]] = {}
+        self._kept_count = 0
+        self._last_kept_ns: int | None = None
+        self._last_ns: int | None = None
+        self._recent: deque[KeptFrame] = deque()
+
+    def add(self, frame: AlignedFrame) -> None:
+        """Take what the sensors saw at one instant."""
+        self.frames_in += 1
+        positions = self._tracked_positions(frame)
+        speeds = self._speeds_so_far(frame.stamp_ns, positions)
+        seen = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)
+        shared = (seen[:, None] & seen[None]).any(axis=2)
+        self.shared_frames += shared
+        together = np.asarray(shared[0] if len(self.sensors) == 1 else _with_others(shared))
+        if not together.any():
+            return
+        if self._last_ns is not None and 0 < frame.stamp_ns - self._last_ns < PAUSE_NS:
+            self.observed_s += (frame.stamp_ns - self._last_ns) / NS_PER_S
+        self._last_ns = frame.stamp_ns
+        last_ns = self._last_kept_ns
+        if last_ns is not None and 0 <= frame.stamp_ns - last_ns < KEPT_EVERY_NS:
+            return
+        self._last_kept_ns = frame.stamp_ns
+        self._keep(KeptFrame(frame.stamp_ns, positions, speeds), together)
+
+    def frames(self) -> list[KeptFrame]:
+        """All kept frames in the order of time."""
+        kept = (frame for cell in self._cells.values() for frame in cell)
+        frames = sorted(kept, key=lambda frame: frame.stamp_ns)
+        return [
+            replace(frame, speeds=_speeds(before.stamp_ns, before.positions, after))
+            if after.stamp_ns - before.stamp_ns <= CENTRED_WITHIN_NS
+            else frame
+            for before, frame, after in zip(
+                frames[:2] + frames, frames, frames[2:] + frames[-2:], strict=False
+            )
+        ]
+
+    def _tracked_positions(self, frame: AlignedFrame) -> FloatArray:
+        positions = np.full((len(self.sensors), len(JOINTS), 3), np.nan)
+        for index, name in enumerate(self.sensors):
+            sample = frame.samples.get(name)
+            if sample is not None:
+                tracked = sample.tracking_state == TrackingState.TRACKED
+                positions[index, tracked] = sample.positions[tracked]
+        return positions
+
+    def _speeds_so_far(self, stamp_ns: int, positions: FloatArray) -> FloatArray:
+        """How fast each joint has moved [m/s] until now, (15,)."""
+        recent, now = self._recent, KeptFrame(stamp_ns, positions, np.empty(0))
+        if recent and not 0 < stamp_ns - recent[-1].stamp_ns < PAUSE_NS:
+            recent.clear()
+        recent.append(now)
+        while len(recent) > 2 and stamp_ns - recent[1].stamp_ns >= SPEED_OVER_NS:
+            recent.popleft()
+        return _speeds(recent[0].stamp_ns, recent[0].positions, now)
+
+    def _keep(self, kept: KeptFrame, together: NDArray[np.bool_]) -> None:
+        first = int(np.argmax(together))
+        trunk = kept.positions[first, TRUNK]
+        trunk = trunk[np.isfinite(trunk).all(axis=1)]
+        place = np.floor(trunk.mean(axis=0) / CELL_M).astype(int) if len(trunk) else np.zeros(3)
+        key = (*(int(number) for number in place), *(int(one) for one in together))
+        self._cells.setdefault(key, []).append(kept)
+        self._kept_count += 1
+        if self._kept_count > MAX_KEPT_FRAMES:
+            fullest = max(self._cells.values(), key=len)
+            before = len(fullest)
+            del fullest[1::2]
+            self._kept_count -= before - len(fullest)
+
+
+def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
+    """How fast each joint moved [m/s] between two frames, mean over the sensors, (15,)."""
+    if after.stamp_ns == before_ns:
+        return np.full(len(JOINTS), UNKNOWN_SPEED)
+    ways = np.linalg.norm(after.positions - before, axis=2)
+    known = np.isfinite(ways)
+    mean = np.where(known, ways, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    speeds = mean * NS_PER_S / (after.stamp_ns - before_ns)
+    return np.where(known.any(axis=0), speeds, UNKNOWN_SPEED)
+
+
+def _with_others(shared: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which sensors share a joint with another one, (sensors,)."""
+    return np.asarray((shared & ~np.eye(len(shared), dtype=bool)).any(axis=1))

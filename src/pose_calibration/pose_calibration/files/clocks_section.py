@@ -1,0 +1,98 @@
+"""The section ``clocks`` of a session's file: see :mod:`extrinsics_file`."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pose_calibration.files.file_values import rounded
+from pose_core.errors import InputError
+from pose_core.session.clocks import IMUS, Clock, Clocks
+
+LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times a bad quartz
+PPM = 1e-6
+
+
+def clocks_document(clocks: Clocks) -> dict[str, Any]:
+    """Clocks as plain values."""
+    return {
+        source: {
+            "offset_ns": int(clock.offset_ns),
+            "drift_ppm": rounded(clock.drift / PPM, 3),
+            "at_ns": int(clock.at_ns),
+            "stddev_ms": rounded(clock.stddev_s * 1e3, 3),
+            "drift_stddev_ppm": rounded(clock.drift_stddev / PPM, 3),
+        }
+        for source, clock in clocks.items()
+    }
+
+
+def read_clocks(
+    path: Path, document: Mapping[Any, Any], sensors: Sequence[str]
+) -> dict[str, Clock]:
+    """The clocks in a session's document, also in one of an older version.
+
+    Args:
+        path: The file, for messages.
+        document: Its content.
+        sensors: The file's sensors, the reference first.
+
+    Raises:
+        InputError: If an entry is of an unknown source, or not what it should be.
+    """
+    if document.get("version") in (1, 2):  # an offset without drift, in each sensor's entry
+        entries = document.get("sensors") or {}
+        return {
+            str(name): Clock(offset_ns=_integer(path, f"sensors/{name}", entry, "clock_offset_ns"))
+            for name, entry in entries.items()
+            if "clock_offset_ns" in entry
+        }
+    section = document.get("clocks", {})
+    if not isinstance(section, Mapping):
+        raise InputError(f"{path}: 'clocks' is {section!r}, expected a mapping of sources")
+    return {str(name): _clock(path, name, entry, sensors) for name, entry in section.items()}
+
+
+def _clock(path: Path, name: Any, entry: Any, sensors: Sequence[str]) -> Clock:
+    known = [*sensors[1:], IMUS]
+    if name not in known:
+        raise InputError(
+            f"{path}: clocks name {name!r}, expected some of {', '.join(known)}: the clock of "
+            f"'{sensors[0]}' is the one that others are compared with"
+        )
+    where = f"clocks/{name}"
+    if not isinstance(entry, Mapping):
+        raise InputError(f"{path}: {where} is {entry!r}, expected a mapping with 'offset_ns'")
+    strange = sorted(
+        set(map(str, entry)) - {"offset_ns", "drift_ppm", "at_ns", "stddev_ms", "drift_stddev_ppm"}
+    )
+    if "offset_ns" not in entry or strange:
+        raise InputError(
+            f"{path}: {where} has {', '.join(map(str, entry)) or 'nothing'}, expected 'offset_ns' "
+            "and, if known, drift_ppm, at_ns, stddev_ms, drift_stddev_ppm"
+        )
+    return Clock(
+        offset_ns=_integer(path, where, entry, "offset_ns"),
+        drift=PPM * _number(path, where, entry, "drift_ppm", -LARGEST_DRIFT_PPM),
+        at_ns=_integer(path, where, entry, "at_ns"),
+        stddev_s=1e-3 * _number(path, where, entry, "stddev_ms", 0.0),
+        drift_stddev=PPM * _number(path, where, entry, "drift_stddev_ppm", 0.0),
+    )
+
+
+def _integer(path: Path, where: str, entry: Mapping[Any, Any], key: str) -> int:
+    value = entry.get(key, 0)
+    if not isinstance(value, int) or isinstance(value, bool):
+        raise InputError(f"{path}: {where}/{key} is {value!r}, expected an integer")
+    return value
+
+
+def _number(path: Path, where: str, entry: Mapping[Any, Any], key: str, low: float) -> float:
+    value = entry.get(key, 0.0)
+    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not (is_number and low <= float(value) <= LARGEST_DRIFT_PPM and math.isfinite(value)):
+        raise InputError(
+            f"{path}: {where}/{key} is {value!r}, expected a number from {low:g} to "
+            f"{LARGEST_DRIFT_PPM:g}"
+        )
+    return float(value)

@@ -1,0 +1,287 @@
+"""The YAML file of a calibration.
+
+.. code-block:: yaml
+
+    version: 3
+    reference: left
+    map:  # T_map_reference: the reference sensor in the world, z up, floor at z = 0
+      translation: [0.0, 0.0, 1.21]  # [m]
+      rotation: [-0.53, 0.53, -0.47, 0.47]  # quaternion x, y, z, w
+      source: upright body and feet
+    sensors:
+      right:  # T_reference_sensor
+        translation: [1.52, -0.04, 0.61]
+        rotation: [0.01, -0.38, 0.02, 0.92]
+        residuals: {frames: 1843, median: 0.032, ...}
+    clocks:  # how far each source's clock is ahead of the reference's, at its own stamp at_ns
+      right: {offset_ns: 21500000, drift_ppm: 0.0, at_ns: 1700000012345678900, stddev_ms: 2.1}
+    view_offsets:  # [m] where trackers see joints, in the body's axes
+      left: {head: [0.004, -0.002, 0.011], ...}
+    body: {...}  # the person's measures, see body_section
+    imus: {...}  # further sections, see session_file
+
+``residuals`` and what the map came from are for people: a file by hand does without.
+"""
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from pose_calibration.files.body_section import body_document, read_body
+from pose_calibration.files.clocks_section import clocks_document, read_clocks
+from pose_calibration.files.file_values import (
+    quaternion_values,
+    read_rotation,
+    read_vector,
+    rounded,
+)
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS
+from pose_core.session.extrinsics import BoardResiduals, Extrinsics, PairResiduals
+from pose_core.streams.samples import FloatArray
+
+VERSION = 3
+READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
+OWN_KEYS = ("version", "reference", "date", "map", "sensors", "clocks", "view_offsets")
+SECTIONS = ("body", "imus")  # that others keep; there may be more
+ALIKE = 0.8  # [-] of difflib: a key that like to a known one is a slip
+METRE_DIGITS = 6
+QUATERNION_DIGITS = 9
+
+
+def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
+    """Write a calibration, whole or not at all; the same one always gives the same bytes.
+
+    The sections of a file that is replaced (:mod:`session_file`) are kept.
+
+    Args:
+        path: The file; one that exists is replaced.
+        extrinsics: The calibration.
+        date: When it was made; left out if empty.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    sections = _sections_of(path)
+    if extrinsics.body is not None:
+        sections["body"] = body_document(extrinsics.body)
+    write_document(path, {**_document(extrinsics, date), **sections})
+
+
+def write_document(path: Path, document: Mapping[str, Any]) -> None:
+    """Write a session's document, whole or not at all.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    text = "# Where the sensors stand. Lengths in m, quaternions as x, y, z, w.\n"
+    text += yaml.safe_dump(dict(document), sort_keys=False, default_flow_style=None, width=100)
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
+        with os.fdopen(handle, "w") as file:
+            os.fchmod(file.fileno(), 0o644)
+            file.write(text)
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise InputError(f"cannot write the calibration {path}: {error.strerror}") from error
+
+
+def read_document(path: Path) -> Mapping[Any, Any]:
+    """Read a session's document: a mapping of a version that is understood.
+
+    Raises:
+        InputError: If the file is missing or not such a file.
+    """
+    try:
+        document = yaml.safe_load(path.read_text())
+    except OSError as error:
+        raise InputError(f"cannot read the calibration {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    if not isinstance(document, Mapping):
+        raise InputError(f"{path} holds no calibration: expected 'version', 'reference', 'sensors'")
+    if document.get("version") not in READABLE:
+        raise InputError(
+            f"{path} has version {document.get('version')!r}, expected "
+            f"{' or '.join(map(str, READABLE))}: calibrate again"
+        )
+    return document
+
+
+def _sections_of(path: Path) -> dict[str, Any]:
+    """What a file that is about to be replaced holds beside the extrinsics."""
+    if not path.exists():
+        return {}
+    try:
+        document = read_document(path)
+    except InputError:
+        return {}  # whatever it was, it is no session
+    return {str(key): value for key, value in document.items() if key not in OWN_KEYS}
+
+
+def load_extrinsics(path: Path) -> Extrinsics:
+    """Read a calibration; residuals and the floor's report are not read back.
+
+    Raises:
+        InputError: If the file is missing or not such a file.
+    """
+    document = read_document(path)
+    _check_keys(path, document)
+    reference = document.get("reference")
+    sensors = _mapping(path, document, "sensors")
+    if not isinstance(reference, str) or not reference:
+        raise InputError(f"{path}: reference is {reference!r}, expected the first sensor's name")
+    if reference in sensors:
+        raise InputError(
+            f"{path}: the reference '{reference}' is also among the sensors, but their transforms "
+            "are relative to it: remove one"
+        )
+    T_reference_sensor = {reference: np.eye(4)}
+    view_offsets = {}
+    for name in sensors:
+        entry = _mapping(path, sensors, name)
+        T_reference_sensor[str(name)] = _transform(path, name, entry)
+    offsets = document.get("view_offsets")
+    if offsets is not None:
+        view_offsets = _view_offsets(path, _mapping(path, document, "view_offsets"))
+    return Extrinsics(
+        reference=reference,
+        T_reference_sensor=T_reference_sensor,
+        T_map_reference=_transform(path, "map", _mapping(path, document, "map")),
+        clocks=read_clocks(path, document, tuple(T_reference_sensor)),
+        view_offsets=view_offsets,
+        body=read_body(path, document.get("body")),
+    )
+
+
+def _check_keys(path: Path, document: Mapping[Any, Any]) -> None:
+    """Refuse what is nearly a key: a slip would be left out in silence."""
+    known = [*OWN_KEYS, *SECTIONS]
+    for key in map(str, document):
+        meant = get_close_matches(key, known, n=1, cutoff=ALIKE)
+        if key not in known and meant:
+            raise InputError(f"{path} has a section '{key}', expected '{meant[0]}': rename it")
+
+
+def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
+    """Read a calibration of certain sensors, the reference first.
+
+    Raises:
+        InputError: If the file is missing, is not such a file, or is of other sensors.
+    """
+    extrinsics = load_extrinsics(path)
+    if extrinsics.reference != sensors[0] or set(extrinsics.sensors) != set(sensors):
+        raise InputError(
+            f"{path} is a calibration of {', '.join(extrinsics.sensors)}, expected one of "
+            f"{', '.join(sensors)}, in this order: name another file, or remove it to calibrate "
+            "again"
+        )
+    return extrinsics
+
+
+def _document(extrinsics: Extrinsics, date: str) -> dict[str, Any]:
+    world: dict[str, Any] = _pose(extrinsics.T_map_reference)
+    floor = extrinsics.floor
+    if floor is not None:
+        world["source"] = floor.source
+        world["vertical_stddev_deg"] = rounded(np.degrees(floor.up_stddev), 2)
+        world["height_stddev"] = rounded(floor.height_stddev, 4)
+    sensors = {}
+    for name in extrinsics.sensors:
+        if name == extrinsics.reference:
+            continue
+        entry: dict[str, Any] = _pose(extrinsics.T_reference_sensor[name])
+        if name in extrinsics.residuals:
+            entry["residuals"] = _residuals(extrinsics.residuals[name])
+        if name in extrinsics.board:
+            entry["board"] = _board(extrinsics.board[name])
+        sensors[name] = entry
+    document: dict[str, Any] = {"version": VERSION, "reference": extrinsics.reference}
+    if date:
+        document["date"] = date
+    document = {**document, "map": world, "sensors": sensors}
+    if extrinsics.clocks:
+        document["clocks"] = clocks_document(extrinsics.clocks)
+    if extrinsics.view_offsets:
+        document["view_offsets"] = {
+            name: {
+                joint: [rounded(value, 4) for value in offset]
+                for joint, offset in zip(JOINTS, offsets, strict=True)
+            }
+            for name, offsets in extrinsics.view_offsets.items()
+        }
+    return document
+
+
+def _pose(T: FloatArray) -> dict[str, Any]:
+    return {
+        "translation": [rounded(value, METRE_DIGITS) for value in T[:3, 3]],
+        "rotation": quaternion_values(T[:3, :3], QUATERNION_DIGITS),
+    }
+
+
+def _residuals(pair: PairResiduals) -> dict[str, Any]:
+    return {
+        "partner": pair.partner,
+        "frames": pair.frames,
+        "raw_median": rounded(pair.raw_median, 4),
+        "median": rounded(pair.median, 4),
+        "inlier_rms": rounded(pair.inlier_rms, 4),
+        "rotation_stddev_deg": rounded(np.degrees(pair.rotation_stddev), 3),
+        "position_stddev": rounded(pair.position_stddev, 4),
+        "inlier_share": {name: rounded(share, 3) for name, share in pair.inlier_share.items()},
+    }
+
+
+def _board(board: BoardResiduals) -> dict[str, Any]:
+    return {
+        "views": board.views,
+        "reprojection_px": rounded(board.reprojection_px, 3),
+        "rotation_stddev_deg": rounded(np.degrees(board.rotation_stddev), 4),
+        "position_stddev": rounded(board.position_stddev, 5),
+    }
+
+
+def _view_offsets(path: Path, section: Mapping[Any, Any]) -> dict[str, FloatArray]:
+    offsets = {}
+    for name in section:
+        joints = _mapping(path, section, name)
+        strange = sorted(str(joint) for joint in set(joints) - set(JOINTS))
+        if strange:
+            raise InputError(
+                f"{path}: view_offsets of '{name}' name {', '.join(strange)}, expected joints: "
+                f"{', '.join(JOINTS)}"
+            )
+        offsets[str(name)] = np.array(
+            [
+                read_vector(f"{path}: view_offsets/{name}/{joint}", joints[joint], 3)
+                if joint in joints
+                else [0.0] * 3
+                for joint in JOINTS
+            ]
+        )
+    return offsets
+
+
+def _mapping(path: Path, parent: Mapping[Any, Any], key: Any) -> Mapping[Any, Any]:
+    value = parent.get(key)
+    if not isinstance(value, Mapping):
+        raise InputError(f"{path}: '{key}' is {value!r}, expected a mapping")
+    return value
+
+
+def _transform(path: Path, name: Any, entry: Mapping[Any, Any]) -> FloatArray:
+    T = np.eye(4)
+    translation, rotation = entry.get("translation"), entry.get("rotation")
+    T[:3, 3] = read_vector(f"{path}: the translation of '{name}'", translation, 3)
+    T[:3, :3] = read_rotation(f"{path}: the rotation of '{name}'", rotation)
+    return T

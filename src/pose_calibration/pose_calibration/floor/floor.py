@@ -1,0 +1,204 @@
+r"""The world frame ``map``, from what is known of standing and walking people.
+
+``map`` has z up and the floor at z = 0; x is the horizontal part of the reference sensor's
+viewing direction, and the origin lies on the floor below the reference sensor.
+
+Up comes from the person's own upright stance, then from the heights of the standing feet, which lie
+on a plane. With :math:`h` the height of a foot at the horizontal place :math:`(x, y)` along the
+first guess of up:
+
+.. math:: h = a x + b y + c
+
+and :math:`(a, b)` is weighted against the body's word, which is :math:`(0, 0)`, by the inverse
+covariances: feet that stay in one place leave the body's word, feet that walk about correct it.
+On two-view recordings from a height of 1 m with a level sensor, the body alone is wrong by 1 degree
+and the feet alone by 2, since an ankle's height is seen wrong with the distance.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_calibration.floor.gravity import Gravity
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.joints import JOINT_INDEX
+from pose_core.session.floor_estimate import FloorEstimate
+from pose_core.streams.samples import FloatArray
+
+ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
+FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height from place to place
+ANKLE_HEIGHT_STDDEV_M = 0.02  # [m] between people, shoes and sensors
+FOOT_SLOPE_STDDEV = np.radians(2.0)  # [rad] ankles are seen too high or low with the distance
+WEAK_PRIOR = np.radians(20.0)  # [rad] where the feet alone leave the slope open
+BODY_STDDEV = np.radians(1.5)  # [rad] of a standing person's long axis from the vertical
+LEVEL_STDDEV = np.radians(10.0)  # [rad] of a sensor that nothing is known of
+MAX_TILT = np.radians(60.0)  # [rad] of the sensor: what lies down is no upright person
+STRAIGHT_KNEE = np.radians(25.0)  # [rad] flexion up to which a leg is straight
+UPRIGHT_TRUNK = np.radians(20.0)  # [rad] between trunk and legs
+FEET_COUNT_BELOW = 0.85  # [-] of the body's standard deviation, with which feet earn a mention
+MIN_UPRIGHT_FRAMES = 15  # [-]
+CELL_M = 0.25  # [m] feet within one cell of the floor count as one observation
+HUBER_M = 0.04  # [m] heights further off are feet in the air or wrong joints
+ITERATIONS = 20
+
+KNOWN_MOUNTING = "known mounting"
+UPRIGHT_BODY = "upright body"
+FEET = "upright body and walking feet"
+LEVEL_SENSOR = "sensor assumed level"
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownMounting:
+    """What is known of the reference sensor's mounting; None where it is to be estimated."""
+
+    tilt: float | None = None  # [rad] of the viewing direction, positive downwards
+    height: float | None = None  # [m] above the floor
+
+
+def estimate_floor(
+    positions: FloatArray,
+    mounting: KnownMounting | None = None,
+    gravity: Gravity | None = None,
+) -> FloorEstimate:
+    """Find ``map`` from skeletons.
+
+    Args:
+        positions: Joints [m] in the reference sensor's optical frame, shape (..., 15, 3), NaN where
+            unknown, in any order. The sensor is taken to stand upright, tilted up to 60 degrees.
+        mounting: What is known; it overrides what would be estimated.
+        gravity: The vertical that something else tells; it replaces the body's word.
+
+    Raises:
+        CalibrationError: If the reference sensor looks straight down or up.
+    """
+    mounting = mounting or KnownMounting()
+    positions = positions.reshape(-1, *positions.shape[-2:])
+    directions = _upright_directions(positions)
+    up, up_stddev, source = _first_guess(directions, mounting, gravity)
+    feet = positions[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
+    sole, slope_stddev, height_stddev, cells = np.nan, up_stddev, np.inf, 0
+    standing = _lower_feet(feet, up)
+    if len(standing) >= MIN_UPRIGHT_FRAMES:
+        up, sole, slope_stddev, height_stddev, cells = _plane(standing, up, up_stddev)
+        if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
+            source = FEET if gravity is None else f"{gravity.source} and walking feet"
+    height, height_stddev = _height(sole, height_stddev, mounting)
+    return FloorEstimate(
+        T_map_reference=_map_frame(up, height),
+        source=source,
+        up_stddev=slope_stddev,
+        height_stddev=height_stddev,
+        upright_frames=len(directions),
+        foot_cells=cells,
+    )
+
+
+def _first_guess(
+    directions: FloatArray, mounting: KnownMounting, gravity: Gravity | None
+) -> tuple[FloatArray, float, str]:
+    if mounting.tilt is not None:
+        up = np.array([0.0, -np.cos(mounting.tilt), -np.sin(mounting.tilt)])
+        return up, 0.0, KNOWN_MOUNTING
+    if gravity is not None:
+        return gravity.up, gravity.stddev, gravity.source
+    if len(directions) < MIN_UPRIGHT_FRAMES:
+        return np.array([0.0, -1.0, 0.0]), float(LEVEL_STDDEV), LEVEL_SENSOR
+    up = np.median(directions, axis=0)
+    return up / np.linalg.norm(up), float(BODY_STDDEV), UPRIGHT_BODY
+
+
+def _height(sole: float, sole_stddev: float, mounting: KnownMounting) -> tuple[float, float]:
+    """The sensor's height above the floor and its standard deviation [m]."""
+    if mounting.height is not None:
+        return mounting.height, 0.0
+    if not np.isfinite(sole):
+        return 1.0, np.inf  # nobody's feet were seen: a table's height
+    return ANKLE_HEIGHT_M - sole, float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
+
+
+def _upright_directions(positions: FloatArray) -> FloatArray:
+    """Long axes of the body where it stands straight, unit vectors, shape (n, 3)."""
+    at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
+    hips = 0.5 * (at["left_hip"] + at["right_hip"])
+    feet = 0.5 * (at["left_foot"] + at["right_foot"])
+    trunk, legs = at["neck"] - hips, hips - feet
+    upright = _angle(trunk, legs) < UPRIGHT_TRUNK
+    for side in ("left", "right"):
+        thigh = at[f"{side}_hip"] - at[f"{side}_knee"]
+        shank = at[f"{side}_knee"] - at[f"{side}_foot"]
+        upright &= _angle(thigh, shank) < STRAIGHT_KNEE
+    axis = at["neck"] - feet
+    upright &= _angle(axis, np.array([0.0, -1.0, 0.0])) < MAX_TILT
+    axis = axis[upright]
+    return axis / np.linalg.norm(axis, axis=1, keepdims=True)
+
+
+def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Angle [rad] between vectors; NaN, and so below no limit, where one is unknown."""
+    lengths = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.arccos(np.clip((a * b).sum(axis=-1) / lengths, -1.0, 1.0))
+
+
+def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
+    """The foot of each frame that is lower, which is the one that stands, shape (n, 3)."""
+    known = np.isfinite(feet).all(axis=(1, 2))
+    feet = feet[known]
+    return feet[np.arange(len(feet)), np.argmin(feet @ up, axis=1)]
+
+
+def _plane(
+    standing: FloatArray, up: FloatArray, up_stddev: float
+) -> tuple[FloatArray, float, float, float, int]:
+    """The floor that standing feet span, weighted against a first guess of its normal.
+
+    Returns:
+        Its normal, the feet's height along it as seen from the sensor [m], the standard deviations
+        of the normal [rad] and of that height [m], and the count of places where a foot stood.
+    """
+    R_level_reference = _map_frame(up, 0.0)[:3, :3]
+    level = standing @ R_level_reference.T
+    cells, members = np.unique(
+        np.floor(level[:, :2] / CELL_M).astype(int), axis=0, return_inverse=True
+    )
+    members = members.reshape(-1)
+    # Within a cell the lower feet stand and the higher ones swing.
+    x, y, h = np.array(
+        [
+            (*level[members == cell, :2].mean(axis=0), np.percentile(level[members == cell, 2], 25))
+            for cell in range(len(cells))
+        ]
+    ).T
+    centre = np.array([x.mean(), y.mean()])
+    design = np.column_stack([x - centre[0], y - centre[1], np.ones(len(x))])
+    prior = np.diag([np.tan(WEAK_PRIOR) ** -2, np.tan(WEAK_PRIOR) ** -2, 0.0])
+    solution = np.array([0.0, 0.0, np.median(h)])
+    for _ in range(ITERATIONS):
+        off = np.abs(h - design @ solution)
+        weights = np.minimum(1.0, HUBER_M / np.maximum(off, 1e-9)) / FOOT_STDDEV_M**2
+        covariance = np.linalg.inv(design.T @ (design * weights[:, None]) + prior)
+        solution = covariance @ (design.T @ (weights * h))
+    slope_covariance = covariance[:2, :2] + np.tan(FOOT_SLOPE_STDDEV) ** 2 * np.eye(2)
+    body_covariance = np.tan(up_stddev) ** 2 * np.eye(2)
+    gain = body_covariance @ np.linalg.inv(body_covariance + slope_covariance)
+    a, b = gain @ solution[:2]
+    normal = np.array([-a, -b, 1.0]) / np.sqrt(a * a + b * b + 1.0)
+    sole = float(normal @ [*centre, solution[2]])
+    stddev = float(np.sqrt(np.linalg.eigvalsh(body_covariance - gain @ body_covariance)[-1]))
+    return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(covariance[2, 2])), len(cells)
+
+
+def _map_frame(up: FloatArray, height: float) -> FloatArray:
+    """``T_map_reference`` from the vertical in the reference frame and the height [m]."""
+    forward = np.array([0.0, 0.0, 1.0])
+    x = forward - (forward @ up) * up
+    if np.linalg.norm(x) < 0.1:
+        raise CalibrationError(
+            f"the reference sensor looks straight {'up' if forward @ up > 0.0 else 'down'} "
+            f"(vertical {np.round(up, 2).tolist()} in its frame): name another sensor first"
+        )
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = [x, np.cross(up, x), up]
+    T[2, 3] = height
+    return T

@@ -1,0 +1,107 @@
+r"""How well each IMU's motion explains what the cameras see of each segment.
+
+In the neutral stand every segment is upright, so the sensor's axis that was vertical then,
+:math:`u = R_{ws}(0)^T e_z`, is the long axis of whatever segment it sits on. It explains a segment
+whose long axis the cameras see as :math:`a(t)` if one turn :math:`y` of the sensor's world gives
+:math:`a(t) = R_z(y)\,R_{ws}(t)\,u`. What is left is summed in units of its variance,
+
+.. math:: \chi^2 = \min_y \sum_t \frac{\Delta t}{T} \min(|a - R_z(y) R_{ws} u|^2 / \sigma^2, c^2)
+
+so that differences between segments are twice a logarithm of their likelihoods' ratio.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_calibration.imus.mounting_fit import CORRELATION_S, LAG_S, axis_stddev
+from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
+from pose_core.streams.samples import FloatArray
+
+TURNS = np.radians(np.arange(0.0, 360.0, 3.0))
+CAP = 4.0  # [-] standard deviations beyond which a difference counts no more: joints get lost
+CLEARLY = 15.0  # [-] of chi-square by which another explanation must be better
+SHARE = 1.0 / CORRELATION_S * PERIOD_NS * 1e-9  # [-] of a measurement that one instant is
+LEAST_INSTANTS = 30  # [-] seen by both
+MIRRORED = np.array([-1.0, 1.0, 1.0])  # what a world whose z points down makes of u
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explanations:
+    """What every sensor leaves unexplained of every segment."""
+
+    segments: tuple[str, ...]
+    chi_square: FloatArray  # (s, s): sensor, segment; NaN unknown
+    upside_down: FloatArray  # (s,) of each sensor on its own segment, its world upside down
+
+    @property
+    def swapped(self) -> list[tuple[str, str]]:
+        """Pairs of segments whose sensors explain each other's segment clearly better."""
+        return [
+            (self.segments[i], self.segments[j])
+            for i, j in self._pairs()
+            if self._gain_of_exchange(i, j) > CLEARLY
+        ]
+
+    @property
+    def upside_down_worlds(self) -> list[str]:
+        """Segments whose sensor explains them clearly better with its world upside down."""
+        gain = np.diag(self.chi_square) - self.upside_down
+        return [name for name, each in zip(self.segments, gain, strict=True) if each > CLEARLY]
+
+    @property
+    def alike(self) -> list[tuple[str, str]]:
+        """Pairs of segments that have moved too much alike to notice an exchange."""
+        return [
+            (self.segments[i], self.segments[j])
+            for i, j in self._pairs()
+            if not abs(self._gain_of_exchange(i, j)) > CLEARLY
+        ]
+
+    def _pairs(self) -> list[tuple[int, int]]:
+        count = len(self.segments)
+        return [(i, j) for i in range(count) for j in range(i + 1, count)]
+
+    def _gain_of_exchange(self, i: int, j: int) -> float:
+        chi = self.chi_square
+        return float(chi[i, i] + chi[j, j] - chi[i, j] - chi[j, i])
+
+
+def explain(observations: ImuObservations) -> Explanations:
+    """Compare every sensor with every segment that carries one."""
+    o, count = observations, len(observations.segments)
+    chi_square, upside_down = np.full((count, count), np.nan), np.full(count, np.nan)
+    for i in range(count):
+        axis = _upright_axis(o, i)
+        for j in range(count):
+            chi_square[i, j] = _unexplained(o, axis, i, j)
+        upside_down[i] = _unexplained(o, axis * MIRRORED, i, i)
+    return Explanations(segments=o.segments, chi_square=chi_square, upside_down=upside_down)
+
+
+def _upright_axis(o: ImuObservations, i: int) -> FloatArray:
+    """A sensor's axis that was vertical in the neutral stand, in its world, shape (n, 3)."""
+    standing = o.R_world_sensor[o.is_neutral, i, 2]
+    known = standing[np.isfinite(standing[:, 0])]
+    if len(known) == 0:
+        return np.full((len(o.times_s), 3), np.nan)
+    u = known.mean(axis=0)
+    return np.asarray(o.R_world_sensor[:, i] @ (u / np.linalg.norm(u)))
+
+
+def _unexplained(o: ImuObservations, axis: FloatArray, sensor: int, segment: int) -> float:
+    """Chi-square that a sensor's axis leaves of a segment's; NaN if seldom seen."""
+    seen = o.long_axis[:, segment]
+    known = np.isfinite(axis[:, 0]) & np.isfinite(seen[:, 0])
+    if np.count_nonzero(known) < LEAST_INSTANTS:
+        return math.nan
+    p, a = axis[known], seen[known]
+    variance = axis_stddev(o.segments[segment]) ** 2 + (LAG_S * o.rate[known, sensor]) ** 2
+    # |a - R_z(y) p|^2 = 2 - 2 (upright + along cos y + across sin y), of unit vectors
+    upright = a[:, 2] * p[:, 2]
+    along = a[:, 0] * p[:, 0] + a[:, 1] * p[:, 1]
+    across = a[:, 1] * p[:, 0] - a[:, 0] * p[:, 1]
+    cosine = upright + np.outer(np.cos(TURNS), along) + np.outer(np.sin(TURNS), across)
+    left = np.minimum((2.0 - 2.0 * cosine) / variance, CAP**2)
+    return float(SHARE * left.sum(axis=1).min())

@@ -1,0 +1,236 @@
+"""What IMUs and cameras say of the same instants, kept while a person stands and then moves."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.body.joint_angles import joint_angles
+from pose_core.body.model import BodyModel
+from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
+from pose_core.imu.seen_axes import LINES, SeenAxes
+from pose_core.imu.track import ImuStates, ImuTracks
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.session.clocks import block_on_reference_clock, on_reference_clock
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.session.neutral_stand import (
+    BENT,
+    DURATION_NS,
+    NOT_BENT,
+    NeutralStand,
+    NeutralStandWatcher,
+)
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, ImuBlock, SkeletonSample
+
+PERIOD_NS = NS_PER_S // 10  # [ns] between two instants that are kept
+MOST_INSTANTS = 1200  # [-] that are kept of the motion: two minutes, the latest
+LATEST_NS = NS_PER_S // 20  # [ns] sensors that are this far apart still show the same pose
+STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instant:
+    """What all sensors said of one instant."""
+
+    stamp_ns: int
+    views: FloatArray  # (sensors, 15, 3) [m] in map; NaN where not tracked
+    readings: ImuStates
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuObservations:
+    """n instants of s IMUs as arrays; NaN where something was not seen or heard."""
+
+    segments: tuple[str, ...]
+    times_s: FloatArray  # (n,) [s] since the middle of the neutral stand
+    R_world_sensor: FloatArray  # (n, s, 3, 3)
+    rate: FloatArray  # (n, s) [rad/s]
+    long_axis: FloatArray  # (n, s, 3) z of the segment in map, as the cameras see it
+    line: FloatArray  # (n, s, 3) y of trunk and pelvis in map: shoulders' and hips' lines
+    R_map_heading: FloatArray  # (n, 3, 3) the body's heading, as the cameras see it
+    is_neutral: NDArray[np.bool_]  # (n,) during the neutral stand
+    neutral_heading: float  # [rad] of the body in map, in the neutral stand
+
+
+class ObservationRecorder:
+    """Waits for the neutral stand and keeps what was said then and afterwards.
+
+    Args:
+        sensors: The Kinects' names.
+        extrinsics: Where they are, and how their clocks stand.
+        model: The body model: which links the segments are.
+        camera_delay_s: How late joints are against their stamps [s].
+    """
+
+    def __init__(
+        self,
+        sensors: Sequence[str],
+        extrinsics: Extrinsics,
+        model: BodyModel,
+        camera_delay_s: float,
+    ) -> None:
+        self._sensors = tuple(sensors)
+        self._model = model
+        self._delay_ns = round(camera_delay_s * NS_PER_S)
+        self._clocks = extrinsics.clocks
+        self._placed = {name: extrinsics.T_map_sensor(name) for name in sensors}
+        self._tracks = ImuTracks()
+        self._views = np.full((len(sensors), len(JOINTS), 3), np.nan)
+        self._views_ns = np.zeros(len(sensors), np.int64)
+        self._watcher = NeutralStandWatcher(model)
+        self._standing: deque[Instant] = deque()
+        self._moving: deque[Instant] = deque(maxlen=MOST_INSTANTS)
+        self._kept_ns = 0
+        self.stand: NeutralStand | None = None
+        self.rejected_imu_samples = 0
+
+    @property
+    def segments(self) -> tuple[str, ...]:
+        """Segments whose IMU has spoken, and that the body model knows."""
+        return tuple(sorted(s for s in self._tracks.segments if s in self._model.segments))
+
+    @property
+    def unknown_segments(self) -> tuple[str, ...]:
+        """Segments with an IMU that the body model does not have."""
+        return tuple(sorted(s for s in self._tracks.segments if s not in self._model.segments))
+
+    @property
+    def moved_s(self) -> float:
+        """Time [s] that has been kept since the neutral stand."""
+        return len(self._moving) * PERIOD_NS / NS_PER_S
+
+    @property
+    def seen(self) -> FloatArray:
+        """Mean of the sensors' tracked joints in map now, shape (15, 3) [m]; NaN elsewhere."""
+        return _mean(self._views)
+
+    def add_imu(self, block: ImuBlock) -> None:
+        """Take IMUs' samples."""
+        self.rejected_imu_samples += self._tracks.add(block_on_reference_clock(block, self._clocks))
+
+    def add_skeleton(self, sample: SkeletonSample) -> None:
+        """Take one sensor's view of the person."""
+        if sample.sensor not in self._placed:
+            return
+        sample = on_reference_clock(sample, self._clocks)
+        T_map_sensor = self._placed[sample.sensor]
+        positions = sample.positions @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
+        tracked = (sample.tracking_state == TrackingState.TRACKED)[:, None]
+        index = self._sensors.index(sample.sensor)
+        self._views[index] = np.where(tracked, positions, np.nan)
+        self._views_ns[index] = sample.stamp_ns
+        self._views[np.abs(self._views_ns - sample.stamp_ns) > LATEST_NS] = np.nan
+        self._keep(sample.stamp_ns)
+        if self.stand is None:
+            self._watch(sample, positions, index)
+
+    def _keep(self, stamp_ns: int) -> None:
+        if abs(stamp_ns - self._kept_ns) < PERIOD_NS:
+            return
+        self._kept_ns = stamp_ns
+        readings = self._tracks.at(stamp_ns - self._delay_ns)
+        instant = Instant(stamp_ns=stamp_ns, views=self._views.copy(), readings=readings)
+        if self.stand is not None:
+            self._moving.append(instant)
+            return
+        self._standing.append(instant)
+        while abs(stamp_ns - self._standing[0].stamp_ns) > DURATION_NS:
+            self._standing.popleft()
+
+    def _watch(self, sample: SkeletonSample, positions: FloatArray, index: int) -> None:
+        """Look whether the person has stood neutrally, and the IMUs with them."""
+        views = np.full_like(self._views, np.nan)
+        state = np.zeros(views.shape[:2], np.uint8)
+        views[index], state[index] = positions, sample.tracking_state
+        stand = self._watcher.add(sample.stamp_ns, views, state)
+        if stand is None or not self.segments:
+            return
+        if self.is_still:
+            self.stand = stand
+        else:
+            self._watcher = NeutralStandWatcher(self._model)
+
+    @property
+    def is_still(self) -> bool:
+        """Whether the IMUs turn slowly, and have lately."""
+        rates = [
+            float(np.linalg.norm(reading.angular_velocity))
+            for instant in self._standing
+            for reading in instant.readings.values()
+        ]
+        return bool(rates) and float(np.percentile(rates, 90.0)) < STILL_RATE
+
+    def posture(self) -> str:
+        """What is wrong with the pose for a neutral stand, in plain words; empty if nothing."""
+        joints = self.seen
+        unseen = [name for name, row in JOINT_INDEX.items() if np.isnan(joints[row, 0])]
+        if unseen:
+            return f"the cameras do not see the {unseen[0].replace('_', ' ')}"
+        angles = {name: abs(float(a[0])) for name, a in joint_angles(joints[None]).items()}
+        beyond = {
+            name: angle / next((limit for key, limit in BENT.items() if key in name), NOT_BENT)
+            for name, angle in angles.items()
+        }
+        worst = max(beyond, key=lambda name: beyond[name])
+        if beyond[worst] > 1.0:
+            return f"{worst.replace('_', ' ')} is {np.degrees(angles[worst]):.0f} deg"
+        return ""
+
+    def observations(self) -> ImuObservations | None:
+        """All that was kept since the neutral stand; None before it."""
+        if self.stand is None:
+            return None
+        instants = [*self._standing, *self._moving]
+        count, segments, seen_axes = len(instants), self.segments, SeenAxes(self._model)
+        R_world_sensor = np.full((count, len(segments), 3, 3), np.nan)
+        rate = np.full((count, len(segments)), np.nan)
+        axes = np.full((2, count, len(segments), 3), np.nan)
+        R_map_heading = np.full((count, 3, 3), np.nan)
+        for k, instant in enumerate(instants):
+            for i, segment in enumerate(segments):
+                if segment in instant.readings:
+                    R_world_sensor[k, i] = instant.readings[segment].R_world_sensor
+                    rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
+            R_map_heading[k] = heading_axes(_mean(instant.views))
+            # Where each tracker sees the joints beside their place is known from the stand.
+            joints = _mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
+            _see(seen_axes, segments, joints, axes[:, k])
+        stamps = np.array([instant.stamp_ns for instant in instants], np.int64)
+        middle_ns = self.stand.stamp_ns - DURATION_NS // 2
+        is_neutral = np.arange(count) < len(self._standing)
+        headings = [standing_heading(_mean(instant.views)) for instant in self._standing]
+        return ImuObservations(
+            segments=segments,
+            times_s=np.asarray((stamps - middle_ns) * 1e-9, np.float64),
+            R_world_sensor=R_world_sensor,
+            rate=rate,
+            long_axis=axes[0],
+            line=axes[1],
+            R_map_heading=R_map_heading,
+            is_neutral=is_neutral,
+            neutral_heading=float(np.angle(np.nanmean(np.exp(1j * np.array(headings))))),
+        )
+
+
+def _see(
+    seen_axes: SeenAxes, segments: Sequence[str], joints: FloatArray, axes: FloatArray
+) -> None:
+    """Fill the long axes and the lines, (2, s, 3), that joints, (15, 3) [m], show."""
+    trunk = trunk_axes(joints)
+    if not np.isfinite(trunk).all():
+        return
+    axes[0] = seen_axes.of(tuple(segments), joints, trunk).long
+    for segment, (start, end) in LINES.items():
+        if segment in segments:
+            line = joints[JOINT_INDEX[end]] - joints[JOINT_INDEX[start]]
+            axes[1, segments.index(segment)] = line / np.linalg.norm(line)
+
+
+def _mean(views: FloatArray) -> FloatArray:
+    known = np.isfinite(views)
+    count = known.sum(axis=0)
+    total = np.where(known, views, 0.0).sum(axis=0)
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -1,0 +1,30 @@
+"""What a user may set of the IMUs' calibration."""
+
+from dataclasses import dataclass
+
+from pose_core.parameters import NAME_ENDING, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuCalibrationParameters:
+    """Parameters of ``./pose calibrate imu``, live and offline alike."""
+
+    sensors: tuple[str, ...] = parameter(
+        ("left", "right"), doc="names of the Kinects, the reference first", pattern=NAME_ENDING
+    )
+    person: str = parameter("", doc="a sensor's id of the person; empty: the only one it sees")
+    worn: tuple[str, ...] = parameter(
+        (), doc="segments that must carry an IMU; empty: those that are heard", pattern=NAME_ENDING
+    )
+    tracker_delay: float = parameter(
+        0.06, unit="s", low=0.0, high=0.2, doc="how late the Kinects' joints are"
+    )
+    minimum_duration: float = parameter(
+        8.0, unit="s", low=2.0, high=600.0, doc="motion before the first solution"
+    )
+    collect_duration: float = parameter(
+        60.0, unit="s", low=5.0, high=600.0, doc="motion after which it ends in any case"
+    )
+    enough_stddev: float = parameter(
+        0.07, unit="rad", low=0.01, high=0.5, doc="uncertainty of a mounting that suffices"
+    )

@@ -1,0 +1,108 @@
+"""The section ``imus`` of the session's file: how each IMU sits on its segment.
+
+.. code-block:: yaml
+
+    imus:
+      version: 1
+      segments:
+        left_thigh:
+          rotation: [0.12, -0.03, 0.61, 0.78]  # R_sensor_segment, quaternion x, y, z, w
+          stddev_deg: [1.2, 0.9, 2.4]  # about the segment's x, y, z
+          residual_deg: 5.1  # RMS between where cameras and sensor see the segment point
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pose_calibration.files.file_values import (
+    quaternion_values,
+    read_rotation,
+    read_vector,
+    rounded,
+)
+from pose_calibration.files.session_file import load_section, save_section
+from pose_core.errors import InputError
+from pose_core.imu.mounting import Mounting, Mountings
+from pose_core.joints import SEGMENTS
+
+NAME = "imus"
+VERSION = 1
+QUATERNION_DIGITS = 6
+LARGEST_STDDEV_DEG = 180.0
+
+
+def save_mountings(path: Path, mountings: Mountings) -> None:
+    """Write the section into a session's file, which must exist; the rest of it stays.
+
+    Raises:
+        InputError: If the file is no session or cannot be written.
+    """
+    segments = {}
+    for segment in (name for name in SEGMENTS if name in mountings):
+        mounting = mountings[segment]
+        segments[segment] = {
+            "rotation": quaternion_values(mounting.R_sensor_segment, QUATERNION_DIGITS),
+            "stddev_deg": [
+                rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(mounting.stddev)
+            ],
+            "residual_deg": rounded(np.degrees(mounting.residual), 2),
+        }
+    save_section(path, NAME, {"version": VERSION, "segments": segments})
+
+
+def load_mountings(path: Path) -> Mountings | None:
+    """Read the section; None if the file has none.
+
+    Raises:
+        InputError: If the file is no session, or the section is not what it should be.
+    """
+    section = load_section(path, NAME)
+    if section is None:
+        return None
+    where = f"{path}: section '{NAME}'"
+    if section.get("version") != VERSION:
+        raise InputError(
+            f"{where} has version {section.get('version')!r}, expected {VERSION}: calibrate again"
+        )
+    segments = section.get("segments")
+    if not isinstance(segments, Mapping):
+        raise InputError(f"{where} has segments: {segments!r}, expected a mapping")
+    strange = [str(name) for name in segments if name not in SEGMENTS]
+    if strange:
+        raise InputError(
+            f"{where} names {', '.join(strange)}, expected segments: {', '.join(SEGMENTS)}"
+        )
+    return {name: _mounting(f"{where}, {name}", entry) for name, entry in segments.items()}
+
+
+def load_mountings_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, Mountings]:
+    """The mountings that a session's file has: of the first file that is named, if it exists.
+
+    Returns:
+        The file's name, empty if none is named; and its mountings, none if it has none.
+
+    Raises:
+        InputError: If the file exists, but is not what it should be.
+    """
+    name = imus_file or extrinsics_file
+    if not name or not Path(name).expanduser().exists():
+        return name, {}
+    return name, load_mountings(Path(name).expanduser()) or {}
+
+
+def _mounting(where: str, entry: Any) -> Mounting:
+    if not isinstance(entry, Mapping):
+        raise InputError(f"{where} is {entry!r}, expected rotation, stddev_deg, residual_deg")
+    R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))
+    stddev = read_vector(f"{where}: stddev_deg", entry.get("stddev_deg"), 3)
+    if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():
+        raise InputError(f"{where}: stddev_deg is {stddev.tolist()}, expected (0, 180]")
+    residual = entry.get("residual_deg")  # for people
+    return Mounting(
+        R_sensor_segment=R_sensor_segment,
+        stddev=np.radians(stddev),
+        residual=np.radians(residual) if isinstance(residual, float) else np.nan,
+    )

@@ -1,0 +1,1 @@
+"""What the IMUs tell of clocks and of the vertical."""

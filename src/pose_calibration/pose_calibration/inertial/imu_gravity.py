@@ -1,0 +1,185 @@
+r"""The vertical in the reference sensor's frame, from IMUs on the limbs that it sees.
+
+With :math:`u` the vertical and :math:`b` a bone's direction in the camera's frame, and :math:`g`
+the vertical and :math:`a` the same bone in the IMU's, for all instants
+
+.. math:: (u + e) \cdot b(t) + c = a \cdot g(t)
+
+where :math:`c` is what the tracker sees wrong of that limb all the time, and :math:`e` what changes
+of it with where the limb points, alike for all sensors. :math:`u`, one for all, :math:`e`, one a
+limb, and :math:`a` and :math:`c`, one a limb and view, are found by Gauss-Newton with Tukey's
+weights, from what the person's upright stance says of :math:`u`, and priors on :math:`c` and
+:math:`e`. Neither headings nor the mountings of the IMUs need be known; but several limbs must have
+pointed elsewhere than down.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_calibration.clocks.joint_delays import CORRELATION_S
+from pose_calibration.floor.gravity import Gravity
+from pose_calibration.inertial.imu_motion import BONES, Felt, View
+from pose_calibration.rigid_transform import TUKEY
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.samples import FloatArray
+
+BODY_IMUS = "upright body and body-worn IMUs"
+RATE = 10.0  # [Hz] of the instants that are compared
+LEAST_SAMPLES = 50  # [-] of a limb
+ITERATIONS = 15
+SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
+FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own tilt, which no more motion betters
+LIMB_STDDEV = 0.05  # [-] of what is seen wrong of a limb all the time: 1.5 cm of 30 cm
+LIMB_SLOPE_STDDEV = 0.08  # [-] of what changes of it with where it points: 1.7 cm at either end
+OPTIMISM = 2.0  # [-] true over formal errors: a limb's slow errors are few, not many
+IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without them, with which they earn a mention
+
+
+@dataclass(frozen=True)
+class _Limb:
+    """What one camera sees of a limb, and the IMU on it feels."""
+
+    segment: str
+    bone: FloatArray  # (n, 3) unit vectors in the reference's frame
+    felt: FloatArray  # (n, 3) the vertical in the IMU
+
+
+@dataclass
+class _State:
+    """What is sought."""
+
+    up: FloatArray  # (3,) unit vector
+    slopes: FloatArray  # (segments, 3) [-]
+    axes: FloatArray  # (limbs, 3) unit vectors in the IMU
+    biases: FloatArray  # (limbs,) [-]
+
+    def move(self, step: FloatArray) -> None:
+        """Take a step: 2 of the vertical, 3 a segment, 3 a limb."""
+        middle = 2 + self.slopes.size
+        self.up = _unit(self.up + _tangents(self.up) @ step[:2])
+        self.slopes = self.slopes + step[2:middle].reshape(-1, 3)
+        own = step[middle:].reshape(-1, 3)
+        turned = [a + _tangents(a) @ one[:2] for a, one in zip(self.axes, own, strict=True)]
+        self.axes = np.array([_unit(a) for a in turned])
+        self.biases = self.biases + own[:, 2]
+
+
+def gravity_from_imus(
+    views: Sequence[View],
+    turns: Sequence[FloatArray],
+    felt: Mapping[str, Felt],
+    delay_s: float,
+    up_stddev: float,
+) -> Gravity | None:
+    """Find the vertical.
+
+    Args:
+        views: What the cameras see, with the vertical as it is known without the IMUs.
+        turns: ``R_reference_sensor`` of each, (3, 3).
+        felt: What the IMUs feel, by segment.
+        delay_s: How much later the IMUs' stamps are for the same pose [s].
+        up_stddev: Deviation [rad] of the vertical as it is known without the IMUs.
+
+    Returns:
+        The vertical in the reference's frame; None if the limbs' motion adds nothing to it.
+    """
+    limbs = [
+        limb
+        for view, R in zip(views, turns, strict=True)
+        for segment, each in felt.items()
+        if (limb := _matched(view, R, segment, each, delay_s)) is not None
+    ]
+    if not limbs:
+        return None
+    ups = [R @ view.up for view, R in zip(views, turns, strict=True)]
+    known = _unit(np.array(ups, float).sum(axis=0))
+    segments = sorted({limb.segment for limb in limbs})
+    state = _State(
+        up=known,
+        slopes=np.zeros((len(segments), 3)),
+        axes=np.array([_axis(limb, known) for limb in limbs]),
+        biases=np.zeros(len(limbs)),
+    )
+    of_segment = [segments.index(limb.segment) for limb in limbs]
+    for _ in range(ITERATIONS):
+        information, gradient = _normal_equations(limbs, of_segment, state, (known, up_stddev))
+        state.move(np.asarray(-np.linalg.solve(information, gradient), float))
+    covariance = np.linalg.inv(information)[:2, :2]
+    stddev = float(np.hypot(np.sqrt(np.linalg.eigvalsh(covariance)[-1]), FLOOR_STDDEV))
+    if stddev > IMUS_COUNT_BELOW * up_stddev:
+        return None
+    return Gravity(up=state.up, stddev=stddev, source=BODY_IMUS)
+
+
+def _matched(view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float) -> _Limb | None:
+    start, end = (JOINT_INDEX[name] for name in BONES[segment])
+    track = view.track
+    if len(track.stamps) < 2:
+        return None
+    stamps = np.arange(track.stamps[0], track.stamps[-1], 1.0 / RATE)
+    joints = track.at(stamps)
+    bone = joints[:, end] - joints[:, start]
+    up = felt.at(stamps + delay_s)
+    known = np.isfinite(bone + up).all(axis=1)
+    if known.sum() < LEAST_SAMPLES:
+        return None
+    bone = bone[known] @ R.T
+    return _Limb(segment, bone / np.linalg.norm(bone, axis=1, keepdims=True), up[known])
+
+
+def _axis(limb: _Limb, up: FloatArray) -> FloatArray:
+    """Where the limb points in its IMU, (3,), if it is seen rightly and this is the vertical."""
+    axis, *_ = np.linalg.lstsq(limb.felt, limb.bone @ up, rcond=None)
+    return _unit(axis.astype(float))
+
+
+def _normal_equations(
+    limbs: Sequence[_Limb],
+    of_segment: Sequence[int],
+    state: _State,
+    prior: tuple[FloatArray, float],
+) -> tuple[FloatArray, FloatArray]:
+    """The information and the gradient of the cost, in the order of :meth:`_State.move`."""
+    first_own = 2 + state.slopes.size
+    size = first_own + 3 * len(limbs)
+    information, gradient = 1e-6 * np.eye(size), np.zeros(size)
+    across = _tangents(state.up)
+    known, stddev = prior
+    information[:2, :2] += np.eye(2) / stddev**2
+    gradient[:2] += across.T @ (state.up - known) / stddev**2
+    weights = np.zeros(size)
+    weights[2:first_own] = LIMB_SLOPE_STDDEV**-2
+    weights[first_own + 2 :: 3] = LIMB_STDDEV**-2
+    information += np.diag(weights)
+    gradient[2:first_own] += weights[2:first_own] * state.slopes.reshape(-1)
+    gradient[first_own + 2 :: 3] += LIMB_STDDEV**-2 * state.biases
+    for index, (limb, segment) in enumerate(zip(limbs, of_segment, strict=True)):
+        axis = state.axes[index]
+        seen = limb.bone @ (state.up + state.slopes[segment]) + state.biases[index]
+        off = seen - limb.felt @ axis
+        scale = max(SCATTER * float(np.median(np.abs(off))), 0.01)
+        weight = np.clip(1.0 - (off / (TUKEY * scale)) ** 2, 0.0, None) ** 2
+        weight /= (OPTIMISM * scale) ** 2 * CORRELATION_S * RATE
+        own = -limb.felt @ _tangents(axis)
+        J = np.column_stack([limb.bone @ across, limb.bone, own, np.ones(len(off))])
+        columns = [
+            *(0, 1),
+            *range(2 + 3 * segment, 5 + 3 * segment),
+            *range(first_own + 3 * index, first_own + 3 * index + 3),
+        ]
+        information[np.ix_(columns, columns)] += J.T @ (J * weight[:, None])
+        gradient[columns] += J.T @ (weight * off)
+    return information, gradient
+
+
+def _tangents(v: FloatArray) -> FloatArray:
+    """Two unit vectors across a unit vector, (3, 2)."""
+    other = np.eye(3)[int(np.argmin(np.abs(v)))]
+    first = _unit(np.cross(v, other))
+    return np.column_stack([first, np.cross(v, first)])
+
+
+def _unit(v: FloatArray) -> FloatArray:
+    return np.asarray(v / np.linalg.norm(v), float)

@@ -1,0 +1,264 @@
+r"""How late what the cameras see is behind what body-worn IMUs feel.
+
+How steeply a limb stands is told by both: by a camera as :math:`u \cdot b(t)`, with :math:`u` the
+vertical and :math:`b` the bone's direction in its frame, and by an IMU on it as
+:math:`a \cdot g(t)`, with :math:`g` the vertical in the sensor and :math:`a` the bone's direction
+there. The unknown :math:`a` is constant, and no heading comes in. So the delay is the shift under
+which a linear combination of :math:`g` explains :math:`u \cdot b` best:
+
+.. math:: \min_{\tau} \sum_{limbs} n \log \min_a \sum_t (u \cdot b(t) - a \cdot g(t + \tau))^2
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_calibration.clocks.joint_delays import CORRELATION_S, Delay
+from pose_calibration.clocks.motion_track import MAX_GAP_S, SLOW_S, Track, without_slow
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.streams.samples import FloatArray, ImuBlock
+
+BONES = {
+    "torso": ("torso", "neck"),
+    **{
+        f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
+        for side in SIDES
+        for segment, start, end in (
+            ("upper_arm", "shoulder", "elbow"),
+            ("forearm", "elbow", "hand"),
+            ("thigh", "hip", "knee"),
+            ("shank", "knee", "foot"),
+        )
+    },
+}
+"""The joints between which the cameras see a segment's direction."""
+GRID_RATE = 50.0  # [Hz]
+LEAST_S = 4.0  # [s] of a limb in view
+LEAST_SWING = 0.03  # [-] standard deviation of a limb's quick changes of steepness
+DECISIVE = 6.0  # [-] in twice the log-likelihood, by which the best shift must beat others
+APART_S = 0.15  # [s] a shift nearer to the best one is the same
+MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, it is badly seen
+LEAST_EXPLAINED = 0.5  # [-] of a limb's changes of steepness, by the IMU
+OWN_REACH_S = 0.2  # [s] to either side of the common shift, in which each limb has its own
+LAG_FLOOR_S = 0.012  # [s] between the lags of limbs that are seen well
+UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: a limb seen badly is seen late
+LEAST_LIMBS = 3  # [-] in all views together: one may be badly seen
+TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag from one motion to another
+FINE = 3  # [-] steps of the grid to either side that a parabola is laid through
+JUMP_BACK_NS = 1_000_000_000  # [ns]
+EVERY_NS = 19_000_000  # [ns] samples closer in time say the same
+LEAST_LATE = 0.7  # [-] of the limbs' weight is later than the tracker's own lag
+QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
+UP = np.array([0.0, 0.0, 1.0])
+
+
+class ImuMemory:
+    """Remembers where each IMU felt the vertical.
+
+    Args:
+        reach_ns: How far back [ns]; what is older is forgotten.
+    """
+
+    def __init__(self, reach_ns: int = 2**62) -> None:
+        self._reach_ns = reach_ns
+        self._stamps: dict[str, list[int]] = {}
+        self._quaternions: dict[str, list[FloatArray]] = {}
+
+    @property
+    def segments(self) -> tuple[str, ...]:
+        """Segments that an IMU has spoken for and a camera can see."""
+        return tuple(sorted(self._stamps))
+
+    def add(self, block: ImuBlock) -> None:
+        """Take samples; of those that are hardly later than the last one, none are kept."""
+        for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
+            segment = block.segments[block.imu[row]]
+            if segment in BONES:
+                self._add(segment, stamp_ns, block.orientation[row])
+
+    def _add(self, segment: str, stamp_ns: int, quaternion: FloatArray) -> None:
+        stamps = self._stamps.setdefault(segment, [])
+        quaternions = self._quaternions.setdefault(segment, [])
+        if stamps and -JUMP_BACK_NS < stamp_ns - stamps[-1] < EVERY_NS:
+            return
+        if stamps and stamp_ns < stamps[-1]:
+            stamps.clear()  # the clock was set back, or a recording begins anew
+            quaternions.clear()
+        stamps.append(stamp_ns)
+        quaternions.append(quaternion)
+        if stamps[-1] - stamps[0] > 2 * self._reach_ns:
+            old = sum(stamp < stamps[-1] - self._reach_ns for stamp in stamps)
+            del stamps[:old], quaternions[:old]
+
+    def felt(self, begin_ns: int) -> dict[str, "Felt"]:
+        """Each IMU's vertical over time, in seconds since an instant [ns]."""
+        # Loads scipy for half a second, which a node that starts should not wait for.
+        from scipy.spatial.transform import Rotation
+
+        return {
+            segment: Felt(
+                (np.array(stamps) - begin_ns) * 1e-9,
+                Rotation.from_quat(np.array(self._quaternions[segment])).inv().apply(UP),
+            )
+            for segment, stamps in sorted(self._stamps.items())
+            if len(stamps) > 1
+        }
+
+
+@dataclass(frozen=True)
+class Felt:
+    """The vertical as one IMU feels it."""
+
+    stamps: FloatArray  # (n,) [s], ascending
+    up: FloatArray  # (n, 3) unit vectors in the sensor
+
+    def at(self, stamps: FloatArray) -> FloatArray:
+        """The same at other instants [s], (m, 3); NaN in gaps and outside."""
+        after = np.clip(np.searchsorted(self.stamps, stamps), 1, len(self.stamps) - 1)
+        step = self.stamps[after] - self.stamps[after - 1]
+        share = (stamps - self.stamps[after - 1]) / step
+        up = self.up[after - 1] + share[:, None] * (self.up[after] - self.up[after - 1])
+        up[(share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)] = np.nan
+        return up
+
+
+@dataclass(frozen=True)
+class View:
+    """What one camera sees."""
+
+    track: Track  # joints in its frame, stamps put on the reference's clock
+    up: FloatArray  # (3,) the vertical in its frame
+
+
+@dataclass(frozen=True)
+class _Limb:
+    """One limb in one view, and the IMU on it, on a grid."""
+
+    misfit: FloatArray  # (shifts,) sum of squares that no direction explains, mean of the samples
+    count: float  # [-] independent samples
+    energy: float  # [1/s²] mean square rate of the explained steepness
+
+
+def measure_imu_delay(
+    views: Sequence[View], felt: Mapping[str, Felt], reach_s: float, centre_s: float = 0.0
+) -> Delay:
+    """Find by how much the IMUs' stamps are later [s] than those of the views, for the same pose.
+
+    Args:
+        views: What the cameras see.
+        felt: What the IMUs feel, by segment.
+        reach_s: Largest shift to look for [s], to both sides of the centre.
+        centre_s: Where to look [s].
+
+    Returns:
+        The delay; of infinite deviation where the motion does not tell it.
+    """
+    unknown = Delay(estimate_s=0.0, stddev_s=np.inf)
+    reach = round(reach_s * GRID_RATE) + FINE
+    limbs = [
+        limb
+        for view in views
+        for segment, each in felt.items()
+        if (limb := _limb(view, segment, each, reach, centre_s)) is not None
+    ]
+    if not limbs:
+        return unknown
+    shifts = np.arange(-reach, reach + 1) / GRID_RATE + centre_s
+    cost = np.sum([limb.count * np.log(limb.misfit) for limb in limbs], axis=0)
+    best = int(np.argmin(cost))
+    apart = np.abs(shifts - shifts[best]) > APART_S
+    if not FINE <= best < len(shifts) - FINE:
+        return unknown
+    if apart.any() and cost[apart].min() - cost[best] < DECISIVE:
+        return unknown
+    found = [one for limb in limbs if (one := _own_shift(limb, shifts, best)) is not None]
+    return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else unknown
+
+
+def _limb(view: View, segment: str, felt: Felt, reach: int, centre_s: float) -> _Limb | None:
+    start, end = (JOINT_INDEX[name] for name in BONES[segment])
+    track = view.track
+    if len(track.stamps) < 2 or len(felt.stamps) < 2:
+        return None
+    grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
+    joints = track.at(grid)
+    bone = joints[:, end] - joints[:, start]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        direction = bone / np.linalg.norm(bone, axis=1, keepdims=True)
+        sight = joints[:, end] / np.linalg.norm(joints[:, end], axis=1, keepdims=True)
+    pointing = np.abs((direction * sight).sum(axis=1))
+    steepness = np.where(pointing < MOST_POINTING, direction @ view.up, np.nan)
+    margin = np.arange(-reach, 0) / GRID_RATE
+    wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
+    up = felt.at(wide)
+    seen, felt_known = np.isfinite(steepness), np.asarray(np.isfinite(up).all(axis=1))
+    seen_quick = _quick(steepness[:, None], seen)[:, 0]
+    up_quick = _quick(up, felt_known)
+    if seen.sum() < LEAST_S * GRID_RATE or seen_quick[seen].std() < LEAST_SWING:
+        return None
+    return _misfits(seen_quick, seen, up_quick, felt_known, reach)
+
+
+def _misfits(
+    steepness: FloatArray,
+    seen: NDArray[np.bool_],
+    up: FloatArray,
+    felt: NDArray[np.bool_],
+    reach: int,
+) -> _Limb | None:
+    count = len(steepness)
+    misfit = np.empty(2 * reach + 1)
+    energy = 0.0
+    for shift in range(2 * reach + 1):
+        both = seen & felt[shift : shift + count]
+        if both.sum() < LEAST_S * GRID_RATE:
+            return None
+        g, c = up[shift : shift + count][both], steepness[both]
+        normal = g.T @ g + 1e-9 * np.eye(3)
+        direction = np.linalg.solve(normal, g.T @ c)
+        misfit[shift] = max(float(np.mean((c - g @ direction) ** 2)), 1e-12)
+        if misfit[shift] <= misfit[: shift + 1].min():
+            rate = np.gradient(up[shift : shift + count] @ direction) * GRID_RATE
+            energy = float(np.mean(rate[both] ** 2))
+    independent = float(seen.sum()) / (CORRELATION_S * GRID_RATE)
+    return _Limb(misfit=misfit, count=independent, energy=energy)
+
+
+def _quick(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
+    """Columns (n, k) less their slow part, 0 where unknown."""
+    filled = np.where(known[:, None], values, 0.0)[:, None]
+    return without_slow(filled, known[:, None], round(SLOW_S * GRID_RATE))[:, 0]
+
+
+def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float] | None:
+    """A limb's own shift near the common one, and its variance [s, s²]; None if it tells none."""
+    reach = round(OWN_REACH_S * GRID_RATE)
+    first, last = max(best - reach, FINE), min(best + reach + 1, len(shifts) - FINE)
+    own = first + int(np.argmin(limb.misfit[first:last]))
+    near = slice(own - FINE, own + FINE + 1)
+    x = shifts[near] - shifts[own]
+    curve, slope, _ = np.polyfit(x, limb.misfit[near], 2)
+    if own in (first, last - 1) or curve <= 0.0 or limb.energy <= 0.0:
+        return None
+    least = float(limb.misfit[near].min())
+    unexplained = least / float(limb.misfit.max())
+    if unexplained > 1.0 - LEAST_EXPLAINED:
+        return None
+    vertex = float(np.clip(-0.5 * slope / curve, x[0], x[-1]))
+    variance = least / (limb.count * limb.energy) + (UNEXPLAINED_LAG_S * unexplained) ** 2
+    return float(shifts[own]) + vertex, variance
+
+
+def _combined(found: FloatArray) -> Delay:
+    """A weighted quantile of the limbs' shifts (n, 2): a badly seen limb only ever is later."""
+    shift, random = found[np.argsort(found[:, 0])].T
+    weight = 1.0 / (random + LAG_FLOOR_S**2)
+    share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()
+    noise = QUANTILE_LOSS / float(np.sqrt(weight.sum()))
+    return Delay(
+        estimate_s=float(np.interp(LEAST_LATE, share, shift)),
+        stddev_s=float(np.hypot(noise, TRACKER_LAG_STDDEV_S)),
+        noise_s=noise,
+    )

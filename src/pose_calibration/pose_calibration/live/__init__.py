@@ -1,0 +1,1 @@
+"""Calibration while the sensors run, and its supervision."""

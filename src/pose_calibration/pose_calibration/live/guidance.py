@@ -1,0 +1,96 @@
+"""What a calibration still wants of the person who walks before the sensors."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pose_calibration.extrinsics.frame_memory import KeptFrame
+from pose_calibration.extrinsics.joint_refinement import body_axes
+from pose_core.joints import JOINT_INDEX
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import FloatArray
+from pose_core.transforms import transformed
+
+WANTED_WAY_M = 0.6  # [m] from side to side, and from near to far
+WANTED_TURN = np.radians(60.0)  # [rad] of the body's headings
+
+
+def what_is_missing(
+    extrinsics: Extrinsics,
+    frames: Sequence[KeptFrame],
+    sensors: Sequence[str],
+    enough_rotation: float,
+    enough_position: float,
+) -> tuple[str, float]:
+    """What would help most now, and how much of what is wanted has been reached.
+
+    Args:
+        extrinsics: The calibration so far.
+        frames: What was seen.
+        sensors: All sensors, in the order of the frames' positions.
+        enough_rotation: Deviation [rad] of a rotation that suffices.
+        enough_position: Deviation [m] of a place that suffices.
+
+    Returns:
+        A sentence, empty if nothing is missing; and the progress, 0 to 1.
+    """
+    absent = [name for name in sensors if name not in extrinsics.sensors]
+    if absent:
+        share = len(extrinsics.sensors) / len(sensors)
+        return (f"walk where '{absent[0]}' and another sensor both see you", 0.5 * share)
+    shares = {
+        name: min(enough_rotation / pair.rotation_stddev, enough_position / pair.position_stddev)
+        for name, pair in extrinsics.residuals.items()
+    }
+    if not shares:
+        return "", 1.0
+    worst = min(shares, key=lambda name: shares[name])
+    progress = float(np.clip(shares[worst], 0.0, 1.0))
+    if progress >= 1.0:
+        return "", 1.0
+    pair = extrinsics.residuals[worst]
+    known = (
+        f"'{worst}' is known to {np.degrees(pair.rotation_stddev):.2f} deg and "
+        f"{pair.position_stddev * 100.0:.1f} cm"
+    )
+    return f"{known}: {_advice(extrinsics, frames, sensors)}", progress
+
+
+def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequence[str]) -> str:
+    """Which part of the volume, or which turn, has been seen least."""
+    places = np.stack(
+        [
+            [
+                transformed(extrinsics.T_map_sensor(name), frame.positions[index])
+                for index, name in enumerate(sensors)
+            ]
+            for frame in frames
+        ]
+    )
+    known = np.isfinite(places)
+    joints = np.where(known, places, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
+    joints[~known.any(axis=1)] = np.nan
+    neck = joints[:, JOINT_INDEX["neck"]]
+    neck = neck[np.isfinite(neck).all(axis=1)]
+    if len(neck) == 0:
+        return "let the sensors see the whole person"
+    depth, across = (_way(neck[:, axis]) for axis in (0, 1))
+    turn = _turn(body_axes(joints))
+    shares = {
+        f"walk nearer and farther ({depth:.1f} of {WANTED_WAY_M:.1f} m)": depth / WANTED_WAY_M,
+        f"walk from side to side ({across:.1f} of {WANTED_WAY_M:.1f} m)": across / WANTED_WAY_M,
+        f"turn to both sides ({np.degrees(turn):.0f} of {np.degrees(WANTED_TURN):.0f} deg)": turn
+        / WANTED_TURN,
+    }
+    least = min(shares, key=lambda text: shares[text])
+    return least if shares[least] < 1.0 else "go on walking and moving the arms"
+
+
+def _way(values: FloatArray) -> float:
+    return float(np.subtract(*np.percentile(values, [95, 5])))
+
+
+def _turn(axes: FloatArray) -> float:
+    """Range [rad] of the body's headings."""
+    heading = np.unwrap(np.arctan2(axes[:, 1, 0], axes[:, 0, 0]))
+    return _way(heading)

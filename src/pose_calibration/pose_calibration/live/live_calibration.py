@@ -1,0 +1,292 @@
+"""Calibration while the person moves: a first solution soon, then refined and watched over."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from enum import Enum
+
+from pose_calibration.body_measures import measure_body
+from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offset
+from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
+from pose_calibration.floor.gravity import AccelerometerGravity
+from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
+from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.live.clock_following import ClockFollower
+from pose_calibration.live.guidance import what_is_missing
+from pose_calibration.live.sample_memory import SampleMemory
+from pose_calibration.live.watchdog import Moved, Watchdog
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.counters import Counters
+from pose_core.session.clocks import IMUS, Clocks, moved_most_ns, on_reference_clock
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import FloatArray, ImuBlock, SkeletonSample
+from pose_core.streams.single_person import SinglePersonSelector
+from pose_core.streams.time_alignment import TimeAligner
+
+ATTEMPT_EVERY_S = 1.0  # [s] of common view
+NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
+NEXT_WITHIN_S = 8.0  # [s] of common view, at the latest: nobody should walk on for nothing
+SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
+FOLLOWED_NS = 500_000  # [ns] by which a clock moves before it is told
+IMU_REACH_NS = 90_000_000_000  # [ns] of what the IMUs felt, that is remembered
+
+
+class CalibrationState(Enum):
+    """How far the calibration is."""
+
+    COLLECTING = "collecting"
+    CALIBRATED = "calibrated"  # and still collecting, for the refinement
+    REFINED = "refined"
+    LOADED = "loaded"  # from a file
+
+
+class LiveCalibration:
+    """Collects skeletons and says when there is a new calibration.
+
+    The first solution comes as soon as ``minimum_duration`` of common view determines the sensors'
+    places and clocks. It is refined whenever as much again has been seen, until it is good enough
+    or ``collect_duration`` is over. Sensors that nobody has walked before yet join later. From then
+    on a watchdog compares the views until :meth:`restart`.
+
+    Args:
+        parameters: See the class.
+        known: A calibration to keep instead of finding one.
+    """
+
+    def __init__(
+        self, parameters: LiveCalibrationParameters, known: Extrinsics | None = None
+    ) -> None:
+        self.parameters = parameters
+        self.extrinsics = known
+        self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
+        self.counters = Counters("solutions", "refused_solutions", "moves_noticed")
+        self.selector = SinglePersonSelector(parameters.person)
+        self.accelerometer = AccelerometerGravity()
+        self.clock_offsets: dict[str, ClockOffset] = {}
+        self.imu_memory = ImuMemory(IMU_REACH_NS)
+        self.imus: ImuFindings | None = None
+        self._begin()
+        if known is not None:
+            self._watch(known)
+
+    def restart(self) -> None:
+        """Forget what was seen and find a new calibration; the old one holds until then."""
+        self.state = CalibrationState.COLLECTING
+        self._begin()
+
+    def _begin(self) -> None:
+        self.clock_offsets = {}
+        self.imus = None
+        self._follower: ClockFollower | None = None
+        self._new_clocks: Clocks | None = None
+        self._memory = SampleMemory()
+        self._use_clocks({})
+        self._attempt_at_s = self.parameters.minimum_duration
+        self._refusal = ""
+        self._missing, self._progress = "", 0.0
+        self.moved: Moved | None = None
+        self._watchdog: Watchdog | None = None
+
+    def _use_clocks(self, clocks: Clocks) -> None:
+        """Align by these clocks from now on, and all that was seen again."""
+        parameters = self.parameters
+        self._clocks = clocks
+        self.aligner = self._make_aligner()
+        self.calibrator = ExtrinsicsCalibrator(
+            parameters.sensors, parameters.limits, parameters.known_mounting
+        )
+        for frame in self._memory.aligned(self.aligner, clocks):
+            self.calibrator.add(frame)
+
+    def _make_aligner(self) -> TimeAligner:
+        parameters = self.parameters
+        return TimeAligner(
+            parameters.sensors,
+            max_skew_s=parameters.max_skew,
+            max_gap_s=parameters.max_gap,
+            max_wait_s=parameters.max_wait,
+        )
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether nothing more is collected."""
+        return self.state in (CalibrationState.REFINED, CalibrationState.LOADED)
+
+    @property
+    def progress(self) -> float:
+        """How much of what is wanted has been seen, 0 to 1."""
+        return 1.0 if self.is_finished else self._progress
+
+    @property
+    def missing(self) -> str:
+        """What the person should do next; empty if nothing."""
+        if self.is_finished:
+            return ""
+        if self.state is CalibrationState.CALIBRATED:
+            return self._missing
+        if self._refusal:
+            return self._refusal
+        silent = [name for name in self.parameters.sensors if not self.aligner.has_heard(name)]
+        if silent:
+            return f"no skeletons from {', '.join(silent)} yet"
+        return (
+            f"{self.calibrator.observed_s:.1f} s of common view, expected "
+            f"{self.parameters.minimum_duration:.1f} s or more"
+        )
+
+    @property
+    def status(self) -> str:
+        """The state, for people: what is missing, or what was reached."""
+        if self.moved is not None:
+            return f"{self.state.value}, but {self.moved}: calibrate again"
+        if self.state is CalibrationState.COLLECTING:
+            return f"collecting: {self.missing}"
+        residuals = {} if self.extrinsics is None else self.extrinsics.residuals
+        reached = [
+            f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "
+            "uncalibrated)"
+            for name, pair in residuals.items()
+        ]
+        text = f"{self.state.value}: {', '.join(reached)}" if reached else self.state.value
+        return f"{text}; {self.missing}" if self.missing else text
+
+    def add_acceleration(self, acceleration: FloatArray) -> None:
+        """Take the reference's own accelerometer, (3,) [m/s²] in its optical frame."""
+        self.accelerometer.add(acceleration)
+
+    def add_imus(self, block: ImuBlock) -> None:
+        """Take what body-worn IMUs felt."""
+        self.imu_memory.add(block)
+
+    def take_clocks(self) -> Clocks | None:
+        """The clocks, once after each time that they were found to have moved."""
+        clocks, self._new_clocks = self._new_clocks, None
+        return clocks
+
+    def _follow(self, sample: SkeletonSample) -> None:
+        clocks = None if self._follower is None else self._follower.add(sample, self.imu_memory)
+        if clocks is None or self.extrinsics is None:
+            return
+        if moved_most_ns(self._clocks, clocks, sample.stamp_ns) > FOLLOWED_NS:
+            self._clocks = self._new_clocks = dict(clocks)
+            self.extrinsics = replace(self.extrinsics, clocks=self._clocks)
+
+    def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
+        """Take all that a sensor saw in one frame; returns a new calibration, if this gives one."""
+        if self.is_finished and not self.parameters.watch:
+            return None
+        sample = self.selector.select(persons)
+        if sample is None:
+            return None
+        self._follow(sample)
+        frames = self.aligner.add(on_reference_clock(sample, self._clocks))
+        if self._watchdog is not None:
+            for frame in frames:
+                self._note(self._watchdog.add(frame))
+        if self.is_finished:
+            return None
+        self._memory.add(sample)
+        for frame in frames:
+            self.calibrator.add(frame)
+        if self.calibrator.observed_s < self._attempt_at_s:
+            return None
+        return self._attempt()
+
+    @property
+    def displacement(self) -> dict[str, float]:
+        """How far each view is from the others' [m], as the watchdog sees it."""
+        return {} if self._watchdog is None else dict(self._watchdog.displacement)
+
+    def _watch(self, extrinsics: Extrinsics) -> None:
+        self._use_clocks(extrinsics.clocks)
+        if self.parameters.watch:
+            self._follower = ClockFollower(extrinsics, self.parameters.max_offset)
+        if self.parameters.watch and len(extrinsics.sensors) > 1:
+            self._watchdog = Watchdog(extrinsics)
+
+    def _note(self, moved: Moved | None) -> None:
+        if moved is None:
+            return
+        if self.moved is None:
+            self.counters.add("moves_noticed")
+        if self.parameters.recalibrate_when_moved and self.is_finished:
+            self.restart()
+            return
+        self.moved = moved
+
+    def _attempt(self) -> Extrinsics | None:
+        observed_s = self.calibrator.observed_s
+        self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
+        try:
+            found = self._solve()
+            if self._find_clocks():
+                found = self._solve()
+        except CalibrationError as error:
+            self.counters.add("refused_solutions")
+            self._refusal = str(error)
+            return None
+        self.counters.add("solutions")
+        self._refusal = ""
+        clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
+        self.extrinsics = self._with_imus(replace(found, clocks=clocks))
+        self._conclude(self.extrinsics, observed_s)
+        return self.extrinsics
+
+    def _solve(self) -> Extrinsics:
+        return self.calibrator.solve(allow_missing=True, gravity=self.accelerometer.gravity())
+
+    def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
+        """The calibration with what body-worn IMUs add to it, where there are any."""
+        if not self.imu_memory.segments:
+            return extrinsics
+        by_sensor = self._memory.by_sensor()
+        skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
+        limit_s = self.parameters.max_offset
+        self.imus = imu_findings(extrinsics, skeletons, self.imu_memory, limit_s)
+        clocks = dict(extrinsics.clocks)
+        if self.imus.clock is not None:
+            clocks[IMUS] = self.imus.clock
+        if self.imus.gravity is not None and self.accelerometer.gravity() is None:
+            extrinsics = self.calibrator.leveled(extrinsics, self.imus.gravity)
+        self._clocks = clocks
+        return replace(extrinsics, clocks=clocks)
+
+    def _conclude(self, extrinsics: Extrinsics, observed_s: float) -> None:
+        """Decide whether that was the last solution."""
+        parameters = self.parameters
+        self._missing, self._progress = what_is_missing(
+            extrinsics,
+            self.calibrator.memory.frames(),
+            parameters.sensors,
+            parameters.enough_rotation_stddev,
+            parameters.enough_position_stddev,
+        )
+        complete = set(extrinsics.sensors) == set(parameters.sensors)
+        if complete and (not self._missing or observed_s >= parameters.collect_duration):
+            self.state = CalibrationState.REFINED
+            T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+            frames = self._memory.aligned(self._make_aligner(), self._clocks)
+            self.extrinsics = replace(extrinsics, body=measure_body(frames, T_map_sensor))
+            self._memory.clear()
+            self._watch(self.extrinsics)
+        else:
+            self.state = CalibrationState.CALIBRATED
+            later_s = max(parameters.collect_duration, observed_s + ATTEMPT_EVERY_S)
+            next_s = min(NEXT_AFTER * observed_s, observed_s + NEXT_WITHIN_S)
+            self._attempt_at_s = min(next_s, later_s)
+
+    def _find_clocks(self) -> bool:
+        """Find the clocks' offsets in what was seen; whether they have changed what was aligned."""
+        by_sensor = self._memory.by_sensor()
+        reference, *others = self.parameters.sensors
+        self.clock_offsets = {
+            name: estimate_clock_offset(
+                by_sensor.get(reference, []), by_sensor.get(name, []), self.parameters.max_offset
+            )
+            for name in others
+        }
+        clocks = {n: one.clock for n, one in self.clock_offsets.items() if one.clock is not None}
+        changed = moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS
+        if changed:
+            self._use_clocks(clocks)
+        return changed

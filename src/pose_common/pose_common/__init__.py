@@ -1,1 +1,0 @@
-"""What every package of pose fusion shares: names, errors, parameters, counters, node plumbing."""

@@ -1,0 +1,1 @@
+"""One person's pose from skeletons and IMUs, without ROS."""

@@ -1,0 +1,96 @@
+"""Degrees of freedom straight from joint positions: where a filter starts.
+
+The inverse of the chain R_y(−flexion) R_x(±abduction) R_z(∓rotation) of a limb: its direction gives
+flexion and abduction, the next bone's direction gives rotation and the hinge's flexion.
+"""
+
+import numpy as np
+
+from pose_core.body.kinematics import rotation_from_vector
+from pose_core.body.model import BodyModel
+from pose_core.body.trunk import mid_hip, trunk_axes
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.kernels.rotations import logarithm
+from pose_core.streams.samples import FloatArray
+
+STRAIGHT = np.radians(15.0)  # a limb straighter than that says nothing of its own rotation
+LIMBS = (
+    # upper joint, hinge, end, ball joint's and hinge's names, way the hinge bends along x
+    ("shoulder", "elbow", "hand", "shoulder", "elbow", 1.0),
+    ("hip", "knee", "foot", "hip", "knee", -1.0),
+)
+
+
+def dof_from_positions(
+    model: BodyModel, positions: FloatArray, R_reference: FloatArray | None = None
+) -> FloatArray:
+    """Estimate one pose's degrees of freedom.
+
+    Args:
+        model: Any model that has the limbs' degrees of freedom of li2020; further ones stay zero.
+        positions: Joint positions [m] in map, shape (15, 3); a limb with a NaN joint stays
+            neutral as far as it cannot be told.
+        R_reference: What the root's zero rotation vector stands for; by default the trunk itself,
+            so that the root's rotation vector is zero.
+
+    Returns:
+        Degrees of freedom [m], [rad], shape (d,). The root's rotation vector is zero unless
+        ``R_reference`` is given. NaN where the trunk cannot be told.
+    """
+    R_map_body = trunk_axes(positions)
+    dof = np.zeros(model.size)
+    dof[:3] = mid_hip(positions)
+    if R_reference is not None:
+        dof[3:6] = vector_from_rotation(R_map_body @ R_reference.T)
+    bones = {name: R_map_body.T @ positions[index] for name, index in JOINT_INDEX.items()}
+    values = _neck_angles(bones["head"] - bones["neck"])
+    for side in SIDES:
+        for upper, hinge, end, ball, hinge_name, bend in LIMBS:
+            first = bones[f"{side}_{hinge}"] - bones[f"{side}_{upper}"]
+            second = bones[f"{side}_{end}"] - bones[f"{side}_{hinge}"]
+            flexion, abduction, rotation, hinge_flexion = _limb_angles(side, first, second, bend)
+            values[f"{side}_{ball}_flexion"] = flexion
+            values[f"{side}_{ball}_abduction"] = abduction
+            values[f"{side}_{ball}_rotation"] = rotation
+            values[f"{side}_{hinge_name}_flexion"] = hinge_flexion
+    for name, value in values.items():
+        if name in model.dof_index and np.isfinite(value):
+            dof[model.dof_index[name]] = value
+    return dof
+
+
+def vector_from_rotation(R: FloatArray) -> FloatArray:
+    """Rotation vector [rad] of a rotation matrix, shape (3, 3) to (3,), length at most π."""
+    if not np.all(np.isfinite(R)):
+        return np.full(3, np.nan)
+    vector = np.empty(3)
+    logarithm(np.ascontiguousarray(R, float), vector)
+    return vector
+
+
+def _neck_angles(bone: FloatArray) -> dict[str, float]:
+    """Neck R_y(flexion) R_x(lateral bending) takes (0, 0, 1) to (sf cl, −sl, cf cl)."""
+    x, y, z = bone / np.linalg.norm(bone)
+    return {
+        "neck_flexion": float(np.arctan2(x, z)),
+        "neck_lateral_bending": float(-np.arcsin(np.clip(y, -1.0, 1.0))),
+    }
+
+
+def _limb_angles(
+    side: str, first: FloatArray, second: FloatArray, bend: float
+) -> tuple[float, float, float, float]:
+    """Flexion, abduction, rotation and the hinge's flexion [rad] of one limb."""
+    outward = 1.0 if side == "left" else -1.0
+    x, y, z = first / np.linalg.norm(first)
+    flexion = np.arctan2(x, -z)
+    abduction = outward * np.arcsin(np.clip(y, -1.0, 1.0))
+    swing = rotation_from_vector(np.array([0.0, -flexion, 0.0])) @ rotation_from_vector(
+        np.array([outward * abduction, 0.0, 0.0])
+    )
+    across = swing.T @ (second / np.linalg.norm(second))
+    hinge_flexion = np.arctan2(np.hypot(across[0], across[1]), -across[2])
+    # The hinge moves the end along ±x of the limb: turning the limb points it there.
+    about_z = np.arctan2(bend * across[1], bend * across[0])
+    rotation = -outward * about_z if hinge_flexion > STRAIGHT else 0.0
+    return float(flexion), float(abduction), float(rotation), float(hinge_flexion)

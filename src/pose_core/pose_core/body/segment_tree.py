@@ -1,0 +1,143 @@
+r"""A body as rotations of its links in the world: joint positions are linear in them.
+
+Every joint is the root's position plus offsets, each fixed in one link on the way to it:
+
+.. math:: p_j = p_\mathrm{root} + \sum_l R_l\,(o_{jl} + s_{jl})
+
+with s the slide of the shoulders on the clavicles. So the derivative by a small turn of link l
+about the world's axes is simply :math:`-[R_l o_{jl}]_\times`, whatever hangs on what.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.kernels.placing import BodyNumbers, Pose, place_joints
+from pose_core.streams.samples import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hinge:
+    """A link that only bends about its parent's lateral axis."""
+
+    parent: int  # index of the link
+    link: int
+    sign: float  # of the rotation about +y that counts as flexion
+
+
+class SegmentTree:
+    """The tree of a body model with a person's measures.
+
+    Args:
+        model: The body model.
+        shape: The person's measures.
+    """
+
+    def __init__(self, model: BodyModel, shape: BodyShape) -> None:
+        self.model = model
+        names = model.link_names
+        index = {name: i for i, name in enumerate(names)}
+        links = list(model.links.values())
+        self.parents = np.array([-1 if k.parent is None else index[k.parent] for k in links])
+        self.offsets = np.zeros((len(JOINTS), len(names), 3))
+        """(15, links, 3) [m] in the links' axes: what each link adds to each joint."""
+        self.slides = np.zeros((len(JOINTS), len(model.sliding)))
+        """(15, sliding joints): 1 where a joint goes along with a sliding joint."""
+        for joint in JOINTS:
+            self._walk(joint, JOINT_INDEX[joint], shape, index)
+        self.sliding_links = np.array([index[model.joints[j].link] for j in model.sliding], int)
+        """(sliding joints,): the link that each slides in."""
+
+    def _walk(self, joint: str, row: int, shape: BodyShape, index: dict[str, int]) -> None:
+        """Add up the offsets from a joint down to the root."""
+        at: str | None = joint
+        while at is not None:
+            link = self.model.joints[at].link
+            self.offsets[row, index[link]] += shape.offsets[JOINT_INDEX[at]]
+            if at in self.model.sliding:
+                self.slides[row, self.model.sliding.index(at)] = 1.0
+            at = self.model.links[link].joint
+
+    @cached_property
+    def hinges(self) -> tuple[Hinge, ...]:
+        """Elbows and knees."""
+        return tuple(
+            Hinge(parent=int(self.parents[i]), link=i, sign=float(sum(link.dof[0].axis)))
+            for i, link in enumerate(self.model.links.values())
+            if len(link.dof) == 1
+        )
+
+    @cached_property
+    def hinge_arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
+        """Parents, links and signs of the hinges."""
+        return (
+            np.array([hinge.parent for hinge in self.hinges], np.int64),
+            np.array([hinge.link for hinge in self.hinges], np.int64),
+            np.array([hinge.sign for hinge in self.hinges], float),
+        )
+
+    @cached_property
+    def spine(self) -> tuple[int, ...]:
+        """Links between which the spine bends: those that a spine joint bears."""
+        return tuple(
+            i
+            for i, link in enumerate(self.model.links.values())
+            if len(link.dof) == 3 and self._is_measured(link.name)
+        )
+
+    @cached_property
+    def turning(self) -> tuple[int, ...]:
+        """Links whose turn about their own axis the cameras hardly see: upper limbs, the head."""
+        return tuple(
+            i
+            for i, link in enumerate(self.model.links.values())
+            if len(link.dof) in (2, 3) and i not in self.spine
+        )
+
+    def _is_measured(self, link: str) -> bool:
+        return all(p.direction is None for p in self.model.joints.values() if p.link == link)
+
+    @cached_property
+    def numbers(self) -> BodyNumbers:
+        """The tree as the kernels take it."""
+        links = len(self.parents)
+        depends = [
+            [
+                0,
+                *(1 + np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))),
+                *(1 + links + np.flatnonzero(goes_along)),
+            ]
+            for offsets, goes_along in zip(self.offsets, self.slides, strict=True)
+        ]
+        columns = np.zeros((len(depends), max(map(len, depends))), np.int64)
+        for row, blocks in zip(columns, depends, strict=True):
+            row[: len(blocks)] = blocks
+        return BodyNumbers(
+            offsets=self.offsets,
+            sliding_links=self.sliding_links,
+            slides=self.slides,
+            columns=columns,
+            column_count=np.array([len(blocks) for blocks in depends], np.int64),
+        )
+
+    def _slides_in(self, goes_along: FloatArray) -> NDArray[np.bool_]:
+        """The links in which a joint slides, shape (links,)."""
+        result = np.zeros(len(self.parents), bool)
+        result[self.sliding_links[goes_along != 0.0]] = True
+        return result
+
+    def joints(self, pose: Pose) -> FloatArray:
+        """Joint positions [m] in map, shape (15, 3)."""
+        levers, joints = np.zeros_like(self.offsets), np.empty((len(self.offsets), 3))
+        place_joints(self.numbers, pose.position, pose.rotations, pose.slides, levers, joints)
+        return joints
+
+
+def without_side(link: str) -> str:
+    """The kind of a link: its name without left or right."""
+    return link.removeprefix("left_").removeprefix("right_")

@@ -1,0 +1,132 @@
+"""A person's bone lengths, from a first stretch of samples, and their YAML file.
+
+li2020, 2.3: the mean over samples of both sensors, after removing clear outliers. The joints of
+the rigid trunk keep their mean place in the trunk's axes; every other joint keeps its distance
+from the joint before it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from pose_core.body.model import BodyModel
+from pose_core.body.trunk import mid_hip, trunk_axes
+from pose_core.errors import InputError, PoseError
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.streams.samples import FloatArray
+
+OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
+MAD_TO_STDDEV = 1.4826  # of a Gaussian
+SMALLEST_SPREAD = 0.005  # [m] below it, deviations say nothing
+MIN_SAMPLES = 10  # [-] fewer say nothing about outliers
+LONGEST_BONE = 1.0  # [m] what a tracker cannot mean
+
+
+class BodyShapeError(PoseError):
+    """The samples do not determine a body."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyShape:
+    """Each joint's place in the axes of the link it is fixed in."""
+
+    offsets: FloatArray  # (15, 3) [m]
+
+    def bone_lengths(self) -> dict[str, float]:
+        """Distance of each joint from its link's origin [m]."""
+        return dict(zip(JOINTS, map(float, np.linalg.norm(self.offsets, axis=1)), strict=True))
+
+
+def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
+    """Measure a body.
+
+    Args:
+        model: Which joint is fixed where.
+        positions: Samples of all sensors, each in any frame of its own, shape (n, 15, 3) [m];
+            NaN where not tracked.
+
+    Raises:
+        BodyShapeError: If a joint was tracked too rarely.
+    """
+    in_trunk = np.einsum(
+        "nji,nkj->nki", trunk_axes(positions), positions - mid_hip(positions)[:, None, :]
+    )
+    offsets = np.zeros((len(JOINTS), 3))
+    for name, place in model.joints.items():
+        index = JOINT_INDEX[name]
+        joint = model.links[place.link].joint
+        if place.direction is None:
+            # Links that a spine joins are parallel while the person stands upright.
+            origin = 0.0 if joint is None else in_trunk[:, JOINT_INDEX[joint]]
+            places = in_trunk[:, index] - origin
+            offsets[index] = [_robust_mean(name, places[:, k]) for k in range(3)]
+            continue
+        if joint is None:
+            raise BodyShapeError(f"joint {name} has a direction but no joint to measure from")
+        bones = positions[:, index] - positions[:, JOINT_INDEX[joint]]
+        length = _robust_mean(name, np.linalg.norm(bones, axis=1))
+        offsets[index] = length * np.asarray(place.direction)
+    return BodyShape(offsets=offsets)
+
+
+def _robust_mean(name: str, values: FloatArray) -> float:
+    values = values[np.isfinite(values) & (np.abs(values) < LONGEST_BONE)]
+    if len(values) < MIN_SAMPLES:
+        raise BodyShapeError(
+            f"joint {name} was seen whole in {len(values)} samples, at least {MIN_SAMPLES} are "
+            "needed: stand where the sensors see the whole body"
+        )
+    deviations = np.abs(values - np.median(values))
+    spread = max(MAD_TO_STDDEV * float(np.median(deviations)), SMALLEST_SPREAD)
+    return float(np.mean(values[deviations <= OUTLIER * spread]))
+
+
+def save_body_shape(path: Path, model: BodyModel, shape: BodyShape, subject: str) -> None:
+    """Write a person's measures as YAML, whole or not at all."""
+    document = {
+        "version": 1,
+        "subject": subject,
+        "body_model": model.name,
+        "offsets": {  # [m] in the axes of the link that the joint is fixed in
+            name: [round(float(value), 5) for value in shape.offsets[index]]
+            for name, index in JOINT_INDEX.items()
+        },
+    }
+    temporary = path.with_name(path.name + ".part")
+    try:
+        temporary.write_text(yaml.safe_dump(document, sort_keys=False))
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise InputError(f"cannot save the body's measures to {path}: {error.strerror}") from error
+
+
+def load_body_shape(path: Path, model: BodyModel) -> BodyShape:
+    """Read a person's measures.
+
+    Raises:
+        InputError: If the file is missing, is not such a file, or belongs to another model.
+    """
+    try:
+        document = yaml.safe_load(path.read_text())
+    except OSError as error:
+        raise InputError(f"cannot read the body's measures {path}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not YAML: expected saved bone lengths") from error
+    if not isinstance(document, Mapping) or document.get("version") != 1:
+        raise InputError(f"{path} holds no bone lengths: expected 'version: 1' and 'offsets'")
+    if document.get("body_model") != model.name:
+        raise InputError(
+            f"{path} is for body model {document.get('body_model')}, not {model.name}: "
+            "measure again"
+        )
+    try:
+        offsets = np.array([document["offsets"][name] for name in JOINTS], dtype=float)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path}: 'offsets' lacks a joint or a number: {error}") from error
+    if offsets.shape != (len(JOINTS), 3) or not np.all(np.abs(offsets) < LONGEST_BONE):
+        raise InputError(f"{path}: expected three numbers within ±{LONGEST_BONE} m for each joint")
+    return BodyShape(offsets=offsets)

@@ -1,0 +1,72 @@
+"""The trunk's axes from joint positions, as every angle in this project is measured.
+
+y = unit(left_hip − right_hip); z = the part of (neck − mid-hip) orthogonal to y, normalised;
+x = y × z.
+"""
+
+import numpy as np
+
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
+from pose_core.kernels.seeing import trunks_of
+from pose_core.streams.samples import FloatArray
+
+HIPS_AND_NECK = np.array([JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck")])
+LEFT_HIP, RIGHT_HIP, NECK = HIPS_AND_NECK.tolist()
+
+PAIRS = np.array(
+    [
+        [JOINT_INDEX[f"{side}_{name}"] for side in SIDES]
+        for name in dict.fromkeys(j.split("_", 1)[1] for j in JOINTS if "_" in j)
+    ]
+)
+"""(6, 2): left and right joint of each kind."""
+
+
+def mid_hip(positions: FloatArray) -> FloatArray:
+    """Origin of the body frame, midway between the hips; shape (..., 15, 3) to (..., 3) [m]."""
+    return 0.5 * (positions[..., LEFT_HIP, :] + positions[..., RIGHT_HIP, :])
+
+
+def trunk_axes(positions: FloatArray) -> FloatArray:
+    """Rotations ``R_frame_body`` whose columns are the trunk's x, y, z.
+
+    Args:
+        positions: Joint positions [m] in any frame, shape (..., 15, 3).
+
+    Returns:
+        Shape (..., 3, 3); NaN where a hip or the neck is, or where the three are collinear.
+    """
+    joints = np.ascontiguousarray(positions, float).reshape(-1, *positions.shape[-2:])
+    axes = np.empty((len(joints), 3, 3))
+    trunks_of(joints, HIPS_AND_NECK, axes)
+    return axes.reshape(*positions.shape[:-2], 3, 3)
+
+
+def heading_axes(positions: FloatArray) -> FloatArray:
+    """Rotation ``R_map_heading`` about the vertical that turns with the trunk, (3, 3).
+
+    Args:
+        positions: Joint positions [m] in map, shape (15, 3); all is NaN if the trunk is not seen.
+    """
+    x, y = trunk_axes(positions)[:2, 0]
+    length = np.hypot(x, y)
+    c, s = x / length, y / length
+    zero = 0.0 * c  # NaN where the others are
+    return np.array([[c, -s, zero], [s, c, zero], [zero, zero, 1.0 + zero]])
+
+
+def standing_heading(positions: FloatArray) -> float:
+    """Where a person in the neutral pose looks, about map's z from its x [rad].
+
+    From all pairs of left and right joints, for each alone is off by what the tracker believes of
+    it. NaN if no pair is seen.
+
+    Args:
+        positions: Joint positions [m] in map, shape (15, 3); NaN unseen.
+    """
+    lateral = positions[PAIRS[:, 0], :2] - positions[PAIRS[:, 1], :2]
+    seen = np.isfinite(lateral).all(axis=1)
+    if not seen.any():
+        return float("nan")
+    x, y = lateral[seen].sum(axis=0)
+    return float(np.arctan2(-x, y))  # the heading is the left's direction, a quarter turn back

@@ -1,0 +1,96 @@
+"""``dof_kf``: li2020's ablation: degrees of freedom first, then a linear Kalman filter.
+
+What it shows: each sensor's degrees of freedom are a nonlinear function of noisy positions, so
+their mean is shifted, and no linear filter behind them can tell.
+"""
+
+import numpy as np
+
+from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
+from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import ROOT_DOF
+from pose_core.body.trunk import trunk_axes
+from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.filters.constant_velocity import ConstantVelocityFilter
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.pose_block import FusedPose
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+ROOT_ACCELERATION = 10.0  # [m/s²] white, over a frame
+ANGULAR_ACCELERATION = 80.0  # [rad/s²] likewise
+ROOT_STDDEV = 0.02  # [m] of a sensor's root position
+ANGLE_STDDEV = 0.1  # [rad] of an angle that a sensor's positions give
+FRAME_PERIOD_S = 1.0 / 30.0
+
+
+class DofKalmanFilter(StepwiseEstimator):
+    """Every degree of freedom by itself."""
+
+    COUNTERS = ("filter_starts",)
+
+    _filter: ConstantVelocityFilter | None = None
+    _stamp_ns = 0
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """Predict to the instant and take each sensor's degrees of freedom in turn."""
+        gap_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        is_new = self._filter is None or not 0.0 < gap_s <= self.parameters.restart_after
+        previous = np.zeros(self.model.size)
+        if not is_new and self._filter is not None:
+            self._filter.predict(gap_s)
+            previous = self._filter.mean[:, 0]
+        seen = [self._read(positions, previous) for positions in observation.positions]
+        if is_new and not self._start([each for each in seen if np.isfinite(each[:6]).all()]):
+            return None
+        self._stamp_ns = observation.stamp_ns
+        assert self._filter is not None
+        for each in seen:
+            self._filter.update(each, self._variance)
+        return self._describe([bool(np.isfinite(each[:6]).all()) for each in seen])
+
+    def _start(self, seen: list[FloatArray]) -> bool:
+        if not seen:
+            return False
+        self.counters.add("filter_starts")
+        size = self.model.size
+        root = np.arange(size) < 3
+        acceleration = np.where(root, ROOT_ACCELERATION, ANGULAR_ACCELERATION)
+        self._variance = np.where(root, ROOT_STDDEV, ANGLE_STDDEV) ** 2
+        self._kinematics = ForwardKinematics(self.model, self.shape.offsets)
+        start = np.where(np.isfinite(seen[0]), seen[0], 0.0)
+        self._filter = ConstantVelocityFilter(
+            start, ANGLE_STDDEV, 1.0, acceleration**2 * FRAME_PERIOD_S
+        )
+        return True
+
+    def _read(self, positions: FloatArray, previous: FloatArray) -> FloatArray:
+        """One sensor's degrees of freedom, near the previous ones; NaN without a trunk."""
+        axes = trunk_axes(positions)
+        if not np.all(np.isfinite(axes)):
+            return np.full(self.model.size, np.nan)
+        dof = dof_from_positions(self.model, positions)
+        dof[3:6] = continuous_vector(vector_from_rotation(axes), previous[3:6])
+        turns = np.round((previous - dof)[ROOT_DOF:] / FULL_TURN)
+        dof[ROOT_DOF:] += FULL_TURN * turns
+        return dof
+
+    def _describe(self, seen: list[bool]) -> FusedPose:
+        assert self._filter is not None
+        size, mean = self.model.size, self._filter.mean
+        pose = self._kinematics.pose(mean[:, 0])
+        is_seen = any(seen)
+        share = np.array(seen, float) / max(sum(seen), 1)
+        return FusedPose(
+            position=mean[:, 0].copy(),
+            velocity=mean[:, 1].copy(),
+            variance=self._filter.covariance[:, 0, 0].copy(),
+            weight_kinect=np.full(size, float(is_seen)),
+            weight_imu=np.zeros(size),
+            source=np.full(size, Source.KINECT if is_seen else Source.PREDICTED, np.uint8),
+            rotations=pose.rotations,
+            joints=pose.positions,
+            sensor_weight=np.repeat(share[:, None], pose.positions.shape[0], axis=1),
+        )

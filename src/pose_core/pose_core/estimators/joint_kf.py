@@ -1,0 +1,68 @@
+"""``joint_kf``: a linear Kalman filter for each joint position, over all sensors.
+
+References:
+    Moon, Park, Ko, Suh (2016), Multiple Kinect sensor fusion for human skeleton tracking using
+    Kalman filtering, Int. J. Advanced Robotic Systems 13(2): constant velocity, one filter a joint,
+    no tree.
+"""
+
+import numpy as np
+
+from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.kinect_tracker import mean_of_sensors
+from pose_core.estimators.pose_of_joints import PoseOfJoints
+from pose_core.filters.constant_velocity import ConstantVelocityFilter
+from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.pose_block import FusedPose
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions that tuning may look at
+MEASUREMENT_STDDEV = 0.02  # [m] of a tracked joint
+INFERRED_FACTOR = 3.0  # [-] how much worse an inferred joint is
+FRAME_PERIOD_S = 1.0 / 30.0
+
+
+class JointKalmanFilter(StepwiseEstimator):
+    """Every coordinate of every joint by itself."""
+
+    COUNTERS = ("filter_starts",)
+
+    _filter: ConstantVelocityFilter | None = None
+    _stamp_ns = 0
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """Predict to the instant and take each sensor's joints in turn."""
+        gap_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
+        if self._filter is None or not 0.0 < gap_s <= self.parameters.restart_after:
+            if not self._start(observation):
+                return None
+        else:
+            self._filter.predict(gap_s)
+        self._stamp_ns = observation.stamp_ns
+        assert self._filter is not None
+        tracked = observation.tracking_state == TrackingState.TRACKED
+        stddev = np.where(tracked, MEASUREMENT_STDDEV, INFERRED_FACTOR * MEASUREMENT_STDDEV)
+        for positions, each in zip(observation.positions, stddev, strict=True):
+            self._filter.update(positions.ravel(), np.repeat(each**2, 3))
+        joints = self._filter.mean[:, 0].reshape(len(JOINTS), 3)
+        return self._pose.at(observation.stamp_ns, joints, _shares(observation.positions, stddev))
+
+    def _start(self, observation: Observation) -> bool:
+        """Begin where the mean of the sensors is, once every joint has been seen."""
+        mean = mean_of_sensors(observation.positions)
+        if not np.all(np.isfinite(mean)):
+            return False
+        self.counters.add("filter_starts")
+        self._pose = PoseOfJoints(self.model, self.shape)
+        self._filter = ConstantVelocityFilter(
+            mean.ravel(), MEASUREMENT_STDDEV, 0.5, ACCELERATION**2 * FRAME_PERIOD_S
+        )
+        return True
+
+
+def _shares(positions: FloatArray, stddev: FloatArray) -> FloatArray:
+    information = np.where(np.isfinite(positions).all(axis=2), stddev**-2.0, 0.0)
+    total = information.sum(axis=0)
+    return np.asarray(information / np.where(total > 0.0, total, 1.0))

@@ -1,0 +1,75 @@
+"""Degrees of freedom beside joint positions, for methods that know positions only."""
+
+import numpy as np
+
+from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
+from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.body.trunk import trunk_axes
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.pose_block import FusedPose
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+LONGEST_STEP_S = 0.5  # [s] over which differences still give rates
+
+
+class PoseOfJoints:
+    """Reads the degrees of freedom off joint positions, from one instant to the next.
+
+    Args:
+        model: The body model.
+        shape: The person's measures, for the links' frames.
+    """
+
+    def __init__(self, model: BodyModel, shape: BodyShape) -> None:
+        self._model = model
+        self._kinematics = ForwardKinematics(model, shape.offsets)
+        self._known: FloatArray | None = None
+        self._position: FloatArray | None = None
+        self._stamp_ns = 0
+
+    def at(self, stamp_ns: int, joints: FloatArray, sensor_weight: FloatArray) -> FusedPose | None:
+        """The pose of one instant.
+
+        Args:
+            stamp_ns: The instant.
+            joints: Shape (15, 3) [m] in map; NaN unseen: the degrees of freedom then stay as they
+                were.
+            sensor_weight: Each sensor's share in each joint, shape (sensors, 15).
+
+        Returns:
+            None until the trunk has been seen. Standard deviations are NaN: nothing knows them.
+        """
+        known = (
+            joints if self._known is None else np.where(np.isfinite(joints), joints, self._known)
+        )
+        if not np.all(np.isfinite(trunk_axes(known))):
+            return None
+        self._known = known
+        position = dof_from_positions(self._model, known)
+        position[3:6] = vector_from_rotation(trunk_axes(known))
+        velocity = np.zeros(self._model.size)
+        if self._position is not None:
+            position[3:6] = continuous_vector(position[3:6], self._position[3:6])
+            turns = np.round((self._position - position)[ROOT_DOF:] / FULL_TURN)
+            position[ROOT_DOF:] += FULL_TURN * turns
+            step_s = (stamp_ns - self._stamp_ns) / NS_PER_S
+            if 0.0 < step_s <= LONGEST_STEP_S:
+                velocity = (position - self._position) / step_s
+        self._position, self._stamp_ns = position, stamp_ns
+        seen = np.isfinite(joints).all(axis=1).any()
+        size = self._model.size
+        return FusedPose(
+            position=position.copy(),
+            velocity=velocity,
+            variance=np.full(size, np.nan),
+            weight_kinect=np.full(size, float(seen)),
+            weight_imu=np.zeros(size),
+            source=np.full(size, Source.KINECT if seen else Source.PREDICTED, np.uint8),
+            rotations=self._kinematics.pose(position).rotations,
+            joints=joints.copy(),
+            sensor_weight=sensor_weight,
+        )

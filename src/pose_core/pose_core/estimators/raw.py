@@ -1,0 +1,62 @@
+"""``mean``, ``left``, ``right``: what the sensors give, without any filter."""
+
+from typing import ClassVar
+
+import numpy as np
+
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.errors import ParameterError
+from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.kinect_tracker import mean_of_sensors
+from pose_core.estimators.pose_of_joints import PoseOfJoints
+from pose_core.fusion.observation_block import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pose_block import FusedPose
+
+
+class MeanOfSensors(StepwiseEstimator):
+    """The mean of the sensors that see a joint."""
+
+    SENSOR: ClassVar[str] = ""
+    """The only sensor that counts; empty: all of them."""
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+    ) -> None:
+        super().__init__(model, shape, parameters, counters)
+        self._is_chosen = np.array([self.SENSOR in ("", each) for each in parameters.sensors])
+        self._pose = PoseOfJoints(model, shape)
+
+    @classmethod
+    def check(cls, parameters: FusionParameters) -> None:
+        """The one sensor must be among the sensors."""
+        if cls.SENSOR and cls.SENSOR not in parameters.sensors:
+            raise ParameterError(
+                f"estimator = {cls.SENSOR} shows the sensor of that name, the sensors are "
+                f"{', '.join(parameters.sensors)}: choose another estimator"
+            )
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """The joints as they are; a joint that nobody sees is NaN."""
+        chosen = np.where(self._is_chosen[:, None, None], observation.positions, np.nan)
+        seen = np.isfinite(chosen).all(axis=2)
+        share = seen / np.maximum(seen.sum(axis=0), 1)
+        return self._pose.at(observation.stamp_ns, mean_of_sensors(chosen), share)
+
+
+class LeftSensor(MeanOfSensors):
+    """The sensor named ``left`` alone."""
+
+    SENSOR = "left"
+
+
+class RightSensor(MeanOfSensors):
+    """The sensor named ``right`` alone."""
+
+    SENSOR = "right"

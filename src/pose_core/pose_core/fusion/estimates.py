@@ -1,0 +1,85 @@
+"""What the fusion says of one person, at one instant or at several."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.streams.samples import FloatArray
+
+
+class Source(IntEnum):
+    """Where a degree of freedom's last update came from; the values of ``PoseEstimate``."""
+
+    PREDICTED = 0
+    KINECT = 1
+    IMU = 2
+    FUSED = 3
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyEstimate:
+    """One person's pose with its uncertainty and provenance; arrays over d degrees of freedom."""
+
+    stamp_ns: int  # [ns] the instant that is estimated
+    newest_ns: int  # [ns] stamp of the newest sample of any source that had come by then
+    dof_names: tuple[str, ...]
+    position: FloatArray  # (d,) [m] or [rad]
+    velocity: FloatArray  # (d,) [m/s] or [rad/s]
+    position_stddev: FloatArray  # (d,) [m] or [rad]
+    weight_kinect: FloatArray  # (d,) 0..1
+    weight_imu: FloatArray  # (d,) 0..1
+    source: NDArray[np.uint8]  # (d,), values of Source
+    joints: FloatArray  # (15, 3) [m] in map
+    tracking_state: NDArray[np.uint8]  # (15,), best of the sensors
+    link_names: tuple[str, ...]
+    T_map_link: FloatArray  # (links, 4, 4), origin at the joint it turns about
+    sensor_weight: Mapping[str, FloatArray]  # (15,) each sensor's share in each joint
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimateBlock:
+    """n estimates of one person, one at least, a row each; see :class:`BodyEstimate`."""
+
+    stamps_ns: NDArray[np.int64]  # (n,) [ns]
+    newest_ns: NDArray[np.int64]  # (n,) [ns]
+    dof_names: tuple[str, ...]
+    position: FloatArray  # (n, d) [m] or [rad]
+    velocity: FloatArray  # (n, d) [m/s] or [rad/s]
+    position_stddev: FloatArray  # (n, d) [m] or [rad]
+    weight_kinect: FloatArray  # (n, d) 0..1
+    weight_imu: FloatArray  # (n, d) 0..1
+    source: NDArray[np.uint8]  # (n, d), values of Source
+    joints: FloatArray  # (n, 15, 3) [m] in map
+    tracking_state: NDArray[np.uint8]  # (n, 15)
+    link_names: tuple[str, ...]
+    T_map_link: FloatArray  # (n, links, 4, 4)
+    sensors: tuple[str, ...]
+    sensor_weight: FloatArray  # (n, sensors, 15)
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+    def __iter__(self) -> Iterator[BodyEstimate]:
+        return map(self.__getitem__, range(len(self)))
+
+    def __getitem__(self, row: int) -> BodyEstimate:
+        """One of them; its arrays are the block's."""
+        return BodyEstimate(
+            stamp_ns=int(self.stamps_ns[row]),
+            newest_ns=int(self.newest_ns[row]),
+            dof_names=self.dof_names,
+            position=self.position[row],
+            velocity=self.velocity[row],
+            position_stddev=self.position_stddev[row],
+            weight_kinect=self.weight_kinect[row],
+            weight_imu=self.weight_imu[row],
+            source=self.source[row],
+            joints=self.joints[row],
+            tracking_state=self.tracking_state[row],
+            link_names=self.link_names,
+            T_map_link=self.T_map_link[row],
+            sensor_weight=dict(zip(self.sensors, self.sensor_weight[row], strict=True)),
+        )

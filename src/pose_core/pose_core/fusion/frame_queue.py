@@ -1,0 +1,84 @@
+"""The frames that are to be estimated, in their order: of each sensor, of all, or of IMUs alone."""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.fusion.silence import CamerasSilence
+from pose_core.streams.frame_order import FrameOrder
+from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
+
+
+class FrameQueue:
+    """Makes frames of the sensors' samples and has them wait for their turn.
+
+    Args:
+        aligner: Brings all sensors to common instants; None: each one's frame as it comes, and
+            frames without any while the cameras are silent.
+    """
+
+    def __init__(self, aligner: TimeAligner | None) -> None:
+        self._aligner = aligner
+        self._order: FrameOrder[AlignedFrame] = FrameOrder()
+        self._silence = CamerasSilence()
+        self.ready: deque[AlignedFrame] = deque()
+        """Frames whose turn has come."""
+        self.newest_ns = 0
+        """Stamp of the newest sample of any source [ns]."""
+
+    @property
+    def holds_frames(self) -> bool:
+        """Whether a frame waits for another sensor's that should come before it."""
+        return self._order.holds
+
+    def add_skeleton(self, sample: SkeletonSample) -> None:
+        """Take one sensor's sample."""
+        self._note_time(sample.stamp_ns)
+        if self._aligner is not None:
+            self.ready.extend(self._aligner.add(sample))
+            return
+        self._silence.note_seen(sample.stamp_ns)
+        frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
+        for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
+            self._await(ready)
+
+    def count_until_alone(self, stamps_ns: NDArray[np.int64]) -> int:
+        """How many of some IMUs' samples come before they give a frame alone, with that one."""
+        if self._aligner is not None:
+            return len(stamps_ns)
+        is_late = stamps_ns > self._silence.begins_ns()
+        return int(is_late.argmax()) + 1 if is_late.any() else len(stamps_ns)
+
+    def add_imus(self, stamps_ns: NDArray[np.int64]) -> int:
+        """Take the stamps of so many samples; how many frames of the IMUs alone they give."""
+        is_alone = self._aligner is None and stamps_ns[-1] > self._silence.begins_ns()
+        self._silence.newest_imu_ns = int(stamps_ns.max())
+        self._note_time(self._silence.newest_imu_ns)
+        if not is_alone:
+            return 0
+        self.let_go()
+        instants_ns = self._silence.instants(int(stamps_ns[-1]))
+        for instant_ns in instants_ns:
+            self._await(AlignedFrame(stamp_ns=instant_ns, samples={}))
+        return len(instants_ns)
+
+    def let_go(self) -> None:
+        """Wait no longer for frames that should come before others."""
+        for frame in self._order.flush():
+            self._await(frame)
+
+    def flush(self) -> None:
+        """Wait for nothing more: the streams have ended."""
+        self.let_go()
+        if self._aligner is not None:
+            self.ready.extend(self._aligner.flush())
+
+    def _await(self, frame: AlignedFrame) -> None:
+        self._silence.note_frame(frame.stamp_ns)
+        self.ready.append(frame)
+
+    def _note_time(self, stamp_ns: int) -> None:
+        is_set_back = stamp_ns < self.newest_ns - JUMP_BACK_NS  # a recording that loops
+        self.newest_ns = stamp_ns if is_set_back else max(self.newest_ns, stamp_ns)

@@ -1,0 +1,114 @@
+"""What a user may set of the fusion, live and offline alike."""
+
+from dataclasses import dataclass
+
+from pose_core.estimators.registry import ESTIMATORS
+from pose_core.filters.li2020 import Li2020Parameters
+from pose_core.parameters import NAME, NAME_ENDING, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class FusionParameters(Li2020Parameters):
+    """Parameters of the whole chain from samples to estimates."""
+
+    estimator: str = parameter(
+        "default", choices=tuple(ESTIMATORS), doc="how the pose is estimated"
+    )
+    body_model: str = parameter(
+        "auto",
+        choices=("auto", "default", "li2020"),
+        doc="the kinematic tree; auto: the one that the estimator was made for",
+    )
+    subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
+    person: str = parameter("", doc="a sensor's id of the person to follow; empty: the only one")
+    sensors: tuple[str, ...] = parameter(
+        ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
+    )
+    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: from /tf_static")
+    imus_file: str = parameter(
+        "",
+        doc="YAML of the session whose `imus` say how the IMUs sit; empty: `extrinsics_file`; "
+        "where there are none: from a neutral pose",
+    )
+    shape_file: str = parameter(
+        "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"
+    )
+    shape_duration: float = parameter(
+        2.0, unit="s", low=0.2, high=60.0, doc="stretch of samples that bone lengths come from"
+    )
+    max_skew: float = parameter(
+        0.02,
+        unit="s",
+        low=0.001,
+        high=0.1,
+        doc="baselines: largest difference of stamps in a pair of frames",
+    )
+    max_gap: float = parameter(
+        0.1,
+        unit="s",
+        low=0.02,
+        high=1.0,
+        doc="baselines: longest gap of one sensor to interpolate across",
+    )
+    max_wait: float = parameter(
+        0.2, unit="s", low=0.05, high=2.0, doc="baselines: longest silence of a sensor to wait for"
+    )
+    output_rate: float = parameter(
+        0.0,
+        unit="Hz",
+        low=0.0,
+        high=240.0,
+        doc="rate at which the pose is predicted to now and published; 0: once for each frame",
+    )
+    restart_after: float = parameter(
+        0.5, unit="s", low=0.1, high=10.0, doc="baselines: gap after which the filter starts anew"
+    )
+    restart_distance: float = parameter(
+        0.3,
+        unit="m",
+        low=0.05,
+        high=2.0,
+        doc="baselines: a median joint that far from its prediction for half a second restarts "
+        "the filter",
+    )
+    use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
+    imu_weighting: str = parameter(
+        "variance",
+        choices=("variance", "zhang2015"),
+        doc="`li2020`'s weights of Kinect and IMU: least variance, or the paper's 0.8 and 0.2",
+    )
+    imu_wait: float = parameter(
+        0.1,
+        unit="s",
+        low=0.0,
+        high=0.5,
+        doc="baselines: longest wait for an IMU's sample of an instant",
+    )
+    forget_after: float = parameter(
+        1.0,
+        unit="s",
+        low=0.1,
+        high=60.0,
+        doc="silence of all sensors after which the default estimator looks anew",
+    )
+    tracker_delay: float = parameter(
+        0.06,
+        unit="s",
+        low=0.0,
+        high=0.2,
+        doc="how late the Kinects' joints are against their stamps, where IMUs are worn",
+    )
+    kinect_joint_stddev: float = parameter(
+        0.03,
+        unit="m",
+        low=0.0,
+        high=0.2,
+        doc="slow error of a tracker's joint that no filter averages out, for zhang2015's σ₁",
+    )
+    imu_mounting_stddev: float = parameter(
+        0.01,
+        unit="rad",
+        low=0.0,
+        high=1.0,
+        doc="error of an IMU's alignment with its segment; also zhang2015's σ₂",
+    )

@@ -1,0 +1,87 @@
+r"""Kinect and IMU, weighted: zhang2015 (12), (13), on every segment that carries an IMU.
+
+Both measure one attitude with independent noise of variance σ₁² (Kinect) and σ₂² (IMU); the
+unbiased weights of least variance are w₁ = σ₂²/(σ₁²+σ₂²), w₂ = σ₁²/(σ₁²+σ₂²). While the Kinect
+does not track a segment, (w₁, w₂) = (0, 1). A limb's turn about its own axis, which no camera
+sees, comes from the IMU alone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_core.body.kinematics import rotation_from_vector
+from pose_core.streams.samples import FloatArray
+
+NEARLY_PARALLEL = 1e-9
+ZHANG2015_KINECT = 0.8  # [-] zhang2015, section on experiments: ω₁; ω₂ = 1 − ω₁
+
+
+@dataclass(frozen=True, kw_only=True)
+class Weights:
+    """Shares of the two sources, and the variance of their weighted mean."""
+
+    kinect: float
+    imu: float
+    variance: float  # [rad²]
+
+
+def minimum_variance_weights(
+    kinect_variance: float, imu_variance: float, *, is_tracked: bool
+) -> Weights:
+    """Weights of the two attitudes.
+
+    Args:
+        kinect_variance: σ₁² [rad²].
+        imu_variance: σ₂² [rad²].
+        is_tracked: Whether the Kinect tracks the joints that define the segment.
+    """
+    if not is_tracked:
+        return Weights(kinect=0.0, imu=1.0, variance=imu_variance)
+    total = kinect_variance + imu_variance
+    return Weights(
+        kinect=imu_variance / total,  # zhang2015 (12)
+        imu=kinect_variance / total,  # zhang2015 (13)
+        variance=kinect_variance * imu_variance / total,
+    )
+
+
+def fixed_weights(
+    kinect_variance: float, imu_variance: float, *, is_tracked: bool, kinect: float
+) -> Weights:
+    """Weights that do not follow the variances.
+
+    Args:
+        kinect_variance: σ₁² [rad²].
+        imu_variance: σ₂² [rad²].
+        is_tracked: Whether the Kinect tracks the joints that define the segment.
+        kinect: The Kinect's share [-].
+    """
+    if not is_tracked:
+        return Weights(kinect=0.0, imu=1.0, variance=imu_variance)
+    variance = kinect**2 * kinect_variance + (1.0 - kinect) ** 2 * imu_variance
+    return Weights(kinect=kinect, imu=1.0 - kinect, variance=variance)
+
+
+def fuse_trunk(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
+    """Weighted mean of two rotations of a segment that cameras see whole, shape (3, 3).
+
+    The mean lies on the shortest way from one to the other.
+    """
+    turn = Rotation.from_matrix(R_kinect.T @ R_imu).as_rotvec()
+    return R_kinect @ rotation_from_vector(imu_weight * np.asarray(turn))
+
+
+def fuse_limb(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
+    """Weighted mean of a limb's direction; the turn about it is the IMU's, shape (3, 3).
+
+    The IMU's rotation is carried by the smallest turn that brings its long axis, z, to the mean
+    direction.
+    """
+    axis = np.cross(R_imu[:, 2], R_kinect[:, 2])
+    sine, cosine = float(np.linalg.norm(axis)), float(R_imu[:, 2] @ R_kinect[:, 2])
+    if sine < NEARLY_PARALLEL:  # alike, or opposite: then the IMU decides
+        return R_imu
+    angle = np.arctan2(sine, cosine)
+    return rotation_from_vector((1.0 - imu_weight) * angle * axis / sine) @ R_imu

@@ -1,0 +1,91 @@
+r"""How each source's clock stands to the reference sensor's, and stamps put right by it.
+
+With :math:`s` a source's stamp, the instant on the reference's clock is
+
+.. math:: t = s - o - d\,(s - s_0)
+
+where :math:`o` is how far the source's clock was ahead at its stamp :math:`s_0`, and :math:`d` what
+it has gained since. A source is a Kinect, by its name, or all IMUs together: one bridge stamps all.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import ImuBlock, SkeletonSample
+from pose_core.streams.series import SkeletonSeries
+
+IMUS = "imus"
+"""The source that all IMUs are."""
+REACH_NS = 1800 * NS_PER_S  # [ns] from where it was measured, to which a drift is believed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Clock:
+    """How far a source's clock is ahead of the reference's."""
+
+    offset_ns: int = 0  # at ``at_ns``
+    drift: float = 0.0  # [-] seconds gained a second
+    at_ns: int = 0  # [ns] a stamp of the source's own
+    stddev_s: float = 0.0  # [s] of the offset; 0 if it is not known
+    drift_stddev: float = 0.0  # [-] the same of the drift
+
+    def ahead_ns(self, stamp_ns: int) -> int:
+        """How far the clock is ahead at one of the source's stamps [ns]."""
+        since_ns = min(max(stamp_ns - self.at_ns, -REACH_NS), REACH_NS)
+        return self.offset_ns + round(self.drift * since_ns)
+
+    def to_reference(self, stamp_ns: int) -> int:
+        """The instant on the reference's clock [ns]."""
+        return stamp_ns - self.ahead_ns(stamp_ns)
+
+
+Clocks = Mapping[str, Clock]
+"""Clocks by source; one that is missing agrees with the reference's."""
+
+
+def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample:
+    """A sample as if the reference's clock had stamped it."""
+    clock = clocks.get(sample.sensor)
+    if clock is None:
+        return sample
+    return replace(sample, stamp_ns=clock.to_reference(sample.stamp_ns))
+
+
+def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
+    """IMUs' samples as if the reference's clock had stamped them."""
+    clock = clocks.get(IMUS)
+    if clock is None:
+        return block
+    return replace(block, stamps_ns=_stamps_on_reference_clock(block.stamps_ns, clock))
+
+
+def series_on_reference_clock(series: SkeletonSeries, clock: Clock | None) -> SkeletonSeries:
+    """A source's joints over time as if the reference's clock had stamped them."""
+    if clock is None:
+        return series
+    return replace(series, stamps_ns=_stamps_on_reference_clock(series.stamps_ns, clock))
+
+
+def _stamps_on_reference_clock(stamps_ns: NDArray[np.int64], clock: Clock) -> NDArray[np.int64]:
+    since_ns = np.clip(stamps_ns - clock.at_ns, -REACH_NS, REACH_NS)
+    ahead_ns = clock.offset_ns + np.rint(clock.drift * since_ns).astype(np.int64)
+    return np.asarray(stamps_ns - ahead_ns)
+
+
+def moved_most_ns(before: Clocks, after: Clocks, stamp_ns: int) -> int:
+    """By how much any source's stamps change [ns] if other clocks are used, about a stamp."""
+    return max(
+        (
+            abs(_ahead_ns(after, name, stamp_ns) - _ahead_ns(before, name, stamp_ns))
+            for name in {*before, *after}
+        ),
+        default=0,
+    )
+
+
+def _ahead_ns(clocks: Clocks, source: str, stamp_ns: int) -> int:
+    return clocks[source].ahead_ns(stamp_ns) if source in clocks else 0

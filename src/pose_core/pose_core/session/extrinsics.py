@@ -1,0 +1,88 @@
+"""Where the sensors stand, as values (li2020 (1)).
+
+``T_reference_sensor`` maps a sensor's points into the frame of the reference, which is the first
+sensor; ``T_map_reference`` maps those into the world.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pose_core.session.clocks import Clock
+from pose_core.session.floor_estimate import FloorEstimate
+from pose_core.session.session_body import SessionBody
+from pose_core.streams.samples import FloatArray
+from pose_core.transforms import inverse
+
+
+@dataclass(frozen=True, kw_only=True)
+class PairResiduals:
+    """How well one sensor agrees with another, over joints tracked in both."""
+
+    partner: str  # the other sensor: the reference, or one nearer to it that sees more in common
+    frames: int  # [-] in which both saw the person
+    raw_median: float  # [m] distance of a joint in the two views before calibration
+    raw_rms: float  # [m]
+    median: float  # [m] the same after it
+    rms: float  # [m] all joints, outliers too
+    inlier_rms: float  # [m] without the outliers
+    inlier_share: Mapping[str, float]  # [-] by joint; joints never tracked in both are left out
+    rotation_stddev: float  # [rad] about the least certain axis
+    position_stddev: float  # [m] along the least certain axis
+    spread: tuple[float, float, float]  # [m] of the points along their principal axes, RMS
+
+    @property
+    def all_inlier_share(self) -> float:
+        """Share of inliers [-], mean over the joints."""
+        return float(np.mean(list(self.inlier_share.values())))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BoardResiduals:
+    """How well a board determined one sensor's place."""
+
+    views: int  # [-] instants at which it and another sensor saw the board
+    reprojection_px: float  # [px] RMS over all corners
+    rotation_stddev: float  # [rad] about the least certain axis
+    position_stddev: float  # [m] along the least certain axis
+
+
+@dataclass(frozen=True, kw_only=True)
+class Extrinsics:
+    """Where each sensor stands."""
+
+    reference: str  # the first sensor
+    T_reference_sensor: Mapping[str, FloatArray]  # (4, 4) by sensor, the reference's an identity
+    T_map_reference: FloatArray  # (4, 4)
+    residuals: Mapping[str, PairResiduals] = field(default_factory=dict)  # without the reference
+    board: Mapping[str, BoardResiduals] = field(default_factory=dict)  # the same, of a board
+    floor: FloorEstimate | None = None  # how T_map_reference was found
+    clocks: Mapping[str, Clock] = field(default_factory=dict)  # by source, those that differ
+    body: SessionBody | None = None  # the person's measures, where they were taken
+    view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
+    """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
+    axes that turn with the body (x forward, y left, z up)."""
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """All sensors, the reference first."""
+        return tuple(self.T_reference_sensor)
+
+    def T_map_sensor(self, sensor: str) -> FloatArray:  # noqa: N802 (the name of a matrix)
+        """The transform from a sensor's frame to ``map``, shape (4, 4)."""
+        return self.T_map_reference @ self.T_reference_sensor[sensor]
+
+
+def extrinsics_from_map(T_map_sensor: Mapping[str, FloatArray]) -> Extrinsics:
+    """Extrinsics from each sensor's place in ``map``, (4, 4) by sensor, the reference first."""
+    reference = next(iter(T_map_sensor))
+    T_reference_map = inverse(T_map_sensor[reference])
+    return Extrinsics(
+        reference=reference,
+        T_reference_sensor={
+            name: np.eye(4) if name == reference else T_reference_map @ T
+            for name, T in T_map_sensor.items()
+        },
+        T_map_reference=T_map_sensor[reference],
+    )

@@ -1,0 +1,91 @@
+"""Joint angles over time, as arrays: what every comparison is made on."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwrapped
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
+
+SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion says nothing
+
+
+@dataclass(frozen=True, kw_only=True)
+class AngleSeries:
+    """The twelve angles at increasing instants."""
+
+    stamps_ns: IntArray  # (n,) [ns], strictly increasing
+    angles: Mapping[str, FloatArray]  # (n,) [rad] by name, all of ANGLES; NaN where unknown
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+    def shifted(self, shift_ns: int) -> "AngleSeries":
+        """The series with ``shift_ns`` [ns] added to its stamps."""
+        return AngleSeries(stamps_ns=self.stamps_ns + shift_ns, angles=self.angles)
+
+    def between(self, begin_ns: int, end_ns: int) -> "AngleSeries":
+        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, both included."""
+        inside = (self.stamps_ns >= begin_ns) & (self.stamps_ns <= end_ns)
+        return AngleSeries(
+            stamps_ns=self.stamps_ns[inside],
+            angles={name: values[inside] for name, values in self.angles.items()},
+        )
+
+    def at(self, stamps_ns: IntArray, max_gap_s: float = MAX_GAP_S) -> dict[str, FloatArray]:
+        """Angles at other instants by linear interpolation, without jumps of 2π.
+
+        Args:
+            stamps_ns: The instants [ns], shape (m,).
+            max_gap_s: Longest distance [s] of two known samples to interpolate between.
+
+        Returns:
+            Angles [rad], shape (m,) each; NaN outside the series and inside longer gaps.
+        """
+        return {
+            name: _interpolated(stamps_ns, self.stamps_ns, unwrapped(values), max_gap_s)
+            for name, values in self.angles.items()
+        }
+
+
+def angle_series(series: SkeletonSeries) -> AngleSeries:
+    """The twelve angles of a skeleton."""
+    return AngleSeries(stamps_ns=series.stamps_ns, angles=joint_angles(series.positions))
+
+
+def without_sideways_flexion(angles: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """The angles with NaN for flexion where the limb points sideways, by more than 60°."""
+    result = dict(angles)
+    for flexion, abduction in ABDUCTION_OF.items():
+        with np.errstate(invalid="ignore"):
+            result[flexion] = np.where(
+                np.abs(angles[abduction]) > SIDEWAYS, np.nan, angles[flexion]
+            )
+    return result
+
+
+def angle_columns(angles: Mapping[str, FloatArray]) -> FloatArray:
+    """The angles [rad] side by side, without jumps of 2π, shape (n, 12)."""
+    return np.stack([unwrapped(angles[name]) for name in ANGLES], axis=1)
+
+
+def _interpolated(
+    wanted: IntArray, stamps_ns: IntArray, values: FloatArray, max_gap_s: float
+) -> FloatArray:
+    known = np.isfinite(values)
+    result = np.full(len(wanted), np.nan)
+    if known.sum() < 2:
+        return result
+    own, values = stamps_ns[known], values[known]
+    after = np.clip(np.searchsorted(own, wanted), 1, len(own) - 1)
+    inside = (wanted >= own[0]) & (wanted <= own[-1])
+    near = (own[after] - own[after - 1]) <= max_gap_s * 1e9
+    hit = (own[after] == wanted) | (own[after - 1] == wanted)
+    usable = inside & (near | hit)
+    begin_ns = int(own[0])  # floats hold differences exactly, not stamps
+    result[usable] = np.interp(
+        (wanted[usable] - begin_ns).astype(float), (own - begin_ns).astype(float), values
+    )
+    return result

@@ -1,0 +1,107 @@
+"""A person's joints over time, as arrays."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.streams.samples import FloatArray, SkeletonSample
+
+IntArray = NDArray[np.int64]
+MAX_GAP_S = 0.15  # [s] four missed frames at 30 Hz: nothing is interpolated across more
+
+
+@dataclass(frozen=True, kw_only=True)
+class SkeletonSeries:
+    """One person's joints at increasing instants, all in one frame."""
+
+    stamps_ns: IntArray  # (n,) [ns], strictly increasing
+    positions: FloatArray  # (n, 15, 3) [m]; NaN where unknown
+    tracking_state: NDArray[np.uint8]  # (n, 15), values of TrackingState
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+    @property
+    def duration_s(self) -> float:
+        """From the first sample to the last [s]; 0 if there are none."""
+        return float(self.stamps_ns[-1] - self.stamps_ns[0]) * 1e-9 if len(self) else 0.0
+
+    def transformed(self, T_target_source: FloatArray) -> "SkeletonSeries":
+        """The series in another frame, by a (4, 4) transform."""
+        rotation, translation = T_target_source[:3, :3], T_target_source[:3, 3]
+        return replace(self, positions=self.positions @ rotation.T + translation)
+
+    def shifted(self, shift_s: float) -> "SkeletonSeries":
+        """The series with ``shift_s`` [s] added to its stamps."""
+        return replace(self, stamps_ns=self.stamps_ns + round(shift_s * 1e9))
+
+    def between(self, begin_ns: int, end_ns: int) -> "SkeletonSeries":
+        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, both included."""
+        inside = (self.stamps_ns >= begin_ns) & (self.stamps_ns <= end_ns)
+        return SkeletonSeries(
+            stamps_ns=self.stamps_ns[inside],
+            positions=self.positions[inside],
+            tracking_state=self.tracking_state[inside],
+        )
+
+    def at(self, stamps_ns: IntArray, max_gap_s: float = MAX_GAP_S) -> FloatArray:
+        """Joint positions at other instants, by linear interpolation, never by extrapolation.
+
+        Args:
+            stamps_ns: The instants [ns], shape (m,).
+            max_gap_s: Longest distance [s] of two samples to interpolate between.
+
+        Returns:
+            Positions [m], shape (m, 15, 3): NaN outside the series, inside longer gaps, and where
+            either neighbour is NaN.
+        """
+        result = np.full((len(stamps_ns), len(JOINTS), 3), np.nan)
+        if len(self) == 0:
+            return result
+        after = np.searchsorted(self.stamps_ns, stamps_ns)
+        inside = after < len(self)
+        exact = inside.copy()
+        exact[inside] = self.stamps_ns[after[inside]] == stamps_ns[inside]
+        result[exact] = self.positions[after[exact]]
+        between = inside & ~exact & (after > 0)
+        last = after[between]
+        step_ns = self.stamps_ns[last] - self.stamps_ns[last - 1]
+        share = (stamps_ns[between] - self.stamps_ns[last - 1]) / step_ns
+        start = self.positions[last - 1]
+        interpolated = start + share[:, None, None] * (self.positions[last] - start)
+        interpolated[step_ns > max_gap_s * 1e9] = np.nan
+        result[between] = interpolated
+        return result
+
+    def on_grids(self, rate: float) -> list[FloatArray]:
+        """Positions at a constant rate [Hz], (m, 15, 3) for each stretch without a long gap."""
+        gaps = np.flatnonzero(np.diff(self.stamps_ns) > MAX_GAP_S * 1e9) + 1
+        step_ns = round(1e9 / rate)
+        return [
+            self.at(np.arange(stretch[0], stretch[-1] + 1, step_ns, dtype=np.int64))
+            for stretch in np.split(self.stamps_ns, gaps)
+            if len(stretch)
+        ]
+
+
+def series_from_samples(samples: Iterable[SkeletonSample]) -> SkeletonSeries:
+    """One series of samples in any order; of samples with equal stamps the first counts.
+
+    Joints that are not tracked become NaN, whatever position they carry.
+    """
+    by_stamp: dict[int, SkeletonSample] = {}
+    for sample in samples:
+        by_stamp.setdefault(sample.stamp_ns, sample)
+    ordered = [by_stamp[stamp_ns] for stamp_ns in sorted(by_stamp)]
+    count = len(ordered)
+    positions = np.array([s.positions for s in ordered], float).reshape(count, len(JOINTS), 3)
+    state = np.array([s.tracking_state for s in ordered], np.uint8).reshape(count, len(JOINTS))
+    positions[state == TrackingState.NOT_TRACKED] = np.nan
+    return SkeletonSeries(
+        stamps_ns=np.array([s.stamp_ns for s in ordered], np.int64),
+        positions=positions,
+        tracking_state=state,
+    )

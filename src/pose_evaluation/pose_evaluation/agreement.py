@@ -1,0 +1,177 @@
+"""What a recording without a reference can tell: do two views agree, are bones constant."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from pose_core.body.joint_angles import ANGLES, joint_angles, wrapped
+from pose_core.streams.angle_series import AngleSeries
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.methods import aligned_frames
+from pose_evaluation.scores import known_joints, mean_known, rigidly_aligned
+from pose_evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk
+
+COMPARING_RATE = 30.0  # [Hz]
+GAP_S = 0.2  # [s] six frames at 30 Hz: a longer silence counts as a gap
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViewAgreement:
+    """How far apart two sensors see the same joints at the same instants."""
+
+    first: str
+    second: str
+    frames: int  # [-] instants at which both saw somebody
+    as_logged_cm: float  # [cm] mean distance, both frames taken as one
+    calibrated_cm: float  # [cm] in map, by the extrinsics; NaN without them
+    best_rigid_cm: float  # [cm] after the best rigid fit to this very data: the floor
+    angle_difference_deg: Mapping[str, float]  # [deg] RMS by angle
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steadiness:
+    """How constant a method's bones are, and how smooth its joints move."""
+
+    frames: int  # [-]
+    duration_s: float  # [s]
+    gaps: int  # [-] silences of more than 0.2 s
+    longest_gap_s: float  # [s]
+    bone_cv_percent: Mapping[str, float]  # [%] by bone
+    bone_sd_mm: Mapping[str, float]  # [mm] by bone
+    jerk: Mapping[str, float]  # [m/s³] RMS by joint
+
+    @property
+    def mean_bone_cv_percent(self) -> float:
+        """Mean over the bones [%]."""
+        return mean_known(list(self.bone_cv_percent.values()))
+
+    @property
+    def mean_bone_sd_mm(self) -> float:
+        """Mean over the bones [mm]."""
+        return mean_known(list(self.bone_sd_mm.values()))
+
+    @property
+    def mean_jerk(self) -> float:
+        """Mean over the joints [m/s³]."""
+        return mean_known(list(self.jerk.values()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Agreement:
+    """All that is known of a recording without a reference."""
+
+    views: tuple[ViewAgreement, ...]  # every pair of sensors
+    steadiness: Mapping[str, Steadiness]  # by method: each sensor, mean, fused
+
+
+def measure_agreement(
+    methods: Mapping[str, SkeletonSeries], T_map_sensor: Mapping[str, FloatArray]
+) -> Agreement:
+    """Measure a recording of several sensors.
+
+    Args:
+        methods: Joints by method, as ``evaluation_methods.methods_of_bag`` gives them.
+        T_map_sensor: Each sensor's (4, 4) extrinsics; the sensors are those among the methods
+            that are neither ``mean`` nor ``fused``.
+    """
+    sensors = {name: series for name, series in methods.items() if name not in {"mean", "fused"}}
+    views = tuple(
+        view_agreement(first, second, sensors, T_map_sensor)
+        for first, second in combinations(sensors, 2)
+    )
+    return Agreement(
+        views=views,
+        steadiness={name: measure_steadiness(series) for name, series in methods.items()},
+    )
+
+
+def view_agreement(
+    first: str,
+    second: str,
+    sensors: Mapping[str, SkeletonSeries],
+    T_map_sensor: Mapping[str, FloatArray],
+) -> ViewAgreement:
+    """Compare two sensors' views, brought to common instants by li2020 (2)."""
+    pair = {name: sensors[name] for name in (first, second)}
+    both = [frame for frame in aligned_frames(pair) if len(frame.samples) == 2]
+    one, two = (
+        np.array([frame.samples[name].positions for frame in both]).reshape(-1, 15, 3)
+        for name in (first, second)
+    )
+    calibrated = np.nan
+    if first in T_map_sensor and second in T_map_sensor:
+        moved = [
+            _moved(positions, T_map_sensor[name])
+            for name, positions in ((first, one), (second, two))
+        ]
+        calibrated = _mean_distance_cm(*moved)
+    fit = rigidly_aligned(two, one) if _shared(one, two) >= 3 else two
+    angles_one, angles_two = joint_angles(one), joint_angles(two)
+    return ViewAgreement(
+        first=first,
+        second=second,
+        frames=len(both),
+        as_logged_cm=_mean_distance_cm(one, two),
+        calibrated_cm=calibrated,
+        best_rigid_cm=_mean_distance_cm(one, fit),
+        angle_difference_deg={
+            name: _rms_deg(wrapped(angles_two[name] - angles_one[name])) for name in ANGLES
+        },
+    )
+
+
+def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, str], float]:
+    """How far methods differ from one another: RMS difference [deg], mean over the angles.
+
+    Args:
+        angles: Each method's angles by its name, on one clock.
+
+    Returns:
+        By pair of names, both ways, over the time that both cover; NaN where they have none.
+    """
+    begin_ns = min(int(series.stamps_ns[0]) for series in angles.values())
+    end_ns = max(int(series.stamps_ns[-1]) for series in angles.values())
+    grid = np.arange(begin_ns, end_ns + 1, round(1e9 / COMPARING_RATE), dtype=np.int64)
+    on_grid = {name: series.at(grid) for name, series in angles.items()}
+    differences = {}
+    for first, second in combinations(angles, 2):
+        of_angles = [
+            _rms_deg(wrapped(on_grid[first][angle] - on_grid[second][angle])) for angle in ANGLES
+        ]
+        differences[first, second] = differences[second, first] = mean_known(of_angles)
+    return differences
+
+
+def measure_steadiness(series: SkeletonSeries) -> Steadiness:
+    """Measure one method by itself."""
+    steps_s = np.diff(series.stamps_ns) * 1e-9
+    gaps = steps_s[steps_s > GAP_S]
+    return Steadiness(
+        frames=len(series),
+        duration_s=series.duration_s,
+        gaps=len(gaps),
+        longest_gap_s=float(gaps.max()) if len(gaps) else 0.0,
+        bone_cv_percent=bone_length_cv_percent(series.positions),
+        bone_sd_mm=bone_length_sd_mm(series.positions),
+        jerk=rms_jerk(series),
+    )
+
+
+def _moved(positions: FloatArray, T_target_source: FloatArray) -> FloatArray:
+    return positions @ T_target_source[:3, :3].T + T_target_source[:3, 3]
+
+
+def _shared(one: FloatArray, two: FloatArray) -> int:
+    return int((known_joints(one) & known_joints(two)).sum())
+
+
+def _mean_distance_cm(one: FloatArray, two: FloatArray) -> float:
+    distance = np.linalg.norm(one - two, axis=2)
+    return 100.0 * mean_known(list(distance.ravel()))
+
+
+def _rms_deg(difference: FloatArray) -> float:
+    return float(np.degrees(np.sqrt(mean_known(list(difference**2)))))

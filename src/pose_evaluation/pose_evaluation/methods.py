@@ -1,0 +1,105 @@
+"""The methods that a bag holds: each raw sensor, their mean, and the fused result."""
+
+import heapq
+from collections.abc import Iterator, Mapping
+from operator import attrgetter
+
+import numpy as np
+
+from pose_core.session.clocks import Clocks, series_on_reference_clock
+from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.series import SkeletonSeries, series_from_samples
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_evaluation.scores import known_joints
+from pose_io.bag_samples import read_body_series, read_extrinsics, read_sensor_series
+from pose_io.bags import BagReader
+from pose_io.clock_messages import read_clocks
+from pose_io.topics import body_topic
+
+MEAN = "mean"
+FUSED = "fused"
+
+
+def methods_of_bag(
+    bag: BagReader, person: str = "", body: str = "", clocks: Clocks | None = None
+) -> dict[str, SkeletonSeries]:
+    """Every method's joints by its name, in the order of the tables.
+
+    Each raw sensor under its own name and in its own frame; ``mean`` of all sensors and ``fused``
+    in ``map``. ``mean`` is absent if the bag does not hold all sensors' extrinsics, or holds one
+    sensor only; ``fused`` if it holds no fused skeleton.
+
+    Args:
+        bag: An open bag.
+        person: The id of the person to follow in all sensors.
+        body: The id of the fused body; the first one if empty.
+        clocks: The sensors' clocks; those that the bag tells of if None.
+
+    Raises:
+        InputError: If the bag holds no sensors' skeletons.
+    """
+    clocks = read_clocks(bag) if clocks is None else clocks
+    sensors = {
+        name: series_on_reference_clock(series, clocks.get(name))
+        for name, series in read_sensor_series(bag, person).items()
+    }
+    methods = dict(sensors)
+    extrinsics = read_extrinsics(bag)
+    if len(sensors) > 1 and set(sensors) <= set(extrinsics):
+        methods[MEAN] = mean_series(sensors, extrinsics)
+    if body_topic(bag, "skeleton", body) is not None:
+        methods[FUSED] = read_body_series(bag, body)
+    return methods
+
+
+def mean_series(
+    sensors: Mapping[str, SkeletonSeries], T_map_sensor: Mapping[str, FloatArray]
+) -> SkeletonSeries:
+    """The mean of what the sensors see, in ``map``, without any filter.
+
+    Brought to common instants by li2020 (2); a joint that some sensors do not see is the mean of
+    the others.
+
+    Args:
+        sensors: Each sensor's view, in its own frame.
+        T_map_sensor: Each sensor's (4, 4) extrinsics.
+    """
+    in_map = {name: each.transformed(T_map_sensor[name]) for name, each in sensors.items()}
+    return series_from_samples(_mean(frame) for frame in aligned_frames(in_map))
+
+
+def aligned_frames(sensors: Mapping[str, SkeletonSeries]) -> Iterator[AlignedFrame]:
+    """The sensors' samples at common instants."""
+    aligner = TimeAligner(list(sensors))
+    streams = [_samples(name, series) for name, series in sensors.items()]
+    for sample in heapq.merge(*streams, key=attrgetter("stamp_ns")):
+        yield from aligner.add(sample)
+    yield from aligner.flush()
+
+
+def _samples(sensor: str, series: SkeletonSeries) -> Iterator[SkeletonSample]:
+    for index, stamp_ns in enumerate(series.stamps_ns):
+        yield SkeletonSample(
+            stamp_ns=int(stamp_ns),
+            sensor=sensor,
+            person="",
+            positions=series.positions[index],
+            tracking_state=series.tracking_state[index],
+        )
+
+
+def _mean(frame: AlignedFrame) -> SkeletonSample:
+    views = list(frame.samples.values())
+    positions = np.stack([view.positions for view in views])
+    known = known_joints(positions)
+    count = known.sum(axis=0)
+    total = np.where(known[:, :, None], positions, 0.0).sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        mean = total / np.where(count > 0, count, np.nan)[:, None]
+    return SkeletonSample(
+        stamp_ns=frame.stamp_ns,
+        sensor="",
+        person="",
+        positions=mean,
+        tracking_state=np.max([view.tracking_state for view in views], axis=0),
+    )

@@ -1,0 +1,129 @@
+"""Every estimator, run over one recording's raw streams, all in one pass."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.fusion.estimates import BodyEstimate
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.parameters import specs
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.estimate_series import EstimateSeries, estimate_series
+from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
+from pose_core.streams.series import SkeletonSeries, series_from_samples
+from pose_evaluation.methods import MEAN
+
+IMU_ALONE = "imu"
+RAW = (MEAN, "left", "right")  # estimators that filter nothing: the tables have them as they are
+WITH_IMUS = ("default", "li2020")  # estimators that are run with the IMUs, too
+IMU_ENDING = "+imus"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MethodSetup:
+    """One way of estimating."""
+
+    name: str  # in the tables
+    estimator: str  # value of the fusion's parameter
+    use_imus: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class MethodRun:
+    """What one method made of the recording."""
+
+    series: SkeletonSeries  # joints in map
+    estimates: EstimateSeries  # its own account
+
+
+def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
+    """Every estimator that there is, without IMUs; the best ones with them; the IMUs alone.
+
+    Args:
+        has_imus: Whether the recording holds any; without them nothing is run with them.
+    """
+    _, spec = specs(FusionParameters)["estimator"]
+    setups = []
+    # The default last, as in the tables of the papers: each method after what it improves on.
+    for name in sorted(spec.choices or (), key=_rank):
+        if name in RAW or (name == IMU_ALONE and not has_imus):
+            continue
+        setups.append(MethodSetup(name=name, estimator=name, use_imus=name == IMU_ALONE))
+        if has_imus and name in WITH_IMUS:
+            setups.append(MethodSetup(name=name + IMU_ENDING, estimator=name, use_imus=True))
+    return tuple(setups)
+
+
+def run_methods(
+    samples: Iterable[SkeletonSample | ImuSample | ImuBlock],
+    setups: Sequence[MethodSetup],
+    sensors: Sequence[str],
+    extrinsics: Extrinsics,
+) -> dict[str, MethodRun]:
+    """Run estimators side by side over the same samples.
+
+    Args:
+        samples: Of all sensors, in the order of arrival.
+        setups: What to run.
+        sensors: Names of the Kinects.
+        extrinsics: Where they stand.
+
+    Returns:
+        By name; one that gave no pose has a series of no length.
+
+    Raises:
+        ParameterError: If the recording's sensors and a setup do not go together.
+    """
+    pipelines = {
+        setup.name: FusionPipeline(
+            FusionParameters(
+                estimator=setup.estimator, use_imus=setup.use_imus, sensors=tuple(sensors)
+            ),
+            extrinsics,
+        )
+        for setup in setups
+    }
+    with_imus = [setup.name for setup in setups if setup.use_imus]
+    estimates: dict[str, list[BodyEstimate]] = {name: [] for name in pipelines}
+    for sample in samples:
+        if isinstance(sample, SkeletonSample):
+            for name, pipeline in pipelines.items():
+                estimates[name] += pipeline.add_skeleton(sample)
+        else:
+            for name in with_imus:
+                estimates[name] += pipelines[name].add_imu(sample)
+    for name, pipeline in pipelines.items():
+        estimates[name] += pipeline.flush()
+    return {name: run_of_estimates(each) for name, each in estimates.items()}
+
+
+def run_of_estimates(estimates: Sequence[BodyEstimate]) -> MethodRun:
+    """Estimates as arrays."""
+    series = series_from_samples(
+        SkeletonSample(
+            stamp_ns=each.stamp_ns,
+            sensor="",
+            person="",
+            positions=each.joints,
+            # The model places every joint, seen or not.
+            tracking_state=np.full(len(each.joints), 2, np.uint8),
+        )
+        for each in estimates
+    )
+    return MethodRun(
+        series=series,
+        estimates=estimate_series(
+            estimates,
+            estimates[0].dof_names if estimates else (),
+            stamps_ns=[each.stamp_ns for each in estimates],
+            sources=[each.source for each in estimates],
+            latencies_s=[(each.newest_ns - each.stamp_ns) * 1e-9 for each in estimates],
+        ),
+    )
+
+
+def _rank(name: str) -> int:
+    order = ("joint_kf", "dof_kf", "li2020", "default", IMU_ALONE)
+    return order.index(name) if name in order else len(order) - 2

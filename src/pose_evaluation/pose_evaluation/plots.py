@@ -1,0 +1,205 @@
+"""Plots of a recording: joint angles over time, errors by angle, bone lengths.
+
+Figures are made without pyplot, so that nothing global is touched and no display is needed.
+Colours are those of Okabe and Ito (2008), which people with any colour vision can tell apart.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from pose_core.body.joint_angles import ANGLES, joint_angles
+from pose_core.errors import InputError
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import MAX_GAP_S, SkeletonSeries
+from pose_evaluation.scores import Evaluation
+from pose_evaluation.stability import BONES, bone_lengths
+
+REFERENCE = "reference"
+STYLE: dict[str, tuple[str, float, str]] = {  # colour, line width [pt], line style
+    REFERENCE: ("#000000", 1.6, "-"),
+    "fused": ("#D55E00", 1.3, "-"),
+    "mean": ("#CC79A7", 0.9, "-"),
+}
+SENSOR_COLOURS = ("#56B4E9", "#009E73", "#F0E442", "#0072B2")
+DPI = 110  # [1/inch]
+BONES_SHOWN = (
+    "left_thigh",
+    "right_thigh",
+    "left_shank",
+    "right_shank",
+    "left_upper_arm",
+    "right_upper_arm",
+    "left_forearm",
+    "right_forearm",
+)
+
+
+def angles_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Figure:
+    """The twelve angles over time, one small plot each.
+
+    Args:
+        title: What is shown; says so where the subject is synthetic.
+        series: Joints by name; ``reference``, ``mean`` and ``fused`` have styles of their own,
+            all others are sensors. Drawn in the order given.
+
+    Raises:
+        InputError: If there is nothing to draw.
+    """
+    begin_ns = _begin_ns(series)
+    figure, plots = _grid_figure(title, rows=6, columns=2, height=13.0)
+    angles = {name: joint_angles(each.positions) for name, each in series.items()}
+    for position, angle in enumerate(ANGLES):
+        # Left side in the left column, as in the table.
+        axes = plots[position % 6][position // 6]
+        for name, each in series.items():
+            _draw(axes, name, list(series), each, begin_ns, np.degrees(angles[name][angle]))
+        axes.set_title(angle.replace("_", " "), fontsize=10, loc="left", pad=3)
+        axes.set_ylabel("[deg]", fontsize=9)
+    _finish(figure, plots)
+    return figure
+
+
+def bone_lengths_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Figure:
+    """Lengths of the limbs' bones over time, one small plot each.
+
+    Args:
+        title: What is shown.
+        series: Joints by name, as for :func:`angles_figure`.
+
+    Raises:
+        InputError: If there is nothing to draw.
+    """
+    begin_ns = _begin_ns(series)
+    figure, plots = _grid_figure(title, rows=4, columns=2, height=9.0)
+    lengths = {name: bone_lengths(each.positions) for name, each in series.items()}
+    for position, bone in enumerate(BONES_SHOWN):
+        axes = plots[position // 2][position % 2]
+        for name, each in series.items():
+            _draw(axes, name, list(series), each, begin_ns, 100.0 * lengths[name][bone])
+        axes.set_title(
+            f"{bone.replace('_', ' ')} ({' to '.join(BONES[bone])})".replace("_", " "),
+            fontsize=10,
+            loc="left",
+            pad=3,
+        )
+        axes.set_ylabel("[cm]", fontsize=9)
+    _finish(figure, plots)
+    return figure
+
+
+def errors_figure(evaluation: Evaluation) -> Figure:
+    """RMSE by angle and method, and their mean, as bars."""
+    figure = Figure(figsize=(11.0, 5.6), dpi=DPI, layout="constrained")
+    axes = figure.add_subplot()
+    names = [method.name for method in evaluation.methods]
+    width = 0.8 / len(names)
+    groups = np.arange(len(ANGLES) + 1.0)
+    groups[-1] += 0.5  # the mean stands apart
+    for index, method in enumerate(evaluation.methods):
+        values = [method.angles[angle].rmse_deg for angle in ANGLES] + [method.mean_rmse_deg]
+        colour, _, _ = style_of(method.name, names)
+        label = f"{method.name} (mean {method.mean_rmse_deg:.1f}°)"
+        axes.bar(
+            groups + (index - 0.5 * (len(names) - 1)) * width,
+            values,
+            0.92 * width,
+            color=colour,
+            label=label,
+        )
+    labels = [angle.replace("_", "\n") for angle in ANGLES] + ["mean"]
+    axes.set_xticks(groups, labels, fontsize=8.5)
+    axes.set_ylabel("RMSE [deg]")
+    axes.margins(x=0.01)
+    axes.grid(axis="y", color="0.85", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(ncols=len(names), frameon=False, fontsize=10, loc="upper left")
+    axes.set_ylim(top=1.12 * axes.get_ylim()[1])
+    subject = ", synthetic subject" if evaluation.synthetic else ""
+    axes.set_title(
+        f"Joint angle error against {evaluation.reference}{subject}", fontsize=12, loc="left"
+    )
+    return figure
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure as a PNG; the same figure gives the same bytes.
+
+    Raises:
+        InputError: If the file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        FigureCanvasAgg(figure).print_png(str(path), metadata={"Software": None})
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+
+def style_of(name: str, names: Sequence[str]) -> tuple[str, float, str]:
+    """Colour, line width [pt] and line style of a method among all those drawn."""
+    if name in STYLE:
+        return STYLE[name]
+    sensors = [other for other in names if other not in STYLE]
+    return SENSOR_COLOURS[sensors.index(name) % len(SENSOR_COLOURS)], 0.9, "-"
+
+
+def _begin_ns(series: Mapping[str, SkeletonSeries]) -> int:
+    begins = [int(each.stamps_ns[0]) for each in series.values() if len(each)]
+    if not begins:
+        raise InputError("nothing to plot: no method has a skeleton")
+    return min(begins)
+
+
+def _draw(
+    axes: Axes,
+    name: str,
+    names: Sequence[str],
+    series: SkeletonSeries,
+    begin_ns: int,
+    values: FloatArray,
+) -> None:
+    """One method's line; broken where samples are missing and where an angle wraps."""
+    times = (series.stamps_ns - begin_ns) * 1e-9
+    breaks = np.flatnonzero(np.diff(times) > MAX_GAP_S) + 1
+    jumps = np.flatnonzero(np.abs(np.diff(values)) > 180.0) + 1
+    breaks = np.union1d(breaks, jumps)
+    colour, width, line = style_of(name, names)
+    axes.plot(
+        np.insert(times, breaks, np.nan),
+        np.insert(values, breaks, np.nan),
+        line,
+        color=colour,
+        linewidth=width,
+        label=name,
+    )
+
+
+def _grid_figure(
+    title: str, rows: int, columns: int, height: float
+) -> tuple[Figure, list[list[Axes]]]:
+    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize=13, x=0.01, ha="left")
+    plots = figure.subplots(rows, columns, sharex=True)
+    return figure, [list(row) for row in plots]
+
+
+def _finish(figure: Figure, plots: list[list[Axes]]) -> None:
+    for axes in (axes for row in plots for axes in row):
+        axes.grid(color="0.88", linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(labelsize=9)
+        axes.margins(x=0.005)
+    for axes in plots[-1]:
+        axes.set_xlabel("time [s]", fontsize=10)
+    handles, labels = plots[0][0].get_legend_handles_labels()
+    legend = figure.legend(
+        handles, labels, loc="outside upper right", ncols=len(labels), frameon=False, fontsize=11
+    )
+    for line in legend.get_lines():
+        line.set_linewidth(2.5)
+    figure.align_ylabels()

@@ -1,0 +1,89 @@
+"""Range of motion, peaks and left/right symmetry of the angles.
+
+All on the angle after a low-pass filter without phase (Butterworth, 4th order forward and back,
+6 Hz: Winter, Biomechanics and Motor Control of Human Movement), so that noise makes no peaks.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from pose_core.body.joint_angles import ANGLES
+from pose_core.streams.angle_series import AngleSeries
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import IntArray
+
+RATE = 100.0  # [Hz]
+CUTOFF = 6.0  # [Hz]
+LONGEST_GAP_S = 0.5  # [s] in which a filtered angle is bridged
+SMALL = 5.0  # [deg] a smaller range has no symmetry worth the name
+
+
+@dataclass(frozen=True, kw_only=True)
+class AngleRange:
+    """How far one angle went; NaN where it was never known."""
+
+    lowest_deg: float  # [deg]
+    lowest_s: float  # [s] since the first instant
+    highest_deg: float  # [deg]
+    highest_s: float  # [s] since the first instant
+
+    @property
+    def range_deg(self) -> float:
+        """Range of motion [deg]."""
+        return self.highest_deg - self.lowest_deg
+
+
+def ranges_of_motion(series: AngleSeries, begin_ns: int) -> dict[str, AngleRange]:
+    """Extremes of each angle, timed [s] from ``begin_ns``."""
+    stamps_ns, smooth = smoothed(series)
+    times_s = np.asarray((stamps_ns - begin_ns) * 1e-9, float)
+    return {name: _range(np.degrees(smooth[name]), times_s) for name in ANGLES}
+
+
+def symmetry_index_percent(left: float, right: float) -> float:
+    """(left − right) over their mean [%]: Robinson et al. (1987), J Manip Physiol Ther 10:172.
+
+    0 is symmetric, positive says that the left is larger. NaN where both are small.
+    """
+    mean = 0.5 * (abs(left) + abs(right))
+    return 100.0 * (left - right) / mean if mean > SMALL else np.nan
+
+
+def smoothed(series: AngleSeries) -> tuple[IntArray, dict[str, FloatArray]]:
+    """The angles at 100 Hz through the low-pass filter.
+
+    Returns:
+        Instants [ns] and angles [rad] by name; NaN beside gaps of more than 0.5 s.
+    """
+    if len(series) == 0:
+        return np.zeros(0, np.int64), {name: np.zeros(0) for name in ANGLES}
+    step_ns = round(1e9 / RATE)
+    stamps_ns = np.arange(series.stamps_ns[0], series.stamps_ns[-1] + 1, step_ns, dtype=np.int64)
+    angles = series.at(stamps_ns, LONGEST_GAP_S)
+    return stamps_ns, {name: _low_pass(values) for name, values in angles.items()}
+
+
+def _low_pass(values: FloatArray) -> FloatArray:
+    """Filter each stretch without NaN by itself; what is too short to be filtered stays."""
+    sections = butter(2, CUTOFF, fs=RATE, output="sos")  # twice over: 4th order
+    result = values.copy()
+    known = np.flatnonzero(np.isfinite(values))
+    for stretch in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+        if len(stretch) > round(RATE / CUTOFF):
+            padding = min(len(stretch) - 1, round(RATE / 2))
+            result[stretch] = sosfiltfilt(sections, values[stretch], padtype="even", padlen=padding)
+    return result
+
+
+def _range(degrees: FloatArray, times_s: FloatArray) -> AngleRange:
+    if not np.isfinite(degrees).any():
+        return AngleRange(lowest_deg=np.nan, lowest_s=np.nan, highest_deg=np.nan, highest_s=np.nan)
+    low, high = int(np.nanargmin(degrees)), int(np.nanargmax(degrees))
+    return AngleRange(
+        lowest_deg=float(degrees[low]),
+        lowest_s=float(times_s[low]),
+        highest_deg=float(degrees[high]),
+        highest_s=float(times_s[high]),
+    )

@@ -1,0 +1,252 @@
+"""How far each method is from a reference: angles, joint positions, steadiness.
+
+Every method is judged by the joint positions it gives, with the same code: angles of
+``joint_angles``, after one time shift for the whole recording; Pearson's r, RMSE and bias modulo
+360°; mean joint position error after one rigid alignment of the whole recording.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pose_core.body.joint_angles import ANGLES, joint_angles, unwrapped, wrapped
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.angle_series import (
+    AngleSeries,
+    angle_series,
+    without_sideways_flexion,
+)
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import SkeletonSeries
+from pose_evaluation.stability import bone_length_sd_mm, rms_jerk
+from pose_evaluation.time_shift import STILL, estimate_angle_shift
+from pose_io.references.reference import Reference
+
+ReferenceSeries = SkeletonSeries | AngleSeries | Reference
+MIN_OVERLAP_S = 1.0  # [s] of common time, below which there is nothing to evaluate
+
+
+@dataclass(frozen=True, kw_only=True)
+class AngleScore:
+    """How well one angle follows the reference; NaN where there is nothing to tell."""
+
+    r: float  # [-] Pearson's correlation; NaN where the reference moves by less than 1° (SD)
+    rmse_deg: float  # [deg]
+    bias_deg: float  # [deg] mean of method − reference
+    samples: int  # [-] instants compared
+
+    @property
+    def sd_deg(self) -> float:
+        """Standard deviation of the differences [deg], n − 1 in the denominator."""
+        if self.samples < 2:
+            return np.nan
+        variance = max(self.rmse_deg**2 - self.bias_deg**2, 0.0)
+        return float(np.sqrt(variance * self.samples / (self.samples - 1)))
+
+    @property
+    def limits_of_agreement_deg(self) -> tuple[float, float]:
+        """Bias ∓ 1.96 standard deviations [deg]: Bland & Altman (1986), Lancet 327:307."""
+        return self.bias_deg - 1.96 * self.sd_deg, self.bias_deg + 1.96 * self.sd_deg
+
+
+@dataclass(frozen=True, kw_only=True)
+class MethodScores:
+    """Everything measured of one method."""
+
+    name: str
+    angles: Mapping[str, AngleScore]  # by angle
+    joint_error_mm: Mapping[str, float]  # [mm] by joint, after one rigid alignment
+    bone_sd_mm: Mapping[str, float]  # [mm] standard deviation by bone
+    jerk: Mapping[str, float]  # [m/s³] RMS by joint
+    shift_s: float  # [s] how late the method's stamps are against the reference
+    coverage: float  # [-] share of the reference's instants that the method has a skeleton for
+
+    @property
+    def mean_rmse_deg(self) -> float:
+        """Mean RMSE over the angles [deg]."""
+        return mean_known([score.rmse_deg for score in self.angles.values()])
+
+    @property
+    def mean_r(self) -> float:
+        """Mean correlation over the angles that move."""
+        return mean_known([score.r for score in self.angles.values()])
+
+    @property
+    def mean_absolute_bias_deg(self) -> float:
+        """Mean size of the bias over the angles [deg]."""
+        return mean_known([abs(score.bias_deg) for score in self.angles.values()])
+
+    @property
+    def mpjpe_mm(self) -> float:
+        """Mean error over the joints [mm]."""
+        return mean_known(list(self.joint_error_mm.values()))
+
+    @property
+    def mean_bone_sd_mm(self) -> float:
+        """Mean standard deviation of bone lengths [mm]."""
+        return mean_known(list(self.bone_sd_mm.values()))
+
+    @property
+    def mean_jerk(self) -> float:
+        """Mean RMS jerk over the joints [m/s³]."""
+        return mean_known(list(self.jerk.values()))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """All methods against one reference, over the time that all have in common."""
+
+    reference: str  # what the reference is, for people
+    synthetic: bool  # whether the subject is a simulated one
+    duration_s: float  # [s] evaluated
+    methods: tuple[MethodScores, ...]
+
+    def method(self, name: str) -> MethodScores:
+        """One method's scores by its name."""
+        return next(method for method in self.methods if method.name == name)
+
+
+def evaluate(
+    methods: Mapping[str, SkeletonSeries],
+    reference: ReferenceSeries,
+    *,
+    reference_name: str,
+    synthetic: bool = False,
+) -> Evaluation:
+    """Compare methods with a reference, alike, over the time that all of them cover.
+
+    Args:
+        methods: Each method's joints, in any frame, by name.
+        reference: The reference's joints; or its angles; or angles and joints.
+        reference_name: What it is.
+        synthetic: Whether the subject is a simulated one.
+
+    Raises:
+        InputError: If they do not overlap for at least a second.
+    """
+    window = common_window(reference, methods)
+    duration_s = float(window.stamps_ns[-1] - window.stamps_ns[0]) * 1e-9
+    scores = tuple(score_method(name, series, window) for name, series in methods.items())
+    return Evaluation(
+        reference=reference_name, synthetic=synthetic, duration_s=duration_s, methods=scores
+    )
+
+
+def common_window(
+    reference: ReferenceSeries, methods: Mapping[str, SkeletonSeries]
+) -> ReferenceSeries:
+    """The part of the reference that every method covers from its first to its last sample.
+
+    Raises:
+        InputError: If that is less than a second.
+    """
+    everything = {"the reference": reference.stamps_ns}
+    everything |= {name: series.stamps_ns for name, series in methods.items()}
+    for name, stamps_ns in everything.items():
+        if len(stamps_ns) == 0:
+            raise InputError(f"{name} has no skeletons: nothing to evaluate")
+    begin_ns = max(int(stamps_ns[0]) for stamps_ns in everything.values())
+    end_ns = min(int(stamps_ns[-1]) for stamps_ns in everything.values())
+    if end_ns - begin_ns < MIN_OVERLAP_S * 1e9:
+        zero_ns = reference.stamps_ns[0]
+        spans = ", ".join(
+            f"{name} {(stamps_ns[0] - zero_ns) * 1e-9:.1f} to "
+            f"{(stamps_ns[-1] - zero_ns) * 1e-9:.1f} s"
+            for name, stamps_ns in everything.items()
+        )
+        raise InputError(f"the recordings do not overlap for {MIN_OVERLAP_S:g} s: {spans}")
+    return reference.between(begin_ns, end_ns)
+
+
+def score_method(name: str, series: SkeletonSeries, reference: ReferenceSeries) -> MethodScores:
+    """Compare one method with a reference, at the reference's instants inside their overlap."""
+    known, joints = _angles_and_joints(reference)
+    shift_s = estimate_angle_shift(angle_series(series), known)
+    positions = series.shifted(-shift_s).at(reference.stamps_ns)
+    expected, found = without_sideways_flexion(known.angles), joint_angles(positions)
+    own = series.between(int(reference.stamps_ns[0]), int(reference.stamps_ns[-1]))
+    errors = dict.fromkeys(JOINT_INDEX, np.nan)
+    return MethodScores(
+        name=name,
+        angles={angle: score_angle(found[angle], expected[angle]) for angle in ANGLES},
+        joint_error_mm=errors
+        if joints is None
+        else joint_errors_mm(positions, joints.at(reference.stamps_ns)),
+        bone_sd_mm=bone_length_sd_mm(own.positions),
+        jerk=rms_jerk(own),
+        shift_s=shift_s,
+        coverage=float(np.mean(np.any(known_joints(positions), axis=1))),
+    )
+
+
+def _angles_and_joints(reference: ReferenceSeries) -> tuple[AngleSeries, SkeletonSeries | None]:
+    if isinstance(reference, SkeletonSeries):
+        return angle_series(reference), reference
+    if isinstance(reference, AngleSeries):
+        return reference, None
+    return reference.angles, reference.skeleton
+
+
+def score_angle(found: FloatArray, expected: FloatArray) -> AngleScore:
+    """Compare two series of one angle [rad], shape (n,); instants with a NaN are left out."""
+    known = np.isfinite(found) & np.isfinite(expected)
+    count = int(known.sum())
+    if count < 2:
+        return AngleScore(r=np.nan, rmse_deg=np.nan, bias_deg=np.nan, samples=count)
+    expected = unwrapped(expected[known])
+    error = wrapped(found[known] - expected)
+    followed = expected + error  # the method's angle on the reference's turn
+    moves = expected.std() > STILL and followed.std() > 0.0
+    return AngleScore(
+        r=float(np.corrcoef(followed, expected)[0, 1]) if moves else np.nan,
+        rmse_deg=float(np.degrees(np.sqrt(np.mean(error**2)))),
+        bias_deg=float(np.degrees(error.mean())),
+        samples=count,
+    )
+
+
+def joint_errors_mm(positions: FloatArray, reference: FloatArray) -> dict[str, float]:
+    """Mean distance [mm] by joint after one rigid alignment of the whole recording.
+
+    Args:
+        positions: Joint positions [m] in any frame, shape (n, 15, 3).
+        reference: Those of the reference at the same instants, shape (n, 15, 3).
+    """
+    known = known_joints(positions) & known_joints(reference)
+    if known.sum() < 3:
+        return dict.fromkeys(JOINT_INDEX, np.nan)
+    aligned = rigidly_aligned(positions, reference)
+    distance = 1000.0 * np.linalg.norm(aligned - reference, axis=2)
+    return {
+        name: float(distance[known[:, index], index].mean()) if known[:, index].any() else np.nan
+        for name, index in JOINT_INDEX.items()
+    }
+
+
+def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
+    """Positions moved by the one rotation and translation that bring them closest to a target.
+
+    Both (n, 15, 3) [m]; pairs with a NaN do not count. At least three known pairs are needed.
+    """
+    known = known_joints(positions) & known_joints(target)
+    source_mean, target_mean = positions[known].mean(axis=0), target[known].mean(axis=0)
+    # Umeyama (1991), without scale.
+    rotation, _ = Rotation.align_vectors(
+        target[known] - target_mean, positions[known] - source_mean
+    )
+    return (positions - source_mean) @ rotation.as_matrix().T + target_mean
+
+
+def known_joints(positions: FloatArray) -> NDArray[np.bool_]:
+    """Which joints have a position, shape (n, 15)."""
+    return np.asarray(np.isfinite(positions).all(axis=2))
+
+
+def mean_known(values: list[float]) -> float:
+    """Mean of what is not NaN; NaN if nothing is left."""
+    known = np.array(values)[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan

@@ -1,0 +1,73 @@
+"""How steady a skeleton is, without a reference: bone lengths and jerk."""
+
+import numpy as np
+
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import SkeletonSeries
+
+BONES: dict[str, tuple[str, str]] = {
+    "neck": ("neck", "head"),
+    **{
+        f"{side}_{bone}": (f"{side}_{top}", f"{side}_{end}")
+        for side in SIDES
+        for bone, top, end in (
+            ("upper_arm", "shoulder", "elbow"),
+            ("forearm", "elbow", "hand"),
+            ("thigh", "hip", "knee"),
+            ("shank", "knee", "foot"),
+        )
+    },
+    "shoulders": ("left_shoulder", "right_shoulder"),
+    "hips": ("left_hip", "right_hip"),
+}
+"""Pairs of joints whose distance does not change, on a body."""
+
+JERK_RATE = 30.0  # [Hz] at which jerk is measured: it grows with the rate's cube
+
+
+def bone_lengths(positions: FloatArray) -> dict[str, FloatArray]:
+    """Length [m] of each bone (:data:`BONES`), shape (n,), from positions (n, 15, 3)."""
+    return {
+        bone: np.linalg.norm(
+            positions[:, JOINT_INDEX[end]] - positions[:, JOINT_INDEX[top]], axis=1
+        )
+        for bone, (top, end) in BONES.items()
+    }
+
+
+def bone_length_sd_mm(positions: FloatArray) -> dict[str, float]:
+    """Standard deviation [mm] of each bone's length; NaN for a bone never seen."""
+    return {bone: 1000.0 * _sd(length) for bone, length in bone_lengths(positions).items()}
+
+
+def bone_length_cv_percent(positions: FloatArray) -> dict[str, float]:
+    """Coefficient of variation [%] of each bone's length: its SD over its mean."""
+    return {bone: _cv_percent(length) for bone, length in bone_lengths(positions).items()}
+
+
+def rms_jerk(series: SkeletonSeries) -> dict[str, float]:
+    """RMS jerk [m/s³] of each joint: third differences of its position at 30 Hz.
+
+    Instants next to a gap or an unknown position are left out; NaN where none is left.
+    """
+    differences = [
+        np.diff(positions, n=3, axis=0) * JERK_RATE**3 for positions in series.on_grids(JERK_RATE)
+    ]
+    squared = np.sum(np.concatenate([np.zeros((0, 15, 3)), *differences]) ** 2, axis=2)
+    return {name: float(np.sqrt(_mean(squared[:, index]))) for name, index in JOINT_INDEX.items()}
+
+
+def _mean(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else np.nan
+
+
+def _sd(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(known.std()) if len(known) else np.nan
+
+
+def _cv_percent(values: FloatArray) -> float:
+    mean = _mean(values)
+    return 100.0 * _sd(values) / mean if mean > 0.0 else np.nan

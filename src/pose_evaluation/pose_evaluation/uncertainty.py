@@ -1,0 +1,93 @@
+"""How honest a method's own uncertainty is: how often the truth lies within 1 and 2 σ of it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.body.joint_angles import ANGLES, joint_angles, wrapped
+from pose_core.streams.angle_series import AngleSeries, without_sideways_flexion
+from pose_core.streams.estimate_series import EstimateSeries
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.series import IntArray, SkeletonSeries
+
+NORMAL_SHARE = (0.6827, 0.9545)  # [-] of a normal distribution within 1 and 2 σ
+
+
+@dataclass(frozen=True, kw_only=True)
+class Coverage:
+    """Shares of one angle's errors that are smaller than the published uncertainty."""
+
+    within_1: float  # [-] of the instants
+    within_2: float  # [-] of the instants
+    mean_stddev_deg: float  # [deg] published
+    samples: int  # [-]
+
+
+def uncertainty_coverage(
+    series: SkeletonSeries, estimates: EstimateSeries, reference: AngleSeries, shift_s: float
+) -> dict[str, Coverage]:
+    """Compare the errors of the angles with the standard deviations published for them.
+
+    Args:
+        series: The method's joints, whose angles are judged.
+        estimates: What it says of its degrees of freedom; those named as the angles count.
+        reference: The true angles.
+        shift_s: How late the method's stamps are [s].
+
+    Returns:
+        By angle; angles without a standard deviation or a reference are left out.
+    """
+    stamps_ns = estimates.stamps_ns - round(shift_s * 1e9)
+    expected = without_sideways_flexion(reference.at(stamps_ns))
+    found = joint_angles(series.at(estimates.stamps_ns))
+    result = {}
+    for angle in ANGLES:
+        if angle not in estimates.names:
+            continue
+        stddev = estimates.position_stddev[:, estimates.names.index(angle)]
+        error = np.abs(wrapped(found[angle] - expected[angle]))
+        known = np.isfinite(error) & np.isfinite(stddev)
+        if known.any():
+            result[angle] = _coverage(error[known], stddev[known])
+    return result
+
+
+def mean_coverage(coverage: dict[str, Coverage]) -> Coverage:
+    """All angles' errors together."""
+    count = sum(each.samples for each in coverage.values())
+
+    def mean(field: str) -> float:
+        total = sum(getattr(each, field) * each.samples for each in coverage.values())
+        return float(total / count) if count else np.nan
+
+    return Coverage(
+        within_1=mean("within_1"),
+        within_2=mean("within_2"),
+        mean_stddev_deg=mean("mean_stddev_deg"),
+        samples=count,
+    )
+
+
+def stddev_at(estimates: EstimateSeries, angle: str, stamps_ns: IntArray) -> FloatArray:
+    """Published standard deviation [rad] of an angle at other instants; NaN where unknown."""
+    if angle not in estimates.names or len(estimates.stamps_ns) == 0:
+        return np.full(len(stamps_ns), np.nan)
+    begin_ns = int(estimates.stamps_ns[0])
+    return np.asarray(
+        np.interp(
+            (stamps_ns - begin_ns).astype(float),
+            (estimates.stamps_ns - begin_ns).astype(float),
+            estimates.position_stddev[:, estimates.names.index(angle)],
+            left=np.nan,
+            right=np.nan,
+        )
+    )
+
+
+def _coverage(error: FloatArray, stddev: FloatArray) -> Coverage:
+    return Coverage(
+        within_1=float(np.mean(error <= stddev)),
+        within_2=float(np.mean(error <= 2.0 * stddev)),
+        mean_stddev_deg=float(np.degrees(stddev.mean())),
+        samples=len(error),
+    )

@@ -1,8 +1,0 @@
-"""Numbers in the text files that describe a body."""
-
-from pose_fusion.streams.samples import FloatArray
-
-
-def plain_numbers(values: FloatArray) -> str:
-    """Numbers side by side, as XML and BVH files have them; never a negative zero."""
-    return " ".join(f"{float(value) + 0.0:.5f}" for value in values)

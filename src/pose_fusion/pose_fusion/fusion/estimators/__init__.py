@@ -1,1 +1,0 @@
-"""The estimators by name; each a file, listed in :mod:`pose_fusion.fusion.estimators.registry`."""

@@ -1,1 +1,0 @@
-"""What sensors say: samples, series of them, their alignment in time, and bags of them."""

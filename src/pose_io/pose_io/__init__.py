@@ -1,0 +1,1 @@
+"""Bags, recordings, references and exports, without ROS."""

@@ -1,0 +1,189 @@
+"""What a bag holds, as samples: skeletons, IMUs, extrinsics and the fused output.
+
+Works on the messages of ``pose_io.bags``, and needs no ROS.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.streams.estimate_series import EstimateSeries, estimate_series
+from pose_core.streams.person_selection import PersonSelector
+from pose_core.streams.samples import FloatArray, ImuBlock, SkeletonSample
+from pose_core.streams.series import SkeletonSeries, series_from_samples
+from pose_io.bags import BagMessage, BagReader
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
+from pose_io.mcap import Entry
+from pose_io.skeleton_messages import skeleton_sample, stamp_ns
+from pose_io.static_transforms import transforms_to_map
+from pose_io.topics import body_topic, imu_topics, sensor_topics
+
+Progress = Callable[[float], None]
+"""Called with the share of the bag that has been read, 0 to 1."""
+
+
+class BagSamples:
+    """The sensors' samples of one person, in the order in which the bag recorded them.
+
+    Iterating reads on as it is asked: memory does not depend on the bag's length.
+
+    Args:
+        bag: An open bag.
+        person: The id of the person to follow in all sensors; see :class:`PersonSelector`.
+        progress: Called now and then.
+        selector: How the person is chosen, instead of by ``person``.
+        imus: Read the IMUs too.
+
+    Raises:
+        InputError: If the bag holds no skeletons, or is damaged.
+    """
+
+    def __init__(
+        self,
+        bag: BagReader,
+        person: str = "",
+        progress: Progress | None = None,
+        *,
+        selector: PersonSelector | None = None,
+        imus: bool = True,
+    ) -> None:
+        self._bag = bag
+        self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
+        self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
+        self._progress = progress or (lambda _: None)
+        self._selector = selector or PersonSelector(person)
+        self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
+        self.person_counters = self._selector.counters
+        self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
+        topics = (*self._sensors, *self._imus)
+        self._as_ours = {t for t in topics if bag.is_defined_as_ours(bag.topics[t].msgtype)}
+        if not self._sensors:
+            raise InputError(
+                f"{bag.path} holds no skeletons: expected topics kinect_<name>/skeletons of "
+                f"pose_msgs/SkeletonArray, found {', '.join(sorted(bag.topics))}"
+            )
+
+    def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
+        span_ns = max(1, self._bag.end_ns - self._bag.start_ns)
+        for batch in self._bag.batches([*self._sensors, *self._imus]):
+            self._progress((batch[0][1] - self._bag.start_ns) / span_ns)
+            yield from self._in_turns(batch)
+        self._progress(1.0)
+
+    def _in_turns(self, batch: list[Entry]) -> Iterator[SkeletonSample | ImuBlock]:
+        """The batch's samples: IMUs' that came between two frames together."""
+        places: dict[str, list[int]] = defaultdict(list)
+        for place, (connection, _, _) in enumerate(batch):
+            places[connection.topic].append(place)
+        block, block_places = self._imu_rows(batch, places)
+        frames = sorted(
+            (place, persons)
+            for topic in self._sensors
+            for place, persons in self._frames(topic, batch, places[topic])
+        )
+        stops = np.searchsorted(block_places, [place for place, _ in frames]).tolist()
+        start = 0
+        for stop, (_, persons) in zip(stops, frames, strict=True):
+            if start < stop:
+                yield block.rows(slice(start, stop))
+                start = stop
+            sample = self._person(persons)
+            if sample is not None:
+                yield sample
+        if start < len(block):
+            yield block.rows(slice(start, None))
+
+    def _imu_rows(
+        self, batch: list[Entry], places: Mapping[str, list[int]]
+    ) -> tuple[ImuBlock, NDArray[np.intp]]:
+        """All IMUs' samples in the order of their recording, and their places in the batch."""
+        own = {topic: places.get(topic, []) for topic in self._imus}
+        datas = {s: self._bytes(topic, batch, own[topic]) for topic, s in self._imus.items()}
+        block, rows = imu_block(datas)
+        place = np.array([place for each in own.values() for place in each], np.intp)
+        self.counters.add("imu", len(place))
+        self.counters.add("imu_without_orientation", len(place) - len(rows))
+        order = np.argsort(place[rows])
+        return block.rows(order), place[rows][order]
+
+    def _frames(
+        self, topic: str, batch: list[Entry], places: list[int]
+    ) -> Iterable[tuple[int, Persons | InputError]]:
+        datas = self._bytes(topic, batch, places)
+        return zip(places, self._readers[topic].read(datas), strict=True)
+
+    def _person(self, persons: Persons | InputError) -> SkeletonSample | None:
+        self.counters.add("frames")
+        if isinstance(persons, InputError):
+            self.counters.add("malformed_frames")
+            return None
+        return self._selector.select(persons)
+
+    def _bytes(self, topic: str, batch: list[Entry], places: list[int]) -> list[bytes]:
+        """The messages of a topic; those of another definition as ours would be."""
+        if topic in self._as_ours:
+            return [batch[place][2] for place in places]
+        messages = (
+            BagMessage(topic=topic, msgtype=each.msgtype, stamp_ns=stamp_ns, data=data)
+            for each, stamp_ns, data in (batch[place] for place in places)
+        )
+        return [self._bag.in_our_bytes(message) for message in messages]
+
+
+def read_sensor_series(bag: BagReader, person: str = "") -> dict[str, SkeletonSeries]:
+    """Every sensor's view of the person, each in the sensor's own frame, by sensor name."""
+    samples: dict[str, list[SkeletonSample]] = {name: [] for name in sensor_topics(bag)}
+    for sample in BagSamples(bag, person, imus=False):
+        if isinstance(sample, SkeletonSample):
+            samples[sample.sensor].append(sample)
+    return {name: series_from_samples(each) for name, each in samples.items()}
+
+
+def read_body_series(bag: BagReader, body: str = "", namespace: str = "") -> SkeletonSeries:
+    """A body's skeleton in ``map``: fused, or the truth of a synthetic subject.
+
+    Raises:
+        InputError: If the bag holds none.
+    """
+    topic = body_topic(bag, "skeleton", body, namespace)
+    if topic is None:
+        raise InputError(
+            f"{bag.path} holds no {namespace}/humans/bodies/{body or '<id>'}/skeleton: "
+            f"found {', '.join(sorted(bag.topics))}"
+        )
+    return series_from_samples(
+        skeleton_sample(bag.deserialize(message), "") for message in bag.messages([topic])
+    )
+
+
+def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
+    """The ``estimate`` messages of a body; of no rows if the bag holds none."""
+    topic = body_topic(bag, "estimate", body)
+    messages = [] if topic is None else [bag.deserialize(m) for m in bag.messages([topic])]
+    names = tuple(messages[0].name) if messages else ()
+    messages = [m for m in messages if tuple(m.name) == names]
+    return estimate_series(
+        messages,
+        names,
+        stamps_ns=[stamp_ns(message.header) for message in messages],
+        sources=[message.state for message in messages],
+        latencies_s=[message.latency for message in messages],
+    )
+
+
+def read_extrinsics(bag: BagReader, topic: str = "/tf_static") -> dict[str, FloatArray]:
+    """``T_map_sensor``, (4, 4), of each Kinect in the static transforms, by sensor name.
+
+    The last transform of a frame counts. Sensors without a path to ``map`` are left out; no
+    transforms at all give an empty result.
+    """
+    return transforms_to_map(
+        transform
+        for message in bag.messages([topic])
+        for transform in bag.deserialize(message).transforms
+    )

@@ -1,0 +1,239 @@
+"""Writing rosbags (rosbag2: MCAP or sqlite3) without ROS."""
+
+import os
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys.store import Typestore
+
+from pose_core.errors import InputError, one_line
+from pose_io import mcap
+from pose_io.background_file import BackgroundFile
+from pose_io.typestore import make_typestore, register_package
+
+STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
+INFINITE = QosTime(9223372036, 854775807)  # RMW_DURATION_INFINITE
+
+
+class BagWriter:
+    """Writes a bag that appears at its path only when it is complete.
+
+    Until :meth:`close` the bag grows in a hidden folder beside ``path``; :meth:`abort`, or an
+    error inside the ``with`` block, removes it. The same calls give the same bytes. Definitions of
+    all messages go into the bag.
+
+    Args:
+        path: Folder to make.
+        storage: ``mcap`` or ``sqlite3``.
+        typestore: Definitions of the messages; :func:`make_typestore` if None. Types of other
+            installed packages are looked up when they are first written.
+
+    Raises:
+        InputError: If the path exists, its parent cannot be written, or the storage is unknown.
+    """
+
+    def __init__(
+        self, path: Path | str, storage: str = "mcap", typestore: Typestore | None = None
+    ) -> None:
+        self.path = Path(path)
+        self.typestore = typestore or make_typestore()
+        self.message_count = 0
+        if storage not in STORAGES:
+            raise InputError(f"unknown storage '{storage}': expected one of {', '.join(STORAGES)}")
+        if self.path.exists():
+            raise InputError(f"{self.path} exists already: name another one, or remove it first")
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            # rosbag2 names the files inside after the folder: only the parent's name is temporary.
+            self._hidden = Path(
+                tempfile.mkdtemp(prefix=f".{self.path.name}.partial-", dir=self.path.parent)
+            )
+        except OSError as error:
+            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
+        self._writer = Writer(
+            self._hidden / self.path.name, version=9, storage_plugin=STORAGES[storage]
+        )
+        self._writer.open()
+        opened = self._writer.storage
+        if isinstance(opened, McapWriter):
+            opened.bio = cast(Any, BackgroundFile(opened.bio))
+        self._connections: dict[str, Connection] = {}
+
+    def add_topic(
+        self,
+        topic: str,
+        msgtype: str,
+        *,
+        latched: bool = False,
+        reliable: bool = True,
+        depth: int = 10,
+    ) -> None:
+        """Declare a topic; :meth:`write` does so by itself for a topic with the default QoS.
+
+        Args:
+            topic: Fully qualified name.
+            msgtype: For example ``pose_msgs/msg/Skeleton``.
+            latched: Transient local: a player offers it to late subscribers.
+            reliable: Reliable, or best effort.
+            depth: Length of the publisher's queue.
+
+        Raises:
+            InputError: If the message type is unknown, or the topic already has another one.
+        """
+        known = self._connections.get(topic)
+        if known is not None:
+            if known.msgtype != msgtype:
+                raise InputError(f"{topic} carries {known.msgtype}, and now {msgtype} too")
+            return
+        if msgtype not in self.typestore.types:
+            register_package(self.typestore, msgtype.split("/")[0])
+        if msgtype not in self.typestore.types:
+            raise InputError(f"unknown message type '{msgtype}' on {topic}")
+        self._connections[topic] = self._writer.add_connection(
+            topic,
+            msgtype,
+            typestore=self.typestore,
+            offered_qos_profiles=[_qos(latched=latched, reliable=reliable, depth=depth)],
+        )
+
+    def write(self, topic: str, message: Any, stamp_ns: int) -> None:
+        """Append a message of the typestore, recorded at ``stamp_ns`` [ns]."""
+        msgtype = message.__msgtype__
+        data = self.typestore.serialize_cdr(message, msgtype)
+        self.write_serialized(topic, msgtype, data, stamp_ns)
+
+    def write_serialized(
+        self, topic: str, msgtype: str, data: bytes | memoryview, stamp_ns: int
+    ) -> None:
+        """Append a message's CDR bytes as they are, recorded at ``stamp_ns`` [ns].
+
+        Raises:
+            InputError: If the disk cannot take it, or as of :meth:`add_topic`.
+        """
+        if topic not in self._connections or self._connections[topic].msgtype != msgtype:
+            self.add_topic(topic, msgtype)
+        try:
+            self._writer.write(self._connections[topic], stamp_ns, data)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unwritable(error) from error
+        self.message_count += 1
+
+    def write_rows(
+        self,
+        topics: Mapping[str, str],
+        stamps_ns: NDArray[np.int64],
+        rows: Sequence[NDArray[np.uint8]],
+    ) -> None:
+        """Append many messages of some topics, at each stamp one of every topic, in their order.
+
+        Args:
+            topics: Types of the topics.
+            stamps_ns: When they were recorded [ns], shape (n,).
+            rows: CDR bytes of each topic's messages, shape (n, bytes).
+
+        Raises:
+            InputError: As of :meth:`write_serialized`.
+        """
+        storage = self._writer.storage
+        if not isinstance(storage, McapWriter):
+            for row, stamp_ns in enumerate(stamps_ns.tolist()):
+                for (topic, msgtype), data in zip(topics.items(), rows, strict=True):
+                    self.write_serialized(topic, msgtype, data[row].tobytes(), stamp_ns)
+            return
+        for topic, msgtype in topics.items():
+            self.add_topic(topic, msgtype)
+        connections = [self._connections[topic] for topic in topics]
+        try:
+            mcap.append_rows(storage, connections, stamps_ns, rows)
+        except OSError as error:
+            raise self._unwritable(error) from error
+        writer, count = self._writer, len(stamps_ns)
+        writer.min_timestamp = min(int(stamps_ns.min()), writer.min_timestamp)
+        writer.max_timestamp = max(int(stamps_ns.max()), writer.max_timestamp)
+        for connection in connections:
+            writer.counts[connection.id] += count
+        self.message_count += count * len(connections)
+
+    def _unwritable(self, error: Exception) -> InputError:
+        reason = (error.strerror if isinstance(error, OSError) else None) or one_line(error)
+        return InputError(f"cannot write {self.path}: {reason}")
+
+    def close(self) -> None:
+        """Complete the bag and move it to its path.
+
+        Raises:
+            InputError: If something else was put at the path meanwhile, or the disk cannot take
+                the end; the bag is then removed.
+        """
+        try:
+            self._writer.close()
+            # Renaming onto an empty folder would succeed.
+            if self.path.exists():
+                raise InputError(f"{self.path} was made by someone else while the bag was written")
+            os.rename(self._hidden / self.path.name, self.path)
+        except (OSError, sqlite3.Error) as error:
+            raise self._unwritable(error) from error
+        finally:
+            shutil.rmtree(self._hidden, ignore_errors=True)
+
+    def abort(self) -> None:
+        """Remove what was written."""
+        try:
+            with suppress(OSError):  # what cannot be written need not be
+                self._writer.abort()
+        finally:
+            shutil.rmtree(self._hidden, ignore_errors=True)
+
+    def __enter__(self) -> "BagWriter":
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.abort()
+
+
+def write_bag(
+    path: Path | str,
+    messages: Iterable[tuple[str, Any, int]],
+    *,
+    storage: str = "mcap",
+    typestore: Typestore | None = None,
+) -> None:
+    """Write (topic, message, stamp_ns) into a new bag, ordered by stamp, ties as given."""
+    with BagWriter(path, storage=storage, typestore=typestore) as bag:
+        for topic, message, stamp_ns in sorted(messages, key=lambda entry: entry[2]):
+            bag.write(topic, message, stamp_ns)
+
+
+def _qos(*, latched: bool, reliable: bool, depth: int) -> Qos:
+    return Qos(
+        QosHistory.KEEP_LAST,
+        depth,
+        QosReliability.RELIABLE if reliable else QosReliability.BEST_EFFORT,
+        QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE,
+        INFINITE,
+        INFINITE,
+        QosLiveliness.AUTOMATIC,
+        INFINITE,
+        False,
+    )

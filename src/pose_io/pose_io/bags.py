@@ -1,0 +1,240 @@
+"""Reading rosbags (rosbag2: MCAP or sqlite3) without ROS.
+
+Messages are the dataclasses of a rosbags typestore (``typestore.types["pose_msgs/msg/Skeleton"]``)
+or serialised CDR bytes; both have the same fields as the ROS messages.
+"""
+
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection, Nodetype, Qos, QosDurability
+from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
+from rosbags.typesys.store import Typestore
+
+from pose_core.errors import InputError, one_line
+from pose_io import mcap
+from pose_io.mcap import Entry
+from pose_io.typestore import make_typestore
+
+BATCH = 2000  # [messages] that are read at a time where there are no chunks
+
+
+@dataclass(frozen=True, kw_only=True)
+class Topic:
+    """What a bag says of one topic."""
+
+    name: str
+    msgtype: str  # for example pose_msgs/msg/Skeleton
+    count: int  # [messages]
+    latched: bool  # transient local: late subscribers want it too
+    offered: tuple[Qos, ...] = ()  # what the recorded publishers offered
+
+
+@dataclass(frozen=True, kw_only=True)
+class BagMessage:
+    """One serialised message, as it stands in the bag."""
+
+    topic: str
+    msgtype: str
+    stamp_ns: int  # [ns] when it was recorded
+    data: bytes  # CDR
+
+
+class BagReader:
+    """An open bag; made by :func:`open_bag`, closed by ``with`` or :meth:`close`.
+
+    Messages are read in the order of their recording stamps, a chunk at a time: memory does not
+    depend on the bag's length.
+    """
+
+    def __init__(self, path: Path, reader: AnyReader) -> None:
+        self.path = path
+        self._reader = reader
+        self._ours = reader.default_typestore or make_typestore()
+        self.topics: dict[str, Topic] = {}
+        for connection in reader.connections:
+            known = self.topics.get(connection.topic)
+            self.topics[connection.topic] = Topic(
+                name=connection.topic,
+                msgtype=connection.msgtype,
+                count=connection.msgcount + (known.count if known else 0),
+                latched=_is_latched(connection) or (known is not None and known.latched),
+                offered=(*(known.offered if known else ()), *_offered(connection)),
+            )
+        self.message_count: int = reader.message_count
+        self.start_ns: int = reader.start_time
+        self.end_ns: int = reader.end_time - 1  # rosbags gives the end of a half-open interval
+        self.duration_s: float = (self.end_ns - self.start_ns) * 1e-9
+
+    def topics_of_type(self, msgtype: str) -> list[str]:
+        """The topics that carry a message type, in the bag's order."""
+        return [topic.name for topic in self.topics.values() if topic.msgtype == msgtype]
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[BagMessage]:
+        """All messages, or those of some topics, in the order of their stamps.
+
+        Raises:
+            InputError: If the bag turns out to be damaged.
+        """
+        for batch in self.batches(topics):
+            for connection, stamp_ns, data in batch:
+                yield BagMessage(
+                    topic=connection.topic,
+                    msgtype=connection.msgtype,
+                    stamp_ns=stamp_ns,
+                    data=data,
+                )
+
+    def batches(self, topics: Collection[str] | None = None) -> Iterator[list[Entry]]:
+        """The same some thousand at a time: connection (topic and type), stamp [ns], bytes.
+
+        Raises:
+            InputError: If the bag turns out to be damaged.
+        """
+        connections = [
+            connection
+            for connection in self._reader.connections
+            if topics is None or connection.topic in topics
+        ]
+        if not connections:  # rosbags takes an empty list for "all"
+            return
+        try:
+            storage = _indexed_mcap(self._reader)
+            if storage is not None:
+                yield from mcap.batches(storage, connections)
+                return
+            entries = self._reader.messages(connections)
+            while batch := list(islice(entries, BATCH)):
+                yield batch
+        except Exception as error:  # whatever a parser meets in damaged bytes
+            raise InputError(
+                f"{self.path} is damaged: {one_line(error)}: record it again, or mend it with "
+                "'ros2 bag reindex'"
+            ) from error
+
+    def deserialize(self, message: BagMessage) -> Any:
+        """The message's fields, read by the definitions that the bag itself holds.
+
+        Raises:
+            InputError: If the bytes are not such a message.
+        """
+        try:
+            return self._reader.deserialize(message.data, message.msgtype)
+        except KeyError as error:
+            raise InputError(
+                f"{self.path} holds no definition of {message.msgtype} ({message.topic})"
+            ) from error
+        except Exception as error:  # whatever a parser meets in damaged bytes
+            raise InputError(
+                f"{self.path}: a message of {message.topic} is not a {message.msgtype}: "
+                f"{one_line(error)}"
+            ) from error
+
+    def is_defined_as_ours(self, msgtype: str) -> bool:
+        """Whether the bag's messages of a type have the bytes that ours have."""
+        theirs, ours = self._reader.typestore.fielddefs, self._ours.fielddefs
+        names = [msgtype]
+        for name in names:  # grows
+            if name not in theirs or theirs[name][1] != ours[name][1]:
+                return False
+            names += [part for part in _parts(ours[name][1]) if part not in names]
+        return True
+
+    def in_our_bytes(self, message: BagMessage) -> bytes:
+        """A message of another definition as ours would be written.
+
+        Raises:
+            InputError: If the bytes are not such a message, or a field is missing.
+        """
+        content = self.deserialize(message)
+        try:
+            return bytes(self._ours.serialize_cdr(content, message.msgtype))
+        except Exception as error:  # whatever a field that is missing or another leads to
+            raise InputError(
+                f"{self.path} defines {message.msgtype} otherwise, and its messages do not fit "
+                f"ours: {one_line(error)}"
+            ) from error
+
+    def close(self) -> None:
+        """Close the files."""
+        self._reader.close()
+
+    def __enter__(self) -> "BagReader":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
+    """Open a bag: a rosbag2 folder, or one ``.mcap`` or ``.db3`` file.
+
+    Args:
+        path: The folder or file.
+        typestore: Definitions for a bag that holds none itself; ours if None.
+
+    Raises:
+        InputError: If there is nothing there, or no bag, or a damaged or empty one.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise InputError(f"found no bag at {path}: expected a rosbag2 folder or an .mcap file")
+    if path.is_dir() and not (path / "metadata.yaml").exists():
+        files = list(path.glob("*.mcap"))
+        if len(files) != 1:
+            raise InputError(
+                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap file"
+            )
+        path = files[0]  # its recording was cut off
+    if path.is_file() and path.suffix not in {".mcap", ".db3"}:
+        raise InputError(
+            f"{path} is not a bag: expected a rosbag2 folder, or an .mcap or .db3 file"
+        )
+    try:
+        reader = AnyReader([path], default_typestore=typestore or make_typestore())
+        reader.open()
+    except Exception as error:  # whatever a parser meets in damaged bytes
+        raise InputError(
+            f"{path} is not a readable bag: {one_line(error)}: if recording or copying it was cut "
+            "off, copy it again, or mend it with 'mcap recover' or 'ros2 bag reindex'"
+        ) from error
+    if reader.message_count == 0:
+        reader.close()
+        raise InputError(f"{path} is an empty bag: it holds no messages")
+    return BagReader(path, reader)
+
+
+def _indexed_mcap(reader: AnyReader) -> McapReader | None:
+    """The one file of a bag, if it is MCAP with an index and packed by chunks, or not at all."""
+    storage = getattr(reader.readers[0], "storage", None)
+    if isinstance(storage, DirectoryReader):
+        if len(storage.storages) != 1 or storage.metadata.compression_mode == "message":
+            return None
+        (storage,) = storage.storages
+    return storage if isinstance(storage, McapReader) and storage.chunks else None
+
+
+def _parts(fields: Any) -> set[str]:
+    """The messages that a definition's fields are made of."""
+    parts = set()
+    for _, (kind, detail) in fields:
+        while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            kind, detail = detail[0]
+        if kind == Nodetype.NAME:
+            parts.add(detail)
+    return parts
+
+
+def _offered(connection: Connection) -> tuple[Qos, ...]:
+    return tuple(getattr(connection.ext, "offered_qos_profiles", ()))
+
+
+def _is_latched(connection: Connection) -> bool:
+    return any(
+        profile.durability == QosDurability.TRANSIENT_LOCAL for profile in _offered(connection)
+    )

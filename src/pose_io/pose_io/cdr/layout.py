@@ -1,0 +1,59 @@
+"""Where the numbers of a serialised message lie, found by walking over its bytes once.
+
+CDR (OMG DDSI-RTPS, plain encoding): four bytes of encapsulation, the second of which tells the byte
+order; then every number aligned to its size, counted from there. A string or a sequence begins with
+its length, four bytes.
+"""
+
+from struct import Struct, error
+
+import numpy as np
+
+from pose_core.errors import InputError
+from pose_io.cdr.kernels import HEADER_SIZE
+
+
+class Walker:
+    """Goes through a message field by field.
+
+    Args:
+        data: The message's bytes.
+        what: The message's type, for errors.
+    """
+
+    def __init__(self, data: bytes, what: str) -> None:
+        if len(data) < HEADER_SIZE:
+            raise InputError(f"a {what} has {len(data)} bytes: expected a serialised message")
+        self._body = memoryview(data)[HEADER_SIZE:]
+        self._what = what
+        self.order = "<" if data[1] & 1 else ">"
+        self._length = Struct(f"{self.order}I")
+        self.at = 0
+        self.fixed = np.zeros(len(self._body), np.bool_)  # bytes of strings and lengths
+
+    def skip(self, size: int, count: int = 1) -> int:
+        """Pass over numbers of ``size`` bytes; where they begin."""
+        start = self.at + -self.at % size if count else self.at
+        self.at = start + size * count
+        if self.at > len(self._body):
+            raise InputError(
+                f"a {self._what} ends after {len(self._body)} bytes: expected {self.at} or more"
+            )
+        return start
+
+    def length(self) -> int:
+        """The length of a string or a sequence."""
+        start = self.skip(4)
+        self.fixed[start : self.at] = True
+        (value,) = self._length.unpack_from(self._body, start)
+        return int(value)
+
+    def string(self) -> str:
+        """A string."""
+        size = self.length()
+        start = self.skip(1, size)
+        self.fixed[start : self.at] = True
+        try:
+            return bytes(self._body[start : self.at]).rstrip(b"\0").decode()
+        except (UnicodeDecodeError, error) as problem:
+            raise InputError(f"a {self._what} holds a text that is none: {problem}") from problem

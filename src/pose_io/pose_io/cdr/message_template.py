@@ -1,0 +1,144 @@
+"""Serialised messages of which only the numbers change: those are written where they lie.
+
+A message whose strings and sequences keep their lengths has its numbers at the same bytes every
+time. They are found once, by the rules of CDR (OMG DDSI-RTPS, plain little-endian encoding: every
+number aligned to its size, counted from after the four bytes of the encapsulation header).
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Nodetype
+from rosbags.typesys.store import Typestore
+
+from pose_core.kernels.compiling import settled
+from pose_core.streams.samples import FloatArray
+from pose_io.cdr.kernels import HEADER_SIZE, fill_rows
+
+MARGIN = 4  # [bytes] before the encapsulation
+TIME = "builtin_interfaces/msg/Time"
+SIZES = {
+    **dict.fromkeys(("bool", "byte", "char", "int8", "uint8"), 1),
+    **dict.fromkeys(("int16", "uint16"), 2),
+    **dict.fromkeys(("int32", "uint32", "float32"), 4),
+    **dict.fromkeys(("int64", "uint64", "float64"), 8),
+}
+
+
+class MessageTemplate:
+    """One message's bytes and where its numbers lie.
+
+    Args:
+        message: As rosbags has it; its strings and the lengths of its sequences stay.
+        typestore: Definitions of the messages.
+    """
+
+    def __init__(self, message: Any, typestore: Typestore) -> None:
+        self._typestore = typestore
+        self._fill = settled(fill_rows)
+        self._places: dict[str, list[int]] = {
+            "float64": [],
+            "float32": [],
+            "uint8": [],
+            "stamp": [],
+        }
+        end = self._walk_message(message, 0)
+        data = typestore.serialize_cdr(message, message.__msgtype__)
+        if len(data) != HEADER_SIZE + end:
+            raise ValueError(
+                f"{message.__msgtype__} has {len(data)} bytes, not {HEADER_SIZE + end}"
+            )
+        # The numbers begin where every size fits: four bytes stand before the encapsulation.
+        row = np.zeros(MARGIN + HEADER_SIZE + end + -end % 8, np.uint8)
+        row[MARGIN : MARGIN + len(data)] = np.frombuffer(data, np.uint8)
+        self._row, self._end = row, MARGIN + len(data)
+        begin = MARGIN + HEADER_SIZE
+        self._float64 = (begin + np.array(self._places["float64"], int)) // 8
+        self._float32 = (begin + np.array(self._places["float32"], int)) // 4
+        self._uint8 = begin + np.array(self._places["uint8"], int)
+        self._seconds = (begin + np.array(self._places["stamp"], int)) // 4
+
+    def change_only(self, float64: NDArray[np.bool_], float32: NDArray[np.bool_]) -> None:
+        """Leave the other numbers: :meth:`fill` takes these alone, shapes (k,) and (l,)."""
+        self._float64, self._float32 = self._float64[float64], self._float32[float32]
+
+    @property
+    def float64(self) -> FloatArray:
+        """The message's own numbers, in the order of its fields."""
+        return np.asarray(self._row.view("<f8")[self._float64])
+
+    @property
+    def float32(self) -> NDArray[np.float32]:
+        """Likewise."""
+        return np.asarray(self._row.view("<f4")[self._float32])
+
+    def fill(
+        self,
+        stamps_ns: NDArray[np.int64],
+        float64: FloatArray,
+        float32: NDArray[np.float32] | None = None,
+        uint8: NDArray[np.uint8] | None = None,
+    ) -> NDArray[np.uint8]:
+        """The bytes of n messages with other numbers, shape (n, bytes).
+
+        Args:
+            stamps_ns: Of all their headers that bear a stamp [ns], shape (n,).
+            float64: All of them, in the order of the fields, shape (n, k).
+            float32: Likewise; None leaves them.
+            uint8: Likewise.
+
+        Raises:
+            ValueError: If there are more or fewer numbers than places for them.
+        """
+        count = len(stamps_ns)
+        # The kernel does not look where it writes.
+        given = ((float64, self._float64), (float32, self._float32), (uint8, self._uint8))
+        for numbers, places in given:
+            if numbers is not None and numbers.shape != (count, len(places)):
+                raise ValueError(f"found {numbers.shape} numbers: expected {(count, len(places))}")
+        rows = np.empty((count, len(self._row)), np.uint8)
+        self._fill(
+            self._row,
+            self._seconds,
+            self._float64,
+            self._float32,
+            self._uint8,
+            stamps_ns,
+            float64,
+            np.empty((count, 0), np.float32) if float32 is None else float32,
+            np.empty((count, 0), np.uint8) if uint8 is None else uint8,
+            rows,
+        )
+        return rows[:, MARGIN : self._end]
+
+    def _walk_message(self, message: Any, at: int) -> int:
+        """Note the places of a message's numbers; returns where it ends."""
+        msgtype = message.__msgtype__
+        if msgtype == TIME and (message.sec or message.nanosec):  # a zero one means none
+            self._places["stamp"].append(at + -at % 4)
+        for name, description in self._typestore.fielddefs[msgtype][1]:
+            at = self._walk(getattr(message, name), description, at)
+        return at
+
+    def _walk(self, value: Any, description: Any, at: int) -> int:
+        kind, detail = description
+        if kind == Nodetype.NAME:
+            return self._walk_message(value, at)
+        if kind == Nodetype.BASE:
+            return self._walk_base(value, detail[0], at)
+        element, _ = detail  # an array or a sequence
+        if kind == Nodetype.SEQUENCE:
+            at += -at % 4 + 4
+        for item in value:
+            at = self._walk(item, element, at)
+        return at
+
+    def _walk_base(self, value: Any, name: str, at: int) -> int:
+        if name == "string":
+            return at + -at % 4 + 4 + len(value.encode()) + 1
+        size = SIZES[name]
+        at += -at % size
+        if name in self._places:
+            self._places[name].append(at)
+        return at + size

@@ -1,0 +1,214 @@
+"""Persons from the bytes of ``pose_msgs/SkeletonArray``, many messages at once.
+
+A tracker's messages are alike but for their numbers: as long, and with the same names. Where the
+numbers lie is found once for each such form.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.kernels.compiling import settled
+from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_io.cdr.kernels import (
+    HEADER_SIZE,
+    PersonPlaces,
+    clean_joints,
+    have_form,
+    read_person,
+)
+from pose_io.cdr.layout import Walker
+
+WHAT = "pose_msgs/msg/SkeletonArray"
+BEST_STATE = int(max(TrackingState))
+FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
+
+Persons = list[SkeletonSample]
+_have_form, _read_person = settled(have_form), settled(read_person)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Form:
+    is_little: bool
+    fixed: NDArray[np.int64]  # places of the bytes that are alike
+    texts: NDArray[np.uint8]  # those bytes
+    persons: tuple[tuple[str, PersonPlaces], ...]  # by their ids
+
+
+class SkeletonReader:
+    """Reads one sensor's messages.
+
+    Args:
+        sensor: Its name.
+    """
+
+    def __init__(self, sensor: str) -> None:
+        self._sensor = sensor
+        self._forms: dict[int, list[_Form]] = defaultdict(list)
+
+    def read(self, datas: Sequence[bytes]) -> list[Persons | InputError]:
+        """The persons of each message, or what is wrong with it.
+
+        What a message does not name or place is NaN and not tracked.
+        """
+        result: list[Persons | InputError] = [[] for _ in datas]
+        by_length: dict[int, list[int]] = defaultdict(list)
+        for index, data in enumerate(datas):
+            by_length[len(data)].append(index)
+        for length, indices in by_length.items():
+            self._read_alike(length, datas, indices, result)
+        return result
+
+    def _read_alike(
+        self,
+        length: int,
+        datas: Sequence[bytes],
+        indices: list[int],
+        result: list[Persons | InputError],
+    ) -> None:
+        """Read messages of one length, form by form."""
+        left = np.array(indices, np.intp)
+        if length <= len(b"\0\1\0\0"):
+            for index in indices:
+                result[index] = InputError(f"a {WHAT} has {length} bytes: expected more")
+            return
+        joined = b"".join([datas[i] for i in indices])
+        rows = np.frombuffer(joined, np.uint8).reshape(-1, length).copy()
+        known = list(self._forms[length])
+        while len(left):
+            try:
+                form = known.pop() if known else self._new_form(datas[left[0]])
+            except InputError as error:
+                result[left[0]] = error
+                left, rows = left[1:], rows[1:]
+                continue
+            fits = np.empty(len(rows), np.bool_)
+            is_last = _have_form(rows, form.fixed, form.texts, fits) == len(rows)
+            fitting, where = (rows, left) if is_last else (rows[fits], left[fits])
+            persons_of_all = _persons(form, fitting, self._sensor)
+            for index, persons in zip(where.tolist(), persons_of_all, strict=True):
+                result[index] = persons
+            if is_last:
+                return
+            left, rows = left[~fits], rows[~fits]
+
+    def _new_form(self, data: bytes) -> _Form:
+        form = _form_of(data)
+        forms = self._forms[len(data)]
+        forms.append(form)
+        del forms[:-FORMS_KEPT]
+        return form
+
+
+def _form_of(data: bytes) -> _Form:
+    walker = Walker(data, WHAT)
+    walker.skip(4, 2)
+    walker.string()
+    persons = tuple(_person(walker) for _ in range(walker.length()))
+    fixed = HEADER_SIZE + np.flatnonzero(walker.fixed)
+    texts = np.frombuffer(data, np.uint8)[fixed]
+    return _Form(is_little=walker.order == "<", fixed=fixed, texts=texts, persons=persons)
+
+
+def _person(walker: Walker) -> tuple[str, PersonPlaces]:
+    stamp_at = walker.skip(4, 2)
+    walker.string()
+    person = walker.string()
+    names = [walker.string() for _ in range(walker.length())]
+    positions = walker.length()
+    positions_at = walker.skip(8, 3 * positions)
+    states = walker.length()
+    states_at = walker.skip(1, states)
+    if not len(names) == positions == states:
+        raise InputError(
+            f"skeleton '{person}' has {len(names)} names, {positions} positions and "
+            f"{states} tracking states: expected as many of each"
+        )
+    ours = {JOINT_INDEX[name]: index for index, name in enumerate(names) if name in JOINT_INDEX}
+    places = PersonPlaces(
+        stamp=HEADER_SIZE + stamp_at,
+        positions=HEADER_SIZE + positions_at,
+        states=HEADER_SIZE + states_at,
+        length=len(names),
+        named=np.array(list(ours.values()), np.int64),
+        joints=np.array(list(ours), np.int64),
+    )
+    return person, places
+
+
+def _persons(form: _Form, rows: NDArray[np.uint8], sensor: str) -> list[Persons | InputError]:
+    """The persons of messages of one form."""
+    result: list[Persons | InputError] = [[] for _ in rows]
+    for person, places in form.persons:
+        stamps_ns, positions, state, highest = read_joints(rows, places, form.is_little)
+        numbers = zip(stamps_ns.tolist(), highest.tolist(), strict=True)
+        for index, (stamp_ns, highest_state) in enumerate(numbers):
+            before = result[index]
+            if isinstance(before, InputError):
+                continue
+            if highest_state > BEST_STATE:
+                result[index] = InputError(
+                    f"skeleton '{person}' has the tracking state {highest_state}: "
+                    "expected 0 (not tracked), 1 (inferred) or 2 (tracked)"
+                )
+                continue
+            before.append(
+                SkeletonSample(
+                    stamp_ns=stamp_ns,
+                    sensor=sensor,
+                    person=person,
+                    positions=positions[index],
+                    tracking_state=state[index],
+                )
+            )
+    return result
+
+
+def read_joints(
+    rows: NDArray[np.uint8], places: PersonPlaces, is_little: bool
+) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.uint8], NDArray[np.uint8]]:
+    """One person's joints in messages of one form.
+
+    Args:
+        rows: The messages, shape (n, bytes).
+        places: Where the numbers stand.
+        is_little: Whether their lowest bytes come first.
+
+    Returns:
+        Stamps, shape (n,) [ns], positions, shape (n, 15, 3) [m], and states, shape (n, 15), of our
+        joints; and the highest state of any in the message, shape (n,).
+    """
+    count = len(rows)
+    stamps_ns, highest = np.empty(count, np.int64), np.empty(count, np.uint8)
+    positions = np.empty((count, len(JOINTS), 3))
+    state = np.empty((count, len(JOINTS)), np.uint8)
+    _read_person(rows, places, is_little, stamps_ns, positions, state, highest)
+    return stamps_ns, positions, state, highest
+
+
+def our_joints(
+    xyz: FloatArray,
+    states: NDArray[np.uint8],
+    named: NDArray[np.int64],
+    joints: NDArray[np.int64],
+) -> tuple[FloatArray, NDArray[np.uint8]]:
+    """Joints as sensors give them, brought to our 15; what is no position is NaN, not tracked.
+
+    Args:
+        xyz: Positions, shape (n, k, 3) [m].
+        states: Values of :class:`TrackingState`, shape (n, k).
+        named: Which of the k are ours, shape (m,).
+        joints: And which of ours they are, shape (m,).
+
+    Returns:
+        Positions, shape (n, 15, 3) [m], and states, shape (n, 15).
+    """
+    positions = np.empty((len(xyz), len(JOINTS), 3))
+    state = np.empty((len(xyz), len(JOINTS)), np.uint8)
+    clean_joints(xyz, states, named, joints, positions, state)
+    return positions, state

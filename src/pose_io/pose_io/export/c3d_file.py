@@ -1,0 +1,32 @@
+"""C3D (c3d.org): the joints as points [mm] in ``map``, z up; the library of that name writes it."""
+
+import io
+import warnings
+
+import c3d
+import numpy as np
+
+from pose_core.joints import JOINTS
+from pose_io.export.motion import BodyMotion
+
+MM = 1000.0  # [mm/m]
+UNKNOWN = -1.0  # residual of a point that was not seen
+
+
+def c3d_bytes(motion: BodyMotion, rate: float) -> bytes:
+    """The file's content, at the constant rate [Hz]; unknown points are invalid."""
+    writer = c3d.Writer(point_rate=rate, point_units="mm")
+    writer.set_point_labels(list(JOINTS))
+    writer.set_screen_axis("+X", "+Z")
+    known = np.asarray(np.isfinite(motion.joints).all(axis=2))
+    points = np.zeros((len(motion), len(JOINTS), 5))  # x, y, z, residual, cameras
+    points[..., :3] = np.where(known[..., None], motion.joints * MM, 0.0)
+    points[..., 3] = np.where(known, 0.0, UNKNOWN)
+    no_analog = np.zeros((0, 0))
+    for frame in points:
+        writer.add_frames([(frame, no_analog)])
+    buffer = io.BytesIO()
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "No analog data")  # there is none, rightly
+        writer.write(buffer)
+    return buffer.getvalue()

@@ -1,0 +1,242 @@
+"""A person's recorded motion, whole: degrees of freedom, joints, links, at increasing instants."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from pose_core.body.kinematics import BodyPose, ForwardKinematics
+from pose_core.body.model import ROOT_DOF, BodyModel, available_models, load_body_model
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
+from pose_io.bags import BagReader
+from pose_io.skeleton_messages import skeleton_sample, stamp_ns
+from pose_io.topics import body_topic
+
+SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
+BODIES = "/humans/bodies/"
+COMPARED = ("_kinect", "_imu")  # of the bodies that are fused beside one for comparison
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyMotion:
+    """One person's motion; n instants, d degrees of freedom."""
+
+    body: str  # the person's id
+    model: BodyModel
+    stamps_ns: IntArray  # (n,) [ns], strictly increasing
+    dof: FloatArray  # (n, d) [m] or [rad], the root's rotation as vector of R_map_body
+    stddev: FloatArray  # (n, d) [m] or [rad]
+    joints: FloatArray  # (n, 15, 3) [m] in map; NaN where unknown
+    is_gap: NDArray[np.bool_]  # (n,) whether dof is interpolated across a long gap
+    offsets: FloatArray  # (15, 3) [m] each joint in the axes of the link it is fixed in
+
+    def __len__(self) -> int:
+        return len(self.stamps_ns)
+
+    @property
+    def times_s(self) -> FloatArray:
+        """Time since the first instant [s], shape (n,)."""
+        return np.asarray((self.stamps_ns - self.stamps_ns[0]) * 1e-9)
+
+    @cached_property
+    def pose(self) -> BodyPose:
+        """Links and joints of the rigid body that the degrees of freedom move."""
+        return ForwardKinematics(self.model, self.offsets).pose(self.dof)
+
+    @property
+    def mean_rate(self) -> float:
+        """Instants a second [Hz], gaps left out."""
+        steps_ns = np.diff(self.stamps_ns)
+        usual = steps_ns <= MAX_GAP_S * NS_PER_S
+        return NS_PER_S / float(np.mean(steps_ns[usual] if usual.any() else steps_ns))
+
+    @property
+    def rigid_residual(self) -> float:
+        """Largest distance [m] of a joint from its place in the rigid body; 0 of none."""
+        distance = np.linalg.norm(self.pose.positions - self.joints, axis=2)
+        return float(np.nanmax(distance, initial=0.0))
+
+    def _snapped(self, stamps_ns: IntArray) -> IntArray:
+        """Instants that all but coincide with a recorded one, moved onto it."""
+        after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
+        near = np.stack([self.stamps_ns[after - 1], self.stamps_ns[after]])
+        distance = np.abs(near - stamps_ns)
+        nearest = np.where(distance[0] < distance[1], near[0], near[1])
+        return np.where(distance.min(axis=0) <= SNAP_NS, nearest, stamps_ns)
+
+    def at_rate(self, rate: float) -> "BodyMotion":
+        """The motion at a constant rate [Hz], from the first instant to the last.
+
+        Joints are NaN in gaps of more than 0.15 s; degrees of freedom are interpolated across
+        them and marked, for formats that know no missing frames.
+        """
+        step_ns = NS_PER_S / rate
+        count = int((self.stamps_ns[-1] - self.stamps_ns[0]) / step_ns + 1e-6) + 1
+        stamps_ns = self.stamps_ns[0] + np.round(np.arange(count) * step_ns).astype(np.int64)
+        stamps_ns = self._snapped(np.minimum(stamps_ns, self.stamps_ns[-1]))
+        old, new = self.times_s, np.asarray((stamps_ns - self.stamps_ns[0]) * 1e-9)
+        dof, stddev = (
+            np.stack([np.interp(new, old, column) for column in columns.T], axis=1)
+            for columns in (self.dof, self.stddev)
+        )
+        turn = Slerp(old, Rotation.from_rotvec(self.dof[:, 3:ROOT_DOF]))
+        dof[:, 3:ROOT_DOF] = turn(new).as_rotvec()
+        state = np.full(self.joints.shape[:2], TrackingState.TRACKED, np.uint8)
+        series = SkeletonSeries(
+            stamps_ns=self.stamps_ns, positions=self.joints, tracking_state=state
+        )
+        before = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
+        gap_ns = self.stamps_ns[before] - self.stamps_ns[before - 1]
+        inside = (stamps_ns > self.stamps_ns[before - 1]) & (stamps_ns < self.stamps_ns[before])
+        return BodyMotion(
+            body=self.body,
+            model=self.model,
+            stamps_ns=stamps_ns,
+            dof=dof,
+            stddev=stddev,
+            joints=series.at(stamps_ns),
+            is_gap=inside & (gap_ns > MAX_GAP_S * NS_PER_S),
+            offsets=self.offsets,
+        )
+
+
+def read_motion(
+    bag: BagReader, body: str = "", progress: Callable[[float], None] | None = None
+) -> BodyMotion:
+    """The fused motion of a bag.
+
+    Args:
+        bag: An open bag with ``estimate`` and ``skeleton`` of a person.
+        body: The person's id; the only one if empty.
+        progress: Called now and then with the share that has been read.
+
+    Raises:
+        InputError: If the bag lacks either, holds several persons, or no body model fits.
+    """
+    body = chosen_body(bag, body)
+    topics = {leaf: body_topic(bag, leaf, body) for leaf in ("estimate", "skeleton")}
+    missing = [f"{BODIES}{body}/{leaf}" for leaf, topic in topics.items() if topic is None]
+    if missing:
+        raise InputError(
+            f"{bag.path} holds no {' and no '.join(missing)}: fuse it first, with "
+            f"'./pose fuse {bag.path} OUT', and export OUT"
+        )
+    estimates: dict[int, Any] = {}
+    skeletons: dict[int, SkeletonSample] = {}
+    span_ns = max(1, bag.end_ns - bag.start_ns)
+    for index, message in enumerate(bag.messages([topic for topic in topics.values() if topic])):
+        content = bag.deserialize(message)
+        if message.topic == topics["estimate"]:
+            estimates.setdefault(stamp_ns(content.header), content)
+        else:
+            sample = skeleton_sample(content, "")
+            skeletons.setdefault(sample.stamp_ns, sample)
+        if progress is not None and index % 64 == 0:
+            progress((message.stamp_ns - bag.start_ns) / span_ns)
+    return _assemble(bag, body, estimates, skeletons)
+
+
+def chosen_body(bag: BagReader, body: str) -> str:
+    """The id of the person to export.
+
+    Args:
+        bag: What holds the estimates.
+        body: The id that was asked for; empty: the only one, not counting those that the viewer
+            has fused from one kind of sensor alone for comparison.
+
+    Raises:
+        InputError: If there is no such person, or none, or several to choose from.
+    """
+    bodies = sorted(
+        {topic[len(BODIES) :].split("/")[0] for topic in bag.topics if topic.startswith(BODIES)}
+    )
+    if not bodies:
+        raise InputError(
+            f"{bag.path} holds no fused pose ({BODIES}<id>/estimate): fuse it first, with "
+            f"'./pose fuse {bag.path} OUT', and export OUT"
+        )
+    if body and body not in bodies:
+        raise InputError(f"{bag.path} holds no '{body}': choose among {', '.join(bodies)}")
+    compared = {f"{other}{ending}" for other in bodies for ending in COMPARED}
+    whole = [other for other in bodies if other not in compared]
+    if not body and len(whole) > 1:
+        raise InputError(f"{bag.path} holds {', '.join(bodies)}: choose one with --body")
+    return body or whole[0]
+
+
+def model_of_angles(names: tuple[str, ...]) -> BodyModel:
+    """The body model with these joint angles, in this order.
+
+    Raises:
+        InputError: If there is none.
+    """
+    for model_name in available_models():
+        model = load_body_model(model_name)
+        if model.angle_names == names:
+            return model
+    raise InputError(
+        f"no body model has these {len(names)} joint angles, from '{names[0] if names else ''}' "
+        f"on: expected those of {' or '.join(available_models())}"
+    )
+
+
+def _assemble(
+    bag: BagReader, body: str, estimates: dict[int, Any], skeletons: dict[int, SkeletonSample]
+) -> BodyMotion:
+    stamps = sorted(set(estimates) & set(skeletons))
+    if len(stamps) < 2:
+        raise InputError(
+            f"{bag.path} holds {len(stamps)} instants with both estimate and skeleton of '{body}' "
+            f"(of {len(estimates)} and {len(skeletons)}): expected two or more"
+        )
+    names = tuple(estimates[stamps[0]].name)
+    changed = [stamp for stamp in stamps if tuple(estimates[stamp].name) != names]
+    if changed:
+        raise InputError(
+            f"{bag.path}: the degrees of freedom of '{body}' change on the way: export the parts "
+            "of one body model each"
+        )
+    model = model_of_angles(names[ROOT_DOF:])
+    dof = np.array([estimates[stamp].position for stamp in stamps], float)
+    joints = np.stack([skeletons[stamp].positions for stamp in stamps])
+    return BodyMotion(
+        body=body,
+        model=model,
+        stamps_ns=np.array(stamps, np.int64),
+        dof=dof,
+        stddev=np.array([estimates[stamp].position_stddev for stamp in stamps], float),
+        joints=joints,
+        is_gap=np.zeros(len(stamps), bool),
+        offsets=measure_offsets(model, dof, joints),
+    )
+
+
+def measure_offsets(model: BodyModel, dof: FloatArray, joints: FloatArray) -> FloatArray:
+    """Each joint's median place in the axes of its link, shape (15, 3) [m].
+
+    Args:
+        model: Which joint is fixed where.
+        dof: Degrees of freedom, shape (n, d).
+        joints: Positions [m] in map, shape (n, 15, 3).
+    """
+    rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations
+    offsets = np.zeros((len(JOINTS), 3))
+    for name, place in model.joints.items():
+        link = model.links[place.link]
+        origin = dof[:, :3] if link.joint is None else joints[:, JOINT_INDEX[link.joint]]
+        arm = joints[:, JOINT_INDEX[name]] - origin
+        R_map_link = rotations[:, model.link_names.index(place.link)]
+        in_link = np.einsum("nji,nj->ni", R_map_link, arm)
+        known = np.isfinite(in_link).all(axis=1)
+        if not known.any():
+            raise InputError(f"joint {name} is never known: there is nothing to export")
+        offsets[JOINT_INDEX[name]] = np.median(in_link[known], axis=0)
+    return offsets

@@ -1,0 +1,100 @@
+"""Plain text for spreadsheets and programs: CSV, and the body-pose stream as JSON lines.
+
+Both keep every instant with its own stamp.
+"""
+
+import csv
+import io
+import json
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.streams.samples import FloatArray
+from pose_io.export.motion import BodyMotion
+
+METRES = 3  # the first degrees of freedom are lengths
+WORLD_FRAME = "map"
+
+
+def csv_text(motion: BodyMotion) -> str:
+    """One row an instant; each column's name ends in its unit.
+
+    ``stamp_ns``, ``time_s``; every degree of freedom and its standard deviation; joint positions;
+    segment poses (quaternion x, y, z, w).
+    """
+    units = ["m" if i < METRES else "deg" for i in range(motion.model.size)]
+    scale = np.where(np.arange(motion.model.size) < METRES, 1.0, np.degrees(1.0))
+    names = list(zip(motion.model.dof_names, units, strict=True))
+    segments = segment_poses(motion)
+    header = [
+        "stamp_ns",
+        "time_s",
+        *(f"{name}_{unit}" for name, unit in names),
+        *(f"{name}_stddev_{unit}" for name, unit in names),
+        *(f"{joint}_{axis}_m" for joint in JOINTS for axis in "xyz"),
+        *(f"segment_{name}_{axis}_m" for name in segments for axis in "xyz"),
+        *(f"segment_{name}_q{axis}" for name in segments for axis in "xyzw"),
+    ]
+    count = len(motion)
+    poses = list(segments.values())
+    columns = [
+        motion.times_s[:, None],
+        motion.dof * scale,
+        motion.stddev * scale,
+        motion.joints.reshape(count, -1),
+        *(position for position, _ in poses),
+        *(quaternion for _, quaternion in poses),
+    ]
+    rows = np.concatenate(columns, axis=1)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    for stamp, row in zip(motion.stamps_ns.tolist(), rows.tolist(), strict=True):
+        writer.writerow([stamp, *("" if value != value else f"{value:.6f}" for value in row)])
+    return text.getvalue()
+
+
+def json_lines_text(motion: BodyMotion) -> str:
+    """One JSON object a line: where each segment is, and how it is turned, in ``map``."""
+    poses = {
+        name: (position.round(6).tolist(), quaternion.round(7).tolist())
+        for name, (position, quaternion) in segment_poses(motion).items()
+    }
+    lines = []
+    for index, stamp in enumerate(motion.stamps_ns.tolist()):
+        segments = {
+            name: {"position": positions[index], "quaternion": quaternions[index]}
+            for name, (positions, quaternions) in poses.items()
+        }
+        line = {
+            "stamp_ns": stamp,
+            "frame_id": WORLD_FRAME,
+            "body": motion.body,
+            "segments": segments,
+        }
+        lines.append(json.dumps(line))
+    return "\n".join(lines) + "\n"
+
+
+def segment_poses(motion: BodyMotion) -> dict[str, tuple[FloatArray, FloatArray]]:
+    """Position [m], (n, 3), and quaternion x, y, z, w, (n, 4), of each segment in map.
+
+    A segment's origin is the joint that it turns about, that of the root midway between the hips.
+    Several segments may be one link of the body model, such as pelvis and torso of a rigid trunk.
+    """
+    poses = {}
+    for segment, link_name in motion.model.segments.items():
+        joint = motion.model.links[link_name].joint
+        rotations = motion.pose.rotations[:, motion.model.link_names.index(link_name)]
+        position = motion.dof[:, :METRES] if joint is None else motion.joints[:, JOINT_INDEX[joint]]
+        poses[segment] = (position, _continuous(Rotation.from_matrix(rotations).as_quat()))
+    return poses
+
+
+def _continuous(quaternions: FloatArray) -> FloatArray:
+    """The same rotations without changes of sign from one to the next, shape (n, 4)."""
+    flips = np.sign(np.sum(quaternions[1:] * quaternions[:-1], axis=1))
+    flips[flips == 0.0] = 1.0
+    return quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None]

@@ -1,0 +1,36 @@
+"""Tables of numbers in text files, without a header."""
+
+import zlib
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.errors import InputError
+
+
+def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
+    """Read numbers that are separated by commas; gzipped ones too.
+
+    Args:
+        path: The file.
+        columns: How many numbers a row must have.
+        meaning: What those are, for the message.
+
+    Returns:
+        The numbers, shape (n, columns), n at least 1.
+
+    Raises:
+        InputError: If there is no such file, or it holds something else.
+    """
+    if not path.is_file():
+        raise InputError(f"found no file {path}: expected {meaning}")
+    try:
+        numbers = np.loadtxt(path, delimiter=",", ndmin=2)
+    except (OSError, EOFError, ValueError, zlib.error) as error:
+        reason = str(error).splitlines()[0]
+        raise InputError(f"{path} is no table of numbers: {reason}") from error
+    found = numbers.shape[1] if numbers.size else 0
+    if found != columns:
+        raise InputError(f"{path} has {found} columns, expected {columns}: {meaning}")
+    return numbers.astype(np.float64)

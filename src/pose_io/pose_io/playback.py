@@ -1,0 +1,120 @@
+"""Plays a bag by the clock: what is due when, at any rate, paused or not.
+
+Positions are times of the recording [ns]; ``now_ns`` is any steady clock of the caller.
+"""
+
+from collections.abc import Collection, Iterator
+
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_io.bags import BagMessage, BagReader
+
+
+class PlaybackClock:
+    """Maps a steady clock to the position in a recording.
+
+    Args:
+        position_ns: Where to begin.
+        rate: How many times faster than it was recorded.
+        paused: Whether to wait for :meth:`resume` first.
+    """
+
+    def __init__(self, position_ns: int, rate: float, *, paused: bool, now_ns: int) -> None:
+        self._position_ns = position_ns
+        self._rate = rate
+        self._since_ns = None if paused else now_ns
+
+    @property
+    def paused(self) -> bool:
+        """Whether the position stands still."""
+        return self._since_ns is None
+
+    def position_ns(self, now_ns: int) -> int:
+        """The position now."""
+        if self._since_ns is None:
+            return self._position_ns
+        return self._position_ns + round((now_ns - self._since_ns) * self._rate)
+
+    def pause(self, now_ns: int) -> None:
+        """Stand still."""
+        self._position_ns = self.position_ns(now_ns)
+        self._since_ns = None
+
+    def resume(self, now_ns: int) -> None:
+        """Go on from where it stands."""
+        if self._since_ns is None:
+            self._since_ns = now_ns
+
+    def change_rate(self, rate: float, now_ns: int) -> None:
+        """Go on from where it stands, at another pace."""
+        self.jump(self.position_ns(now_ns), now_ns)
+        self._rate = rate
+
+    def jump(self, position_ns: int, now_ns: int) -> None:
+        """Go on from another position, at the same pace."""
+        self._position_ns = position_ns
+        if self._since_ns is not None:
+            self._since_ns = now_ns
+
+    def wait_ns(self, position_ns: int, now_ns: int) -> int:
+        """How long it takes to a position, at least 0; paused: as if it went on."""
+        return max(0, round((position_ns - self.position_ns(now_ns)) / self._rate))
+
+
+class Playlist:
+    """The messages of a bag from some position on, in order.
+
+    Args:
+        bag: The open bag.
+        topics: Which topics to play; all if empty.
+        start_offset_s: Where to begin, after the bag's first message [s].
+
+    Raises:
+        InputError: If a topic is not in the bag, or the start is after its end.
+    """
+
+    def __init__(
+        self, bag: BagReader, topics: Collection[str] = (), start_offset_s: float = 0.0
+    ) -> None:
+        missing = sorted(set(topics) - set(bag.topics))
+        if missing:
+            raise InputError(
+                f"{bag.path} holds no topic {', '.join(missing)}: it has {', '.join(bag.topics)}"
+            )
+        if start_offset_s > bag.duration_s:
+            raise InputError(
+                f"start_offset = {start_offset_s} s is after the end of {bag.path}"
+                f" ({bag.duration_s:.3f} s)"
+            )
+        self.topics = [topic for topic in bag.topics.values() if not topics or topic.name in topics]
+        self.start_ns = bag.start_ns + round(start_offset_s * NS_PER_S)
+        self.end_ns = bag.end_ns
+        self._bag = bag
+        self._messages: Iterator[BagMessage] = iter(())
+        self._next: BagMessage | None = None
+
+    def rewind(self) -> list[BagMessage]:
+        """Go to the start; what latched topics said before it, which late subscribers want."""
+        latched = {topic.name for topic in self.topics if topic.latched}
+        self._messages = self._bag.messages({topic.name for topic in self.topics})
+        before = []
+        for message in self._messages:
+            if message.stamp_ns >= self.start_ns:
+                self._next = message
+                break
+            if message.topic in latched:
+                before.append(message)
+        else:
+            self._next = None
+        return before
+
+    @property
+    def next_ns(self) -> int | None:
+        """The position of the next message, None at the end."""
+        return None if self._next is None else self._next.stamp_ns
+
+    def due(self, position_ns: int) -> Iterator[BagMessage]:
+        """Take the messages up to a position."""
+        while self._next is not None and self._next.stamp_ns <= position_ns:
+            message, self._next = self._next, next(self._messages, None)
+            yield message

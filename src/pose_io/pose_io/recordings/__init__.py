@@ -1,0 +1,1 @@
+"""Recordings of skeletons in text files: formats, clocks, joint maps."""

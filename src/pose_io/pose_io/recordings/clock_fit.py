@@ -1,0 +1,139 @@
+r"""A sensor's own clock, mapped onto the host's.
+
+The frame captured at the sensor's time :math:`s_i` arrives at the host's time
+
+.. math:: h_i = s_i\,(1 + k) + b + d_i, \qquad d_i \ge 0                                  \tag{1}
+
+with the offset :math:`b`, the drift :math:`k` and a delay that is never negative: transmission,
+waiting for the host's next tick, and whatever queue has built up, which may grow to seconds and
+drain again. Delays being one-sided, no mean or median finds the line; the fastest frames do:
+
+.. math:: \min_{b, k} \sum_i d_i \quad\text{subject to}\quad d_i \ge 0,\; |k| \le k_{\max} \tag{2}
+
+which is Moon, Skelly, Towsley (1999), *Estimation and removal of clock skew from network delay
+measurements*, IEEE INFOCOM, with the drift bounded by what crystals do. The capture stamp is
+:math:`h_i - d_i`; a delay that all frames share stays in :math:`b`, invisible.
+
+A clock that is reset or set, the sensor's or the host's, begins a new epoch: a jump of
+:math:`h - s` beyond any queue. Each epoch has a line of its own.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_io.recordings.joint_maps import FloatArray
+from pose_io.recordings.recording import StampArray
+
+MAX_DRIFT = 200e-6  # [-] two crystals of 100 ppm, running apart
+JUMP_NS = 5_000_000_000  # [ns] queues of 2 s occur in real recordings
+SUPPORT = 3  # [-] frames that must lie near the line, or its lowest is an outlier
+SUPPORT_NS = 50_000_000  # [ns] how near: one and a half frames at 30 Hz
+MAX_OUTLIERS = 0.05  # [-] share of an epoch's frames
+GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
+ITERATIONS = 60  # of the search for the drift: to 1e-16
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClockFit:
+    """Capture stamps on the host's clock, and what was found on the way."""
+
+    capture_ns: StampArray  # (m,) [ns] on the host's clock
+    delay_ns: StampArray  # (m,) [ns] d of (1); negative for outliers alone
+    epoch: StampArray  # (m,) the epoch of each frame, in order of appearance from 0
+    drift: FloatArray  # (epochs,) [-] k of (1)
+    outliers: int  # frames that arrived before the line, left out of (2)
+
+    def summary(self) -> dict[str, object]:
+        """What a person wants to know of it."""
+        longest = int(np.bincount(self.epoch).argmax())
+        median, late, latest = np.quantile(self.delay_ns * 1e-6, [0.5, 0.95, 1.0])
+        return {
+            "clock_epochs": len(self.drift),
+            "clock_drift_ppm": round(float(self.drift[longest]) * 1e6, 1),
+            "clock_delay_median_ms": round(float(median), 1),
+            "clock_delay_95_ms": round(float(late), 1),
+            "clock_delay_max_ms": round(float(latest), 1),
+            "clock_outliers": self.outliers,
+        }
+
+
+def fit_clock(sensor_ns: StampArray, host_ns: StampArray) -> ClockFit:
+    """Map a sensor's clock onto the host's.
+
+    Args:
+        sensor_ns: Capture on the sensor's clock [ns], shape (m,), in order of arrival.
+        host_ns: Arrival on the host's clock [ns], shape (m,).
+    """
+    epoch = _epochs(host_ns - sensor_ns)
+    capture_ns = np.empty_like(host_ns)
+    drift = np.zeros(epoch.max(initial=-1) + 1)
+    outliers = 0
+    for number in range(len(drift)):
+        members = np.flatnonzero(epoch == number)
+        offset = host_ns[members] - sensor_ns[members]
+        since = sensor_ns[members] - sensor_ns[members[0]]
+        # Seconds and nanoseconds around the first frame: a double holds those exactly.
+        delay, drift[number], dropped = _fit_line(since * 1e-9, (offset - offset[0]) * 1.0)
+        capture_ns[members] = host_ns[members] - np.rint(delay).astype(np.int64)
+        outliers += dropped
+    return ClockFit(
+        capture_ns=capture_ns,
+        delay_ns=host_ns - capture_ns,
+        epoch=epoch,
+        drift=drift,
+        outliers=outliers,
+    )
+
+
+def _epochs(offset_ns: StampArray) -> StampArray:
+    """Number the epochs; one that a glitch interrupted goes on after it."""
+    epoch = np.empty(len(offset_ns), dtype=np.int64)
+    latest: list[int] = []  # each epoch's last offset
+    for i, offset in enumerate(offset_ns.tolist()):
+        for number in reversed(range(len(latest))):
+            if abs(offset - latest[number]) <= JUMP_NS:
+                break
+        else:
+            number = len(latest)
+            latest.append(offset)
+        latest[number] = offset
+        epoch[i] = number
+    return epoch
+
+
+def _fit_line(since_s: FloatArray, offset_ns: FloatArray) -> tuple[FloatArray, float, int]:
+    """Solve (2) for one epoch, leaving out frames that lie alone below all others.
+
+    Returns:
+        Delays [ns], drift [-] and the number of outliers.
+    """
+    kept = np.ones(len(since_s), dtype=bool)
+    while True:
+        drift, floor = _lower_line(since_s[kept], offset_ns[kept])
+        delay = offset_ns - (floor + drift * 1e9 * since_s)
+        near = kept & (delay <= SUPPORT_NS)
+        enough = near.sum() >= min(SUPPORT, kept.sum())
+        if enough or len(kept) - kept.sum() + near.sum() > MAX_OUTLIERS * len(kept):
+            return delay, drift, int(len(kept) - kept.sum())
+        kept &= ~near
+
+
+def _lower_line(since_s: FloatArray, offset_ns: FloatArray) -> tuple[float, float]:
+    """Solve (2): the drift [-] and the line's offset [ns] at time zero."""
+    centred = since_s - since_s.mean()
+
+    # With times centred, the sum of (2) depends on the line's height at 0 alone: the highest line
+    # below all points. For a given drift that is a minimum, concave in the drift.
+    def height(drift: float) -> float:
+        return float((offset_ns - drift * 1e9 * centred).min())
+
+    low, high = -MAX_DRIFT, MAX_DRIFT
+    for _ in range(ITERATIONS):
+        step = GOLDEN * (high - low)
+        if height(high - step) < height(low + step):
+            low = high - step
+        else:
+            high = low + step
+    drift = 0.5 * (low + high)
+    return drift, height(drift) - drift * 1e9 * float(since_s.mean())

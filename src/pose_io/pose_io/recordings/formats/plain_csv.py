@@ -1,0 +1,166 @@
+"""Our own plain CSV, reader and writer; the README of this package describes it in full."""
+
+import csv
+import gzip
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_io.recordings.formats.format import Format
+from pose_io.recordings.formats.table import Table, read_table
+from pose_io.recordings.joint_maps import FloatArray, StateArray
+from pose_io.recordings.recording import Recording, SensorStream, make_recording, make_stream
+
+TIME_ZERO = "time_zero_s:"  # the comment that sets Recording.time_zero_ns
+
+POSITION_COLUMNS = tuple(f"{joint}_{axis}" for joint in JOINTS for axis in "xyz")
+STATE_COLUMNS = tuple(f"{joint}_state" for joint in JOINTS)
+COLUMNS = (
+    *("sensor", "host_time_s", "sensor_time_s", "person"),
+    *(f"{joint}_{value}" for joint in JOINTS for value in ("x", "y", "z", "state")),
+)
+STATES = tuple(float(state) for state in TrackingState)
+
+
+def read(path: Path) -> Recording:
+    """Read a file.
+
+    Raises:
+        InputError: If it is missing or not what it should be.
+    """
+    table = read_table(path)
+    table.refuse_unknown(COLUMNS)
+    table.columns([name for name in COLUMNS if name != "sensor_time_s"])
+    sensor_column = table.header.index("sensor")
+    rows_of: dict[str, list[int]] = {}
+    for row, cells in enumerate(table.rows):
+        rows_of.setdefault(cells[sensor_column].strip(), []).append(row)
+    return make_recording(
+        str(path),
+        "csv",
+        [_stream(table, name, rows) for name, rows in rows_of.items()],
+        time_zero_ns=_time_zero_ns(table),
+        comments=[text for text in table.comments if not text.startswith(TIME_ZERO)],
+    )
+
+
+def _time_zero_ns(table: Table) -> int | None:
+    for number, text in enumerate(table.comments, start=1):
+        if text.startswith(TIME_ZERO):
+            comment = Table(
+                path=table.path,
+                comments=(),
+                header=("# " + TIME_ZERO,),
+                header_line=number,
+                rows=[[text.removeprefix(TIME_ZERO)]],
+                lines=[number],
+            )
+            return comment.time_ns(0, 0, NS_PER_S)
+    return None
+
+
+def _stream(table: Table, name: str, rows: list[int]) -> SensorStream:
+    host, person = table.columns(["host_time_s", "person"])
+    positions = table.columns(POSITION_COLUMNS)
+    states = table.columns(STATE_COLUMNS)
+    return make_stream(
+        name,
+        host_time_ns=[table.time_ns(row, host, NS_PER_S) for row in rows],
+        sensor_time_ns=_sensor_times_ns(table, rows),
+        person=[_person(table, row, person, [*positions, *states]) for row in rows],
+        positions=np.array([table.numbers(row, positions) for row in rows]),
+        tracking_state=np.array([_states(table, row, states) for row in rows], dtype=np.uint8),
+    )
+
+
+def _sensor_times_ns(table: Table, rows: list[int]) -> list[int] | None:
+    """The sensor's own clock, or None if its cells are empty."""
+    if "sensor_time_s" not in table.header:
+        return None
+    column = table.header.index("sensor_time_s")
+    filled = [row for row in rows if table.rows[row][column].strip()]
+    if not filled:
+        return None
+    if len(filled) < len(rows):
+        empty = next(row for row in rows if not table.rows[row][column].strip())
+        raise table.bad_cell(empty, column, "a time as in the sensor's other rows")
+    return [table.time_ns(row, column, NS_PER_S) for row in rows]
+
+
+def _person(table: Table, row: int, column: int, joint_columns: Sequence[int]) -> str:
+    person = table.rows[row][column].strip()
+    if not person and any(table.rows[row][c].strip() not in ("", "0") for c in joint_columns):
+        raise table.bad_cell(row, column, "a person's id, as the row has joints")
+    return person
+
+
+def _states(table: Table, row: int, columns: Sequence[int]) -> list[float]:
+    """The states of a row; an empty cell is NOT_TRACKED."""
+    states = [0.0 if state != state else state for state in table.numbers(row, columns)]
+    for column, state in zip(columns, states, strict=True):
+        if state not in STATES:
+            raise table.bad_cell(row, column, "0 (not tracked), 1 (inferred) or 2 (tracked)")
+    return states
+
+
+def write(path: Path, recording: Recording) -> None:
+    """Write a recording, compressed if the name ends in ``.gz``; positions to the micrometre.
+
+    The same recording always gives the same bytes.
+
+    Raises:
+        InputError: If the file cannot be written.
+    """
+    text = io.StringIO()
+    for comment in [*recording.comments, f"{TIME_ZERO} {_seconds(recording.time_zero_ns)}"]:
+        text.write(f"# {comment}\n")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    frames = sorted(
+        (int(stream.host_time_ns[frame]), number, frame)
+        for number, stream in enumerate(recording.streams)
+        for frame in range(len(stream))
+    )
+    for _, number, frame in frames:
+        writer.writerows(_frame_rows(recording.streams[number], frame))
+    data = text.getvalue().encode()
+    try:
+        path.write_bytes(gzip.compress(data, mtime=0) if path.suffix == ".gz" else data)
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from error
+
+
+def _frame_rows(stream: SensorStream, frame: int) -> list[list[str]]:
+    sensor_time = ""
+    if stream.sensor_time_ns is not None:
+        sensor_time = _seconds(int(stream.sensor_time_ns[frame]))
+    begin = [stream.name, _seconds(int(stream.host_time_ns[frame])), sensor_time]
+    rows = [
+        [
+            *begin,
+            stream.person[row],
+            *_joint_cells(stream.positions[row], stream.tracking_state[row]),
+        ]
+        for row in stream.rows(frame)
+    ]
+    return rows or [begin + [""] * (len(COLUMNS) - len(begin))]
+
+
+def _joint_cells(positions: FloatArray, states: StateArray) -> Iterator[str]:
+    for position, state in zip(positions.tolist(), states.tolist(), strict=True):
+        yield from (f"{value:.6f}" if state else "" for value in position)
+        yield str(state)
+
+
+def _seconds(time_ns: int) -> str:
+    sign = "-" if time_ns < 0 else ""
+    seconds, nanoseconds = divmod(abs(time_ns), NS_PER_S)
+    return f"{sign}{seconds}.{nanoseconds:09d}"
+
+
+FORMAT = Format(key_columns=frozenset({"sensor", "host_time_s"}), read=read)

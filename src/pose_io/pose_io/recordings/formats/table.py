@@ -1,0 +1,180 @@
+"""Text tables, compressed or not: cells with their line numbers, and errors that name them."""
+
+import csv
+import gzip
+import io
+import math
+import zlib
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+from typing import Any, TextIO
+
+from pose_core.errors import InputError
+
+DIALECT: dict[str, Any] = {"skipinitialspace": True}
+GZIP_MAGIC = b"\x1f\x8b"
+MAX_NS = 2**62  # [ns] about 146 years around any epoch
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """The rows of a file under its header."""
+
+    path: Path
+    comments: tuple[str, ...]  # lines that began with '#', without it
+    header: tuple[str, ...]
+    header_line: int
+    rows: list[list[str]]
+    lines: list[int]  # the line number of each row
+
+    def columns(self, names: Sequence[str]) -> list[int]:
+        """Where the columns stand.
+
+        Raises:
+            InputError: If some are missing.
+        """
+        missing = [name for name in names if name not in self.header]
+        if missing:
+            raise InputError(
+                f"{self.path}, line {self.header_line}: the header lacks "
+                f"{_listed(missing)}: add what is missing or export the recording again"
+            )
+        return [self.header.index(name) for name in names]
+
+    def refuse_unknown(self, known: Sequence[str]) -> None:
+        """Raise an InputError if there are columns beside the known ones, or one twice."""
+        where = f"{self.path}, line {self.header_line}"
+        unknown = [name for name in self.header if name not in set(known)]
+        if unknown:
+            raise InputError(
+                f"{where}: unknown {_listed(unknown)}: remove it or correct the name, "
+                f"the README of kinect_bridge lists what the format knows"
+            )
+        twice = sorted({name for name in self.header if self.header.count(name) > 1})
+        if twice:
+            raise InputError(f"{where}: {_listed(twice)} occurs twice: keep one")
+
+    def numbers(self, row: int, columns: Sequence[int]) -> list[float]:
+        """The numbers in a row's columns; an empty cell is NaN.
+
+        Raises:
+            InputError: If a cell is something else.
+        """
+        cells = self.rows[row]
+        try:
+            return [float(cells[column]) for column in columns]
+        except ValueError:
+            return [self._number(row, column) for column in columns]
+
+    def _number(self, row: int, column: int) -> float:
+        text = self.rows[row][column].strip()
+        try:
+            return float(text) if text else math.nan
+        except ValueError:
+            raise self.bad_cell(row, column, "a number") from None
+
+    def time_ns(self, row: int, column: int, unit_ns: int, zero: int = 0) -> int:
+        """A time [ns] from a decimal number of units since ``zero``, exact to the nanosecond.
+
+        Raises:
+            InputError: If the cell is no finite number or does not fit.
+        """
+        try:
+            value = int(((Decimal(self.rows[row][column].strip()) - zero) * unit_ns).to_integral())
+        except (InvalidOperation, ValueError, OverflowError):
+            raise self.bad_cell(row, column, "a time") from None
+        if abs(value) > MAX_NS:
+            raise self.bad_cell(row, column, f"a time of at most {MAX_NS // 10**9} s")
+        return value
+
+    def bad_cell(self, row: int, column: int, expected: str) -> InputError:
+        """The error for a cell that cannot be used."""
+        return InputError(
+            f"{self.path}, line {self.lines[row]}: column '{self.header[column]}' holds "
+            f"'{self.rows[row][column][:40]}', expected {expected}: correct the cell or remove "
+            f"the row"
+        )
+
+
+def read_header(path: Path) -> tuple[str, ...]:
+    """The names of a table's columns.
+
+    Raises:
+        InputError: If the file is missing, empty or no text table.
+    """
+    with _opened(path) as stream:
+        return _head(stream, path).header
+
+
+def read_table(path: Path) -> Table:
+    """Read a whole table.
+
+    Raises:
+        InputError: If the file is missing, no text table, or has a row of another length than
+            the header.
+    """
+    with _opened(path) as stream:
+        table = _head(stream, path)
+        reader = csv.reader(stream, **DIALECT)
+        for row in reader:
+            if not row:
+                continue
+            line = table.header_line + reader.line_num
+            if len(row) != len(table.header):
+                raise InputError(
+                    f"{path}, line {line}: the row has {len(row)} cells, the header "
+                    f"{len(table.header)}: complete the row or remove it"
+                )
+            table.rows.append(row)
+            table.lines.append(line)
+    return table
+
+
+def _head(stream: TextIO, path: Path) -> Table:
+    """The comments and the header; the stream then stands at the first row."""
+    comments = []
+    for number, line in enumerate(iter(stream.readline, ""), start=1):
+        if line.startswith("#"):
+            comments.append(line.lstrip("#").strip())
+        elif line.strip():
+            return Table(
+                path=path,
+                comments=tuple(comments),
+                header=tuple(cell.strip() for cell in next(csv.reader([line], **DIALECT))),
+                header_line=number,
+                rows=[],
+                lines=[],
+            )
+    raise InputError(f"{path} is empty: expected a table with a header; record again")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[TextIO]:
+    """The file as text, decompressed if it is gzip; whatever fails becomes an InputError."""
+    try:
+        with path.open("rb") as file:
+            compressed = file.peek(2)[:2] == GZIP_MAGIC
+            binary = gzip.GzipFile(fileobj=file) if compressed else file
+            with io.TextIOWrapper(binary, encoding="utf-8-sig", newline="") as stream:
+                yield stream
+    except FileNotFoundError:
+        raise InputError(f"found no file {path}: give the path of a recording") from None
+    except EOFError:
+        raise InputError(f"{path} is cut short (gzip): copy it again") from None
+    except (gzip.BadGzipFile, zlib.error) as error:
+        raise InputError(f"{path} is damaged gzip ({error}): copy it again") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(
+            f"{path} is not a text table ({error}): expected CSV, plain or gzip"
+        ) from error
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+
+
+def _listed(names: Sequence[str], shown: int = 5) -> str:
+    more = f" and {len(names) - shown} more" if len(names) > shown else ""
+    quoted = ", ".join(f"'{name}'" for name in names[:shown])
+    return f"column{'s' * (len(names) > 1)} {quoted}{more}"

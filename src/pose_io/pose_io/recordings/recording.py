@@ -1,0 +1,157 @@
+"""A recording of skeletons as plain frozen values, one stream a sensor.
+
+Nothing is judged here: frames are as they stand in the file. Which of them have a usable stamp is
+the business of :mod:`pose_io.recordings.timeline`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS, TrackingState
+from pose_io.recordings.joint_maps import FloatArray, StateArray, mark_missing
+
+StampArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorStream:
+    """What one sensor saw: m frames, r rows, a row being one person in one frame."""
+
+    name: str
+    host_time_ns: StampArray  # (m,) [ns] arrival on the host's clock
+    sensor_time_ns: StampArray | None  # (m,) [ns] capture on the sensor's own clock, if recorded
+    row_start: NDArray[np.int64]  # (m + 1,) frame i has the rows row_start[i]:row_start[i + 1]
+    person: tuple[str, ...]  # r ids
+    positions: FloatArray  # (r, 15, 3) [m] in the sensor's optical frame; NaN where not tracked
+    tracking_state: StateArray  # (r, 15), values of TrackingState
+    rows_repeated: int = 0  # rows left out: the same person twice in one frame
+
+    def __len__(self) -> int:
+        """The number of frames."""
+        return len(self.host_time_ns)
+
+    @property
+    def persons(self) -> tuple[str, ...]:
+        """Everybody the sensor saw, in order of appearance."""
+        return tuple(dict.fromkeys(self.person))
+
+    def rows(self, frame: int) -> range:
+        """The rows of a frame, one a person; none if the sensor saw nobody."""
+        return range(int(self.row_start[frame]), int(self.row_start[frame + 1]))
+
+    def joint_counts(self) -> dict[str, int]:
+        """How many joints the sensor tracked, inferred and did not track, over all rows."""
+        counts = np.bincount(self.tracking_state.ravel(), minlength=len(TrackingState))
+        return {state.name.lower(): int(counts[state]) for state in reversed(TrackingState)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """What a file holds: the streams of its sensors on one host clock."""
+
+    source: str  # the file, for messages
+    format: str
+    streams: tuple[SensorStream, ...]  # in order of appearance
+    time_zero_ns: int  # [ns] host time that counts as the recording's beginning
+    comments: tuple[str, ...] = field(default=())  # what the file says of itself
+
+    def stream(self, sensor: str) -> SensorStream:
+        """Find a stream by its name, or by its index as a string.
+
+        Raises:
+            InputError: If there is no such sensor.
+        """
+        by_name = {stream.name: stream for stream in self.streams}
+        if sensor in by_name:
+            return by_name[sensor]
+        if sensor.isdecimal() and int(sensor) < len(self.streams):
+            return self.streams[int(sensor)]
+        count = len(self.streams)
+        raise InputError(
+            f"recording has {count} sensor{'s' * (count != 1)} ({', '.join(by_name)}), sensor "
+            f"'{sensor}' was asked for: give one of these names, an index from 0 to {count - 1}, "
+            f"or another recording than {self.source}"
+        )
+
+
+def make_stream(
+    name: str,
+    *,
+    host_time_ns: Sequence[int] | StampArray,
+    sensor_time_ns: Sequence[int] | StampArray | None,
+    person: Sequence[str],
+    positions: FloatArray,
+    tracking_state: StateArray,
+) -> SensorStream:
+    """Group rows, one a person, into frames.
+
+    Rows with the same stamps are one frame, wherever they stand; frames keep the order of first
+    appearance. A joint without a position or NOT_TRACKED becomes both, NaN and NOT_TRACKED.
+
+    Args:
+        name: The sensor.
+        host_time_ns: Arrival [ns], r values.
+        sensor_time_ns: Capture on the sensor's own clock [ns], r values, or None.
+        person: Who, r ids; an empty one says that the sensor saw nobody in that frame.
+        positions: In the sensor's optical frame [m], shape (r, 15, 3).
+        tracking_state: Values of ``TrackingState``, shape (r, 15).
+    """
+    frames: dict[tuple[int, int], dict[str, int]] = {}
+    repeated = 0
+    sensor_times = [0] * len(person) if sensor_time_ns is None else sensor_time_ns
+    for row, (host, sensor, who) in enumerate(
+        zip(map(int, host_time_ns), map(int, sensor_times), person, strict=True)
+    ):
+        seen = frames.setdefault((host, sensor), {})
+        if who in seen:
+            repeated += 1
+        elif who:
+            seen[who] = row
+    order = [row for seen in frames.values() for row in seen.values()]
+    stamps = np.array(list(frames), dtype=np.int64).reshape(-1, 2)
+    kept_positions = np.array(positions, dtype=np.float64).reshape(-1, len(JOINTS), 3)[order]
+    kept_state = np.array(tracking_state, dtype=np.uint8).reshape(-1, len(JOINTS))[order]
+    mark_missing(kept_positions, kept_state)
+    return SensorStream(
+        name=name,
+        host_time_ns=stamps[:, 0],
+        sensor_time_ns=None if sensor_time_ns is None else stamps[:, 1],
+        row_start=np.cumsum([0, *(len(seen) for seen in frames.values())], dtype=np.int64),
+        person=tuple(person[row] for row in order),
+        positions=kept_positions,
+        tracking_state=kept_state,
+        rows_repeated=repeated,
+    )
+
+
+def make_recording(
+    source: str,
+    format_name: str,
+    streams: Sequence[SensorStream],
+    *,
+    time_zero_ns: int | None = None,
+    comments: Sequence[str] = (),
+) -> Recording:
+    """Put streams together; time zero is the earliest host time unless given.
+
+    Raises:
+        InputError: If there is not one frame.
+    """
+    values = tuple(streams)
+    if not any(len(stream) for stream in values):
+        raise InputError(
+            f"{source} holds no frames, only a header: expected one row a frame; record again"
+        )
+    if time_zero_ns is None:
+        time_zero_ns = min(int(s.host_time_ns.min()) for s in values if len(s))
+    return Recording(
+        source=source,
+        format=format_name,
+        streams=values,
+        time_zero_ns=time_zero_ns,
+        comments=tuple(comments),
+    )

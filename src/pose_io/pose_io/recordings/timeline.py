@@ -1,0 +1,132 @@
+"""The stamps of a stream's frames, strictly increasing, on the host's clock.
+
+Frames that repeat or run backwards are left out and counted; where the sensor's own clock is
+known, frames that arrived out of order are put back in order.
+"""
+
+from bisect import bisect_left
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.counters import Counters
+from pose_io.recordings.clock_fit import ClockFit, fit_clock
+from pose_io.recordings.recording import SensorStream, StampArray
+
+SENSOR, HOST = "sensor", "host"
+CLOCKS = (SENSOR, HOST)
+IndexArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timeline:
+    """Which frames of a stream count, and when each was captured."""
+
+    frame: IndexArray  # (k,) indices into the stream, in order of time
+    time_ns: StampArray  # (k,) [ns] capture on the host's clock, strictly increasing
+    counts: Mapping[str, int]  # frames left out or moved, by reason
+    fit: ClockFit | None  # of the sensor's clock, if it was used
+
+    def __len__(self) -> int:
+        """The number of frames that count."""
+        return len(self.frame)
+
+    def gaps(self, longer_than_s: float) -> list[tuple[int, float]]:
+        """Where nothing came for long: the time of the frame before [ns] and the length [s]."""
+        interval_s = np.diff(self.time_ns) * 1e-9
+        return [
+            (int(self.time_ns[i]), float(interval_s[i]))
+            for i in np.flatnonzero(interval_s > longer_than_s)
+        ]
+
+
+def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
+    """Give a stream's frames their stamps.
+
+    Args:
+        stream: The frames.
+        clock: ``sensor`` keeps the spacing of the sensor's own clock, mapped onto the host's
+            (the host's where the recording has no other); ``host`` takes the time of arrival.
+    """
+    counts = Counters("frames_repeated", "frames_out_of_order", "frames_reordered")
+    order = np.arange(len(stream))
+    time_ns, fit = stream.host_time_ns, None
+    if stream.sensor_time_ns is not None and len(stream):
+        fit = fit_clock(stream.sensor_time_ns, stream.host_time_ns)
+        order = _without_repeated(fit.epoch, stream.sensor_time_ns)
+        counts.add("frames_repeated", len(stream) - len(order))
+        if clock == SENSOR:
+            time_ns = fit.capture_ns
+            order = _sorted_in_epochs(order, fit.epoch, stream.sensor_time_ns, counts)
+        else:
+            order = _without_late(order, fit.epoch, stream.sensor_time_ns, counts)
+            fit = None
+    kept = order[_longest_increasing(time_ns[order])]
+    dropped = np.setdiff1d(order, kept)
+    repeated = int(np.isin(time_ns[dropped], time_ns[kept]).sum())
+    counts.add("frames_repeated", repeated)
+    counts.add("frames_out_of_order", len(dropped) - repeated)
+    return Timeline(frame=kept, time_ns=time_ns[kept], counts=counts.as_dict(), fit=fit)
+
+
+def _without_repeated(epoch: IndexArray, sensor_ns: StampArray) -> IndexArray:
+    """The first showing of each sensor frame, in order of arrival."""
+    _, first = np.unique(np.column_stack([epoch, sensor_ns]), axis=0, return_index=True)
+    return np.sort(first)
+
+
+def _is_late(order: IndexArray, epoch: IndexArray, sensor_ns: StampArray) -> NDArray[np.bool_]:
+    """Whether a later frame of the same epoch arrived before this one."""
+    late = np.zeros(len(order), dtype=bool)
+    for number in np.unique(epoch):
+        members = np.flatnonzero(epoch[order] == number)
+        times = sensor_ns[order[members]]
+        late[members] = times < np.maximum.accumulate(times)
+    return late
+
+
+def _without_late(
+    order: IndexArray, epoch: IndexArray, sensor_ns: StampArray, counts: Counters
+) -> IndexArray:
+    late = _is_late(order, epoch, sensor_ns)
+    counts.add("frames_out_of_order", int(late.sum()))
+    return order[~late]
+
+
+def _sorted_in_epochs(
+    order: IndexArray, epoch: IndexArray, sensor_ns: StampArray, counts: Counters
+) -> IndexArray:
+    """Sort each epoch's frames by its clock, among the places that the epoch has."""
+    counts.add("frames_reordered", int(_is_late(order, epoch, sensor_ns).sum()))
+    result = order.copy()
+    for number in np.unique(epoch):
+        places = np.flatnonzero(epoch[order] == number)
+        members = order[places]
+        result[places] = members[np.argsort(sensor_ns[members])]
+    return result
+
+
+def _longest_increasing(values: StampArray) -> IndexArray:
+    """Indices of the longest strictly increasing subsequence.
+
+    One stamp far ahead must not cost all frames after it: this keeps the most.
+    """
+    tails: list[int] = []  # the smallest value that ends a subsequence of each length
+    ends: list[int] = []  # and its index
+    previous = np.full(len(values), -1, dtype=np.int64)
+    for i, value in enumerate(values.tolist()):
+        place = bisect_left(tails, value)
+        if place == len(tails):
+            tails.append(value)
+            ends.append(i)
+        else:
+            tails[place], ends[place] = value, i
+        previous[i] = ends[place - 1] if place else -1
+    chain = []
+    i = ends[-1] if ends else -1
+    while i >= 0:
+        chain.append(i)
+        i = int(previous[i])
+    return np.array(chain[::-1], dtype=np.int64)

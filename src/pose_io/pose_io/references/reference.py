@@ -1,0 +1,75 @@
+"""What a recording is compared with."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pose_core.errors import InputError
+from pose_core.streams.angle_series import AngleSeries, angle_series
+from pose_core.streams.series import IntArray, SkeletonSeries
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reference:
+    """The angles to compare with and, unless the file holds angles alone, the joints."""
+
+    name: str  # what it is, for people
+    synthetic: bool  # whether the subject is a simulated one
+    angles: AngleSeries
+    skeleton: SkeletonSeries | None  # None where the reference knows angles alone
+    notes: tuple[str, ...] = ()  # what was assumed in reading it
+
+    @property
+    def stamps_ns(self) -> IntArray:
+        """The instants [ns] at which its angles are known, shape (n,)."""
+        return self.angles.stamps_ns
+
+    def between(self, begin_ns: int, end_ns: int) -> "Reference":
+        """What it knows from one instant [ns] to another, both included."""
+        skeleton = None if self.skeleton is None else self.skeleton.between(begin_ns, end_ns)
+        return replace(self, angles=self.angles.between(begin_ns, end_ns), skeleton=skeleton)
+
+    def shifted(self, shift_ns: int) -> "Reference":
+        """The reference with ``shift_ns`` [ns] added to its stamps."""
+        skeleton = self.skeleton
+        if skeleton is not None:  # by whole nanoseconds: seconds since 1970 are too many for floats
+            skeleton = replace(skeleton, stamps_ns=skeleton.stamps_ns + shift_ns)
+        return replace(self, angles=self.angles.shifted(shift_ns), skeleton=skeleton)
+
+
+def reference_of_skeleton(
+    name: str, skeleton: SkeletonSeries, *, synthetic: bool = False, notes: tuple[str, ...] = ()
+) -> Reference:
+    """A reference that knows the joints."""
+    return Reference(
+        name=name,
+        synthetic=synthetic,
+        angles=angle_series(skeleton),
+        skeleton=skeleton,
+        notes=notes,
+    )
+
+
+def text_of(path: Path) -> str:
+    """A text file's contents.
+
+    Raises:
+        InputError: If it cannot be read as text.
+    """
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(f"cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path} is not a text file, byte {error.start} is no UTF-8") from error
+
+
+def numbers_of(path: Path, line: int, cells: list[str]) -> list[float]:
+    """The numbers of a row, NaN for an empty cell.
+
+    Raises:
+        InputError: If a cell holds something else; the message names the line.
+    """
+    try:
+        return [float(cell) if cell.strip() else float("nan") for cell in cells]
+    except ValueError as error:
+        raise InputError(f"{path}, line {line}: {error}: expected a number") from error

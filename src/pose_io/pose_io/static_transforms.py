@@ -1,0 +1,60 @@
+"""Where the Kinects stand, from the transforms that ``/tf_static`` carries."""
+
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from pose_core.errors import InputError
+from pose_core.kernels.rotations import matrix_of_quaternion
+from pose_core.streams.samples import FloatArray
+
+SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
+WORLD_FRAME = "map"
+
+
+def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
+    """``T_map_sensor``, (4, 4), of each Kinect among ``geometry_msgs/TransformStamped``.
+
+    The last transform of a frame counts. Sensors without a path to ``map`` are left out.
+
+    Raises:
+        InputError: If a transform on such a path has no rotation or no numbers.
+    """
+    parents = {transform.child_frame_id: transform for transform in transforms}
+    result = {}
+    for frame in sorted(parents):
+        match = SENSOR_FRAME.match(frame)
+        T_map_sensor = _to_world(frame, parents) if match else None
+        if match and T_map_sensor is not None:
+            result[match["name"]] = T_map_sensor
+    return result
+
+
+def _matrix(transform: Any) -> FloatArray:
+    """The (4, 4) matrix of a ``geometry_msgs/TransformStamped``."""
+    q, t = transform.transform.rotation, transform.transform.translation
+    matrix, R = np.eye(4), np.empty((3, 3))
+    if q.x == q.y == q.z == q.w == 0.0:
+        raise InputError(
+            f"the transform of {transform.child_frame_id} has no rotation: its quaternion is zero"
+        )
+    matrix_of_quaternion(np.array([q.x, q.y, q.z, q.w], float), R)
+    matrix[:3, :3] = R
+    matrix[:3, 3] = t.x, t.y, t.z
+    if not np.isfinite(matrix).all():
+        raise InputError(f"the transform of {transform.child_frame_id} holds NaN or infinity")
+    return matrix
+
+
+def _to_world(frame: str, parents: Mapping[str, Any]) -> FloatArray | None:
+    T_world_frame = np.eye(4)
+    for _ in range(len(parents) + 1):  # a loop of frames ends too
+        if frame == WORLD_FRAME:
+            return T_world_frame
+        if frame not in parents:
+            return None
+        T_world_frame = _matrix(parents[frame]) @ T_world_frame
+        frame = parents[frame].header.frame_id
+    return None

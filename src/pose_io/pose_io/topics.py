@@ -1,0 +1,43 @@
+"""Topics by their names, which are recognised by how they end, in any namespace."""
+
+import re
+
+from pose_core.errors import InputError
+from pose_io.bags import BagReader
+
+SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
+IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
+
+
+def sensor_topics(bag: BagReader) -> dict[str, str]:
+    """Topic of each sensor's skeletons by the sensor's name, in the order of names."""
+    return _topics(bag, SENSOR_TOPIC, "pose_msgs/msg/SkeletonArray")
+
+
+def imu_topics(bag: BagReader) -> dict[str, str]:
+    """Topic of each IMU's orientation by body segment, in the order of names."""
+    return _topics(bag, IMU_TOPIC, "sensor_msgs/msg/Imu")
+
+
+def body_topic(bag: BagReader, leaf: str, body: str = "", namespace: str = "") -> str | None:
+    """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the first body if none is named."""
+    pattern = re.compile(
+        rf"^{re.escape(namespace)}/humans/bodies/{re.escape(body) or '[^/]+'}/{leaf}$"
+    )
+    return next((name for name in sorted(bag.topics) if pattern.match(name)), None)
+
+
+def _topics(bag: BagReader, pattern: re.Pattern[str], msgtype: str) -> dict[str, str]:
+    matches = {topic: pattern.search(topic) for topic in sorted(bag.topics_of_type(msgtype))}
+    named: dict[str, str] = {}
+    for topic, match in matches.items():
+        if match is None:
+            continue
+        name = match["name"]
+        if name in named:
+            raise InputError(
+                f"{bag.path} holds '{name}' twice, as {named[name]} and {topic}: record or "
+                "play one of them alone"
+            )
+        named[name] = topic
+    return dict(sorted(named.items()))

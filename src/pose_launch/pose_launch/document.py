@@ -1,0 +1,171 @@
+"""Reads a YAML launch file into entities that know their line.
+
+``ros2 launch`` wants texts where it says text (``default: "2.5"``, not ``2.5``); an entity wants
+the same, so that a file which works here works there.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from pose_launch.errors import LaunchError, Place
+
+
+class LocatedMapping(dict[str, Any]):
+    """A YAML mapping with the lines of its keys."""
+
+    lines: dict[str, int]
+    line: int
+
+
+class _Loader(yaml.SafeLoader):
+    pass
+
+
+def _construct_mapping(loader: _Loader, node: yaml.MappingNode) -> LocatedMapping:
+    mapping = LocatedMapping()
+    mapping.line = node.start_mark.line + 1
+    mapping.lines = {}
+    for key_node, value_node in node.value:
+        key = loader.construct_object(key_node)
+        if key in mapping:
+            raise yaml.constructor.ConstructorError(
+                None, None, f"'{key}' occurs twice", key_node.start_mark
+            )
+        mapping.lines[key] = key_node.start_mark.line + 1
+        mapping[key] = loader.construct_object(value_node, deep=True)
+    return mapping
+
+
+_Loader.add_constructor(yaml.resolver.BaseResolver.DEFAULT_MAPPING_TAG, _construct_mapping)
+
+
+class Entity:
+    """An action of a launch file, or a part of one: a kind, attributes, children.
+
+    Args:
+        kind: The action's name, for example ``node``.
+        element: Its attributes (a mapping) or its children (a list).
+        place: Where it stands.
+    """
+
+    def __init__(self, kind: str, element: Any, place: Place) -> None:
+        if not isinstance(element, LocatedMapping | list):
+            raise LaunchError(
+                place, f"'{kind}' holds {element!r}: expected attributes (a mapping) or a list"
+            )
+        self.kind = kind
+        self.place = place
+        self._element = element
+        self._attributes = element if isinstance(element, LocatedMapping) else LocatedMapping()
+        self._known: set[str] = set()
+
+    def place_of(self, name: str) -> Place:
+        """Where an attribute stands."""
+        if name in self._attributes:
+            return Place(self.place.file, self._attributes.lines[name])
+        return self.place
+
+    def value(self, name: str) -> Any:
+        """An attribute as YAML gives it, None if it is not there."""
+        self._known.add(name)
+        return self._attributes.get(name)
+
+    def text(self, name: str) -> str | None:
+        """A textual attribute, None if it is not there."""
+        value = self.value(name)
+        if value is not None and not isinstance(value, str):
+            raise LaunchError(
+                self.place_of(name),
+                f"'{name}' of '{self.kind}' is {value!r}, not a text: put it in quotes",
+            )
+        return value
+
+    def required_text(self, name: str) -> str:
+        """A textual attribute that must be there."""
+        value = self.text(name)
+        if value is None:
+            raise LaunchError(self.place, f"'{self.kind}' lacks '{name}'")
+        return value
+
+    def typed(self, name: str, kind: type[bool] | type[int] | type[float]) -> Any:
+        """A bool or a number, written plainly or as a text of YAML; None if it is not there."""
+        value = self.value(name)
+        if isinstance(value, str):
+            value = yaml.safe_load(value)
+        if kind is float and type(value) is int:
+            value = float(value)
+        if value is not None and type(value) is not kind:
+            raise LaunchError(
+                self.place_of(name),
+                f"'{name}' of '{self.kind}' is {value!r}, expected {kind.__name__}",
+            )
+        return value
+
+    def parts(self, name: str) -> list["Entity"]:
+        """An attribute that is a list of mappings, such as ``param``."""
+        value = self.value(name)
+        if value is None:
+            return []
+        if not isinstance(value, list) or not all(isinstance(v, LocatedMapping) for v in value):
+            raise LaunchError(
+                self.place_of(name), f"'{name}' of '{self.kind}' is not a list of mappings"
+            )
+        return [Entity(name, part, Place(self.place.file, part.line)) for part in value]
+
+    def children(self) -> Iterator["Entity"]:
+        """The actions inside, given as a list or under ``children``."""
+        self._known.add("children")
+        element = self._element
+        children = element.get("children") if isinstance(element, LocatedMapping) else element
+        if not isinstance(children, list):
+            raise LaunchError(
+                self.place, f"'{self.kind}' holds no list of actions (under 'children')"
+            )
+        for child in children:
+            if not isinstance(child, LocatedMapping) or len(child) != 1:
+                raise LaunchError(
+                    self.place
+                    if not isinstance(child, LocatedMapping)
+                    else Place(self.place.file, child.line),
+                    f"{child!r} is not one action: expected for example '- node: {{…}}'",
+                )
+            ((kind, element),) = child.items()
+            yield Entity(kind, element, Place(self.place.file, child.line))
+
+    def finish(self) -> None:
+        """Complain of attributes that nobody has asked for."""
+        unknown = [name for name in self._attributes if name not in self._known]
+        if unknown:
+            raise LaunchError(
+                self.place_of(unknown[0]),
+                f"'{self.kind}' has '{unknown[0]}', which is not supported:"
+                f" there are {', '.join(sorted(self._known))}",
+            )
+
+
+def read_launch_file(path: Path) -> Entity:
+    """The root entity of a launch file.
+
+    Raises:
+        LaunchError: If there is no such file, or it is not a YAML launch file.
+    """
+    place = Place(path, 1)
+    try:
+        text = path.read_text()
+    except OSError as error:
+        raise LaunchError(None, f"cannot read the launch file {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise LaunchError(None, f"{path} is not a text file") from error
+    try:
+        document = yaml.load(text, _Loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
+        line = mark.line + 1 if mark is not None else 1
+        raise LaunchError(Place(path, line), f"not valid YAML: {problem}") from error
+    if not isinstance(document, LocatedMapping) or list(document) != ["launch"]:
+        raise LaunchError(place, "not a ROS 2 YAML launch file: expected 'launch:' and a list")
+    return Entity("launch", document["launch"], Place(path, document.lines["launch"]))

@@ -1,0 +1,298 @@
+"""Turns the actions of a launch file into processes, in order, as ``ros2 launch`` does.
+
+What differs there is said in the package's README.
+"""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pose_launch import node_parameters
+from pose_launch.document import Entity, read_launch_file
+from pose_launch.errors import LaunchError, Place
+from pose_launch.locating import find_executable
+from pose_launch.processes import Process
+from pose_launch.substitutions import Scope, condition, resolve, split_command_line
+
+NAMESPACE = "ros_namespace"  # the variable in which launch_ros keeps the pushed namespace
+DEEPEST_INCLUDE = 20
+
+
+@dataclass(frozen=True, kw_only=True)
+class Argument:
+    """An argument that a launch file declares."""
+
+    name: str
+    default: str | None  # as written; None: must be given
+    description: str
+    choices: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Graph:
+    """What a launch file comes down to."""
+
+    arguments: tuple[Argument, ...]
+    processes: tuple[Process, ...]
+    messages: tuple[str, ...] = ()
+
+
+@dataclass
+class _State:
+    """What changes from action to action."""
+
+    variables: dict[str, str]
+    environment: dict[str, str] = field(default_factory=dict)  # set by the file, beside ours
+    file: Path = Path()
+    passed: frozenset[str] | None = None  # arguments that the include passes; None: no include
+    depth: int = 0
+
+
+class Evaluation:
+    """One pass over a launch file and its includes.
+
+    Args:
+        given: Arguments from the command line.
+        describe: Only look which arguments there are: missing ones are empty, commands of
+            substitutions are not run, executables need not exist.
+    """
+
+    def __init__(self, given: Mapping[str, str], *, describe: bool = False) -> None:
+        self._given = dict(given)
+        self._describe = describe
+        self._state = _State(variables=dict(given))
+        self._arguments: dict[str, Argument] = {}
+        self._settled: set[str] = set()  # arguments that an include decides
+        self._processes: list[Process] = []
+        self._messages: list[str] = []
+        self._actions: dict[str, Callable[[Entity], None]] = {
+            "arg": self._arg,
+            "let": self._let,
+            "node": self._node,
+            "executable": self._executable,
+            "include": self._include,
+            "group": self._group,
+            "push_ros_namespace": self._push_namespace,
+            "push-ros-namespace": self._push_namespace,
+            "set_env": self._set_environment,
+            "log": self._log,
+        }
+
+    def run(self, file: Path) -> Graph:
+        """Evaluate a file.
+
+        Raises:
+            LaunchError: If something in it is wrong, missing or not supported.
+        """
+        self._evaluate_file(file)
+        unknown = sorted(set(self._given) - set(self._arguments))
+        if unknown:
+            raise LaunchError(
+                None,
+                f"{file.name} has no argument '{unknown[0]}':"
+                f" there are {', '.join(self._arguments) or 'none'}",
+            )
+        return Graph(
+            arguments=tuple(self._arguments.values()),
+            processes=tuple(self._processes),
+            messages=tuple(self._messages),
+        )
+
+    # -- plumbing -------------------------------------------------------------------------------
+
+    def _scope(self) -> Scope:
+        return Scope(
+            variables=self._state.variables,
+            environment={**os.environ, **self._state.environment},
+            folder=self._state.file.parent,
+            run_commands=not self._describe,
+        )
+
+    def _resolve(self, text: str, place: Place) -> str:
+        return resolve(text, self._scope(), place)
+
+    def _text(self, entity: Entity, name: str) -> str:
+        return self._resolve(entity.required_text(name), entity.place_of(name))
+
+    def _optional_text(self, entity: Entity, name: str) -> str | None:
+        text = entity.text(name)
+        return None if text is None else self._resolve(text, entity.place_of(name))
+
+    def _holds(self, entity: Entity) -> bool:
+        """Whether ``if`` and ``unless`` let the action happen."""
+        wanted, unwanted = entity.text("if"), entity.text("unless")
+        if wanted is not None and not condition(wanted, self._scope(), entity.place_of("if")):
+            return False
+        return unwanted is None or not condition(unwanted, self._scope(), entity.place_of("unless"))
+
+    def _evaluate_file(self, file: Path, passed: frozenset[str] | None = None) -> None:
+        if self._state.depth > DEEPEST_INCLUDE:
+            raise LaunchError(None, f"{file} includes itself")
+        before = self._state.file, self._state.passed
+        self._state.file, self._state.passed = file, passed
+        self._state.depth += 1
+        self._evaluate(read_launch_file(file))
+        self._state.file, self._state.passed = before
+        self._state.depth -= 1
+
+    def _evaluate(self, parent: Entity) -> None:
+        for entity in parent.children():
+            action = self._actions.get(entity.kind)
+            if action is None:
+                raise LaunchError(
+                    entity.place,
+                    f"the action '{entity.kind}' is not supported:"
+                    f" there are {', '.join(self._actions)}",
+                )
+            if self._holds(entity):
+                action(entity)
+                entity.finish()
+
+    @contextmanager
+    def _scoped(self, scoped: bool) -> Iterator[None]:
+        variables, environment = self._state.variables, self._state.environment
+        if scoped:
+            self._state.variables, self._state.environment = dict(variables), dict(environment)
+        yield
+        if scoped:
+            self._state.variables, self._state.environment = variables, environment
+
+    # -- actions --------------------------------------------------------------------------------
+
+    def _arg(self, entity: Entity) -> None:
+        name = entity.required_text("name")
+        default = entity.text("default")
+        choices = tuple(choice.required_text("value") for choice in entity.parts("choice"))
+        description = entity.text("description") or ""
+        if name not in self._settled:
+            self._arguments.setdefault(
+                name,
+                Argument(name=name, default=default, description=description, choices=choices),
+            )
+        passed = self._state.passed
+        if default is None and passed is not None and name not in passed:
+            raise LaunchError(
+                entity.place,
+                f"the argument '{name}' has no default: what includes this file has to pass it"
+                " ('ros2 launch' insists)",
+            )
+        if name not in self._state.variables:
+            if default is None and not self._describe:
+                about = f" ({description})" if description else ""
+                raise LaunchError(
+                    entity.place, f"the argument '{name}'{about} must be given: {name}:=VALUE"
+                )
+            self._state.variables[name] = self._resolve(default or "", entity.place_of("default"))
+        value = self._state.variables[name]
+        if choices and value not in choices and not self._describe:
+            raise LaunchError(entity.place, f"{name}:={value} is not one of {', '.join(choices)}")
+
+    def _let(self, entity: Entity) -> None:
+        self._state.variables[self._text(entity, "name")] = self._text(entity, "value")
+
+    def _log(self, entity: Entity) -> None:
+        self._messages.append(self._text(entity, "message"))
+
+    def _set_environment(self, entity: Entity) -> None:
+        self._state.environment[self._text(entity, "name")] = self._text(entity, "value")
+
+    def _push_namespace(self, entity: Entity) -> None:
+        pushed = self._text(entity, "namespace")
+        self._state.variables[NAMESPACE] = join_namespace(
+            self._state.variables.get(NAMESPACE), pushed
+        )
+
+    def _group(self, entity: Entity) -> None:
+        scoped = entity.typed("scoped", bool)
+        with self._scoped(scoped is not False):
+            self._evaluate(entity)
+
+    def _include(self, entity: Entity) -> None:
+        place = entity.place_of("file")
+        file = Path(self._text(entity, "file"))
+        arguments = [
+            (self._text(argument, "name"), self._text(argument, "value"))
+            for argument in entity.parts("arg")
+        ]
+        self._state.variables.update(arguments)
+        names = frozenset(name for name, _ in arguments)
+        self._settled |= names
+        if file.is_file():
+            self._evaluate_file(file, names)
+        elif not self._describe:
+            raise LaunchError(place, f"found no launch file {file}")
+
+    def _node(self, entity: Entity) -> None:
+        package, executable = self._text(entity, "pkg"), self._text(entity, "exec")
+        program = executable
+        if not self._describe:
+            program = find_executable(package, executable, entity.place_of("exec"))
+        pushed = self._state.variables.get(NAMESPACE)
+        namespace = self._optional_text(entity, "namespace")
+        if namespace is not None or pushed is not None:
+            namespace = join_namespace(pushed, namespace or "")
+        name = self._optional_text(entity, "name")
+        process = self._process(entity, name or executable, (program, *self._words(entity, "args")))
+        self._processes.append(
+            replace(
+                process,
+                is_node=True,
+                node_name=name,
+                namespace=namespace,
+                parameters=node_parameters.sources(entity.parts("param"), self._scope()),
+                remappings=tuple(
+                    (self._text(remap, "from"), self._text(remap, "to"))
+                    for remap in entity.parts("remap")
+                ),
+            )
+        )
+
+    def _executable(self, entity: Entity) -> None:
+        words = self._words(entity, "cmd")
+        if not words:
+            raise LaunchError(entity.place, "'executable' lacks 'cmd'")
+        name = self._optional_text(entity, "name") or Path(words[0]).name
+        self._processes.append(self._process(entity, name, words))
+
+    def _words(self, entity: Entity, attribute: str) -> tuple[str, ...]:
+        text = entity.text(attribute) or ""
+        return tuple(split_command_line(text, self._scope(), entity.place_of(attribute)))
+
+    def _process(self, entity: Entity, name: str, command: tuple[str, ...]) -> Process:
+        """What nodes and other executables have in common."""
+        entity.text("output")  # everything is shown, whatever it says
+        on_exit = entity.text("on_exit")
+        if on_exit not in (None, "shutdown"):
+            raise LaunchError(
+                entity.place_of("on_exit"), f"on_exit is '{on_exit}', expected 'shutdown'"
+            )
+        respawn = self._optional_text(entity, "respawn") or "false"
+        delay_s = entity.typed("respawn_delay", float) or 0.0
+        if delay_s < 0.0:
+            raise LaunchError(entity.place_of("respawn_delay"), f"{delay_s} s is negative")
+        folder = self._optional_text(entity, "cwd")
+        environment = dict(self._state.environment)
+        for variable in entity.parts("env"):
+            environment[self._text(variable, "name")] = self._text(variable, "value")
+        return Process(
+            name=self._unique_name(name),
+            command=command,
+            environment=environment,
+            folder=None if folder is None else Path(folder),
+            respawn=condition(respawn, self._scope(), entity.place_of("respawn")),
+            respawn_delay_s=delay_s,
+            ends_graph=on_exit == "shutdown",
+        )
+
+    def _unique_name(self, name: str) -> str:
+        used = {process.name for process in self._processes}
+        candidates = (name if count == 1 else f"{name}-{count}" for count in range(1, 10**6))
+        return next(candidate for candidate in candidates if candidate not in used)
+
+
+def join_namespace(base: str | None, namespace: str) -> str:
+    """A namespace below a base, absolute."""
+    below = namespace if namespace.startswith("/") else f"{base or ''}/{namespace}"
+    return "/" + below.strip("/")

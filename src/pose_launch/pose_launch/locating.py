@@ -1,0 +1,69 @@
+"""Finds launch files and executables among the installed packages."""
+
+import os
+from pathlib import Path
+
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_prefix,
+    get_packages_with_prefixes,
+)
+
+from pose_launch.errors import LaunchError, Place
+
+SUFFIXES = ("", ".launch.yaml", ".yaml")
+
+
+def find_launch_file(name: str) -> Path:
+    """A launch file by its path, or by its bare name in any package's ``launch`` folder.
+
+    Raises:
+        LaunchError: If there is none, or there are several.
+    """
+    path = Path(name)
+    if path.is_file():
+        return path.absolute()
+    if path.name != name:
+        raise LaunchError(None, f"found no launch file {name}")
+    found = sorted(
+        {
+            candidate
+            for package, prefix in get_packages_with_prefixes().items()
+            for suffix in SUFFIXES
+            if (
+                candidate := Path(prefix) / "share" / package / "launch" / f"{name}{suffix}"
+            ).is_file()
+        }
+    )
+    if len(found) > 1:
+        raise LaunchError(
+            None, f"'{name}' is in several packages, give a path: {', '.join(map(str, found))}"
+        )
+    if not found:
+        raise LaunchError(
+            None, f"found no launch file '{name}', neither here nor in a package's launch folder"
+        )
+    return found[0]
+
+
+def find_executable(package: str, name: str, place: Place) -> str:
+    """An executable of a package, where ``ros2 run`` finds it too.
+
+    Raises:
+        LaunchError: If the package or the executable is missing.
+    """
+    try:
+        folder = Path(get_package_prefix(package)) / "lib" / package
+    except (PackageNotFoundError, ValueError) as error:
+        raise LaunchError(
+            place, f"found no package '{package}': build and source its workspace"
+        ) from error
+    path = folder / name
+    if not (path.is_file() and os.access(path, os.X_OK)):
+        present = sorted(entry.name for entry in folder.glob("*") if os.access(entry, os.X_OK))
+        raise LaunchError(
+            place,
+            f"package '{package}' has no executable '{name}':"
+            f" there are {', '.join(present) or 'none'}",
+        )
+    return str(path)

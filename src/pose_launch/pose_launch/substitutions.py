@@ -1,0 +1,273 @@
+r"""Resolves the substitutions of launch files: ``$(var rate)``, ``$(env HOME)``, nested ones.
+
+An argument is a word or is quoted; inside quotes and words, substitutions nest. A backslash takes
+the next character literally.
+"""
+
+import shlex
+import subprocess
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ament_index_python.packages import (
+    PackageNotFoundError,
+    get_package_prefix,
+    get_package_share_directory,
+)
+
+from pose_launch.errors import LaunchError, Place
+
+
+@dataclass(frozen=True)
+class Call:
+    """A substitution: its name and its arguments, each a template."""
+
+    name: str
+    arguments: tuple["Template", ...]
+
+
+Template = tuple[str | Call, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scope:
+    """What substitutions can see."""
+
+    variables: Mapping[str, str]
+    environment: Mapping[str, str]
+    folder: Path  # of the launch file
+    run_commands: bool = True  # False: ``$(command …)`` gives an empty text
+
+
+class _Parser:
+    """Recursive descent over one text."""
+
+    def __init__(self, text: str, place: Place) -> None:
+        self._text = text
+        self._place = place
+        self._at = 0
+
+    def whole(self) -> Template:
+        template = self._template("")
+        if self._at < len(self._text):
+            raise self._error("is not closed")
+        return template
+
+    def _error(self, problem: str) -> LaunchError:
+        return LaunchError(self._place, f"the text {self._text!r} {problem}")
+
+    def _template(self, end: str) -> Template:
+        """Everything up to one of the ``end`` characters, which is not consumed."""
+        parts: list[str | Call] = []
+        literal = ""
+        while self._at < len(self._text) and self._text[self._at] not in end:
+            if self._text.startswith("$(", self._at):
+                if literal:
+                    parts.append(literal)
+                literal = ""
+                parts.append(self._call())
+                continue
+            if self._text[self._at] == "\\" and self._at + 1 < len(self._text):
+                self._at += 1
+            literal += self._text[self._at]
+            self._at += 1
+        return (*parts, literal) if literal else tuple(parts)
+
+    def _call(self) -> Call:
+        self._at += len("$(")
+        name = self._template(" )")
+        arguments: list[Template] = []
+        while self._at < len(self._text) and self._text[self._at] == " ":
+            self._at += 1
+            quote = self._text[self._at : self._at + 1]
+            if quote in ("'", '"') and quote:
+                self._at += 1
+                arguments.append(self._template(quote))
+                if self._at >= len(self._text):
+                    raise self._error(f"has an open {quote}")
+                self._at += 1
+            else:
+                arguments.append(self._template(" )"))
+        if not self._text.startswith(")", self._at):
+            raise self._error("has a '$(' without its ')'")
+        self._at += 1
+        if len(name) != 1 or not isinstance(name[0], str):
+            raise self._error("has a '$(' without a name")
+        return Call(name[0], tuple(arguments))
+
+
+def parse(text: str, place: Place) -> Template:
+    """The template of a text, in which ``$(…)`` are calls."""
+    return _Parser(text, place).whole()
+
+
+def resolve(text: str, scope: Scope, place: Place) -> str:
+    """A text with all its substitutions made.
+
+    Raises:
+        LaunchError: If a substitution is not supported, malformed, or fails.
+    """
+    return _resolve_template(parse(text, place), scope, place)
+
+
+def has_substitution(text: str, place: Place) -> bool:
+    """Whether the text holds any ``$(…)``."""
+    return any(isinstance(part, Call) for part in parse(text, place))
+
+
+def _resolve_template(template: Template, scope: Scope, place: Place) -> str:
+    return "".join(
+        part if isinstance(part, str) else _resolve_call(part, scope, place) for part in template
+    )
+
+
+def _resolve_call(call: Call, scope: Scope, place: Place) -> str:
+    if call.name not in SUBSTITUTIONS:
+        raise LaunchError(
+            place,
+            f"the substitution $({call.name} …) is not supported:"
+            f" there are {', '.join(SUBSTITUTIONS)}",
+        )
+    least, most, function = SUBSTITUTIONS[call.name]
+    if not least <= len(call.arguments) <= most:
+        expected = f"{least}" if least == most else f"{least} to {most}"
+        raise LaunchError(
+            place, f"$({call.name} …) has {len(call.arguments)} arguments, expected {expected}"
+        )
+    arguments = [_resolve_template(argument, scope, place) for argument in call.arguments]
+    return function(arguments, scope, place)
+
+
+def _variable(arguments: list[str], scope: Scope, place: Place) -> str:
+    name, *default = arguments
+    if name in scope.variables:
+        return scope.variables[name]
+    if default:
+        return default[0]
+    known = ", ".join(sorted(scope.variables)) or "none"
+    raise LaunchError(place, f"$(var {name}): nothing of that name is set here ({known})")
+
+
+def _environment(arguments: list[str], scope: Scope, place: Place) -> str:
+    name, *default = arguments
+    if name in scope.environment:
+        return scope.environment[name]
+    if default:
+        return default[0]
+    raise LaunchError(place, f"$(env {name}): the environment variable is not set; export it")
+
+
+def _package(
+    find: Callable[[str], str],
+) -> Callable[[list[str], Scope, Place], str]:
+    def function(arguments: list[str], scope: Scope, place: Place) -> str:
+        try:
+            return find(arguments[0])
+        except (PackageNotFoundError, ValueError) as error:
+            raise LaunchError(
+                place, f"found no package '{arguments[0]}': build and source its workspace"
+            ) from error
+
+    return function
+
+
+def _folder(arguments: list[str], scope: Scope, place: Place) -> str:
+    return str(scope.folder)
+
+
+def _command(arguments: list[str], scope: Scope, place: Place) -> str:
+    if not scope.run_commands:
+        return ""
+    command = arguments[0]
+    try:
+        result = subprocess.run(
+            shlex.split(command), capture_output=True, text=True, env=dict(scope.environment)
+        )
+    except (OSError, ValueError) as error:
+        raise LaunchError(place, f"$(command '{command}') cannot run: {error}") from error
+    on_stderr = arguments[1] if len(arguments) > 1 else "fail"
+    if result.returncode != 0 or (result.stderr and on_stderr == "fail"):
+        said = (result.stderr.strip().splitlines() or ["nothing"])[-1]
+        raise LaunchError(
+            place,
+            f"$(command '{command}') failed: exit code {result.returncode}, it said: {said}",
+        )
+    return result.stdout
+
+
+def _truth(text: str, place: Place) -> bool:
+    """A condition's value, by the rules of ``ros2 launch``."""
+    lowered = text.strip().lower()
+    if lowered in ("true", "1"):
+        return True
+    if lowered in ("false", "0"):
+        return False
+    raise LaunchError(place, f"the condition is {text!r}, expected true or false (or 1 or 0)")
+
+
+def condition(text: str, scope: Scope, place: Place) -> bool:
+    """The value of an ``if`` or ``unless``."""
+    return _truth(resolve(text, scope, place), place)
+
+
+def _boolean(
+    function: Callable[..., bool],
+) -> Callable[[list[str], Scope, Place], str]:
+    def wrapped(arguments: list[str], scope: Scope, place: Place) -> str:
+        return str(function(*(_truth(argument, place) for argument in arguments))).lower()
+
+    return wrapped
+
+
+def _equals(arguments: list[str], scope: Scope, place: Place) -> str:
+    return str(arguments[0] == arguments[1]).lower()
+
+
+def _not_equals(arguments: list[str], scope: Scope, place: Place) -> str:
+    return str(arguments[0] != arguments[1]).lower()
+
+
+SUBSTITUTIONS: dict[str, tuple[int, int, Callable[[list[str], Scope, Place], str]]] = {
+    "var": (1, 2, _variable),
+    "env": (1, 2, _environment),
+    "find-pkg-share": (1, 1, _package(get_package_share_directory)),
+    "find-pkg-prefix": (1, 1, _package(get_package_prefix)),
+    "dirname": (0, 0, _folder),
+    "command": (1, 2, _command),
+    "equals": (2, 2, _equals),
+    "not-equals": (2, 2, _not_equals),
+    "and": (2, 2, _boolean(lambda left, right: left and right)),
+    "or": (2, 2, _boolean(lambda left, right: left or right)),
+    "not": (1, 1, _boolean(lambda value: not value)),
+}
+"""By name: fewest and most arguments, and what resolves it."""
+
+
+def split_command_line(text: str, scope: Scope, place: Place) -> list[str]:
+    """The words of a command line; a substitution's result is never split.
+
+    Quoting in the text groups words, as in a shell.
+    """
+    words: list[str] = []
+    current: str | None = None
+    for part in parse(text, place):
+        if isinstance(part, Call):
+            current = (current or "") + _resolve_call(part, scope, place)
+            continue
+        try:
+            tokens = shlex.split(part)
+        except ValueError as error:
+            raise LaunchError(place, f"the command line {text!r}: {error}") from error
+        if current is not None and (part[0].isspace() or not tokens):
+            words.append(current)
+            current = None
+        for index, token in enumerate(tokens):
+            if index > 0 and current is not None:
+                words.append(current)
+                current = None
+            current = (current or "") + token
+        if current is not None and part[-1].isspace():
+            words.append(current)
+            current = None
+    return words if current is None else [*words, current]

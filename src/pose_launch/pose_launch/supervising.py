@@ -1,0 +1,244 @@
+"""Runs processes side by side until all have ended or somebody asks to stop.
+
+Each child leads a session, and so a process group, of its own: it is interrupted once, by us, not
+a second time by the terminal, and whatever it started goes with it. Should the launcher itself be
+killed, the kernel terminates the children.
+
+Built on asyncio's subprocesses, as ``ros2 launch`` is.
+"""
+
+import asyncio
+import contextlib
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TextIO
+
+from pose_launch.parameter_folder import parameter_folder
+from pose_launch.processes import Process
+from pose_node.child_process import end_with_parent
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None))
+"""What a process that has to stop gets, and how long it may take [s]; as ``ros2 launch`` does."""
+STOPPED = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
+"""Exit codes of a process that was told to stop and did."""
+LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
+STARTING_S = 5.0  # [s] what fails sooner has not started
+CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
+COLOURS = (36, 33, 32, 35, 34, 31)
+
+
+@dataclass
+class _Child:
+    """A process description and its running process, if any."""
+
+    description: Process
+    colour: int
+    running: asyncio.subprocess.Process | None = None
+    interrupted: bool = False  # Python's own end of a program that Ctrl-C met unprepared
+    last_line: str = ""  # of its output
+    failures: list[str] = field(default_factory=list)
+
+
+class Supervisor:
+    """Runs the processes of a graph.
+
+    Args:
+        processes: What to run.
+        output: Where their output goes, line by line, prefixed with their names.
+        keep_going: Let the others run, whatever fails at its start.
+    """
+
+    def __init__(
+        self,
+        processes: Sequence[Process],
+        output: TextIO | None = None,
+        *,
+        keep_going: bool = False,
+    ) -> None:
+        self._keep_going = keep_going
+        self._output = sys.stdout if output is None else output
+        self._coloured = self._output.isatty()
+        self._children = [
+            _Child(process, COLOURS[index % len(COLOURS)])
+            for index, process in enumerate(processes)
+        ]
+        self._width = max((len(process.name) for process in processes), default=0)
+        self._stopping = asyncio.Event()
+
+    async def run(self) -> int:
+        """Run everything to its end.
+
+        Returns:
+            0 if nothing failed, 1 if a process ended with an error or had to be killed.
+        """
+        loop = asyncio.get_running_loop()
+        for number in STOP_SIGNALS:
+            loop.add_signal_handler(number, self._stop, f"{signal.Signals(number).name}: stopping")
+        try:
+            with parameter_folder() as folder:
+                await asyncio.gather(*(self._supervise(c, folder) for c in self._children))
+        finally:
+            for number in STOP_SIGNALS:
+                loop.remove_signal_handler(number)
+                # One more Ctrl-C must not spoil the clean end.
+                signal.signal(number, signal.SIG_IGN)
+        failures = [failure for child in self._children for failure in child.failures]
+        if failures:
+            self._say(f"failed: {'; '.join(failures)}")
+        return 1 if failures else 0
+
+    # -- one process ----------------------------------------------------------------------------
+
+    async def _supervise(self, child: _Child, folder: Path) -> None:
+        process = child.description
+        loop = asyncio.get_running_loop()
+        while not self._stopping.is_set():
+            begin_s = loop.time()
+            code, was_told = await self._run_once(child, folder)
+            failure = f"{process.name} ({_describe(code)})"
+            if was_told:
+                if code not in STOPPED and not child.interrupted:
+                    child.failures.append(failure)
+                return
+            how = "has finished" if code == 0 else f"has died ({_describe(code)})"
+            if process.respawn and not self._stopping.is_set():
+                self._say(f"{process.name} {how}: starting it again in {process.respawn_delay_s} s")
+                with contextlib.suppress(asyncio.TimeoutError):
+                    await asyncio.wait_for(self._stopping.wait(), process.respawn_delay_s)
+                continue
+            has_failed_to_start = code != 0 and loop.time() - begin_s < STARTING_S
+            why = f" at its start: {child.last_line}" if has_failed_to_start else ""
+            self._say(f"{process.name} {how}{why}")
+            if code != 0:
+                child.failures.append(failure)
+            if process.ends_graph:
+                self._stop(f"{process.name} was required: stopping")
+            elif has_failed_to_start and not self._keep_going and not self._stopping.is_set():
+                self._stop("stopping the others: mend that, or let them run with --keep-going")
+            return
+
+    async def _run_once(self, child: _Child, folder: Path) -> tuple[int, bool]:
+        """Start the process and wait for its end; its exit code, and whether it was told to."""
+        process = child.description
+        # A pipe of our own: asyncio's would keep `wait` waiting for whoever else holds its end.
+        reading, writing = os.pipe()
+        relay = asyncio.create_task(self._relay(child, reading))
+        try:
+            running = await asyncio.create_subprocess_exec(
+                *process.full_command(folder),
+                stdin=asyncio.subprocess.DEVNULL,
+                stdout=writing,
+                stderr=asyncio.subprocess.STDOUT,
+                cwd=process.folder,
+                env={**os.environ, "PYTHONUNBUFFERED": "1", **process.environment},
+                start_new_session=True,
+                preexec_fn=end_with_parent(),
+            )
+        except OSError as error:
+            child.last_line = f"cannot start: {error}"
+            self._say(f"{process.name} {child.last_line}")
+            return 127, False
+        finally:
+            os.close(writing)
+        child.running = running
+        ending = asyncio.create_task(running.wait())
+        asked = asyncio.create_task(self._stopping.wait())
+        await asyncio.wait({ending, asked}, return_when=asyncio.FIRST_COMPLETED)
+        asked.cancel()
+        was_told = not ending.done()
+        if was_told:
+            await self._end(child, running, ending)
+        await asyncio.wait({relay}, timeout=LAST_WORDS_S)
+        # What the process itself has left behind in its group.
+        _signal_group(running.pid, signal.SIGKILL)
+        relay.cancel()
+        child.running = None
+        return await ending, was_told
+
+    async def _end(
+        self, child: _Child, running: asyncio.subprocess.Process, ending: "asyncio.Task[int]"
+    ) -> None:
+        name = child.description.name
+        for number, patience_s in ESCALATION:
+            if number != signal.SIGINT:
+                self._say(f"{name} is still running: sending {number.name}")
+            _signal_group(running.pid, number)
+            await asyncio.wait({ending}, timeout=patience_s)
+            if ending.done():
+                return
+
+    async def _relay(self, child: _Child, reading: int) -> None:
+        """Pass the output on, in whole lines, to the end of the pipe."""
+        stream = asyncio.StreamReader()
+        transport, _ = await asyncio.get_running_loop().connect_read_pipe(
+            lambda: asyncio.StreamReaderProtocol(stream), os.fdopen(reading, "rb")
+        )
+        pending, traceback = b"", list[bytes]()
+        try:
+            while chunk := await stream.read(CHUNK):
+                *lines, pending = (pending + chunk).split(b"\n")
+                if len(pending) >= CHUNK:
+                    lines, pending = [*lines, pending], b""
+                if self._stopping.is_set():
+                    lines, traceback = _hold_traceback([*traceback, *lines])
+                self._write(child, lines)
+        finally:
+            transport.close()
+            last = [*traceback, *([pending] if pending else [])]
+            child.interrupted = bool(last) and last[-1].startswith(b"KeyboardInterrupt")
+            self._write(child, [b"interrupted while it started"] if child.interrupted else last)
+
+    # -- everything -----------------------------------------------------------------------------
+
+    def _stop(self, why: str) -> None:
+        if not self._stopping.is_set():
+            self._stopping.set()
+            self._say(why)
+            return
+        waiting = [c.description.name for c in self._children if c.running is not None]
+        self._say(f"already stopping, waiting for {', '.join(waiting) or 'nothing'}")
+
+    def _write(self, child: _Child, lines: Sequence[bytes]) -> None:
+        said = [line.decode(errors="replace").strip() for line in lines if line.strip()]
+        child.last_line = said[-1] if said else child.last_line
+        prefix = f"[{child.description.name}]".ljust(self._width + 2)
+        if self._coloured:
+            prefix = f"\033[{child.colour}m{prefix}\033[0m"
+        self._print(
+            "".join(f"{prefix} {line.decode(errors='replace').rstrip()}\n" for line in lines)
+        )
+
+    def _say(self, text: str) -> None:
+        self._print(f"[up] {text}\n")
+
+    def _print(self, text: str) -> None:
+        try:
+            self._output.write(text)
+            self._output.flush()
+        except (BrokenPipeError, ValueError):
+            # The reader of our output has gone, as in `up | head`.
+            self._stopping.set()
+            self._output = open(os.devnull, "w")  # noqa: SIM115 (to the end of the process)
+            os.dup2(self._output.fileno(), sys.stdout.fileno())
+
+
+def _hold_traceback(lines: list[bytes]) -> tuple[list[bytes], list[bytes]]:
+    """The lines before a traceback, and the traceback as far as it has come."""
+    for index, line in enumerate(lines):
+        if line.startswith(b"Traceback "):
+            return lines[:index], lines[index:]
+    return lines, []
+
+
+def _signal_group(group: int, number: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(group, number)
+
+
+def _describe(code: int) -> str:
+    return f"signal {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"

@@ -1,0 +1,82 @@
+"""``up``: starts a graph from a ROS 2 YAML launch file and stops it cleanly on Ctrl-C."""
+
+import argparse
+import asyncio
+import sys
+from collections.abc import Sequence
+
+from pose_core.errors import PoseError
+from pose_launch.evaluation import Evaluation, Graph
+from pose_launch.locating import find_launch_file
+from pose_launch.supervising import STARTING_S, Supervisor
+from pose_node.command_line import run_tool
+
+DEFAULT_FILE = "capture.launch.yaml"
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_tool(lambda: up(sys.argv[1:]))
+
+
+def up(words: Sequence[str]) -> int:
+    """Run ``up`` with these arguments; its exit code."""
+    options = _parser().parse_intermixed_args(words)
+    texts: list[str] = options.words
+    files = [text for text in texts if ":=" not in text]
+    if len(files) > 1:
+        raise PoseError(f"found two launch files, {' and '.join(files)}: give one")
+    file = find_launch_file(files[0] if files else DEFAULT_FILE)
+    given = dict(text.split(":=", 1) for text in texts if ":=" in text)
+    if options.show_args:
+        _show_arguments(Evaluation(given, describe=True).run(file))
+        return 0
+    graph = Evaluation(given).run(file)
+    if options.print:
+        for process in graph.processes:
+            print(f"{process.name}: {process.shown()}")
+        return 0
+    if not graph.processes:
+        raise PoseError(f"{file} starts nothing with these arguments")
+    for message in graph.messages:
+        print(f"[up] {message}", flush=True)
+    print(f"[up] starting {', '.join(process.name for process in graph.processes)}", flush=True)
+    return asyncio.run(_run(graph, options.keep_going))
+
+
+async def _run(graph: Graph, keep_going: bool) -> int:
+    return await Supervisor(graph.processes, keep_going=keep_going).run()
+
+
+def _show_arguments(graph: Graph) -> None:
+    for argument in graph.arguments:
+        default = "must be given" if argument.default is None else f"default: {argument.default!r}"
+        choices = f"; one of {', '.join(argument.choices)}" if argument.choices else ""
+        print(f"{argument.name}:=  ({default}{choices})")
+        if argument.description:
+            print(f"    {argument.description}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="up",
+        description="Start a graph from a ROS 2 YAML launch file, the same file that 'ros2 launch'"
+        " takes; Ctrl-C stops it.",
+        epilog="Exit code: 0 if every process ended well, 1 if one failed.",
+    )
+    parser.add_argument(
+        "words",
+        nargs="*",
+        metavar="FILE | name:=value",
+        help="a launch file's path, or its bare name in any package's launch folder"
+        f" (default: {DEFAULT_FILE}), and arguments for it",
+    )
+    parser.add_argument("-s", "--show-args", action="store_true", help="list the file's arguments")
+    parser.add_argument("-p", "--print", action="store_true", help="print the commands, run none")
+    parser.add_argument(
+        "-k",
+        "--keep-going",
+        action="store_true",
+        help=f"let the others run if a process fails within its first {STARTING_S:g} s",
+    )
+    return parser

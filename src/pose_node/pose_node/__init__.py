@@ -1,0 +1,1 @@
+"""What the executables share: how a node or a tool starts, declares, reports and ends."""

@@ -1,0 +1,16 @@
+"""Stamps: integer nanoseconds inside, ``builtin_interfaces/Time`` on the wire."""
+
+from builtin_interfaces.msg import Time
+
+from pose_core.stamps import NS_PER_S, nanoseconds
+
+
+def stamp_to_ns(stamp: Time) -> int:
+    """Nanoseconds of a message's stamp."""
+    return nanoseconds(stamp)
+
+
+def ns_to_stamp(stamp_ns: int) -> Time:
+    """A message's stamp from nanoseconds."""
+    seconds, rest = divmod(stamp_ns, NS_PER_S)
+    return Time(sec=seconds, nanosec=rest)

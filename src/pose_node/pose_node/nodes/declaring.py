@@ -1,0 +1,103 @@
+"""ROS parameters from the dataclass that declares them."""
+
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, TypeVar
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValueException
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from pose_core.errors import ParameterError
+from pose_core.parameters import ParameterSpec, checked, from_mapping, refuse_unknown, specs
+
+T = TypeVar("T")
+LIMIT = 1e300  # ROS ranges have two ends
+OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
+QOS_OVERRIDES = "qos_overrides."
+
+
+def declare_parameters(node: Node, parameters: type[T], changeable: Collection[str] = ()) -> T:
+    """Declare each field as a ROS parameter and return the checked values.
+
+    Args:
+        node: The node to declare them on.
+        parameters: The dataclass.
+        changeable: The ones that are not read-only; see :func:`accept_changes`.
+
+    Returns:
+        The dataclass, filled.
+
+    Raises:
+        ParameterError: If a value is not allowed, or a parameter is none of the node's.
+    """
+    # rclpy passes over what is set but never declared, and has no public way to ask for it.
+    given = node._parameter_overrides
+    ours = [n for n in given if n not in OF_EVERY_NODE and not n.startswith(QOS_OVERRIDES)]
+    refuse_unknown(parameters, ours)
+    values = {}
+    for name, (default, spec) in specs(parameters).items():
+        plain = list(default) if isinstance(default, tuple) else default
+        try:
+            descriptor = _descriptor(default, spec)
+            descriptor.read_only = name not in changeable
+            values[name] = node.declare_parameter(name, plain, descriptor).value
+        except InvalidParameterTypeException as error:
+            raise ParameterError(f"{name}: {error}") from error
+        except InvalidParameterValueException as error:
+            checked(name, given[name].value, default, spec)  # says it in our words
+            raise ParameterError(f"{name} is outside {spec.range_text}: {error}") from error
+    return from_mapping(parameters, values)
+
+
+def accept_changes(
+    node: Node, parameters: type, handlers: Mapping[str, Callable[[Any], None]]
+) -> None:
+    """Heed parameters that are set while the node runs.
+
+    Args:
+        node: The node that has declared them.
+        parameters: The dataclass that says which values are allowed.
+        handlers: What to do with the new value of each changeable parameter.
+    """
+    known = specs(parameters)
+
+    def on_set(changes: list[Parameter]) -> SetParametersResult:
+        ours = [change for change in changes if change.name in handlers]
+        try:
+            values = {c.name: checked(c.name, c.value, *known[c.name]) for c in ours}
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        for name, value in values.items():
+            handlers[name](value)
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(on_set)
+
+
+def _descriptor(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
+    unit = "" if spec.unit == "-" else f" [{spec.unit}]"
+    descriptor = ParameterDescriptor(
+        description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True
+    )
+    if spec.is_switch:
+        descriptor.dynamic_typing = True  # `off` comes as a boolean; `from_mapping` mends it
+    if default == ():
+        # ROS takes an empty list for one of bytes and would then refuse texts; `from_mapping`
+        # checks the type all the same.
+        descriptor.dynamic_typing = True
+    if isinstance(default, float) and not (spec.low is None and spec.high is None):
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=-LIMIT if spec.low is None else float(spec.low),
+                to_value=LIMIT if spec.high is None else float(spec.high),
+            )
+        ]
+    elif isinstance(default, int) and spec.low is not None and spec.high is not None:
+        descriptor.integer_range = [IntegerRange(from_value=int(spec.low), to_value=int(spec.high))]
+    return descriptor

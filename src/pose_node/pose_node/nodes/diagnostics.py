@@ -1,0 +1,51 @@
+"""A node's state in ``/diagnostics``, once a second."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+from pose_node.level import Level
+
+PERIOD_S = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Report:
+    """What a node says of itself: a level, a sentence, and values such as counts."""
+
+    level: Level
+    message: str
+    values: Mapping[str, object] = field(default_factory=dict)
+
+
+class DiagnosticsPublisher:
+    """Publishes what ``report`` returns, under the node's fully qualified name.
+
+    Args:
+        node: The node that reports.
+        report: Called once a second.
+        hardware_id: The device, if there is one.
+    """
+
+    def __init__(self, node: Node, report: Callable[[], Report], hardware_id: str = "") -> None:
+        self._node = node
+        self._report = report
+        self._hardware_id = hardware_id
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._timer = node.create_timer(PERIOD_S, self.publish)
+
+    def publish(self) -> None:
+        """Publish the state now."""
+        report = self._report()
+        status = DiagnosticStatus(
+            level=bytes([report.level]),
+            name=self._node.get_fully_qualified_name(),
+            message=report.message,
+            hardware_id=self._hardware_id,
+            values=[KeyValue(key=key, value=str(value)) for key, value in report.values.items()],
+        )
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)

@@ -1,0 +1,69 @@
+"""How every node starts, spins and ends: clean on Ctrl-C, one line on a bad parameter."""
+
+import signal
+import sys
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.exceptions import InvalidHandle, NotInitializedException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from pose_core.errors import PoseError
+from pose_node.entry import Interrupt
+from pose_node.nodes.executor import QuickExecutor
+
+RCLError = rclpy_implementation.RCLError
+
+
+def run_node(make_node: Callable[[], Node], args: Sequence[str] | None = None) -> None:
+    """Make a node, spin it until it is asked to stop, and exit.
+
+    Args:
+        make_node: Makes the node; a :class:`PoseError` from it becomes one line and status 1.
+        args: The process's arguments, ``sys.argv`` if None.
+    """
+    status = 0
+    node: Node | None = None
+    executor: QuickExecutor | None = None
+    interrupt = Interrupt()
+    signal.signal(signal.SIGINT, interrupt)  # before rclpy's own handler, which calls it
+    try:
+        rclpy.init(args=list(args) if args is not None else None)
+    except RCLError as error:  # a bad --ros-args, or a parameter file that is none
+        reason = " ".join(str(error).split(", at /")[0].split())
+        print(f"error: {reason}", file=sys.stderr)
+        sys.exit(1)
+    try:
+        node = make_node()
+        # In the midst of a callback an exception could hit an import, or a file that is written;
+        # rclpy's own handler ends the spinning as soon as the callback has returned.
+        interrupt.breaks_off = False
+        executor = QuickExecutor()
+        executor.add_node(node)
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except PoseError as error:
+        print(f"error: {error}", file=sys.stderr)
+        status = 1
+    except (RCLError, InvalidHandle, NotInitializedException, ImportError):
+        # A signal ends the context at once, also in the midst of a callback that then publishes.
+        if rclpy.ok() and not interrupt.asked:
+            raise
+    finally:
+        # A launcher and the terminal may both send SIGINT: the second must not break the ending.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        try:
+            if node is not None:
+                node.destroy_node()
+        except PoseError as error:
+            print(f"error: {error}", file=sys.stderr)
+            status = 1
+        # Left to the interpreter's end, it may go after its own guard conditions, and complain.
+        if executor is not None:
+            executor.shutdown()
+        rclpy.try_shutdown()
+    sys.exit(status)
