@@ -148,7 +148,8 @@ class LiveSource:
         ids, positions, states = [], [], []
         for person in self._acceptable(people, joint_map):
             state = np.minimum(joint_map.states(person.confidence), np.uint8(person.at_most))
-            place, state = joint_map.convert(np.asarray(person.positions, np.float64), state)
+            given = np.asarray(person.positions, np.float64)
+            place, state = joint_map.convert(np.where(np.isfinite(given), given, np.nan), state)
             far = np.abs(place).max(axis=-1) > MAX_DISTANCE_M  # NaN is not
             self.counters.add("joints_out_of_range", int(far.sum()))
             place[far] = np.nan
