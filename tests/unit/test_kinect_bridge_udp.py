@@ -158,7 +158,7 @@ def test_a_sender_that_begins_anew_is_heard_again(udp):
 
 
 def test_only_named_addresses_may_send(udp):
-    source = udp(udp_senders=("192.168.1.20",))
+    source = udp(udp_senders="192.168.1.20, ::1")
 
     assert hear(source, frame(), sender=("192.168.1.21", 1)) is None
     assert hear(source, frame(), sender=("192.168.1.20", 1)) is not None

@@ -42,8 +42,10 @@ class KinectBridgeParameters:
         "127.0.0.1", doc="of `udp`: where to listen; beyond the loopback `udp_senders` is needed"
     )
     udp_port: int = parameter(9870, doc="of `udp`: where to listen", low=0, high=65535)
-    udp_senders: tuple[str, ...] = parameter(
-        (), doc="of `udp`: IP addresses that may send; empty: all that can reach it"
+    udp_senders: str = parameter(
+        "",
+        doc="of `udp`: IP addresses that may send, with commas between; empty: all that can reach "
+        "it",
     )
     nite2_library: str = parameter(
         "", doc="of `nite2`: the folder of libOpenNI2 and libNiTE2; empty: where the system looks"
@@ -53,7 +55,7 @@ class KinectBridgeParameters:
     )
     file: str = parameter("", doc="of `file`: the recording to replay; must be given")
     format: str = parameter(
-        AUTO, doc="how to read the file; `auto` knows it by its header", choices=(AUTO, *FORMATS)
+        AUTO, doc="how to read the file; `auto` knows it by its beginning", choices=(AUTO, *FORMATS)
     )
     sensor: str = parameter("0", doc="which sensor of the file: its name, or its index from 0")
     clock: str = parameter(

@@ -44,11 +44,12 @@ class UdpSource(LiveSource):
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         address = _address("udp_address", parameters.udp_address)
-        self._senders = frozenset(_address("udp_senders", each) for each in parameters.udp_senders)
+        senders = filter(None, (each.strip() for each in parameters.udp_senders.split(",")))
+        self._senders = frozenset(_address("udp_senders", each) for each in senders)
         if not address.is_loopback and not self._senders:
             raise ParameterError(
                 f"udp_address = {address} can be reached from other machines: name the ones that "
-                "may send in udp_senders, for example ['192.168.1.20']"
+                "may send in udp_senders, for example '192.168.1.20,192.168.1.21'"
             )
         joint_map = find_joint_map(parameters.joint_map or "pose_15")
         self._socket = _bound_socket(address, parameters.udp_port)

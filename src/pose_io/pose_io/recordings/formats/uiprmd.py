@@ -158,4 +158,4 @@ def _read_triples(path: Path) -> FloatArray:
     return numbers.reshape(len(numbers), len(PARENTS), 3)
 
 
-FORMAT = Format(key_columns=frozenset(), read=read)
+FORMAT = Format(read=read)
