@@ -33,6 +33,7 @@ from pose_fusion.conversions import body_topics, to_string, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.nodes.inbox import Inbox, waiting
 from pose_fusion.nodes.qos import latched
+from pose_fusion.unused_sensors import unused_sensors
 from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
@@ -252,11 +253,16 @@ class FusionNode(Node):
         has_idle_imus = bool(imus.segments) and not imus.alignment.known_segments
         if is_tracking and has_idle_imus:
             message = "tracking without the IMUs: stand still, arms hanging, for 2 s, then move"
+        unused = self._unused_sensors()
+        if unused:
+            message += f"; not used: {', '.join(unused)}, add it to sensors"
         return Report(
             level=Level.OK if is_tracking and not has_idle_imus else Level.WARN,
             message=message,
             values={
                 "estimator": self._settings.estimator,
+                "sensors": ", ".join(self._settings.sensors),
+                "sensors_not_used": ", ".join(unused) or "none",
                 "latency_s": f"{self._latency_s:.4f}",
                 **self._stages.as_dict(),
                 **{
@@ -274,6 +280,11 @@ class FusionNode(Node):
                 **self.pipeline.aligner.counters.as_dict("alignment/"),
             },
         )
+
+    def _unused_sensors(self) -> tuple[str, ...]:
+        """Cameras that publish and are not used; the graph lists what we subscribe to as well."""
+        topics = self.get_topic_names_and_types()
+        return unused_sensors(topics, self._settings.sensors, self.get_namespace())
 
 
 def main() -> None:
