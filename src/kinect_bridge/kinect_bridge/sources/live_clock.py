@@ -80,20 +80,18 @@ class LiveClock:
         """Whether the frame is newer than the one before; a clock that jumped begins anew."""
         if self._capture_ns is None:
             return True
-        step_ns = capture_ns - self._capture_ns
-        jumped = abs(step_ns - (arrival_ns - self._arrival_ns)) > JUMP_NS
-        if jumped:
+        step_ns, passed_ns = capture_ns - self._capture_ns, arrival_ns - self._arrival_ns
+        if abs(step_ns - passed_ns) > JUMP_NS or passed_ns < -JUMP_NS:
             self._counters.add("clock_jumps")
             self._line.restart()
-            if arrival_ns < (self._stamp_ns or 0):  # the host's clock itself was set back
-                self._stamp_ns = None
             return True
         if step_ns <= 0:
             self._counters.add("frames_out_of_order" if step_ns else "frames_repeated")
         return step_ns > 0
 
     def _finish(self, stamp_ns: int, arrival_ns: int) -> int:
-        if self._stamp_ns is not None and stamp_ns <= self._stamp_ns:
+        # Further back than a jump is a host's clock that was set back: stamps go on from there.
+        if self._stamp_ns is not None and -JUMP_NS <= stamp_ns - self._stamp_ns <= 0:
             self._counters.add("stamps_held")
             stamp_ns = self._stamp_ns + HOLD_NS
         self._stamp_ns, self._delay_ns = stamp_ns, max(0, arrival_ns - stamp_ns)

@@ -126,7 +126,7 @@ def _joints(path: Path, value: Any, sources: Mapping[str, list[str | int]]) -> t
     used = [each for values in sources.values() for each in values]
     if value is None:
         highest = max((each for each in used if isinstance(each, int)), default=-1)
-        value = [str(number) for number in range(min(highest, MAX_JOINTS) + 1)]
+        value = [str(number) for number in range(min(highest, MAX_JOINTS - 1) + 1)]
         value += dict.fromkeys(each for each in used if isinstance(each, str))
     if not isinstance(value, list) or not all(isinstance(each, str) for each in value):
         raise InputError(f"{path}: joints = {value!r}: expected a list of names")
