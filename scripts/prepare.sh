@@ -85,7 +85,7 @@ print(os.path.realpath(getattr(sys, "_base_executable", sys.executable)))'
 make_virtual_environment() {
     local options=()
     if has_installed_ros; then options=(--system-site-packages); fi
-    rm -rf "$POSE_VENV" "$POSE_HOME"/{stamp,build,install,underlay}
+    rm -rf "$POSE_VENV" "$POSE_HOME"/{stamp,build,install,underlay,test_messages}
     mkdir "$POSE_HOME/stamp"
     "$1" -m venv "${options[@]}" "$POSE_VENV"
     "$POSE_VENV/bin/python" -m pip install --quiet --disable-pip-version-check uv
@@ -210,5 +210,10 @@ fi
 if ! has_installed_ros; then
     run_step "underlay (tf2_msgs)" "$(sources_of scripts/underlay | hash_of)" \
         colcon_build "$POSE_ROOT/scripts/underlay" "$POSE_HOME/underlay"
+fi
+if [ "${1:-}" = --develop ]; then
+    # Messages of other people's packages, for tests of what listens to them.
+    run_step "test messages" "$(sources_of tests/messages | hash_of)" \
+        colcon_build "$POSE_ROOT/tests/messages" "$POSE_HOME/test_messages"
 fi
 run_step "workspace" "$(sources_of src | hash_of)" colcon_build "$POSE_ROOT/src" "$POSE_HOME"

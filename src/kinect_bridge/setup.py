@@ -19,7 +19,7 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest"]},
     zip_safe=True,
-    description="Skeletons of one Kinect, from a recording, as ROS messages",
+    description="Skeletons of one sensor, live or recorded, as ROS messages",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [

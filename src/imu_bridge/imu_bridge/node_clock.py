@@ -1,14 +1,14 @@
 r"""Stamps without the jitter of radio, USB and scheduler: from a node's clock to the host's.
 
-The stamp is the line below the arrivals (:mod:`imu_bridge.lower_line`) at the sample's node time:
+The stamp is the line below the arrivals (:mod:`pose_core.lower_line`) at the sample's node time:
 as regular as the node's clock, never after the arrival, and late by the least delay of the link.
 """
 
 from dataclasses import dataclass
 
-from imu_bridge.lower_line import LowerLine
 from imu_bridge.sequence import signed
 from pose_core.counters import Counters
+from pose_core.lower_line import LowerLine
 from pose_core.stamps import NS_PER_S
 
 NS_PER_US = 1000

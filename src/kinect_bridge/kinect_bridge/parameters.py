@@ -3,6 +3,7 @@
 import re
 from dataclasses import dataclass
 
+from kinect_bridge.sources import SOURCES
 from pose_core.errors import ParameterError
 from pose_core.parameters import parameter
 from pose_io.recordings.formats import AUTO, FORMATS
@@ -20,9 +21,41 @@ class KinectBridgeParameters:
     name: str = parameter(
         "left", doc="the sensor's name: topic `kinect_<name>/skeletons`, frame of the same name"
     )
-    file: str = parameter("", doc="the recording to replay; must be given")
+    source: str = parameter("file", doc="where the skeletons come from", choices=tuple(SOURCES))
+    joint_map: str = parameter(
+        "",
+        doc="of a live source: how its joints become ours, a shipped map or the path of your own; "
+        "empty: the one of the source",
+    )
+    topic: str = parameter("", doc="of a source that is a topic: its name; empty: the usual one")
+    message_type: str = parameter(
+        "", doc="of `named_poses`: the message, `package/msg/Type`, if it is not NVIDIA's"
+    )
+    tf_frames: str = parameter(
+        "{joint}_{person}",
+        doc="of `tf`: how a joint's frame is named; without `{person}`: one person",
+    )
+    tf_root: str = parameter(
+        "", doc="of `tf`: the sensor's frame; empty: the one that the joints' frames hang from"
+    )
+    udp_address: str = parameter(
+        "127.0.0.1", doc="of `udp`: where to listen; beyond the loopback `udp_senders` is needed"
+    )
+    udp_port: int = parameter(9870, doc="of `udp`: where to listen", low=0, high=65535)
+    udp_senders: str = parameter(
+        "",
+        doc="of `udp`: IP addresses that may send, with commas between; empty: all that can reach "
+        "it",
+    )
+    nite2_library: str = parameter(
+        "", doc="of `nite2`: the folder of libOpenNI2 and libNiTE2; empty: where the system looks"
+    )
+    nite2_device: str = parameter(
+        "", doc="of `nite2`: index from 0 or URI of the sensor; empty: any, for one sensor"
+    )
+    file: str = parameter("", doc="of `file`: the recording to replay; must be given")
     format: str = parameter(
-        AUTO, doc="how to read the file; `auto` knows it by its header", choices=(AUTO, *FORMATS)
+        AUTO, doc="how to read the file; `auto` knows it by its beginning", choices=(AUTO, *FORMATS)
     )
     sensor: str = parameter("0", doc="which sensor of the file: its name, or its index from 0")
     clock: str = parameter(

@@ -4,6 +4,8 @@ Messages are the dataclasses of a rosbags typestore (``typestore.types["pose_msg
 or serialised CDR bytes; both have the same fields as the ROS messages.
 """
 
+import shutil
+import tempfile
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import islice
@@ -21,6 +23,7 @@ from pose_io import mcap
 from pose_io.mcap import Entry
 from pose_io.typestore import make_typestore
 
+BAG_SUFFIXES = (".mcap", ".db3")
 BATCH = 2000  # [messages] that are read at a time where there are no chunks
 
 
@@ -52,9 +55,10 @@ class BagReader:
     depend on the bag's length.
     """
 
-    def __init__(self, path: Path, reader: AnyReader) -> None:
+    def __init__(self, path: Path, reader: AnyReader, temporary: Path | None = None) -> None:
         self.path = path
         self._reader = reader
+        self._temporary = temporary  # a folder that goes when the bag is closed
         self._ours = reader.default_typestore or make_typestore()
         self.topics: dict[str, Topic] = {}
         for connection in reader.connections:
@@ -168,6 +172,8 @@ class BagReader:
     def close(self) -> None:
         """Close the files."""
         self._reader.close()
+        if self._temporary is not None:
+            shutil.rmtree(self._temporary, ignore_errors=True)
 
     def __enter__(self) -> "BagReader":
         return self
@@ -177,10 +183,11 @@ class BagReader:
 
 
 def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
-    """Open a bag: a rosbag2 folder, or one ``.mcap`` or ``.db3`` file.
+    """Open a bag: a rosbag2 folder, one ``.mcap`` or ``.db3`` file, or a recording of skeletons.
 
     Args:
-        path: The folder or file.
+        path: The folder or file; a recording is any that :mod:`pose_io.recordings` reads. It is
+            turned into a bag beside the system's temporary files, which goes when it is closed.
         typestore: Definitions for a bag that holds none itself; ours if None.
 
     Raises:
@@ -189,6 +196,8 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
     path = Path(path)
     if not path.exists():
         raise InputError(f"found no bag at {path}: expected a rosbag2 folder or an .mcap file")
+    if _may_be_recording(path):
+        return _open_recording(path)
     if path.is_dir() and not (path / "metadata.yaml").exists():
         files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
@@ -196,10 +205,13 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
                 f"{path} is not a bag: it has neither metadata.yaml nor one .mcap or .db3 file"
             )
         path = files[0]  # its recording was cut off
-    if path.is_file() and path.suffix not in {".mcap", ".db3"}:
-        raise InputError(
-            f"{path} is not a bag: expected a rosbag2 folder, or an .mcap or .db3 file"
-        )
+    return _open(path, path, typestore)
+
+
+def _open(
+    path: Path, shown: Path, typestore: Typestore | None = None, temporary: Path | None = None
+) -> BagReader:
+    """Open what is a bag, known to people by another path perhaps."""
     try:
         reader = AnyReader([path], default_typestore=typestore or make_typestore())
         reader.open()
@@ -211,7 +223,37 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
     if reader.message_count == 0:
         reader.close()
         raise InputError(f"{path} is an empty bag: it holds no messages")
-    return BagReader(path, reader)
+    return BagReader(shown, reader, temporary)
+
+
+def _may_be_recording(path: Path) -> bool:
+    """Whether it is no bag by its name, and for a folder by its content."""
+    if path.is_dir():
+        return not (path / "metadata.yaml").exists() and any(path.glob("sk_*_*.txt"))
+    return path.suffix not in BAG_SUFFIXES
+
+
+def _open_recording(path: Path) -> BagReader:
+    """Open a recording of skeletons as the bag that bridges would have made of it."""
+    # Only who opens a recording should wait for its readers to be loaded.
+    from pose_io.recordings.formats import detect_format, read_recording
+    from pose_io.recordings.recording_bag import write_recording_bag
+
+    try:
+        detect_format(path)
+    except InputError as error:
+        raise InputError(
+            f"{path} is not a bag: expected a rosbag2 folder, an .mcap or .db3 file, or a "
+            f"recording of skeletons ({error})"
+        ) from error
+    recording = read_recording(path)
+    temporary = Path(tempfile.mkdtemp(prefix="pose-recording-"))
+    try:
+        write_recording_bag(recording, temporary / "bag")
+        return _open(temporary / "bag", path, temporary=temporary)
+    except BaseException:
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
 
 
 def _indexed_mcap(reader: AnyReader) -> McapReader | None:

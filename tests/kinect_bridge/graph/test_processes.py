@@ -1,6 +1,9 @@
 """Bridges as real processes, as a launch file starts them."""
 
+import itertools
+import json
 import os
+import socket
 import sys
 import time
 from pathlib import Path
@@ -102,3 +105,31 @@ def test_the_launch_file_starts_one_sensor_with_the_arguments_given(
     assert received[0].header.frame_id == "kinect_right_optical_frame"
     since_start = stamp_to_ns(received[0].header.stamp) - start_ns
     assert since_start % (640 * MS) % (100 * MS) == pytest.approx(40 * MS, abs=1_000)
+
+
+def test_the_launch_file_starts_a_live_source(start_process, ros_context, spin_until):
+    received = ros_context.collect(SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    arguments = {"source": "udp", "udp_port": port, "joint_map": "kinect_v2"}
+    start_process(
+        [
+            *(sys.executable, executable("up", "pose_launch"), LAUNCH_FILE),
+            *(f"{name}:={value}" for name, value in arguments.items()),
+        ]
+    )
+    numbers = itertools.count()
+
+    def send_and_look() -> bool:
+        number = next(numbers)
+        people = [{"id": 7, "joints": [[0.1 * i, 0.0, 2.0, 2] for i in range(25)]}]
+        frame = {"v": 1, "seq": number, "time_ns": number * 20 * MS, "people": people}
+        sender.sendto(json.dumps(frame).encode(), ("127.0.0.1", port))
+        return bool(received)
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        spin_until(send_and_look, what="a frame")
+
+    assert received[0].skeletons[0].id == "7"
+    assert received[0].header.frame_id == "kinect_left_optical_frame"

@@ -30,12 +30,37 @@ def test_json_says_what_the_file_holds(monkeypatch, capsys):
 
 
 def test_the_text_names_sensors_frames_and_what_the_file_says_of_itself(monkeypatch, capsys):
-    assert run(monkeypatch, CSV) == 0
+    assert run(monkeypatch, CSV, "--print-only") == 0
     text = capsys.readouterr().out
 
     assert "# synthetic: " in text
     assert "sensor 1: right" in text
     assert "6 of 6, 10.0 Hz" in text
+
+
+def test_the_first_frame_is_drawn_beside_the_text(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+
+    assert run(monkeypatch, CSV) == 0
+
+    assert "first frame: two_sensors.png" in capsys.readouterr().out
+    assert (tmp_path / "two_sensors.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_picture_goes_where_it_is_wanted_or_nowhere(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    wanted = tmp_path / "wanted.png"
+
+    assert run(monkeypatch, CSV, "--figure", wanted) == 0
+    assert run(monkeypatch, CSV, "--print-only") == 0
+    assert run(monkeypatch, CSV, "--json") == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["wanted.png"]
+
+
+def test_a_picture_that_cannot_be_written_is_one_line(monkeypatch, capsys, tmp_path):
+    assert run(monkeypatch, CSV, "--figure", tmp_path / "no" / "folder.png") == 1
+
+    assert "cannot write" in capsys.readouterr().err
 
 
 def test_a_gap_is_reported_with_place_and_length(monkeypatch, capsys, tmp_path):

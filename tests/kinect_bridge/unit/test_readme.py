@@ -3,11 +3,14 @@ from pathlib import Path
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
-from pose_io.recordings import joint_maps
 from pose_io.recordings.formats import FORMATS, plain_csv
+from pose_io.recordings.joint_map_files import SHIPPED, shipped_joint_map
+from pose_io.recordings.joint_maps import markdown_table as joints_table
 
 PACKAGE = Path(__file__).parents[3] / "src" / "kinect_bridge"
 README = (PACKAGE / "README.md").read_text()
+
+SHOWN = ("kinect_v1", "kinect_v2", "azure_kinect", "nite2", "smpl_24", "zed_18", "zed_34", "zed_38")
 
 
 def between(marker: str) -> str:
@@ -21,7 +24,11 @@ def test_the_parameters_are_those_of_the_node():
 
 
 def test_the_joints_are_those_of_the_maps():
-    assert between("joints") == joint_maps.markdown_table()
+    assert between("joints") == joints_table(map(shipped_joint_map, SHOWN))
+
+
+def test_every_shipped_map_is_named():
+    assert all(f"`{name}`" in README for name in SHIPPED)
 
 
 def test_every_format_and_fixed_column_is_described():

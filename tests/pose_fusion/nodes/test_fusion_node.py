@@ -225,3 +225,15 @@ def test_a_bad_parameter_stops_the_node_with_one_line(ros_context, values, error
     with pytest.raises(error, match=message) as caught:
         FusionNode(parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
     assert "\n" not in str(caught.value)
+
+
+def test_a_camera_that_is_there_and_not_used_is_named(make_placed_fusion, ros_context, spin_until):
+    back = ros_context.make_node("back")
+    back.create_publisher(SkeletonArray, "kinect_back/skeletons", qos_profile_sensor_data)
+    diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
+    make_placed_fusion()
+
+    def says_so() -> bool:
+        return any("not used: back" in message.status[0].message for message in diagnostics)
+
+    spin_until(says_so, what="the sensor's name")

@@ -77,6 +77,24 @@ def test_names_that_look_like_numbers_stay_names():
 
 
 @pytest.mark.parametrize(
+    "sensors",
+    ["[left]", "[left,right]", "[left, right, back]", "[a, b, c, d, e, f]"],
+)
+def test_one_camera_or_several_are_started_and_used_by_the_same_file(sensors):
+    graph = evaluate(installed(SRC / "pose_fusion/launch/capture.launch.yaml"), sensors=sensors)
+    names = sensors.strip("[]").replace(" ", "").split(",")
+
+    bridges = [process for process in graph.processes if process.name.startswith("kinect_")]
+    assert [bridge.parameters[-1]["name"] for bridge in bridges] == names
+    assert [bridge.parameters[-1]["sensor"] for bridge in bridges] == [
+        str(number) for number in range(len(names))
+    ]
+    for name in ("calibration", "fusion"):
+        (process,) = (each for each in graph.processes if each.name == name)
+        assert process.parameters[-1]["sensors"] == names
+
+
+@pytest.mark.parametrize(
     ("given", "expected"), [({}, None), ({"estimator": "li2020"}, "li2020")], ids=["not", "given"]
 )
 def test_the_estimator_of_the_params_file_is_overridden_only_if_one_is_given(given, expected):

@@ -10,7 +10,7 @@ import pytest
 
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_io.recordings.formats import plain_csv, read_recording
-from pose_io.recordings.joint_maps import AZURE_KINECT
+from pose_io.recordings.joint_map_files import shipped_joint_map
 from pose_io.recordings.recording import Recording, SensorStream
 from pose_io.recordings.timeline import make_timeline
 
@@ -179,9 +179,11 @@ def azure_frames(archive: Path, motion: str) -> np.ndarray:
 def test_an_azure_kinect_s_person_is_right_handed_and_as_long_as_people_are(shared_data, motion):
     joints = azure_frames(shared_data / "azure_single" / "frames.tar.gz", motion)
     assert len(joints) > 200
-    nose = joints[:, AZURE_KINECT.joints.index("NOSE")] / 1000
+    nose = joints[:, shipped_joint_map("azure_kinect").joints.index("NOSE")] / 1000
 
-    positions, _ = AZURE_KINECT.convert(joints, np.full(joints.shape[:2], 2, dtype=np.uint8))
+    positions, _ = shipped_joint_map("azure_kinect").convert(
+        joints, np.full(joints.shape[:2], 2, dtype=np.uint8)
+    )
     at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
 
     left = at["left_shoulder"] - at["right_shoulder"]
@@ -196,7 +198,9 @@ def test_the_left_of_a_person_who_faces_an_azure_kinect_is_at_its_right(shared_d
         shared_data / "azure_single" / "frames.tar.gz", "flexion_and_extending_30sec"
     )
 
-    positions, _ = AZURE_KINECT.convert(joints, np.full(joints.shape[:2], 2, dtype=np.uint8))
+    positions, _ = shipped_joint_map("azure_kinect").convert(
+        joints, np.full(joints.shape[:2], 2, dtype=np.uint8)
+    )
 
     left, right = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
     assert (positions[:, left, 0] > positions[:, right, 0]).all()

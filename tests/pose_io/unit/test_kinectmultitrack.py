@@ -7,7 +7,7 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.formats.kinectmultitrack import JOINT_COLUMNS, RENAMED
-from pose_io.recordings.joint_maps import KINECT_V2
+from pose_io.recordings.joint_map_files import shipped_joint_map
 
 BEGIN = (
     "Study, KinectConfig, Scenario, Tracker_Time, Person#, Skeleton#, Skeleton_Time, "
@@ -20,7 +20,7 @@ YEAR_1_MS = 63_562_205_247_984  # 2015-03-17 16:07:27.984
 def row(tracker_ms=YEAR_1_MS, skeleton=636_645_975_903, person=0, kinect="10.0.0.1", **joints):
     """A row in which the joint with SDK index i stands at (i, 10 i, 100 i) unless given."""
     cells = {}
-    for i, joint in enumerate(KINECT_V2.joints):
+    for i, joint in enumerate(shipped_joint_map("kinect_v2").joints):
         for axis, value in zip("XYZ", joints.get(joint, (i, 10 * i, 100 * i)), strict=True):
             cells[f"{joint}_{axis}"] = value
     first = f"10, 0, 1, {tracker_ms}, {person}, 0, {skeleton}, -0.09, 2.39, {kinect}, 0, 100"

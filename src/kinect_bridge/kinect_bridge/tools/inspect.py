@@ -121,16 +121,34 @@ def _clock_text(clock: dict[str, Any] | None) -> str:
 
 def _run() -> None:
     parser = argparse.ArgumentParser(
-        prog="inspect", description="Say what a recording of skeletons holds."
+        prog="inspect", description="Say what a recording of skeletons holds, and draw it."
     )
-    parser.add_argument("file", type=Path, help="the recording, plain or gzip")
-    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument("file", type=Path, help="the recording, plain or gzip; or a folder")
+    parser.add_argument("--json", action="store_true", help="for programs; draws nothing")
+    parser.add_argument("--print-only", action="store_true", help="draw nothing")
+    parser.add_argument(
+        "--figure",
+        type=Path,
+        metavar="PNG",
+        help="the picture of the first frame (default: <recording>.png in this folder)",
+    )
     parser.add_argument(
         "--format", choices=(AUTO, *FORMATS), default=AUTO, help="how to read it (default: auto)"
     )
-    arguments = parser.parse_args()
-    description = describe(read_recording(arguments.file, arguments.format))
-    print(json.dumps(description, indent=2) if arguments.json else as_text(description))
+    options = parser.parse_args()
+    recording = read_recording(options.file, options.format)
+    description = describe(recording)
+    if options.json:
+        print(json.dumps(description, indent=2))
+        return
+    print(as_text(description))
+    if not options.print_only:
+        # Loads matplotlib for half a second, which only a picture should wait for.
+        from kinect_bridge.tools.first_frame import draw_first_frames
+
+        figure = options.figure or Path(f"{options.file.resolve().name.split('.')[0]}.png")
+        draw_first_frames(recording, figure)
+        print(f"first frame: {figure}")
 
 
 def main() -> None:

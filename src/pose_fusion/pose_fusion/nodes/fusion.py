@@ -38,6 +38,7 @@ from pose_fusion.conversions import body_topics, to_string, urdf_topic
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.nodes.inbox import Inbox, waiting
 from pose_fusion.nodes.qos import latched
+from pose_fusion.unused_sensors import unused_sensors
 from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
@@ -262,11 +263,16 @@ class FusionNode(Node):
             message = f"tracking without the IMU on {idle[0]}"
             if len(idle) > 1:
                 message += f"; {len(idle) - 1} more, see the values"
+        unused = self._unused_sensors()
+        if unused:
+            message += f"; not used: {', '.join(unused)}, add it to sensors"
         return Report(
             level=Level.OK if is_tracking and not idle else Level.WARN,
             message=message,
             values={
                 "estimator": self._settings.estimator,
+                "sensors": ", ".join(self._settings.sensors),
+                "sensors_not_used": ", ".join(unused) or "none",
                 "latency_s": f"{self._latency_s:.4f}",
                 **self._stages.as_dict(),
                 **{
@@ -283,6 +289,11 @@ class FusionNode(Node):
                 **self.pipeline.aligner.counters.as_dict("alignment/"),
             },
         )
+
+    def _unused_sensors(self) -> tuple[str, ...]:
+        """Cameras that publish and are not used; the graph lists what we subscribe to as well."""
+        topics = self.get_topic_names_and_types()
+        return unused_sensors(topics, self._settings.sensors, self.get_namespace())
 
 
 def main() -> None:

@@ -47,7 +47,7 @@ TF_STATIC = "/tf_static"
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="pose fuse", description=__doc__)
-    parser.add_argument("in_bag", type=Path, help="a bag with kinect_<name>/skeletons")
+    parser.add_argument("in_bag", type=Path, help="a bag, or a recording of skeletons")
     parser.add_argument("out_bag", type=Path, help="the bag to make")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
     parser.add_argument(
@@ -204,6 +204,11 @@ def run() -> None:
     console = Console(stderr=True)
     with open_bag(arguments.in_bag) as bag:
         parameters = read_parameters(arguments, bag)
+        unused = [sensor for sensor in sensor_topics(bag) if sensor not in parameters.sensors]
+        if unused:
+            console.print(
+                f"sensors: {', '.join(parameters.sensors)}; not used: {', '.join(unused)}"
+            )
         pipeline = fuse(
             bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
         )

@@ -1,10 +1,11 @@
-"""Each SDK's joints and axes, and the 15 joints in a REP 103 optical frame made from them.
+"""From a source's skeleton to the 15 joints in a REP 103 optical frame.
 
-A position ``p_sdk`` in the SDK's axes and unit becomes
-``p_optical = unit_m * R_optical_sdk @ p_sdk`` [m], x right, y down, z forward.
+A position ``p_source`` in the source's axes and unit becomes
+``p_optical = unit_m * R_optical_source @ p_source`` [m], x right, y down, z forward.
 
-One of our joints is one of the SDK's, or the mean of two. Where an SDK offers a choice, the point
-is taken that ends a rigid segment, so that bone lengths are constant and alike across sensors:
+One of our joints is one of the source's, or the mean of some. Where a source offers a choice, the
+shipped maps take the point that ends a rigid segment, so that bone lengths are constant and alike
+across sensors:
 
 - ``hand`` is the wrist and ``foot`` the ankle: a bent wrist or ankle then changes neither the
   length of forearm and shank nor the angle of elbow and knee. The toes, for one, lie 9 cm in
@@ -16,166 +17,101 @@ is taken that ends a rigid segment, so that bone lengths are constant and alike 
 - ``head`` is the middle of the head: for Azure, whose ``HEAD`` is the skull's base, midway between
   the ears.
 - ``torso`` is the spine joint nearest to the middle between neck and hips.
+
+The maps are data: :mod:`pose_io.recordings.joint_map_files` reads them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.joints import JOINTS, SIDES, TrackingState
+from pose_core.joints import JOINTS, TrackingState
 
 FloatArray = NDArray[np.float64]
 StateArray = NDArray[np.uint8]
 
-# Columns: where the SDK's x, y and z point in the optical frame.
-X_LEFT_Y_UP = np.diag([-1.0, -1.0, 1.0])
-X_RIGHT_Y_DOWN = np.eye(3)
-X_RIGHT_Y_UP = np.diag([1.0, -1.0, 1.0])  # left-handed
+
+@dataclass(frozen=True, kw_only=True)
+class ConfidenceLevels:
+    """From which confidence on a joint counts as what, in the source's own scale."""
+
+    inferred: float
+    tracked: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointMap:
-    """How one SDK's skeleton becomes the 15 joints."""
+    """How one source's skeleton becomes the 15 joints."""
 
     sensor: str
-    joints: tuple[str, ...]  # the SDK's names, in the SDK's order
-    sources: Mapping[str, tuple[str, ...]]  # one or two of them for each of the 15
-    R_optical_sdk: FloatArray  # (3, 3) [-], a reflection if the SDK's axes are left-handed
-    unit_m: float  # [m] per unit of the SDK
+    joints: tuple[str, ...]  # the source's names, in the order of its indices
+    sources: Mapping[str, tuple[str, ...]]  # for some of the 15: the joints whose mean it is
+    R_optical_sdk: FloatArray  # (3, 3) [-], a reflection if the source's axes are left-handed
+    unit_m: float  # [m] per unit of the source
+    confidence: ConfidenceLevels | None = None  # None: every joint that has a place is tracked
 
     def convert(
         self, positions: FloatArray, tracking_state: StateArray
     ) -> tuple[FloatArray, StateArray]:
-        """Map an SDK's joints to the 15, in the optical frame.
+        """Map a source's joints to the 15, in the optical frame.
 
         Args:
-            positions: In the SDK's axes and unit, shape (..., n, 3) with the n joints of
+            positions: In the source's axes and unit, shape (..., n, 3) with the n joints of
                 :attr:`joints`; NaN where missing.
             tracking_state: Values of ``TrackingState``, shape (..., n).
 
         Returns:
             Positions [m], shape (..., 15, 3), and states, shape (..., 15): a mean is tracked as
-            badly as the worse of its sources, and NaN if one of them is missing.
+            badly as the worst of its sources, and NaN if one of them is missing. A joint that the
+            map lacks is NaN and not tracked.
         """
-        index = {name: i for i, name in enumerate(self.joints)}
-        first = [index[self.sources[name][0]] for name in JOINTS]
-        second = [index[self.sources[name][-1]] for name in JOINTS]
-        mean = 0.5 * (positions[..., first, :] + positions[..., second, :])
-        state = np.minimum(tracking_state[..., first], tracking_state[..., second])
+        index, weight, is_mapped = self._gathering
+        mean = (weight[..., None] * positions[..., index, :]).sum(axis=-2)
+        state = tracking_state[..., index].min(axis=-1)
+        mean[..., ~is_mapped, :] = np.nan
+        state[..., ~is_mapped] = TrackingState.NOT_TRACKED
         return self.unit_m * mean @ self.R_optical_sdk.T, state
 
+    def states(self, confidence: FloatArray | None, count: int | None = None) -> StateArray:
+        """What confidences mean.
 
-def _sided(pattern: Mapping[str, str], left: str, right: str) -> dict[str, tuple[str, ...]]:
-    """Sources of the limbs' joints: ``{}`` in the SDK's name stands for its word for the side."""
-    return {
-        f"{side}_{ours}": (theirs.format(word),)
-        for side, word in zip(SIDES, (left, right), strict=True)
-        for ours, theirs in pattern.items()
-    }
+        Args:
+            confidence: In the source's scale, any shape; NaN where the source does not say. None:
+                it says nothing of any joint.
+            count: The number of joints, if ``confidence`` is None; that of :attr:`joints` unless
+                given.
 
+        Returns:
+            Values of ``TrackingState``; what the source does not say counts as tracked.
+        """
+        if confidence is None:
+            return np.full(count or len(self.joints), TrackingState.TRACKED, dtype=np.uint8)
+        state = np.full(np.shape(confidence), TrackingState.TRACKED, dtype=np.uint8)
+        if self.confidence is not None:
+            state[confidence < self.confidence.tracked] = TrackingState.INFERRED
+            state[confidence < self.confidence.inferred] = TrackingState.NOT_TRACKED
+        return state
 
-_KINECT_V1_V2_LIMBS = _sided(
-    {
-        "shoulder": "Shoulder{}",
-        "elbow": "Elbow{}",
-        "hand": "Wrist{}",
-        "hip": "Hip{}",
-        "knee": "Knee{}",
-        "foot": "Ankle{}",
-    },
-    "Left",
-    "Right",
-)
+    @cached_property
+    def index(self) -> Mapping[str, int]:
+        """Where each of the source's joints stands."""
+        return {name: i for i, name in enumerate(self.joints)}
 
-KINECT_V1 = JointMap(
-    sensor="Kinect v1",
-    joints=(
-        *("HipCenter", "Spine", "ShoulderCenter", "Head"),
-        *("ShoulderLeft", "ElbowLeft", "WristLeft", "HandLeft"),
-        *("ShoulderRight", "ElbowRight", "WristRight", "HandRight"),
-        *("HipLeft", "KneeLeft", "AnkleLeft", "FootLeft"),
-        *("HipRight", "KneeRight", "AnkleRight", "FootRight"),
-    ),
-    sources={
-        "head": ("Head",),
-        "neck": ("ShoulderCenter",),
-        "torso": ("Spine",),
-        **_KINECT_V1_V2_LIMBS,
-    },
-    R_optical_sdk=X_LEFT_Y_UP,
-    unit_m=1.0,
-)
-
-KINECT_V2 = JointMap(
-    sensor="Kinect v2",
-    joints=(
-        *("SpineBase", "SpineMid", "Neck", "Head"),
-        *("ShoulderLeft", "ElbowLeft", "WristLeft", "HandLeft"),
-        *("ShoulderRight", "ElbowRight", "WristRight", "HandRight"),
-        *("HipLeft", "KneeLeft", "AnkleLeft", "FootLeft"),
-        *("HipRight", "KneeRight", "AnkleRight", "FootRight"),
-        *("SpineShoulder", "HandTipLeft", "ThumbLeft", "HandTipRight", "ThumbRight"),
-    ),
-    sources={
-        "head": ("Head",),
-        "neck": ("SpineShoulder",),
-        "torso": ("SpineMid",),
-        **_KINECT_V1_V2_LIMBS,
-    },
-    R_optical_sdk=X_LEFT_Y_UP,
-    unit_m=1.0,
-)
-
-AZURE_KINECT = JointMap(
-    sensor="Azure Kinect",
-    joints=(
-        *("PELVIS", "SPINE_NAVEL", "SPINE_CHEST", "NECK"),
-        *("CLAVICLE_LEFT", "SHOULDER_LEFT", "ELBOW_LEFT", "WRIST_LEFT"),
-        *("HAND_LEFT", "HANDTIP_LEFT", "THUMB_LEFT"),
-        *("CLAVICLE_RIGHT", "SHOULDER_RIGHT", "ELBOW_RIGHT", "WRIST_RIGHT"),
-        *("HAND_RIGHT", "HANDTIP_RIGHT", "THUMB_RIGHT"),
-        *("HIP_LEFT", "KNEE_LEFT", "ANKLE_LEFT", "FOOT_LEFT"),
-        *("HIP_RIGHT", "KNEE_RIGHT", "ANKLE_RIGHT", "FOOT_RIGHT"),
-        *("HEAD", "NOSE", "EYE_LEFT", "EAR_LEFT", "EYE_RIGHT", "EAR_RIGHT"),
-    ),
-    sources={
-        "head": ("EAR_LEFT", "EAR_RIGHT"),
-        "neck": ("CLAVICLE_LEFT", "CLAVICLE_RIGHT"),
-        "torso": ("SPINE_CHEST",),
-        **_sided(
-            {
-                "shoulder": "SHOULDER_{}",
-                "elbow": "ELBOW_{}",
-                "hand": "WRIST_{}",
-                "hip": "HIP_{}",
-                "knee": "KNEE_{}",
-                "foot": "ANKLE_{}",
-            },
-            "LEFT",
-            "RIGHT",
-        ),
-    },
-    R_optical_sdk=X_RIGHT_Y_DOWN,
-    unit_m=0.001,
-)
-
-NITE2 = JointMap(
-    sensor="NiTE2",
-    joints=(
-        *("HEAD", "NECK", "LEFT_SHOULDER", "RIGHT_SHOULDER", "LEFT_ELBOW", "RIGHT_ELBOW"),
-        *("LEFT_HAND", "RIGHT_HAND", "TORSO", "LEFT_HIP", "RIGHT_HIP"),
-        *("LEFT_KNEE", "RIGHT_KNEE", "LEFT_FOOT", "RIGHT_FOOT"),
-    ),
-    sources={name: (name.upper(),) for name in JOINTS},
-    R_optical_sdk=X_RIGHT_Y_UP,
-    unit_m=0.001,
-)
-
-JOINT_MAPS = {
-    joint_map.sensor: joint_map for joint_map in (KINECT_V1, KINECT_V2, AZURE_KINECT, NITE2)
-}
+    @cached_property
+    def _gathering(self) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
+        """Indices and weights of the means, both (15, k), and which of the 15 there are."""
+        width = max(len(names) for names in self.sources.values())
+        index = np.zeros((len(JOINTS), width), dtype=np.int64)
+        weight = np.zeros((len(JOINTS), width))
+        for row, joint in enumerate(JOINTS):
+            names = self.sources.get(joint, ())
+            for column in range(width if names else 0):
+                index[row, column] = self.index[names[min(column, len(names) - 1)]]
+                weight[row, column] = 1.0 / len(names) if column < len(names) else 0.0
+        return index, weight, np.array([joint in self.sources for joint in JOINTS])
 
 
 def mark_missing(positions: FloatArray, tracking_state: StateArray) -> None:
@@ -191,16 +127,16 @@ def mark_missing(positions: FloatArray, tracking_state: StateArray) -> None:
     tracking_state[missing] = TrackingState.NOT_TRACKED
 
 
-def markdown_table() -> str:
+def markdown_table(joint_maps: Iterable[JointMap]) -> str:
     """The README's table of joints."""
+    maps = list(joint_maps)
     lines = [
-        "| joint | " + " | ".join(f"{m.sensor} ({len(m.joints)})" for m in JOINT_MAPS.values()),
-        "|---" * (1 + len(JOINT_MAPS)),
+        "| joint | " + " | ".join(f"{m.sensor} ({len(m.joints)})" for m in maps),
+        "|---" * (1 + len(maps)),
     ]
     for name in JOINTS:
         cells = [
-            " + ".join(f"`{source}`" for source in joint_map.sources[name])
-            for joint_map in JOINT_MAPS.values()
+            " + ".join(f"`{source}`" for source in joint_map.sources[name]) for joint_map in maps
         ]
         lines.append(f"| `{name}` | " + " | ".join(cells))
     return "".join(f"{line} |\n" if line[-1] != "-" else f"{line}|\n" for line in lines)

@@ -3,16 +3,30 @@
 from pathlib import Path
 
 from pose_core.errors import InputError
-from pose_io.recordings.formats import kinectmultitrack, plain_csv, uiprmd
+from pose_io.recordings.formats import (
+    azure_csv,
+    azure_json,
+    kinectmultitrack,
+    ntu,
+    plain_csv,
+    uiprmd,
+    utd_mhad,
+)
+from pose_io.recordings.formats.content import read_beginning
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.table import read_header
 from pose_io.recordings.recording import Recording
 
 AUTO = "auto"
+BEGINNING = 4096  # [bytes] that a format is known by
 
 FORMATS: dict[str, Format] = {
     "kinectmultitrack": kinectmultitrack.FORMAT,
     "csv": plain_csv.FORMAT,
+    "azure_csv": azure_csv.FORMAT,
+    "azure_json": azure_json.FORMAT,
+    "ntu": ntu.FORMAT,
+    "utd_mhad": utd_mhad.FORMAT,
     "uiprmd": uiprmd.FORMAT,
 }
 
@@ -21,8 +35,8 @@ def read_recording(path: Path, format_name: str = AUTO) -> Recording:
     """Read a recording.
 
     Args:
-        path: The file, plain or gzip.
-        format_name: A key of :data:`FORMATS`, or ``auto`` to know it by its header.
+        path: The file, plain or gzip; of some formats a folder.
+        format_name: A key of :data:`FORMATS`, or ``auto`` to know it by its beginning.
 
     Raises:
         InputError: If the file is missing or not what it should be.
@@ -33,11 +47,15 @@ def read_recording(path: Path, format_name: str = AUTO) -> Recording:
 
 
 def detect_format(path: Path) -> str:
-    """Know a file's format by its header.
+    """Know a file's format by its beginning.
 
     Raises:
         InputError: If the file is missing or of no known format.
     """
+    begin = read_beginning(path, BEGINNING)
+    for name, candidate in FORMATS.items():
+        if candidate.recognise(path, begin):
+            return name
     header = read_header(path)
     with_header = {name: each for name, each in FORMATS.items() if each.key_columns}
     for name, candidate in with_header.items():
@@ -47,8 +65,10 @@ def detect_format(path: Path) -> str:
         f"{name} ({', '.join(sorted(candidate.key_columns))}, …)"
         for name, candidate in with_header.items()
     )
-    begin = ", ".join(header)[:60]
+    others = ", ".join(name for name in FORMATS if name not in with_header)
+    shown = ", ".join(header)[:60]
     raise InputError(
-        f"{path} is of no known format: its header begins with {begin!r}, expected the columns "
-        f"of {known}; convert it to the plain CSV that the README of kinect_bridge describes"
+        f"{path} is of no known format: its header begins with {shown!r}, expected the columns "
+        f"of {known}, or a file of {others}; "
+        "convert it to the plain CSV that the README of kinect_bridge describes"
     )

@@ -13,9 +13,10 @@ import numpy as np
 from pose_core.joints import TrackingState
 from pose_io.recordings.formats.format import Format
 from pose_io.recordings.formats.table import Table, read_table
-from pose_io.recordings.joint_maps import KINECT_V2
+from pose_io.recordings.joint_map_files import shipped_joint_map
 from pose_io.recordings.recording import Recording, SensorStream, make_recording, make_stream
 
+KINECT_V2 = shipped_joint_map("kinect_v2")
 NS_PER_MS = 1_000_000
 NS_PER_SENSOR_TICK = 100
 UNIX_EPOCH_MS = 62_135_596_800_000  # [ms] from 0001-01-01 to 1970-01-01

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from pose_core.errors import InputError
+from pose_io.recordings.formats.content import GZIP_MAGIC
 
 DIALECT: dict[str, Any] = {"skipinitialspace": True}
-GZIP_MAGIC = b"\x1f\x8b"
 MAX_NS = 2**62  # [ns] about 146 years around any epoch
 
 
@@ -109,7 +109,7 @@ def read_header(path: Path) -> tuple[str, ...]:
         return _head(stream, path).header
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, delimiter: str = ",") -> Table:
     """Read a whole table.
 
     Raises:
@@ -117,8 +117,8 @@ def read_table(path: Path) -> Table:
             the header.
     """
     with _opened(path) as stream:
-        table = _head(stream, path)
-        reader = csv.reader(stream, **DIALECT)
+        table = _head(stream, path, delimiter)
+        reader = csv.reader(stream, delimiter=delimiter, **DIALECT)
         for row in reader:
             if not row:
                 continue
@@ -133,17 +133,18 @@ def read_table(path: Path) -> Table:
     return table
 
 
-def _head(stream: TextIO, path: Path) -> Table:
+def _head(stream: TextIO, path: Path, delimiter: str = ",") -> Table:
     """The comments and the header; the stream then stands at the first row."""
     comments = []
     for number, line in enumerate(iter(stream.readline, ""), start=1):
         if line.startswith("#"):
             comments.append(line.lstrip("#").strip())
         elif line.strip():
+            cells = next(csv.reader([line], delimiter=delimiter, **DIALECT))
             return Table(
                 path=path,
                 comments=tuple(comments),
-                header=tuple(cell.strip() for cell in next(csv.reader([line], **DIALECT))),
+                header=tuple(cell.strip() for cell in cells),
                 header_line=number,
                 rows=[],
                 lines=[],

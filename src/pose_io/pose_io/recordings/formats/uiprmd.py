@@ -158,4 +158,10 @@ def _read_triples(path: Path) -> FloatArray:
     return numbers.reshape(len(numbers), len(PARENTS), 3)
 
 
-FORMAT = Format(key_columns=frozenset(), read=read)
+def recognise(path: Path, _begin: bytes) -> bool:
+    """Whether a file is named as one of positions, with the angles where they belong."""
+    is_named = path.name.endswith((f"_{POSITIONS}.txt", f"_{POSITIONS}.txt.gz"))
+    return is_named and angles_path(path).is_file()
+
+
+FORMAT = Format(read=read, recognise=recognise)

@@ -1,0 +1,190 @@
+"""What all live sources share: people become frames, and nothing is dropped uncounted."""
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinect_bridge.sources.live_clock import CLOCK_COUNTERS, LiveClock
+from kinect_bridge.sources.source import SkeletonFrame, SourceReport, Topic
+from pose_core.counters import Counters
+from pose_core.joints import JOINTS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_io.recordings.joint_maps import FloatArray, JointMap, mark_missing
+from pose_node.level import Level
+
+MAX_PEOPLE = 16  # in one frame
+MAX_ID = 32  # [characters]
+MAX_DISTANCE_M = 100.0  # [m] a joint further away is no joint
+QUEUE = 64  # frames that wait for the node
+SILENCE_NS = 2 * NS_PER_S  # [ns] a longer one is a warning
+
+FRAME_COUNTERS = (
+    "frames_received",
+    "frames_overrun",  # left out: the node was too slow
+    "people_beyond_limit",  # left out: more than MAX_PEOPLE in a frame
+    "people_repeated",  # left out: an id twice in a frame
+    "people_bad_id",  # left out: an id that is no name
+    "people_wrong_joints",  # left out: another number of joints than the map's
+    "people_without_joints",  # left out: not one joint tracked
+    "joints_out_of_range",  # not tracked: further away than MAX_DISTANCE_M
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Person:
+    """One person as a source gives it; n joints in the order of its joint map."""
+
+    id: str
+    positions: FloatArray  # (n, 3) in the source's axes and unit; NaN where missing
+    confidence: FloatArray | None = None  # (n,) in the source's scale; None: it has none
+    at_most: TrackingState = TrackingState.TRACKED  # of all joints, as of a person that is guessed
+
+
+class LiveSource:
+    """A source that pushes; a subclass calls :meth:`push` from one thread.
+
+    Args:
+        name: The source, for messages.
+        hardware_id: The device, port or topic.
+        joint_map: Of the people that are pushed without one of their own.
+        on_host_clock: As of :class:`LiveClock`.
+        counters: Further reasons for which the subclass leaves something out.
+        topics: What to subscribe to.
+    """
+
+    is_finished = False  # a live source may always go on
+
+    def __init__(
+        self,
+        name: str,
+        hardware_id: str,
+        joint_map: JointMap,
+        *,
+        on_host_clock: bool,
+        counters: Sequence[str] = (),
+        topics: tuple[Topic, ...] = (),
+    ) -> None:
+        self.name = name
+        self.hardware_id = hardware_id
+        self.topics = topics
+        self.joint_map = joint_map
+        self.counters = Counters(*FRAME_COUNTERS, *CLOCK_COUNTERS, *counters)
+        self._clock = LiveClock(self.counters, on_host_clock=on_host_clock)
+        self._frames: deque[SkeletonFrame] = deque()
+        self._now_ns: Callable[[], int] = lambda: 0
+        self._wake: Callable[[], None] = lambda: None
+        self._heard_ns: int | None = None
+
+    def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
+        """Begin; see :class:`SkeletonSource`."""
+        self._now_ns, self._wake = now_ns, wake
+
+    def receive(self, message: Any, topic: str) -> None:
+        """Take a message; a source without topics gets none."""
+        raise NotImplementedError(f"{self.name} has no topic {topic}")
+
+    def take(self) -> SkeletonFrame | None:
+        """The oldest frame that waits."""
+        return self._frames.popleft() if self._frames else None
+
+    def wait_ns(self) -> int | None:
+        """Never: frames come with a wake."""
+        return None
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def push(
+        self, people: Sequence[Person], capture_ns: int | None, joint_map: JointMap | None = None
+    ) -> None:
+        """Give a frame to the node.
+
+        Args:
+            people: Everybody in the frame.
+            capture_ns: When it was captured [ns], None if nobody said.
+            joint_map: Of these people, if it is another one than the source's.
+        """
+        arrival_ns = self._now_ns()
+        self._heard_ns = arrival_ns
+        self.counters.add("frames_received")
+        stamp_ns = self._clock.stamp(capture_ns, arrival_ns)
+        if stamp_ns is None:
+            return
+        if len(self._frames) == QUEUE:
+            self.counters.add("frames_overrun")
+            self._frames.popleft()
+        self._frames.append(self._frame(people, stamp_ns, joint_map or self.joint_map))
+        self._wake()
+
+    def report(self) -> SourceReport:
+        """Whether frames come, and all counts."""
+        values = {
+            **self.counters.as_dict(),
+            "joint_map": self.joint_map.sensor,
+            "delay_ms": f"{self._clock.delay_ns * 1e-6:.1f}",
+            "clock_drift_ppm": f"{self._clock.drift * 1e6:.1f}",
+            **self.details(),
+        }
+        if self._heard_ns is None:
+            return SourceReport(
+                level=Level.WARN, message=f"waiting for {self.waits_for()}", values=values
+            )
+        silent_ns = self._now_ns() - self._heard_ns
+        if silent_ns > SILENCE_NS:
+            message = f"nothing from {self.waits_for()} for {silent_ns / NS_PER_S:.0f} s"
+            return SourceReport(level=Level.WARN, message=message, values=values)
+        return SourceReport(level=Level.OK, message=f"receiving from {self.name}", values=values)
+
+    def waits_for(self) -> str:
+        """What has to happen outside, for people."""
+        return f"{self.name} on {self.hardware_id}"
+
+    def details(self) -> Mapping[str, object]:
+        """Further values for ``/diagnostics``."""
+        return {}
+
+    def _frame(self, people: Sequence[Person], stamp_ns: int, joint_map: JointMap) -> SkeletonFrame:
+        ids, positions, states = [], [], []
+        for person in self._acceptable(people, joint_map):
+            state = np.minimum(joint_map.states(person.confidence), np.uint8(person.at_most))
+            given = np.asarray(person.positions, np.float64)
+            place, state = joint_map.convert(np.where(np.isfinite(given), given, np.nan), state)
+            far = np.abs(place).max(axis=-1) > MAX_DISTANCE_M  # NaN is not
+            self.counters.add("joints_out_of_range", int(far.sum()))
+            place[far] = np.nan
+            mark_missing(place, state)
+            if not state.any():
+                self.counters.add("people_without_joints")
+                continue
+            ids.append(person.id)
+            positions.append(place)
+            states.append(state)
+        return SkeletonFrame(
+            stamp_ns=stamp_ns,
+            person=tuple(ids),
+            positions=np.array(positions).reshape(-1, len(JOINTS), 3),
+            tracking_state=np.array(states, dtype=np.uint8).reshape(-1, len(JOINTS)),
+        )
+
+    def _acceptable(self, people: Sequence[Person], joint_map: JointMap) -> list[Person]:
+        """The people whose id and number of joints are as they should be."""
+        self.counters.add("people_beyond_limit", max(0, len(people) - MAX_PEOPLE))
+        accepted: dict[str, Person] = {}
+        for person in people[:MAX_PEOPLE]:
+            if not is_name(person.id):
+                self.counters.add("people_bad_id")
+            elif person.id in accepted:
+                self.counters.add("people_repeated")
+            elif np.shape(person.positions) != (len(joint_map.joints), 3):
+                self.counters.add("people_wrong_joints")
+            else:
+                accepted[person.id] = person
+        return list(accepted.values())
+
+
+def is_name(text: str) -> bool:
+    """Whether an id can stand in topics: letters, digits and underscores, not too many."""
+    return len(text) <= MAX_ID and text.isascii() and text.replace("_", "a").isalnum()

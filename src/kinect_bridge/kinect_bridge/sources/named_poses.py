@@ -1,0 +1,63 @@
+"""``named_poses``: one person as named poses, as NVIDIA's teleoperation publishes it.
+
+``NamedPoseArray`` has a header, ``name``, ``pose`` and ``is_valid`` (or ``names``, ``poses``), in
+metres; full body in the names of SMPL.
+"""
+
+from typing import Any
+
+import numpy as np
+
+from kinect_bridge.parameters import KinectBridgeParameters
+from kinect_bridge.sources.live import LiveSource, Person
+from kinect_bridge.sources.source import Topic
+from pose_core.stamps import nanoseconds
+from pose_io.recordings.joint_map_files import find_joint_map
+
+PERSON = "0"
+MAX_POSES = 256
+
+
+class NamedPosesSource(LiveSource):
+    """One person as a list of named poses."""
+
+    def __init__(self, parameters: KinectBridgeParameters) -> None:
+        topic = parameters.topic or "xr_teleop/full_body"
+        super().__init__(
+            "named_poses",
+            topic,
+            find_joint_map(parameters.joint_map or "smpl_24"),
+            on_host_clock=True,
+            counters=("messages_too_long", "messages_uneven", "poses_unknown"),
+            topics=(
+                Topic(
+                    name=topic,
+                    type_name=parameters.message_type
+                    or "teleop_ros2_interfaces/msg/NamedPoseArray",
+                    install="build the package that has it and source its workspace; "
+                    "`message_type` names another",
+                ),
+            ),
+        )
+
+    def receive(self, message: Any, topic: str) -> None:
+        """One message is one frame; without a valid pose it says that nobody is there."""
+        names = getattr(message, "name", None) or getattr(message, "names", [])
+        poses = getattr(message, "pose", None) or getattr(message, "poses", [])
+        is_valid = getattr(message, "is_valid", None) or [True] * len(names)
+        if len(names) > MAX_POSES:
+            self.counters.add("messages_too_long")
+            return
+        if not len(names) == len(poses) == len(is_valid):
+            self.counters.add("messages_uneven")
+            return
+        positions = np.full((len(self.joint_map.joints), 3), np.nan)
+        for name, pose, valid in zip(names, poses, is_valid, strict=True):
+            joint = self.joint_map.index.get(name)
+            if joint is None:
+                self.counters.add("poses_unknown")
+            elif valid:
+                positions[joint] = pose.position.x, pose.position.y, pose.position.z
+        seen = np.isfinite(positions).any()
+        people = [Person(id=PERSON, positions=positions)] if seen else []
+        self.push(people, nanoseconds(message.header.stamp) or None)

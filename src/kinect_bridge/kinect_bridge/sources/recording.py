@@ -1,0 +1,138 @@
+"""``file``: one sensor of a recording, replayed at its own pace or faster."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from kinect_bridge.parameters import KinectBridgeParameters
+from kinect_bridge.replay import Replay, make_schedule
+from kinect_bridge.sources.source import SkeletonFrame, SourceReport, Topic
+from pose_core.errors import ParameterError
+from pose_io.recordings.formats import read_recording
+from pose_io.recordings.timeline import make_timeline
+from pose_node.level import Level
+
+LONGEST_DELAY_NS = 10_000_000_000  # [ns] by which a replay may begin late and yet catch up
+LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then
+
+
+class RecordingSource:
+    """The frames of a recorded sensor, each when it is due.
+
+    Raises:
+        PoseError: If the file or a parameter is not what it should be.
+    """
+
+    topics: tuple[Topic, ...] = ()
+
+    def __init__(self, parameters: KinectBridgeParameters) -> None:
+        if not parameters.file:
+            raise ParameterError("file is empty: give the path of a recording to replay")
+        self._parameters = parameters
+        parameters.start_at_ns(0)  # says at once if it is none
+        if parameters.joint_map:
+            raise ParameterError(
+                f"joint_map = '{parameters.joint_map}' is for live sources: a recording's format "
+                "has its own"
+            )
+        path = Path(parameters.file).expanduser()
+        self._recording = read_recording(path, parameters.format)
+        self._stream = self._recording.stream(parameters.sensor)
+        self.hardware_id = self._stream.name
+        self._timelines = [
+            make_timeline(each, parameters.clock) for each in self._recording.streams
+        ]
+        self._timeline = self._timelines[self._recording.streams.index(self._stream)]
+        self._replay = self._make_replay(0)
+        self._skipped = 0  # frames that were due before a restart
+        self._late_ns = 0  # [ns] longest since the last report
+        self._reported = (0, 0)  # [ns] and frames, at the last report
+
+    def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
+        """Begin at ``start_at``, or now."""
+        self._now_ns = now_ns
+        self._reported = (now_ns(), 0)
+        self._replay = self._make_replay(self._parameters.start_at_ns(now_ns()))
+        if self._parameters.start_at:
+            # A restart in the midst of a common replay goes on with the present.
+            self._skipped = self._replay.skip(now_ns() - LONGEST_DELAY_NS)
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether all has been replayed."""
+        return self._replay.finished
+
+    def _make_replay(self, start_at_ns: int) -> Replay:
+        return Replay(
+            make_schedule(
+                self._recording,
+                self._timelines,
+                self._stream.name,
+                start_at_ns=start_at_ns,
+                rate=self._parameters.rate,
+                loop=self._parameters.loop,
+            )
+        )
+
+    def receive(self, message: Any, topic: str) -> None:
+        """A recording hears no topic."""
+        raise NotImplementedError(topic)
+
+    def take(self) -> SkeletonFrame | None:
+        """The frame that is due, if one is; one at a time, so that a late replay makes no burst."""
+        now_ns = self._now_ns()
+        due = self._replay.take(now_ns)
+        if due is None:
+            return None
+        self._late_ns = max(self._late_ns, now_ns - due.stamp_ns)
+        rows = self._stream.rows(due.frame)
+        return SkeletonFrame(
+            stamp_ns=due.stamp_ns,
+            person=self._stream.person[rows.start : rows.stop],
+            positions=self._stream.positions[rows.start : rows.stop],
+            tracking_state=self._stream.tracking_state[rows.start : rows.stop],
+        )
+
+    def wait_ns(self) -> int | None:
+        """Until the next frame is due; None at the end."""
+        return self._replay.wait_ns(self._now_ns())
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def report(self) -> SourceReport:
+        """How far the replay is, and what was left out of the recording."""
+        now_ns = self._now_ns()
+        before_ns, before = self._reported
+        self._reported = (now_ns, self._replay.played)
+        late_ns, self._late_ns = self._late_ns, 0
+        elapsed_s = max(now_ns - before_ns, 1) * 1e-9
+        fit = self._timeline.fit
+        return SourceReport(
+            level=Level.WARN if late_ns > LATE_NS else Level.OK,
+            message=self._message(now_ns, late_ns),
+            values={
+                "file": self._recording.source,
+                "format": self._recording.format,
+                "sensor": self._stream.name,
+                "comment": "; ".join(self._recording.comments),
+                "progress": f"{self._replay.progress:.4f}",
+                "rate_hz": f"{(self._replay.played - before) / elapsed_s:.1f}",
+                "frames_skipped": self._skipped,
+                "late_ms": f"{late_ns * 1e-6:.1f}",
+                **self._timeline.counts,
+                "rows_repeated": self._stream.rows_repeated,
+                "clock": "host" if fit is None else "sensor",
+                **({} if fit is None else fit.summary()),
+            },
+        )
+
+    def _message(self, now_ns: int, late_ns: int) -> str:
+        if self._replay.finished:
+            return "recording finished"
+        due_ns = self._replay.schedule.due_ns(self._replay.played)
+        if self._replay.played == 0 and due_ns is not None and due_ns > now_ns:
+            return f"recording begins in {(due_ns - now_ns) * 1e-9:.1f} s"
+        if late_ns > LATE_NS:
+            return f"replaying a recording, {late_ns * 1e-9:.1f} s late"
+        return "replaying a recording"

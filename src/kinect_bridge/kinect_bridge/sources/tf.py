@@ -1,0 +1,188 @@
+"""``tf``: a tracker that publishes each joint as a frame on ``/tf``.
+
+A joint's frame is named after the joint and the person, ``{joint}_{person}`` unless
+``tf_frames`` says otherwise; joints are those of the joint map. The transforms of one instant come
+in one message or in many: a frame is complete when everybody's joints have come anew, or when one
+comes for the second time.
+"""
+
+import re
+from typing import Any
+
+import numpy as np
+
+from kinect_bridge.parameters import KinectBridgeParameters
+from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
+from kinect_bridge.sources.source import Topic
+from pose_core.errors import ParameterError
+from pose_core.stamps import nanoseconds
+from pose_io.recordings.joint_map_files import find_joint_map
+from pose_io.recordings.joint_maps import FloatArray
+
+TF, TF_STATIC = "/tf", "/tf_static"
+INSTALL = "apt install ros-jazzy-tf2-msgs"
+MAX_FRAMES = 4096  # that are remembered
+MAX_DEPTH = 32  # transforms from a joint to the root
+JOINT, PERSON = "{joint}", "{person}"
+
+
+class TransformTree:
+    """The newest transform of each frame from its parent."""
+
+    def __init__(self) -> None:
+        self._parents: dict[str, tuple[str, FloatArray, FloatArray]] = {}
+
+    def set(self, child: str, parent: str, rotation: FloatArray, translation: FloatArray) -> bool:
+        """Remember a transform: quaternion x, y, z, w and translation [m]; False: no room."""
+        if child not in self._parents and len(self._parents) >= MAX_FRAMES:
+            return False
+        self._parents[child] = (parent, rotation, translation)
+        return True
+
+    def parent(self, child: str) -> str | None:
+        """The frame that this one is given in."""
+        entry = self._parents.get(child)
+        return None if entry is None else entry[0]
+
+    def place(self, frame: str, root: str) -> FloatArray:
+        """Where the frame's origin lies in the root [m]; NaN if nothing connects them."""
+        point = np.zeros(3)
+        for _ in range(MAX_DEPTH):
+            if frame == root:
+                return point
+            entry = self._parents.get(frame)
+            if entry is None:
+                break
+            frame, rotation, translation = entry
+            point = rotate(rotation, point) + translation
+        return np.full(3, np.nan)
+
+
+def rotate(quaternion: FloatArray, point: FloatArray) -> FloatArray:
+    """Turn a point by a quaternion x, y, z, w of any length but 0."""
+    axis, real = quaternion[:3], quaternion[3]
+    twice = 2.0 * np.cross(axis, point) / (quaternion @ quaternion)
+    return np.asarray(point + real * twice + np.cross(axis, twice))
+
+
+class TfSource(LiveSource):
+    """People as frames on ``/tf``.
+
+    Raises:
+        PoseError: If a parameter is not what it should be.
+    """
+
+    def __init__(self, parameters: KinectBridgeParameters) -> None:
+        topic = parameters.topic or TF
+        super().__init__(
+            "tf",
+            topic,
+            find_joint_map(parameters.joint_map or "openni_tf"),
+            on_host_clock=True,
+            counters=("transforms_not_finite", "transforms_beyond_limit", "cycles_incomplete"),
+            topics=tuple(
+                Topic(
+                    name=name,
+                    type_name="tf2_msgs/msg/TFMessage",
+                    install=INSTALL,
+                    depth=100,
+                    latched=name == TF_STATIC,
+                )
+                for name in (topic, TF_STATIC)
+            ),
+        )
+        self._template = parameters.tf_frames
+        self._pattern = _pattern(parameters.tf_frames)
+        self._root = parameters.tf_root
+        self._tree = TransformTree()
+        self._cycle: dict[str, dict[int, str]] = {}  # of each person the joints' frames
+        self._stamp_ns = 0
+        self._people: frozenset[str] = frozenset()  # of the cycle before
+
+    def receive(self, message: Any, topic: str) -> None:
+        """Remember transforms; a cycle that is complete is one frame."""
+        if len(message.transforms) > MAX_FRAMES:
+            self.counters.add("transforms_beyond_limit", len(message.transforms))
+            return
+        for transform in message.transforms:
+            self._take(transform)
+        if self._is_complete():
+            self._flush()
+
+    def waits_for(self) -> str:
+        """The frames that it looks for."""
+        frame = self._template.replace(JOINT, self.joint_map.joints[0]).replace(PERSON, "1")
+        return f"frames such as '{frame}' on {self.hardware_id}"
+
+    def _take(self, transform: Any) -> None:
+        rotation, translation = _values(transform.transform)
+        if not np.isfinite(translation).all() or not 0.0 < rotation @ rotation < np.inf:
+            self.counters.add("transforms_not_finite")
+            return
+        child, parent = transform.child_frame_id, transform.header.frame_id
+        found = self._joint(child)
+        if found is not None and found[1] in self._cycle.get(found[0], {}):
+            self.counters.add("cycles_incomplete", not self._is_complete())
+            self._flush()
+        if not self._tree.set(child, parent, rotation, translation):
+            self.counters.add("transforms_beyond_limit")
+            return
+        if found is None:
+            return
+        person, joint = found
+        if person not in self._cycle and len(self._cycle) >= MAX_PEOPLE:
+            self.counters.add("people_beyond_limit")
+            return
+        self._cycle.setdefault(person, {})[joint] = child
+        self._stamp_ns = max(self._stamp_ns, nanoseconds(transform.header.stamp))
+
+    def _joint(self, frame: str) -> tuple[str, int] | None:
+        """Whose joint a frame is, and its index."""
+        match = self._pattern.fullmatch(frame)
+        if match is None:
+            return None
+        joint = self.joint_map.index.get(match["joint"])
+        return None if joint is None else (match.groupdict().get("person", "0"), joint)
+
+    def _is_complete(self) -> bool:
+        count = len(self.joint_map.joints)
+        full = bool(self._cycle) and all(len(each) == count for each in self._cycle.values())
+        return full and self._people <= set(self._cycle)
+
+    def _flush(self) -> None:
+        """Push the cycle and begin the next."""
+        cycle, self._cycle = self._cycle, {}
+        stamp_ns, self._stamp_ns = self._stamp_ns, 0
+        self._people = frozenset(cycle)
+        self.push([self._person(name, frames) for name, frames in cycle.items()], stamp_ns or None)
+
+    def _person(self, name: str, frames: dict[int, str]) -> Person:
+        root = self._root or self._find_root(next(iter(frames.values())))
+        positions = np.full((len(self.joint_map.joints), 3), np.nan)
+        for joint, frame in frames.items():
+            positions[joint] = self._tree.place(frame, root)
+        return Person(id=name, positions=positions)
+
+    def _find_root(self, frame: str) -> str:
+        """The first frame above a joint's that is no joint's."""
+        for _ in range(MAX_DEPTH):
+            if self._joint(frame) is None:
+                break
+            frame = self._tree.parent(frame) or ""
+        return frame
+
+
+def _values(transform: Any) -> tuple[FloatArray, FloatArray]:
+    r, t = transform.rotation, transform.translation
+    return np.array([r.x, r.y, r.z, r.w]), np.array([t.x, t.y, t.z])
+
+
+def _pattern(template: str) -> re.Pattern[str]:
+    if template.count(JOINT) != 1 or template.count(PERSON) > 1:
+        raise ParameterError(
+            f"tf_frames = {template!r}: expected {JOINT} once and {PERSON} at most once, for "
+            f"example '{JOINT}_{PERSON}'"
+        )
+    escaped = re.escape(template)
+    escaped = escaped.replace(re.escape(JOINT), r"(?P<joint>.+)")
+    return re.compile(escaped.replace(re.escape(PERSON), r"(?P<person>\w+)"), re.ASCII)

@@ -1,0 +1,73 @@
+"""``zed``: body tracking of Stereolabs' ROS 2 wrapper, ``zed_msgs/ObjectsStamped``.
+
+``label_id`` is the person, ``body_format`` says how many of the 70 keypoints count, and newer
+wrappers give ``skeleton_keypoint_confidence``. Metres in the wrapper's camera frame (x forward,
+y left, z up).
+"""
+
+from typing import Any
+
+import numpy as np
+
+from kinect_bridge.parameters import KinectBridgeParameters
+from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
+from kinect_bridge.sources.source import Topic
+from pose_core.joints import TrackingState
+from pose_core.stamps import nanoseconds
+from pose_io.recordings.joint_map_files import find_joint_map, shipped_joint_map
+
+MAPS = {0: "zed_18", 1: "zed_34", 2: "zed_38"}  # by body_format
+TRACKED, SEARCHING = 1, 2  # tracking_state of a person: seen, or its way is guessed
+
+
+class ZedSource(LiveSource):
+    """People as the ZED wrapper's objects."""
+
+    def __init__(self, parameters: KinectBridgeParameters) -> None:
+        topic = parameters.topic or "zed/zed_node/body_trk/skeletons"
+        own = parameters.joint_map
+        self._own_map = find_joint_map(own) if own else None
+        super().__init__(
+            "zed",
+            topic,
+            self._own_map or shipped_joint_map("zed_38"),
+            on_host_clock=True,
+            counters=("messages_too_long", "objects_without_skeleton", "objects_unknown_format"),
+            topics=(
+                Topic(
+                    name=topic,
+                    type_name="zed_msgs/msg/ObjectsStamped",
+                    install="apt install ros-jazzy-zed-msgs",
+                ),
+            ),
+        )
+
+    def receive(self, message: Any, topic: str) -> None:
+        """One message is one frame; all its objects have one body format."""
+        if len(message.objects) > 4 * MAX_PEOPLE:
+            self.counters.add("messages_too_long")
+            return
+        people = []
+        for each in message.objects:
+            if not each.skeleton_available or each.tracking_state not in (TRACKED, SEARCHING):
+                self.counters.add("objects_without_skeleton")
+            elif self._own_map is None and each.body_format not in MAPS:
+                self.counters.add("objects_unknown_format")
+            else:
+                if self._own_map is None:
+                    self.joint_map = shipped_joint_map(MAPS[each.body_format])
+                people.append(self._person(each))
+        self.push(people, nanoseconds(message.header.stamp) or None)
+
+    def _person(self, each: Any) -> Person:
+        count = len(self.joint_map.joints)
+        keypoints = each.skeleton_3d.keypoints[:count]
+        confidence = getattr(each, "skeleton_keypoint_confidence", None)
+        return Person(
+            id=str(each.label_id),
+            positions=np.array([keypoint.kp for keypoint in keypoints], dtype=np.float64),
+            confidence=None if confidence is None else np.array(confidence[:count], np.float64),
+            at_most=(
+                TrackingState.TRACKED if each.tracking_state == TRACKED else TrackingState.INFERRED
+            ),
+        )

@@ -1,0 +1,27 @@
+"""Cameras that publish and that nobody was told to use."""
+
+from collections.abc import Collection, Iterable
+
+from pose_io.topics import SENSOR_TOPIC
+
+ARRAY = "pose_msgs/msg/SkeletonArray"
+
+
+def unused_sensors(
+    topics: Iterable[tuple[str, Collection[str]]], used: Collection[str], namespace: str
+) -> tuple[str, ...]:
+    """The names of sensors whose skeletons are there but not among those that are used.
+
+    Args:
+        topics: Names and types of the topics of the graph.
+        used: The sensors that are used.
+        namespace: Where their topics lie, ``/`` for none.
+    """
+    found = set()
+    for topic, types in topics:
+        match = SENSOR_TOPIC.search(topic)
+        if match is None or ARRAY not in types:
+            continue
+        if topic == f"{namespace.rstrip('/')}/kinect_{match['name']}/skeletons":
+            found.add(match["name"])
+    return tuple(sorted(found - set(used)))

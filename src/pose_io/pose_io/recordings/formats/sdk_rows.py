@@ -1,0 +1,52 @@
+"""Rows of an SDK's joints, one a person and frame, as a recording of one sensor."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from pose_core.errors import InputError
+from pose_io.recordings.joint_maps import JointMap
+from pose_io.recordings.recording import Recording, make_recording, make_stream
+
+MAX_PEOPLE = 64  # in one frame
+
+
+@dataclass
+class SdkRows:
+    """What a reader collects; joints in the order of the map."""
+
+    time_ns: list[int] = field(default_factory=list)  # capture [ns], on any clock
+    person: list[str] = field(default_factory=list)  # empty: nobody in that frame
+    joints: list[Sequence[Sequence[float]]] = field(default_factory=list)  # x, y, z, confidence
+
+    def add(self, time_ns: int, person: str, joints: Sequence[Sequence[float]]) -> None:
+        """Add a person of a frame; NaN where something is missing."""
+        self.time_ns.append(time_ns)
+        self.person.append(person)
+        self.joints.append(joints)
+
+    def add_nobody(self, time_ns: int, count: int) -> None:
+        """Add a frame in which the sensor saw nobody, of a skeleton with so many joints."""
+        self.add(time_ns, "", [[np.nan] * 4] * count)
+
+    def recording(self, path: Path, format_name: str, joint_map: JointMap) -> Recording:
+        """Map the joints and group the rows into frames.
+
+        Raises:
+            InputError: If there is not one row.
+        """
+        if not self.joints:
+            raise InputError(f"{path} holds no frames: record again")
+        values = np.array(self.joints, dtype=np.float64)
+        positions, state = joint_map.convert(values[..., :3], joint_map.states(values[..., 3]))
+        stream = make_stream(
+            path.name.split(".")[0],
+            host_time_ns=self.time_ns,
+            sensor_time_ns=None,
+            person=self.person,
+            positions=positions,
+            tracking_state=state,
+        )
+        return make_recording(str(path), format_name, [stream])

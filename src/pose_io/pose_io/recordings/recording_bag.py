@@ -1,0 +1,79 @@
+"""A recording of skeletons as a bag: what the bridges would have published, without the waiting.
+
+Stamps are those of the live bridges: capture on the host's clock, mapped by
+:mod:`pose_io.recordings.timeline`. A recording whose clock is no UNIX time begins at 2001-09-09.
+"""
+
+import re
+from collections.abc import Sequence
+from heapq import merge
+from pathlib import Path
+from typing import Any
+
+from rosbags.typesys.store import Typestore
+
+from pose_core.joints import JOINTS
+from pose_core.stamps import NS_PER_S
+from pose_io.bag_writer import BagWriter
+from pose_io.recordings.recording import Recording, SensorStream
+from pose_io.recordings.timeline import make_timeline
+
+ARRAY = "pose_msgs/msg/SkeletonArray"
+USUAL_NAMES = ("left", "right")
+NAME = re.compile(r"[A-Za-z0-9]\w*", re.ASCII)  # what can stand in a topic
+EARLIEST_NS = 10**9 * NS_PER_S  # [ns] before this, a host's clock is no UNIX time
+LATEST_NS = 2**31 * NS_PER_S  # [ns] that a stamp can hold
+
+
+def write_recording_bag(recording: Recording, path: Path) -> None:
+    """Write all frames with a usable stamp as ``/kinect_<name>/skeletons``.
+
+    Raises:
+        InputError: If the bag cannot be written.
+    """
+    first_ns = recording.time_zero_ns
+    shift_ns = 0 if EARLIEST_NS <= first_ns < LATEST_NS else EARLIEST_NS - first_ns
+    with BagWriter(path) as bag:
+        names = sensor_names([stream.name for stream in recording.streams])
+        streams = []
+        for stream, name in zip(recording.streams, names, strict=True):
+            bag.add_topic(f"/kinect_{name}/skeletons", ARRAY, reliable=False, depth=5)
+            streams.append(_messages(stream, name, shift_ns, bag.typestore))
+        for stamp_ns, topic, message in merge(*streams, key=lambda entry: entry[0]):
+            bag.write(topic, message, stamp_ns)
+
+
+def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
+    """What sensors are called in topics: as in the recording, if all those names can be.
+
+    Others, such as addresses, become ``left``, ``right``, ``sensor_2``, in the file's order.
+    """
+    if all(NAME.fullmatch(name) for name in names):
+        return tuple(names)
+    numbered = (f"sensor_{number}" for number in range(len(USUAL_NAMES), len(names)))
+    return (*USUAL_NAMES[: len(names)], *numbered)
+
+
+def _messages(stream: SensorStream, name: str, shift_ns: int, typestore: Typestore) -> Any:
+    """Stamp [ns], topic and message of each frame, in order of time."""
+    types = typestore.types
+    header_type, time_type = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
+    point_type, skeleton_type = types["geometry_msgs/msg/Point"], types["pose_msgs/msg/Skeleton"]
+    timeline = make_timeline(stream)
+    for frame, time_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
+        stamp_ns = time_ns + shift_ns
+        seconds, rest = divmod(stamp_ns, NS_PER_S)
+        stamp = time_type(sec=seconds, nanosec=rest)
+        header = header_type(stamp=stamp, frame_id=f"kinect_{name}_optical_frame")
+        skeletons = [
+            skeleton_type(
+                header=header,
+                id=stream.person[row],
+                name=list(JOINTS),
+                position=[point_type(x=x, y=y, z=z) for x, y, z in stream.positions[row].tolist()],
+                tracking_state=stream.tracking_state[row],
+            )
+            for row in stream.rows(frame)
+        ]
+        message = types[ARRAY](header=header, skeletons=skeletons)
+        yield stamp_ns, f"/kinect_{name}/skeletons", message
