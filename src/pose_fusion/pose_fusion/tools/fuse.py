@@ -190,6 +190,10 @@ def fuse(
             output.write(estimation.take(observer.add(sample)))
         output.write(estimation.take(observer.flush()))
         output.write(estimation.flush(observer.newest_ns))
+        others = samples.person_counters["other_person"]
+        if others:
+            whom = parameters.person or "the one whom each sensor saw first"
+            console.print(f"person: {whom}; not used: {others} skeletons of others (--person ID)")
         if observer.counters["estimates"] == 0:
             raise InputError(
                 f"{bag.path} gave no pose in {observer.counters['frames']} frames "
