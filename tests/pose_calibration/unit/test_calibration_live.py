@@ -144,6 +144,7 @@ def test_frames_with_several_persons_are_left_out_and_counted():
     for one in samples(duration_s=5.0):
         assert calibration.add([one, replace(one, person="2")]) is None
     assert calibration.selector.counters["several_persons"] == 300
+    assert "(300 frames that show several people are left out: set person)" in calibration.status
     assert calibration.calibrator.frames_in == 0
 
 

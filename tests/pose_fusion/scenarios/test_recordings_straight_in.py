@@ -41,3 +41,12 @@ def test_calibrate_takes_a_recording(shared_data, tmp_path, monkeypatch):
 def test_report_takes_a_recording(shared_data, tmp_path, monkeypatch):
     assert run(monkeypatch, report, shared_data / TWO, "-o", tmp_path / "report") == 0
     assert list((tmp_path / "report").glob("*.html"))
+
+
+def test_people_whom_fuse_does_not_follow_are_named(shared_data, tmp_path, monkeypatch, capfd):
+    recording = shared_data / "kinectmultitrack"
+    recording /= "two_persons_Study_22_Kinect_1_Time_2_16_21_PM.csv.gz"
+
+    assert run(monkeypatch, fuse, recording, tmp_path / "fused") == 0
+
+    assert "skeletons of others (--person ID)" in " ".join(capfd.readouterr().err.split())

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 import rclpy
-import rclpy
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data

@@ -147,7 +147,9 @@ class LiveCalibration:
         if self.moved is not None:
             return f"{self.state.value}, but {self.moved}: calibrate again"
         if self.state is CalibrationState.COLLECTING:
-            return f"collecting: {self.missing}"
+            several = self.selector.counters["several_persons"]
+            left_out = f" ({several} frames that show several people are left out: set person)"
+            return f"collecting: {self.missing}{left_out if several else ''}"
         residuals = {} if self.extrinsics is None else self.extrinsics.residuals
         reached = [
             f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "

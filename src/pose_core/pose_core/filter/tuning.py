@@ -16,24 +16,24 @@ class MotionPrior:
             "head": 40.0,
             "upper_arm": 90.0,
             "forearm": 90.0,
-            "thigh": 50.0,
-            "shank": 60.0,
+            "thigh": 65.0,
+            "shank": 78.0,
         }
     )
     acceleration_per_rate: float = 0.5  # [1/s] more for each unit of the link's own rate
     carried: Mapping[str, float] = field(  # [-] share of the parent's acceleration
         default_factory=lambda: {
             "pelvis": 0.0,
-            "trunk": 0.9,
+            "trunk": 0.6,
             "head": 0.0,
             "upper_arm": 0.1,
-            "forearm": 0.5,
-            "thigh": 0.3,
+            "forearm": 0.22,
+            "thigh": 0.45,
             "shank": 0.13,
         }
     )
     rate_memory: float = 0.3  # [s] time constant with which rates decay
-    slide_stddev: float = 0.013  # [m] of the joints that slide
+    slide_stddev: float = 0.0089  # [m] of the joints that slide
     slide_memory: float = 0.5  # [s]
     most_adaptation: float = 6.0  # [-] factor of an acceleration while all cameras disagree
     adapted_distance: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
@@ -44,18 +44,18 @@ class MotionPrior:
 class CameraNoise:
     """Measurement noise of a skeleton tracker's joints, and of what is slow in it."""
 
-    stddev: float = 0.02  # [m] of a tracked joint in plain view
+    stddev: float = 0.013  # [m] of a tracked joint in plain view
     depth_stddev: float = 0.01  # [m] more along the line of sight
-    moving_stddev: float = 0.0067  # [s] more per speed, in every direction
-    lag_stddev: float = 0.008  # [s] more along the velocity
+    moving_stddev: float = 0.0087  # [s] more per speed, in every direction
+    lag_stddev: float = 0.0062  # [s] more along the velocity
     foreshortened_stddev: float = 0.02  # [m] more where the limb points at the camera
     inferred_stddev: float = 0.08  # [m] more for a joint that the tracker calls inferred
     occluded_stddev: float = 0.18  # [m] more where the body itself hides the joint
     correlation_factor: float = 1.5  # [-] errors are slow: factor of all of these
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
     least_weight: float = 0.02  # [-] of a sample, however far it lies
-    offset_stddev: float = 0.015  # [m] of a view's slow offset of a joint
-    offset_memory: float = 5.0  # [s]
+    offset_stddev: float = 0.012  # [m] of a view's slow offset of a joint
+    offset_memory: float = 3.6  # [s]
     delay_prior: float = (
         40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
@@ -66,13 +66,13 @@ class CameraNoise:
 class PosturePrior:
     """Soft measurements of a posture, one row of each a camera frame."""
 
-    hinge_stddev: float = 1.0  # [rad] of elbows and knees out of their plane
-    limit_stddev: float = 0.4  # [rad] of a hinge bent the wrong way
+    hinge_stddev: float = 0.9  # [rad] of elbows and knees out of their plane
+    limit_stddev: float = 0.3  # [rad] of a hinge bent the wrong way
     hinge_student_scale: float = 4.0  # [-] how much sooner than a normal one it yields
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis
-        default_factory=lambda: {"upper_arm": 3.5, "thigh": 1.4, "head": 1.8}
+        default_factory=lambda: {"upper_arm": 1.8, "thigh": 1.4, "head": 1.8}
     )
-    waist_stddev: float = 2.2  # [rad] about each axis
+    waist_stddev: float = 1.1  # [rad] about each axis
     wrong_bend: float = 0.6  # [rad] beyond which a limb is turned by half a turn
 
 

@@ -29,7 +29,6 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         epilog="Conventions of each format: docs/export.md.",
     )
     parser.add_argument("bag", type=Path, help="a bag with a fused pose (of a session, or fused)")
-    own = [name for name, each in EXPORTERS.items() if not each.constant_rate]
     formats = "; ".join(f"{name}: {each.doc}" for name, each in EXPORTERS.items())
     parser.add_argument("--to", required=True, choices=EXPORTERS, metavar="FORMAT", help=formats)
     parser.add_argument(

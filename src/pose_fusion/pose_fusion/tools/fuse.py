@@ -186,6 +186,10 @@ def fuse(
         for sample in samples:
             pipeline.add(sample)
         pipeline.flush()
+        others = samples.person_counters["other_person"]
+        if others:
+            whom = parameters.person or "the one whom each sensor saw first"
+            console.print(f"person: {whom}; not used: {others} skeletons of others (--person ID)")
         if pipeline.counters["estimates"] == 0:
             raise InputError(
                 f"{bag.path} gave no pose in {pipeline.counters['frames']} frames "

@@ -1,1 +1,1 @@
-"""Recordings of skeletons in text files: formats, clocks, joint maps."""
+"""Recordings of skeletons: formats, clocks, joint maps, and a recording as a bag."""
