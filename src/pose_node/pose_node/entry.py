@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 STOPPED = 0  # a node that is told to stop has done well, also while it starts
+PIP_NAMES = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "PyYAML"}
 
 
 class Interrupt:
@@ -66,10 +67,17 @@ class Start:
             import_module(self._module).main()
         except KeyboardInterrupt:
             self._stop(is_node)
-        except ImportError:
-            if not interrupt.asked:
+        except ImportError as error:
+            if interrupt.asked:
+                self._stop(is_node)
+            package, missing = (str(name).partition(".")[0] for name in (self._module, error.name))
+            if not isinstance(error, ModuleNotFoundError) or missing == package:
                 raise
-            self._stop(is_node)
+            pip_name = PIP_NAMES.get(missing, missing)
+            sys.exit(
+                f"error: found no Python package '{missing}', which {package} needs: install it,"
+                f" for example with 'python3 -m pip install {pip_name}'"
+            )
 
     @staticmethod
     def _stop(is_node: bool) -> "NoReturn":
