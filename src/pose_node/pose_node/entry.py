@@ -16,6 +16,7 @@ from importlib import import_module
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from types import FrameType
     from typing import NoReturn
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
@@ -29,7 +30,8 @@ class Interrupt:
     A compiled module that is broken off in its making tells of a failed import instead.
 
     Args:
-        once: Whether a second signal is only remembered: it must not break off the ending.
+        once: For a node: a second signal is only remembered, since it must not break off the
+            ending; and a compilation is left at once, for the compiler drops exceptions.
     """
 
     def __init__(self, *, once: bool = False) -> None:
@@ -37,11 +39,22 @@ class Interrupt:
         self.breaks_off = True
         self._once = once
 
-    def __call__(self, *_: object) -> None:
+    def __call__(self, _number: int, frame: "FrameType | None") -> None:
         """Handle the signal."""
         is_first, self.asked = not self.asked, True
+        if self.breaks_off and self._once and _compiles(frame):
+            leave(STOPPED)
         if self.breaks_off and (is_first or not self._once):
             raise KeyboardInterrupt
+
+
+def _compiles(frame: "FrameType | None") -> bool:
+    """Whether the compiler of the kernels is at work, which calls Python back from C."""
+    while frame is not None:
+        if "llvmlite" in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
 
 
 class Start:
