@@ -94,7 +94,9 @@ def _walk(content: mmap.mmap) -> Condition:
                 footer_at = size - len(MAGIC) - FOOTER_SIZE
                 has_index = content[footer_at : footer_at + 8] != bytes(8)
                 return Condition(whole=at, size=size, ends=True, has_index=has_index)
-            if kind not in KINDS or kind in (FOOTER_KIND, DATA_END_KIND):
+            if kind == DATA_END_KIND:
+                problem = "an index that is cut short: no message is lost"
+            elif kind not in KINDS or kind == FOOTER_KIND:
                 problem = "bytes that are no record"
             elif begin + length > size:
                 problem = f"{size - begin} of the {length} bytes of a record"

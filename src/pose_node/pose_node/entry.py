@@ -16,10 +16,12 @@ from importlib import import_module
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from types import FrameType
     from typing import NoReturn
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 STOPPED = 0  # a node that is told to stop has done well, also while it starts
+PIP_NAMES = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "PyYAML"}
 
 
 class Interrupt:
@@ -28,7 +30,8 @@ class Interrupt:
     A compiled module that is broken off in its making tells of a failed import instead.
 
     Args:
-        once: Whether a second signal is only remembered: it must not break off the ending.
+        once: For a node: a second signal is only remembered, since it must not break off the
+            ending; and a compilation is left at once, for the compiler drops exceptions.
     """
 
     def __init__(self, *, once: bool = False) -> None:
@@ -36,11 +39,22 @@ class Interrupt:
         self.breaks_off = True
         self._once = once
 
-    def __call__(self, *_: object) -> None:
+    def __call__(self, _number: int, frame: "FrameType | None") -> None:
         """Handle the signal."""
         is_first, self.asked = not self.asked, True
+        if self.breaks_off and self._once and _compiles(frame):
+            leave(STOPPED)
         if self.breaks_off and (is_first or not self._once):
             raise KeyboardInterrupt
+
+
+def _compiles(frame: "FrameType | None") -> bool:
+    """Whether the compiler of the kernels is at work, which calls Python back from C."""
+    while frame is not None:
+        if "llvmlite" in frame.f_code.co_filename:
+            return True
+        frame = frame.f_back
+    return False
 
 
 class Start:
@@ -66,10 +80,17 @@ class Start:
             import_module(self._module).main()
         except KeyboardInterrupt:
             self._stop(is_node)
-        except ImportError:
-            if not interrupt.asked:
+        except ImportError as error:
+            if interrupt.asked:
+                self._stop(is_node)
+            package, missing = (str(name).partition(".")[0] for name in (self._module, error.name))
+            if not isinstance(error, ModuleNotFoundError) or missing == package:
                 raise
-            self._stop(is_node)
+            pip_name = PIP_NAMES.get(missing, missing)
+            sys.exit(
+                f"error: found no Python package '{missing}', which {package} needs: install it,"
+                f" for example with 'python3 -m pip install {pip_name}'"
+            )
 
     @staticmethod
     def _stop(is_node: bool) -> "NoReturn":

@@ -8,11 +8,13 @@ from pose_msgs.msg import Skeleton, SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
+from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
 from pose_core.errors import InputError, ParameterError
 from pose_fusion.nodes.recorder import Recorder, overrides_from_arguments
 from pose_io.bags import open_bag
+from pose_node.conversions import ns_to_stamp
 
 SENSOR_DATA = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(
@@ -163,6 +165,24 @@ def test_a_recording_without_a_name_goes_into_a_dated_folder(record, tmp_path, m
 
     assert re.fullmatch(r"out/record-\d{8}-\d{6}", str(recorder._recording.path))
     record.finish(recorder)
+
+
+def test_in_simulated_time_the_clock_dates_what_is_recorded(
+    ros_context, spin_until, record, tmp_path
+):
+    clock = publisher_of(ros_context, Clock, "/clock", 10)
+    publisher = publisher_of(ros_context, String, "greeting", 10)
+    recorder = record(topics=["greeting"], use_sim_time=True)
+    spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
+    publisher.publish(String(data="before the clock begins"))
+    spin_until(lambda: clock.get_subscription_count() == 1, what="the clock's listener")
+    clock.publish(Clock(clock=ns_to_stamp(5 * 10**9)))
+
+    spin_until(lambda: recorder._recording.message_count == 1, what="the message")
+    record.finish(recorder)
+
+    with open_bag(tmp_path / "bag") as bag:
+        assert [message.stamp_ns for message in bag.messages()] == [5 * 10**9]
 
 
 def test_a_recorder_that_was_killed_goes_on_beside_what_it_left(record, tmp_path):

@@ -112,3 +112,13 @@ def test_what_is_no_mcap_file_is_refused(tmp_path):
 def test_a_cut_off_database_is_read_without_its_metadata(tmp_path, stamps_ns):
     with open_bag(cut_off(tmp_path / "bag", stamps_ns, "sqlite3")) as bag:
         assert bag.message_count == 50
+
+
+def test_a_bag_whose_index_alone_is_cut_off_loses_no_message(tmp_path, stamps_ns, capsys):
+    cut_off(tmp_path / "bag", stamps_ns)
+    (file,) = (tmp_path / "bag").glob("*.mcap")
+    file.write_bytes(file.read_bytes()[:-100])
+
+    assert doctor_bag(tmp_path / "bag", None) == 1
+    assert "an index that is cut short: no message is lost" in capsys.readouterr().out
+    assert repair(file, examine(file), tmp_path / "mended") == 50

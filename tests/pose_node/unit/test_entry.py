@@ -35,6 +35,19 @@ def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeyp
     assert "a_tool" in sys.modules
 
 
+def test_a_missing_package_is_one_line_with_a_way_out(tmp_path, monkeypatch):
+    (tmp_path / "needy_tool.py").write_text("import no_such_package_anywhere.part\n")
+    monkeypatch.syspath_prepend(tmp_path)
+
+    with pytest.raises(SystemExit) as ending:
+        start.needy_tool()
+
+    assert ending.value.code == (
+        "error: found no Python package 'no_such_package_anywhere', which needy_tool needs: "
+        "install it, for example with 'python3 -m pip install no_such_package_anywhere'"
+    )
+
+
 def test_starting_imports_nothing_heavy():
     text = (SRC / "pose_node" / "pose_node" / "entry.py").read_text()
     imported = re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE)

@@ -193,13 +193,15 @@ class Recorder(Node):
         """Write down what has come on all topics, in the order in which it came."""
         if self._recording is None or self._recording.is_over:
             return
+        clock = self.get_clock()
+        simulated_ns = clock.now().nanoseconds if clock.ros_time_is_active else None
+        if simulated_ns == 0:
+            return  # no time yet to record it at: it waits in the queues
         entries = [
             (noted["received_timestamp"], topic, data)
             for topic, subscription in self._subscriptions_by_topic.items()
             for data, noted in waiting(subscription)
         ]
-        clock = self.get_clock()
-        simulated_ns = clock.now().nanoseconds if clock.ros_time_is_active else None
         for stamp_ns, topic, data in sorted(entries, key=itemgetter(0)):
             self._recording.write(topic, data, stamp_ns if simulated_ns is None else simulated_ns)
 

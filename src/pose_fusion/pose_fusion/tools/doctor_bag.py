@@ -52,7 +52,7 @@ def findings(file: Path, condition: Condition, lacks_metadata: bool) -> list[str
         lost = condition.size - condition.whole
         lines.append(
             f"{file} is cut short or damaged: {condition.whole} of its {condition.size} bytes are"
-            f" whole, then come {condition.problem}; the last {lost} bytes are lost"
+            f" whole, the last {lost} are not ({condition.problem})"
         )
     elif not condition.has_index:
         lines.append(f"{file} has no index: its recording was cut off; every byte of it is whole")
