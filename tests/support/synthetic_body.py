@@ -46,16 +46,19 @@ def random_dof(rng, count=1, spread=0.6):
     return dof
 
 
-def motion(duration_s, still_s=3.0):
+def motion(duration_s, still_s=3.0, lean=0.0):
     """Stand still, then swing the limbs and bend them: degrees of freedom (n, 24) at 30 Hz.
 
-    The person faces the first sensor: the root is turned by half a turn in map.
+    The person faces the first sensor: the root is turned by half a turn in map. The trunk leans to
+    all sides by up to about ``lean`` [rad].
     """
     t = np.arange(round(duration_s * 30)) / 30.0
     grow = np.clip((t - still_s) / 2.0, 0.0, 1.0) ** 2
     dof = np.zeros((len(t), MODEL.size))
     dof[:, :3] = np.stack([2.0 + 0.1 * grow * np.sin(t), 0.0 * t, 0.9 + 0.0 * t], axis=1)
     dof[:, 5] = np.pi + 0.2 * grow * np.sin(0.4 * t)
+    dof[:, 3] = 0.5 * lean * grow * np.sin(1.9 * t)  # of half a turn, half a tilt
+    dof[:, 4] = 0.5 * lean * grow * np.sin(1.3 * t)
     for order, name in enumerate(MODEL.angle_names):
         amplitude = 0.5 if name.endswith(("flexion", "abduction")) else 0.1
         if name.startswith("neck"):

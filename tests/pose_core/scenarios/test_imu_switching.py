@@ -19,7 +19,7 @@ FOOT = JOINT_INDEX["left_foot"]
 
 
 def run(samples, **parameters):
-    parameters = FusionParameters(tracker_delay=0.0, **parameters)
+    parameters = FusionParameters(**parameters)
     return fused(FusionPipeline(parameters, extrinsics()), samples)
 
 

@@ -5,6 +5,7 @@ import sys
 
 SCRIPT = """
 import importlib, pkgutil
+import pose_core.filter
 import pose_core.kernels
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_core.fusion.parameters import FusionParameters
@@ -12,8 +13,9 @@ from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.streams.samples import SkeletonSample
 
 modules = [
-    importlib.import_module(f"pose_core.kernels.{each.name}")
-    for each in pkgutil.iter_modules(pose_core.kernels.__path__)
+    importlib.import_module(f"{package.__name__}.{each.name}")
+    for package in (pose_core.kernels, pose_core.filter)
+    for each in pkgutil.iter_modules(package.__path__)
 ]
 
 

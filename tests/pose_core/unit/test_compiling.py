@@ -4,13 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from pose_core.filters.segment_filter import NO_CAMERAS, SegmentFilter
 
-from pose_core.body.model import load_body_model
-from pose_core.body.segment_tree import SegmentTree
-from pose_core.fusion.preparing import neutral_pose
 from pose_core.kernels.compiling import compiled, settled
-from pose_core.session.neutral_stand import shape_of
 
 
 class Pair(NamedTuple):
@@ -44,12 +39,3 @@ def test_while_tests_run_other_types_than_before_are_an_error():
     call(Pair(np.arange(5.0), 1.0), np.zeros(1))
     with pytest.raises(TypeError, match="settled"):
         call(Pair(np.arange(10.0)[::2], 1.0), np.zeros(1))
-
-
-def test_rows_that_lie_apart_are_refused_by_the_filter():
-    model = load_body_model("default")
-    filter_ = SegmentFilter(SegmentTree(model, shape_of(model, neutral_pose())))
-    filter_.start(np.tile(np.eye(3), (filter_.layout.links, 1, 1)), np.zeros(3))
-    apart = np.zeros((1, 15, 6))[:, :, ::2]
-    with pytest.raises(ValueError, match="contiguous"):
-        filter_.update(NO_CAMERAS._replace(positions=apart))

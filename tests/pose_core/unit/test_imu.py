@@ -2,13 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pose_core.imu.alignment import ImuAlignment
-from pose_core.kernels.alignment import Sights
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_core.body.joint_angles import ANGLES
 from pose_core.imu.switching import OcclusionDetector
-from pose_core.imu.track import ImuState, ImuTracks, states_of
+from pose_core.imu.track import ImuTracks
 from pose_core.imu.weighting import (
     fixed_weights,
     fuse_limb,
@@ -28,19 +25,6 @@ def sample(stamp_ns, rotation, rate=(0.0, 0.0, 0.0)):
         orientation_stddev=np.full(3, 0.02),
         angular_velocity=np.array(rate),
     )
-
-
-def state(rotation):
-    return ImuState(
-        R_world_sensor=rotation.as_matrix(),
-        angular_velocity=np.zeros(3),
-        stddev=np.full(3, 0.02),
-    )
-
-
-def long_axis(axis):
-    """Of the one segment that there is; nothing else is seen of it."""
-    return Sights(long=axis[None].copy(), lateral=np.full((1, 3), np.nan), sharpness=np.zeros(1))
 
 
 def test_weights_are_the_minimum_variance_ones():
@@ -149,60 +133,6 @@ def test_samples_in_one_block_are_those_given_one_by_one():
         for name, state in one_by_one.at(stamp_ns).items():
             same = together.at(stamp_ns)[name]
             np.testing.assert_array_equal(same.R_world_sensor, state.R_world_sensor)
-
-
-def test_mounting_and_heading_come_from_the_neutral_pose_and_free_motion():
-    """A crooked strap and a world turned by 70 degrees are both found (synthetic)."""
-    heading, body_heading = np.radians(70.0), np.radians(170.0)
-    Y = Rotation.from_euler("z", heading)
-    mounting = Rotation.from_rotvec([0.3, -0.4, 1.2])  # segment from sensor
-
-    def reading(R_map_segment):
-        return states_of({"left_thigh": state(Y.inv() * R_map_segment * mounting)})
-
-    neutral = Rotation.from_euler("z", body_heading)
-    alignment = ImuAlignment()
-    for k in range(60):
-        alignment.observe(
-            k * 33 * MS,
-            reading(neutral),
-            long_axis(np.array([0.0, 0.0, 1.0])),
-            dict.fromkeys(ANGLES, 0.0),
-            body_heading,
-        )
-    assert not alignment.readings(reading(neutral))
-    errors = []
-    for k in range(200):
-        swing = neutral * Rotation.from_euler("y", -0.8 * np.sin(0.05 * k))
-        seen = reading(swing)
-        alignment.observe(
-            (60 + k) * 33 * MS,
-            seen,
-            long_axis(swing.as_matrix()[:, 2]),
-            dict.fromkeys(ANGLES, 1.0),
-            0.0,
-        )
-        found = alignment.readings(seen).get("left_thigh")
-        if found is not None:
-            errors.append((Rotation.from_matrix(found.R_map_segment).inv() * swing).magnitude())
-    assert alignment.heading("left_thigh") == pytest.approx(heading, abs=1e-6)
-    assert len(errors) > 100
-    assert max(errors[20:]) < 1e-6
-
-
-def test_without_a_neutral_pose_no_imu_is_believed():
-    alignment = ImuAlignment()
-    for k in range(100):
-        turned = Rotation.from_euler("y", 0.01 * k)
-        alignment.observe(
-            k * 33 * MS,
-            states_of({"torso": state(turned)}),
-            long_axis(turned.as_matrix()[:, 2]),
-            dict.fromkeys(ANGLES, 0.9),
-            0.0,
-        )
-    assert not alignment.readings(states_of({"torso": state(Rotation.identity())}))
-    assert alignment.known_segments == []
 
 
 def test_fixed_weights_stay_and_an_untracked_segment_is_the_imus_alone():

@@ -1,27 +1,33 @@
 """An IMU on a segment that the body model does not have disturbs no other."""
 
 import numpy as np
-from pose_core.fusion.observation_block import Observation
 
 from pose_core.body.model import load_body_model
 from pose_core.counters import Counters
 from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preparing import neutral_pose
 from pose_core.fusion.tracking import tracking_counters
-from pose_core.imu.readings import SegmentReading, readings_of
+from pose_core.imu.mounting import Mounting
+from pose_core.imu.track import ImuState, states_of
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.session.neutral_stand import shape_of
 
 MODEL = load_body_model("default")
+FRAMES = 150  # enough for IMUs whose mounting is known to be aligned
 
 
-def angles(readings):
-    """What the estimator says after a few frames of a person who stands."""
+def run(readings):
+    """An estimator that has seen a person stand, with these IMUs turning in the end; its angles."""
     parameters = FusionParameters(sensors=("left",))
     shape = shape_of(MODEL, neutral_pose())
     estimation = Estimation(MODEL, parameters, Counters(*tracking_counters(parameters)))
-    for frame in range(1, 5):
+    known = Mounting(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
+    estimation.use_mountings(dict.fromkeys(readings, known))
+    for frame in range(1, FRAMES + 4):
+        share = max(0, frame - FRAMES) / 3.0
+        states = {name: reading(share * turn) for name, turn in readings.items()}
         observation = Observation(
             stamp_ns=frame * 33_000_000,
             newest_ns=frame * 33_000_000,
@@ -29,21 +35,24 @@ def angles(readings):
             positions=neutral_pose()[None],
             tracking_state=np.full((1, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
             cameras=np.array([[3.0, 0.0, 1.0]]),
-            offsets=np.zeros((1, len(JOINTS), 3)),
-            readings=readings_of(readings),
+            readings=states_of(states),
         )
-        [block] = estimation.take([observation])
-    return block.position[0]
+        [block] = estimation.take(observation)
+    return estimation, block.position[0]
 
 
 def reading(turn):
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    return SegmentReading(R_map_segment=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
+    return ImuState(R_world_sensor=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
 
 
-def test_an_imu_on_a_segment_that_the_model_does_not_have_changes_nothing():
-    known = {"left_thigh": reading(-0.5), "torso": reading(0.0)}
-    alone = angles(known)
-    np.testing.assert_array_equal(angles({"tail": reading(1.0), **known}), alone)
-    assert np.abs(alone - angles({})).max() > np.radians(5.0)
+def test_an_imu_on_a_segment_that_the_model_does_not_have_changes_nothing_and_is_named():
+    known = {"left_thigh": -0.5, "torso": 0.4}
+    _, alone = run(known)
+    estimation, angles = run({"tail": 1.0, **known})
+    np.testing.assert_array_equal(angles, alone)
+    assert np.abs(alone - run({})[1]).max() > np.radians(5.0)
+    (tail,) = [use for use in estimation.imu_uses if use.segment == "tail"]
+    assert tail.used == 0
+    assert "no link for this segment: name another segment" in str(tail)

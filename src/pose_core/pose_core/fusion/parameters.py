@@ -28,7 +28,7 @@ class FusionParameters(Li2020Parameters):
     imus_file: str = parameter(
         "",
         doc="YAML of the session whose `imus` say how the IMUs sit; empty: `extrinsics_file`; "
-        "where there are none: from a neutral pose",
+        "where there are none: found from motion",
     )
     shape_file: str = parameter(
         "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"

@@ -112,7 +112,7 @@ class FusionPipeline:
         self._observer.place_sensors(extrinsics)
 
     def use_mountings(self, mountings: Mountings) -> None:
-        """Take how these IMUs sit from a calibration, instead of from a neutral pose."""
+        """Take how these IMUs sit from a calibration, instead of finding it from motion."""
         self._estimation.use_mountings(mountings)
 
     def use_clocks(self, clocks: Clocks) -> None:

@@ -8,11 +8,12 @@ from functools import cache
 import numpy as np
 
 from pose_core.body.frames import BodyFrames
-from pose_core.body.model import BodyModel, load_body_model
+from pose_core.body.model import load_body_model
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.seen import SensorsInMap
 from pose_core.fusion.telling import Telling
 from pose_core.fusion.tracking import Tracking, tracking_counters
 from pose_core.imu.imu_set import ImuSet
@@ -20,8 +21,10 @@ from pose_core.imu.mounting import Mounting
 from pose_core.imu.track import ImuStates
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import say_if_compiling
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
 from pose_core.session.neutral_stand import shape_of
-from pose_core.streams.samples import FloatArray, ImuSample, block_of
+from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
+from pose_core.streams.time_alignment import AlignedFrame
 
 NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about anybody
     "head": (0.0, 0.0, 0.75),
@@ -34,6 +37,7 @@ NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: about a
     "knee": (0.0, 0.09, -0.43),
     "foot": (0.0, 0.09, -0.85),
 }
+PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not turned
 PERIOD_NS = 33_333_333
 FRAMES = 45  # enough for an IMU whose mounting is known to be aligned and used
 
@@ -61,7 +65,8 @@ def prepare(estimator: str, model_name: str) -> None:
     model = load_body_model(model_name)
     shape = shape_of(model, neutral_pose())
     # The estimator that shows one sensor alone wants its name among the sensors'.
-    parameters = FusionParameters(estimator=estimator, sensors=("left", "right"))
+    parameters = FusionParameters(estimator=estimator, sensors=tuple(PLACES))
+    sensors = SensorsInMap(parameters.sensors, _extrinsics())
     counters = Counters(*tracking_counters(parameters))
     tracking, telling = Tracking(model, parameters, counters), Telling(model, parameters)
     segment = next(iter(model.segments))
@@ -71,7 +76,7 @@ def prepare(estimator: str, model_name: str) -> None:
     for frame in range(1, FRAMES + 1):
         stamp_ns = frame * PERIOD_NS
         imus.add(block_of(_imu_sample(segment, stamp_ns)))
-        poses = tracking.take(_observation(model, shape, stamp_ns, imus.read(stamp_ns)))
+        poses = tracking.take(_observation(sensors, shape, stamp_ns, imus.read(stamp_ns)))
         if poses is not None:
             block = telling.tell(poses, shape)
             instants = (block.T_map_link, block.position, block.joints)
@@ -80,6 +85,13 @@ def prepare(estimator: str, model_name: str) -> None:
     ahead = tracking.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))
     if ahead is not None:
         telling.tell_ahead(ahead)
+
+
+def _extrinsics() -> Extrinsics:
+    T_map_sensor = {sensor: np.eye(4) for sensor in PLACES}
+    for sensor, place in PLACES.items():
+        T_map_sensor[sensor][:3, 3] = place
+    return extrinsics_from_map(T_map_sensor)
 
 
 def _imu_sample(segment: str, stamp_ns: int) -> ImuSample:
@@ -93,15 +105,25 @@ def _imu_sample(segment: str, stamp_ns: int) -> ImuSample:
 
 
 def _observation(
-    model: BodyModel, shape: BodyShape, stamp_ns: int, readings: ImuStates
+    sensors: SensorsInMap, shape: BodyShape, stamp_ns: int, readings: ImuStates
 ) -> Observation:
-    del model
+    samples = {
+        sensor: SkeletonSample(
+            stamp_ns=stamp_ns,
+            sensor=sensor,
+            person="",
+            positions=neutral_pose() - PLACES[sensor],
+            tracking_state=np.full(len(JOINTS), int(TrackingState.TRACKED), np.uint8),
+        )
+        for sensor in PLACES
+    }
+    seen = sensors.see(AlignedFrame(stamp_ns=stamp_ns, samples=samples))
     return Observation(
         stamp_ns=stamp_ns,
         newest_ns=stamp_ns,
         shape=shape,
-        positions=np.stack([neutral_pose(), neutral_pose()]),
-        tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
-        cameras=np.array([[3.0, 0.0, 1.0], [0.0, 3.0, 1.0]]),
+        positions=seen.positions,
+        tracking_state=seen.tracking_state,
+        cameras=sensors.places,
         readings=readings,
     )

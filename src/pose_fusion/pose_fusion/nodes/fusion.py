@@ -133,7 +133,7 @@ class FusionNode(Node):
         name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
         pipeline.use_mountings(mountings)
         if mountings or parameters.imus_file:
-            known = ", ".join(mountings) or "none: each waits for a neutral pose"
+            known = ", ".join(mountings) or "none: each is aligned from motion"
             self.get_logger().info(f"IMUs whose mounting {name} tells: {known}")
 
     def _subscribe(self) -> None:

@@ -150,7 +150,7 @@ def _alignment(run: DemoRun, imus: int) -> str:
     aligned = [name for text in reports for name in text.split(", ") if name not in ("", "none")]
     text = f"{len(aligned)} of {imus} aligned with their segments"
     if not aligned:
-        text += ": the result is the cameras' alone, no neutral pose was seen"
+        text += ": the result is the cameras' alone, move and turn the segments before them"
     return text
 
 

@@ -1,0 +1,141 @@
+"""IMUs strapped on anyhow are aligned from motion alone, and told of if they are not (synthetic)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fusing import fused
+from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
+from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
+
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX
+from pose_core.streams.samples import ImuSample
+
+DURATION_S = 26.0
+STANDS_S = 4.0  # what comes before is cut off: nobody is seen to stand
+JUDGED_S = 21.0
+MS = 1_000_000
+ANGLES = ("left_knee_flexion", "right_elbow_flexion", "left_hip_abduction", "right_hip_rotation")
+
+
+@pytest.fixture(scope="module")
+def session():
+    """Times, degrees of freedom, skeletons and nine IMUs' samples of somebody who never stands."""
+    t, dof = motion(DURATION_S, lean=0.3)
+    positions = kinematics().pose(dof).positions
+    skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.02)
+    imus = imu_samples(t, dof, np.random.default_rng(5), segments=EVERY_SEGMENT)
+    begin_ns = START_NS + STANDS_S * 1e9
+    cut = [[s for s in each if s.stamp_ns > begin_ns] for each in (skeletons, imus)]
+    return t, dof, *cut
+
+
+def run(samples, **parameters):
+    pipeline = FusionPipeline(FusionParameters(**parameters), extrinsics())
+    return pipeline, fused(pipeline, samples)
+
+
+def uses_of(pipeline):
+    return {use.segment: use for use in pipeline.imu_uses}
+
+
+@pytest.fixture(scope="module")
+def with_imus(session):
+    _, _, skeletons, imus = session
+    return run(merged(skeletons, imus))
+
+
+def rms_deg(estimates, t, dof):
+    errors = [
+        e.position[e.dof_names.index(name)] - truth_at(e, t, dof)[MODEL.dof_index[name]]
+        for e in estimates
+        if e.stamp_ns > START_NS + JUDGED_S * 1e9
+        for name in ANGLES
+    ]
+    return np.degrees(np.sqrt(np.mean(np.square(errors))))
+
+
+def test_nine_crooked_imus_are_aligned_without_anybody_standing_still(with_imus):
+    pipeline, _ = with_imus
+    uses = uses_of(pipeline)
+    assert sorted(uses) == sorted(EVERY_SEGMENT)
+    assert [use.segment for use in uses.values() if not use.is_aligned] == []
+    assert all("used for" in str(use) for use in uses.values())
+
+
+def test_aligned_imus_make_the_angles_better(with_imus, session):
+    t, dof, skeletons, _ = session
+    _, alone = run(skeletons)
+    assert rms_deg(with_imus[1], t, dof) < 0.6 * rms_deg(alone, t, dof)
+
+
+def test_an_imu_that_is_never_moved_is_named_with_what_to_do(session):
+    _, _, skeletons, imus = session
+
+    def lie(sample):
+        if sample.segment != "right_thigh":
+            return sample
+        flat = np.array([0.6, 0.0, 0.0, 0.8])
+        return replace(sample, orientation=flat, angular_velocity=np.zeros(3))
+
+    pipeline, _ = run(merged(skeletons, [lie(s) for s in imus]))
+    uses = uses_of(pipeline)
+    assert [name for name, use in uses.items() if use.reason] == ["right_thigh"]
+    assert "move" in uses["right_thigh"].reason
+
+
+def test_imus_of_exchanged_segments_are_named(session):
+    _, _, skeletons, imus = session
+    exchanged = {"left_thigh": "left_forearm", "left_forearm": "left_thigh"}
+    wrong = [replace(s, segment=exchanged.get(s.segment, s.segment)) for s in imus]
+    pipeline, _ = run(merged(skeletons, wrong))
+    named = {name for name, use in uses_of(pipeline).items() if use.reason or use.contradictions}
+    assert named == set(exchanged)
+
+
+def test_an_imu_of_an_unknown_segment_is_named(session):
+    _, _, skeletons, imus = session
+    torso = [replace(s, segment="tail") for s in imus if s.segment == "torso"]
+    pipeline, _ = run(merged(skeletons[:600], torso[:1000]))
+    assert "tail: not used, the body model has no link" in str(uses_of(pipeline)["tail"])
+
+
+@pytest.mark.parametrize("estimator", ["mean", "dof_kf"])
+def test_an_estimator_that_takes_no_imus_says_so(session, estimator):
+    _, _, skeletons, imus = session
+    pipeline, _ = run(merged(skeletons[:400], imus[:1000]), estimator=estimator)
+    assert all("uses no IMUs: use default" in use.reason for use in pipeline.imu_uses)
+    assert len(pipeline.imu_uses) == len({s.segment for s in imus[:1000]})
+
+
+def test_trackers_that_are_60_ms_late_are_found_within_15_ms(session):
+    _, _, skeletons, imus = session
+    late = [replace(s, stamp_ns=s.stamp_ns + 60 * MS) for s in skeletons]
+    pipeline, _ = run(merged(late, imus))
+    delays = pipeline._estimation._tracking._estimator._state.delay
+    np.testing.assert_allclose(delays, 0.06, atol=0.015)
+
+
+def test_trackers_in_time_are_found_to_be(with_imus):
+    delays = with_imus[0]._estimation._tracking._estimator._state.delay
+    np.testing.assert_allclose(delays, 0.0, atol=0.015)
+
+
+def test_a_bone_without_length_for_a_while_does_not_spoil_the_alignment(session):
+    """The knee is seen where the foot is."""
+    _, _, skeletons, imus = session
+    knee, foot = JOINT_INDEX["left_knee"], JOINT_INDEX["left_foot"]
+
+    def collapsed(sample):
+        if not 8.0 < (sample.stamp_ns - START_NS) * 1e-9 < 9.0:
+            return sample
+        positions = sample.positions.copy()
+        positions[knee] = positions[foot]
+        return replace(sample, positions=positions)
+
+    shank = [s for s in imus if isinstance(s, ImuSample) and s.segment == "left_shank"]
+    pipeline, estimates = run(merged([collapsed(s) for s in skeletons], shank))
+    assert pipeline.imu_uses[0].is_aligned
+    assert np.isfinite([e.position for e in estimates]).all()
