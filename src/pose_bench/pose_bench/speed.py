@@ -12,30 +12,34 @@ from importlib import metadata, util
 from pathlib import Path
 
 import numpy as np
-from pose_core.filters.looks import CameraLooks, LinkLooks
-from pose_core.filters.segment_filter import SegmentFilter
-from pose_core.fusion.observation_block import Observation
+from scipy.spatial.transform import Rotation
 
+from pose_bench.reference.default_filter import ReferenceFilter
 from pose_bench.reference.opensim_ik import OpenSimIk
-from pose_bench.reference.segment_filter import ReferenceFilter
 from pose_bench.reference.textbook_ukf import TextbookFilter
-from pose_core.api import (
-    BodyModel,
-    BodyShape,
-    FloatArray,
-    ForwardKinematics,
-    FusionParameters,
-    load_body_model,
-)
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import BodyModel, load_body_model
 from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
+from pose_core.filter.camera import CameraFrame
+from pose_core.filter.constants import FilterConstants, make_constants
+from pose_core.filter.imu import ImuReadings
+from pose_core.filter.layout import make_layout
+from pose_core.filter.motion import predict
+from pose_core.filter.state import FilterState, start_state, with_imu
+from pose_core.filter.step import take_frame, take_imus
+from pose_core.filter.tuning import FilterTuning
 from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preparing import neutral_pose
 from pose_core.fusion.tracking import tracking_counters
-from pose_core.imu.readings import SegmentReading, readings_of
+from pose_core.imu.track import ImuStates
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.session.neutral_stand import shape_of
+from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
 CAMERA_HEIGHT = 1.2  # [m]
@@ -43,6 +47,7 @@ NOISE = 0.02  # [m] of a joint
 WHOLE = "default, whole estimator, two Kinects, nine IMUs"
 OPENSIM = "OpenSim's inverse kinematics, 15 joints"
 TEXTBOOK = "filterpy, Python fx and hx"
+TRACKED = np.full(len(JOINTS), int(TrackingState.TRACKED), np.uint8)
 Step = Callable[[int], object]
 """One update, of the frame with this number."""
 
@@ -82,54 +87,55 @@ class Scene:
         dof[:, 2] += 0.9
         pose = ForwardKinematics(model, self.shape.offsets).pose(dof)
         self.dof, self.joints, self.rotations = dof, pose.positions, pose.rotations
+        after = np.roll(self.rotations, -1, axis=0)
+        turns = Rotation.from_matrix((np.swapaxes(self.rotations, 2, 3) @ after).reshape(-1, 3, 3))
+        self.rates = turns.as_rotvec().reshape(frames, -1, 3) / PERIOD_S
         self._noise = rng.normal(0.0, NOISE, (16, *self.joints.shape))
 
+    @property
+    def size(self) -> int:
+        """Number of frames."""
+        return len(self.dof)
+
     def seen(self, frame: int, sensors: int) -> FloatArray:
-        """The joints that sensors see, shape (sensors, 15, 3) [m]."""
+        """The joints that sensors see, (sensors, 15, 3) [m]."""
         return np.ascontiguousarray(self.joints[frame] + self._noise[:sensors, frame])
 
-    def looks(self, frame: int, sensors: int) -> CameraLooks:
+    def frames(self, frame: int, sensors: int) -> list[CameraFrame]:
         """The same for the default estimator's filter."""
-        return CameraLooks(
-            positions=self.seen(frame, sensors),
-            tracking_state=np.full((sensors, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
-            cameras=np.array([camera_place(index) for index in range(sensors)]),
-            offsets=np.zeros((sensors, len(JOINTS), 3)),
-            delay_s=0.0,
-        )
+        return [
+            CameraFrame(sensor, positions, TRACKED, camera_place(sensor), 0.0)
+            for sensor, positions in enumerate(self.seen(frame, sensors))
+        ]
 
-    def imus(self, frame: int, count: int) -> LinkLooks:
-        """What IMUs say of the links; with more IMUs than links some have two."""
-        links = np.arange(count) % len(self.rotations[frame])
-        return LinkLooks(
-            links=links,
-            R_map_link=self.rotations[frame][links],
-            variance=np.full((count, 3), 0.04),
-            angular_velocity=np.zeros((count, 3)),
-            rate_variance=np.full(count, 0.0025),
+    def imus(self, frame: int, count: int) -> ImuReadings:
+        """What aligned IMUs say, one on each of the first links."""
+        return ImuReadings(
+            links=np.arange(count),
+            R_world_sensor=np.ascontiguousarray(self.rotations[frame, :count]),
+            angular_velocity=np.ascontiguousarray(self.rates[frame, :count]),
+            age_s=np.zeros(count),
         )
 
     def observation(self, frame: int, segments: list[str]) -> Observation:
-        """Two cameras and some IMUs for a whole estimator."""
+        """Two cameras and some IMUs, not aligned yet, for a whole estimator."""
         names = list(self.model.links)
-        readings = {
-            segment: SegmentReading(
-                R_map_segment=self.rotations[frame, names.index(self.model.segments[segment])],
-                angular_velocity=np.zeros(3),
-                stddev=np.full(3, 0.05),
-            )
-            for segment in segments
-        }
+        links = [names.index(self.model.segments[segment]) for segment in segments]
         stamp_ns = round(1e9 * PERIOD_S * (frame + 1))
         return Observation(
             stamp_ns=stamp_ns,
             newest_ns=stamp_ns,
             shape=self.shape,
             positions=self.seen(frame, 2),
-            tracking_state=np.full((2, len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
+            tracking_state=np.stack([TRACKED, TRACKED]),
             cameras=np.stack([camera_place(0), camera_place(1)]),
-            offsets=np.zeros((2, len(JOINTS), 3)),
-            readings=readings_of(readings),
+            readings=ImuStates(
+                segments=tuple(segments),
+                R_world_sensor=self.rotations[frame, links],
+                angular_velocity=self.rates[frame, links],
+                stddev=np.full((len(links), 3), 0.05),
+                age_s=np.zeros(len(links)),
+            ),
         )
 
 
@@ -149,24 +155,48 @@ def measure(name: str, step: Step, frames: int, warm_up: int = 5) -> Timing:
     return Timing(name=name, times_ms=np.array(times[warm_up:]))
 
 
-def segment_steps(scene: Scene, sensors: int, imus: int, kind: type = SegmentFilter) -> Step:
-    """Prediction and update of the default estimator's filter, compiled or plain."""
-    filter_ = kind(SegmentTree(scene.model, scene.shape))
-    filter_.start(scene.rotations[0], scene.dof[0, :3])
-    looks = [
-        (scene.looks(frame, sensors), scene.imus(frame, imus)) for frame in range(len(scene.dof))
-    ]
+def aligned_filter(scene: Scene, sensors: int, imus: int) -> tuple[FilterConstants, FilterState]:
+    """The default estimator's filter at the first pose, with IMUs that are aligned."""
+    tree, tuning = SegmentTree(scene.model, scene.shape), FilterTuning()
+    layout = make_layout(len(tree.parents), len(tree.sliding_links))
+    state = start_state(layout, sensors, tuning, scene.dof[0, :3], scene.rotations[0])
+    for link in range(imus):
+        state = with_imu(state, link, np.eye(3), 0.0, 0.01 * np.eye(4))
+    return make_constants(tree, tuning), state
+
+
+def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:
+    """The default estimator's filter: a prediction, the IMUs, each camera's frame."""
+    constants, state = aligned_filter(scene, sensors, imus)
+    information = np.zeros((2, len(state.heading), 3, 3))
+    seen = [(scene.imus(frame, imus), scene.frames(frame, sensors)) for frame in range(scene.size)]
 
     def step(frame: int) -> None:
-        filter_.predict(PERIOD_S)
-        filter_.update(*looks[frame])
+        readings, frames = seen[frame]
+        predict(constants.motion, state, PERIOD_S)
+        take_imus(constants, state, readings, information[1])
+        for each in frames:
+            take_frame(constants, state, each, information[0])
+
+    return step
+
+
+def plain_steps(scene: Scene, sensors: int, imus: int) -> Step:
+    """The same in plain numpy."""
+    plain = ReferenceFilter(*aligned_filter(scene, sensors, imus))
+
+    def step(frame: int) -> None:
+        plain.predict(PERIOD_S)
+        plain.take_imus(scene.imus(frame, imus))
+        for each in scene.frames(frame, sensors):
+            plain.take_frame(each)
 
     return step
 
 
 def persons_steps(scene: Scene, persons: int) -> Step:
     """Two Kinects and nine IMUs for each of several persons: each has a filter."""
-    steps = [segment_steps(scene, 2, 9) for _ in range(persons)]
+    steps = [filter_steps(scene, 2, 9) for _ in range(persons)]
 
     def step(frame: int) -> None:
         for each in steps:
@@ -180,28 +210,28 @@ def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
     parameters = FusionParameters(estimator=name)
     estimation = Estimation(scene.model, parameters, Counters(*tracking_counters(parameters)))
     segments = list(scene.model.segments)[:imus]
-    observations = [scene.observation(frame, segments) for frame in range(len(scene.dof))]
-    return lambda frame: estimation.take([observations[frame]])
+    observations = [scene.observation(frame, segments) for frame in range(scene.size)]
+    return lambda frame: estimation.take(observations[frame])
 
 
 def li2020_steps(scene: Scene) -> Step:
     """The filter of li2020."""
     filter_ = Li2020Filter(scene.model, scene.shape, Li2020Parameters())
     filter_.start(scene.joints[0])
-    seen = [scene.seen(frame, 2) for frame in range(len(scene.dof))]
+    seen = [scene.seen(frame, 2) for frame in range(scene.size)]
     return lambda frame: filter_.step(PERIOD_S, seen[frame])
 
 
 def textbook_steps(scene: Scene) -> Step:
     """The same filter, a sigma point at a time."""
     filter_ = textbook_of(scene, Li2020Parameters())
-    seen = [scene.seen(frame, 2) for frame in range(len(scene.dof))]
+    seen = [scene.seen(frame, 2) for frame in range(scene.size)]
     return lambda frame: filter_.step(PERIOD_S, seen[frame])
 
 
 def opensim_steps(scene: Scene) -> Step:
     """OpenSim's inverse kinematics on the mean of two cameras' joints."""
-    seen = np.stack([scene.seen(frame, 2).mean(axis=0) for frame in range(len(scene.dof))])
+    seen = np.stack([scene.seen(frame, 2).mean(axis=0) for frame in range(scene.size)])
     return OpenSimIk(scene.model, scene.shape, seen, 1.0 / PERIOD_S).step
 
 
@@ -219,15 +249,15 @@ def textbook_of(scene: Scene, parameters: Li2020Parameters) -> TextbookFilter:
 def update_timings(frames: int, slow_frames: int) -> Iterator[Timing]:
     """Every filter on two cameras, the default one with nine IMUs too."""
     scene, paper = (Scene(load_body_model(name), frames) for name in ("default", "li2020"))
-    yield measure("default, two Kinects, nine IMUs", segment_steps(scene, 2, 9), frames)
-    yield measure("default, two Kinects", segment_steps(scene, 2, 0), frames)
+    yield measure("default, two Kinects, nine IMUs", filter_steps(scene, 2, 9), frames)
+    yield measure("default, two Kinects", filter_steps(scene, 2, 0), frames)
     yield measure(WHOLE, estimator_steps(scene, "default", 9), frames)
     yield measure("li2020, two Kinects", li2020_steps(paper), frames)
     yield measure("joint_kf, two Kinects", estimator_steps(paper, "joint_kf", 0), frames)
     if util.find_spec("opensim") is not None:
         few = Scene(paper.model, max(frames // 5, 20))
-        yield measure(OPENSIM, opensim_steps(few), len(few.dof))
-    plain = segment_steps(scene, 2, 9, ReferenceFilter)
+        yield measure(OPENSIM, opensim_steps(few), few.size)
+    plain = plain_steps(scene, 2, 9)
     yield measure("default in plain numpy, nine IMUs", plain, slow_frames)
     yield measure(TEXTBOOK, textbook_steps(paper), slow_frames)
 
@@ -237,12 +267,12 @@ def growth(frames: int) -> dict[str, list[tuple[int, float]]]:
     scene = Scene(load_body_model("default"), frames)
     per_second = 1.0 / PERIOD_S
     sensors = [
-        (n, per_second * measure("", segment_steps(scene, n, 9), frames).median_ms)
+        (n, per_second * measure("", filter_steps(scene, n, 9), frames).median_ms)
         for n in (1, 2, 4, 8, 16)
     ]
     imus = [
-        (n, 2.0 * per_second * measure("", segment_steps(scene, 1, n), frames).median_ms)
-        for n in (0, 1, 2, 4, 9, 17)
+        (n, 2.0 * per_second * measure("", filter_steps(scene, 1, n), frames).median_ms)
+        for n in (0, 1, 2, 4, 9)
     ]
     persons = [
         (n, per_second * measure("", persons_steps(scene, n), frames).median_ms)

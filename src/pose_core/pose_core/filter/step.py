@@ -46,8 +46,8 @@ def take_imus(
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
-    weights, distance = np.empty(2 * count), np.empty(2 * count)
-    if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance):
+    weights, distance, spread = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
+    if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance, spread):
         return False
     for row in range(count):
         for axis in range(3):
@@ -75,11 +75,9 @@ def take_frame(
     seen = rows.filled[1]
     add_posture(constants.posture, state.pose.rotations, rows)
     groups, count = rows.filled[1], rows.filled[0]
-    weights, distance = np.empty(groups), np.empty(groups)
-    spread = predicted_spread(state, rows.H[: 3 * seen])
-    if not robust_update(
-        state, rows, CAMERA_ITERATIONS, constants.camera.least_weight, weights, distance
-    ):
+    weights, distance, spread = np.empty(groups), np.empty(groups), np.empty(count)
+    least_weight = constants.camera.least_weight
+    if not robust_update(state, rows, CAMERA_ITERATIONS, least_weight, weights, distance, spread):
         return StepResult(False, 0, np.nan, np.nan)
     learn_offsets(state, frame, view, rows, rows.residual[:count], spread, weights)
     if frame.late_s == 0.0:
@@ -112,12 +110,6 @@ def take_frame(
         return StepResult(True, turned, np.nan, np.nan)
     typical = np.mean(np.minimum(distance[:seen], MOST_TYPICAL))
     return StepResult(True, turned, float(typical), float(np.median(distance[:seen])))
-
-
-@compiled
-def predicted_spread(state: FilterState, H: FloatArray) -> FloatArray:
-    """Diagonal of H P Hᵀ, (rows,)."""
-    return np.sum(np.dot(H, state.P) * H, axis=1)
 
 
 @compiled

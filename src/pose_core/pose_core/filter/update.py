@@ -7,6 +7,8 @@ follows from what the update leaves of its residual :math:`e = r - H\,\delta x`:
 .. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w \le 1
 
 with d its rows and ν its degrees of freedom. All iterations happen in the space of measurements.
+With Cholesky's :math:`S = U^T U` the vector is two substitutions, and with
+:math:`W = U^{-T} H P` the covariance :math:`P - W^T W`, of which one half is computed.
 
 References:
     Roth, Özkan, Gustafsson (2013), A Student's t filter for heavy tailed process and measurement
@@ -18,8 +20,11 @@ import numpy as np
 from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, correct
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.small_matrices import inverse, quadratic_form, symmetric
+from pose_core.kernels.cholesky import factorise, solve_lower, solve_upper
+from pose_core.kernels.small_matrices import inverse, mirror, quadratic_form, symmetric
 from pose_core.streams.samples import FloatArray
+
+BLOCK = 32  # rows of P that are computed at once
 
 
 @compiled
@@ -30,6 +35,7 @@ def robust_update(
     least_weight: float,
     weights: FloatArray,
     distance: FloatArray,
+    variance: FloatArray,
 ) -> bool:
     """Correct the state by some rows, in place.
 
@@ -40,32 +46,51 @@ def robust_update(
         least_weight: Of a group [-].
         weights: Filled, (groups,).
         distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
+        variance: Filled, (rows,): diagonal of H P Hᵀ.
 
     Returns:
         Whether the result is finite; the state is left as it was if not.
     """
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
-    HP = np.dot(H, P)
-    spread = np.dot(HP, H.T)
+    HP, spread = np.zeros((count, len(P))), np.zeros((count, count))
+    add_product(H, P, HP)
+    add_product(H, np.ascontiguousarray(HP.T), spread)
     S, solved = np.empty_like(spread), np.empty(count)
     weights[:groups] = 1.0
+    for row in range(count):
+        variance[row] = spread[row, row]
     for iteration in range(iterations):
         S[:] = spread
         add_noise(rows, weights, S)
-        solved = np.linalg.solve(S, residual)
         if iteration == 0:
             innovation_distances(rows, S, distance)
+        factorise(S)
+        solved[:] = residual
+        solve_lower(S, solved.reshape(-1, 1))
+        solve_upper(S, solved)
         if iteration < iterations - 1:
-            left = residual - np.dot(spread, solved)
-            reweight(rows, left, least_weight, weights)
+            reweight(rows, residual - np.dot(spread, solved), least_weight, weights)
     error = np.dot(solved, HP)
     if not np.all(np.isfinite(error)):
         return False
-    gain = np.linalg.solve(S, HP)
-    subtract_symmetric(P, HP, gain)
+    solve_lower(S, HP)
+    subtract_square(P, np.ascontiguousarray(HP.T))
     correct(state, error)
     return True
+
+
+@compiled_in_place
+def add_product(H: FloatArray, A: FloatArray, out: FloatArray) -> None:
+    """``out`` += H A; most of H's numbers are zero and cost nothing."""
+    for row in range(len(H)):
+        into = out[row]
+        for column in range(H.shape[1]):
+            factor = H[row, column]
+            if factor != 0.0:
+                values = A[column]
+                for k in range(len(into)):
+                    into[k] += factor * values[k]
 
 
 @compiled_in_place
@@ -109,11 +134,8 @@ def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatAr
 
 
 @compiled
-def subtract_symmetric(P: FloatArray, HP: FloatArray, gain: FloatArray) -> None:
-    """P −= HPᵀ gain, kept symmetric."""
-    P -= np.dot(HP.T, gain)
-    for i in range(len(P)):
-        for k in range(i):
-            mean = 0.5 * (P[i, k] + P[k, i])
-            P[i, k] = mean
-            P[k, i] = mean
+def subtract_square(P: FloatArray, W: FloatArray) -> None:
+    """P −= W Wᵀ: its upper triangle by blocks of rows, then the lower one from it."""
+    for first in range(0, len(P), BLOCK):
+        P[first : first + BLOCK, first:] -= np.dot(W[first : first + BLOCK], W[first:].T)
+    mirror(P)

@@ -1,0 +1,257 @@
+r"""The default filter in plain numpy: what the compiled one must give, to rounding.
+
+Written from the equations that ``pose_core.filter`` documents, with whole matrices:
+:math:`P \leftarrow F P F^T + Q`, Joseph's form of the update, no shortcut by zeros.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_bench.reference.default_measurements import (
+    Group,
+    PlainView,
+    camera_groups,
+    columns,
+    flexion,
+    hinges,
+    imu_groups,
+    link_columns,
+    posture_groups,
+    view_of,
+)
+from pose_core.filter.camera import CameraFrame
+from pose_core.filter.constants import FilterConstants
+from pose_core.filter.imu import ImuReadings
+from pose_core.filter.state import FilterState
+from pose_core.filter.step import StepResult
+from pose_core.streams.samples import FloatArray
+
+FRAME_PERIOD_S = 1.0 / 30.0
+LARGEST_STDDEV = 1.2  # [rad]
+LONGEST_GAP_S, HEARD_S = 0.1, 0.15
+DELAYS_S = (-0.02, 0.15)
+MOST_DISTANCE, CONTRADICTED, MOST_TYPICAL = 400.0, 25.0, 9.0  # [-]
+LEAST_IMU_WEIGHT = 1e-3
+
+
+class ReferenceFilter:
+    """The step's three parts, on a state of its own.
+
+    Args:
+        constants: Of the filter.
+        state: Where it begins; copied.
+    """
+
+    def __init__(self, constants: FilterConstants, state: FilterState) -> None:
+        self.constants, self.state = constants, state.copy()
+
+    def predict(self, dt_s: float) -> None:
+        """Advance by ``dt_s`` [s]."""
+        motion, state = self.constants.motion, self.state
+        keep, keep_slide, keep_offset = np.exp(
+            -dt_s / np.array([motion.rate_memory_s, motion.slide_memory_s, motion.offset_memory_s])
+        )
+        reach_s = motion.rate_memory_s * (1.0 - keep)
+        Q = self._process_noise(dt_s, keep_slide)
+        slides, velocity = columns(state)
+        F = np.eye(len(state.P))
+        F[:slides, velocity : velocity + slides] = reach_s * np.eye(slides)
+        F[slides:velocity, slides:velocity] *= keep_slide
+        F[velocity : velocity + slides, velocity : velocity + slides] *= keep
+        P = F @ state.P @ F.T + Q
+        scale = np.ones(len(P))
+        scale[3:slides] = np.minimum(1.0, LARGEST_STDDEV / np.sqrt(np.diag(P)[3:slides]))
+        state.P[:] = np.outer(scale, scale) * P
+        error = np.zeros(len(P))
+        error[:3] = reach_s * state.pose.velocity
+        error[3:slides] = reach_s * state.pose.rates.ravel()
+        correct(state, error)
+        state.pose.velocity[:] *= keep
+        state.pose.rates[:] *= keep
+        state.pose.slides[:] *= keep_slide
+        state.offset[:] *= keep_offset
+        renewed = (1.0 - keep_offset**2) * motion.offset_variance
+        state.offset_variance[:] = keep_offset**2 * state.offset_variance + renewed
+        state.unheard_s[:] += dt_s
+
+    def take_imus(self, readings: ImuReadings) -> FloatArray:
+        """Correct by aligned IMUs; what they say of each link, (links, 3, 3) [1/rad²]."""
+        information = np.zeros((len(self.state.heading), 3, 3))
+        if len(readings.links) == 0:
+            return information
+        groups = list(imu_groups(self.constants.imu, self.state, readings))
+        weights, _ = robust_update(self.state, groups, 2, LEAST_IMU_WEIGHT)
+        for group, weight in zip(groups[::2], weights[::2], strict=True):
+            information[group.source] += weight * np.linalg.inv(group.noise)
+        return information
+
+    def take_frame(self, frame: CameraFrame) -> tuple[StepResult, FloatArray]:
+        """Correct by a camera's frame and the posture prior; what the frame says of each link."""
+        state, camera = self.state, self.constants.camera
+        view = view_of(camera, state, frame)
+        joints = list(camera_groups(camera, state, frame, view))
+        spread = [np.trace(group.H @ state.P @ group.H.T) for group in joints]
+        groups = [*joints, *posture_groups(self.constants, state)]
+        weights, distance = robust_update(state, groups, 3, camera.least_weight)
+        self._learn_offsets(frame, view, joints, np.array(spread), weights)
+        if frame.late_s == 0.0:
+            self._learn_delay(frame, view, joints, weights)
+        self._adapt(frame.sensor, joints, distance)
+        information = np.zeros((len(state.heading), 3, 3))
+        for group, weight in zip(joints, weights, strict=False):
+            for link in range(len(information)):
+                part = group.H[:, link_columns(link)]
+                information[link] += 3.0 * weight / np.trace(group.noise) * part.T @ part
+        turned, seen = self._turn_back(), distance[: len(joints)]
+        if not joints:
+            return StepResult(True, turned, np.nan, np.nan), information
+        typical = float(np.mean(np.minimum(seen, MOST_TYPICAL)))
+        return StepResult(True, turned, typical, float(np.median(seen))), information
+
+    def _process_noise(self, dt_s: float, keep_slide: float) -> FloatArray:
+        """Q of one time step, (n, n)."""
+        motion, state = self.constants.motion, self.state
+        slides, velocity = columns(state)
+        moving = np.vstack([state.pose.velocity, state.pose.rates])
+        size = motion.acceleration * state.adaptation
+        size = size + motion.acceleration_per_rate * np.linalg.norm(moving, axis=1)
+        path = np.eye(len(moving))
+        path[1:, 1:] = motion.path
+        shared = np.kron(path @ np.diag(size**2 * FRAME_PERIOD_S) @ path.T, np.eye(3))
+        Q = np.zeros_like(state.P)
+        place, rate = slice(0, slides), slice(velocity, velocity + slides)
+        Q[place, place], Q[rate, rate] = dt_s**3 / 3.0 * shared, dt_s * shared
+        Q[place, rate] = Q[rate, place] = dt_s**2 / 2.0 * shared
+        for i in range(slides, velocity):
+            Q[i, i] = motion.slide_variance * (1.0 - keep_slide**2)
+        walk = [*3 * [motion.mounting_walk], motion.heading_walk]
+        for own in state.imu_column[state.imu_column >= 0]:
+            Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
+        return Q
+
+    def _learn_offsets(
+        self,
+        frame: CameraFrame,
+        view: PlainView,
+        joints: list[Group],
+        spread: FloatArray,
+        weights: FloatArray,
+    ) -> None:
+        """Move this view's offset towards the residual, and the others' so that the mean stays."""
+        state, sensors = self.state, len(self.state.unheard_s)
+        if sensors < 2:
+            return
+        shares = np.full(sensors, -1.0 / (sensors - 1))
+        shares[frame.sensor] = 1.0
+        for group, spread_of_it, weight in zip(joints, spread, weights, strict=False):
+            variance = state.offset_variance[frame.sensor, group.source]
+            gain = 3.0 * variance / (np.trace(group.noise) / weight + spread_of_it)
+            change = gain * view.heading().T @ group.residual
+            state.offset[:, group.source] += np.outer(shares, change)
+            state.offset_variance[frame.sensor, group.source] = (1.0 - gain) * variance
+
+    def _learn_delay(
+        self, frame: CameraFrame, view: PlainView, joints: list[Group], weights: FloatArray
+    ) -> None:
+        """Regress the bones' residuals on their velocities."""
+        state, constants, sensor = self.state, self.constants, frame.sensor
+        seen = {
+            group.source: (group.residual, w) for group, w in zip(joints, weights, strict=False)
+        }
+        sums, delay_s = state.delay_sums[sensor], state.delay[sensor]
+        gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S)
+        sums *= np.exp(-gap_s / constants.delay_memory_s)
+        for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
+            if state.imu_column[link] < 0 or start not in seen or end not in seen:
+                continue
+            v = view.velocity[end] - view.velocity[start]
+            r = seen[end][0] - seen[start][0]
+            weight = min(seen[start][1], seen[end][1])
+            weight *= 1.0 - max(view.hidden[start], view.hidden[end])
+            sums += weight * np.array([v @ v, delay_s * (v @ v) - v @ r])
+        prior = constants.delay_prior
+        delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
+        state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
+
+    def _adapt(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
+        """Smooth the joints' distances; what no camera that is heard finds near, moves more."""
+        state, constants = self.state, self.constants
+        gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S)
+        state.unheard_s[sensor] = 0.0
+        share = 1.0 - np.exp(-gap_s / constants.adaptation_memory_s)
+        newest = np.zeros(state.nis.shape[1])
+        for group, squared in zip(joints, distance, strict=False):
+            newest[group.source] = min(squared, MOST_DISTANCE)
+        state.nis[sensor] += share * (newest - state.nis[sensor])
+        least = state.nis[state.unheard_s < HEARD_S].min(axis=0)[constants.ends]
+        factor = np.sqrt(least / constants.adapted_distance)
+        state.adaptation[1:] = np.clip(factor, 1.0, constants.most_adaptation)
+        state.adaptation[0] = state.adaptation[1]
+        passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.unheard_s)
+        state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
+
+    def _turn_back(self) -> int:
+        """Turn limbs without IMUs about themselves that are bent the wrong way; how many."""
+        state, count = self.state, 0
+        half = np.diag([-1.0, -1.0, 1.0])
+        for parent, link, sign in hinges(self.constants.posture):
+            pair, has_imu = [parent, link], np.any(state.imu_column[[parent, link]] >= 0)
+            upper, lower = state.pose.rotations[pair]
+            bend = flexion(upper.T @ lower, sign)
+            if not has_imu and bend < self.constants.posture.wrong_bend:
+                state.pose.rotations[pair] = state.pose.rotations[pair] @ half
+                count += 1
+        return count
+
+
+def robust_update(
+    state: FilterState, groups: list[Group], iterations: int, least_weight: float
+) -> tuple[FloatArray, FloatArray]:
+    """Correct the state; weights and squared innovation distances of the groups."""
+    H, residual = np.vstack([g.H for g in groups]), np.concatenate([g.residual for g in groups])
+    P, weights, distance = state.P, np.ones(len(groups)), np.empty(len(groups))
+    starts = np.cumsum([0, *(len(group.residual) for group in groups)])
+    rows = [slice(a, b) for a, b in pairwise(starts)]
+    for iteration in range(iterations):
+        R = np.zeros((len(H), len(H)))
+        for own, group, weight in zip(rows, groups, weights, strict=True):
+            R[own, own] = group.noise / weight
+        S = H @ P @ H.T + R
+        K = np.linalg.solve(S, H @ P).T
+        if iteration == 0:
+            for index, own in enumerate(rows):
+                distance[index] = mahalanobis(residual[own], S[own, own])
+        if iteration == iterations - 1:
+            break
+        left = residual - H @ K @ residual
+        for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
+            if group.student_dof is not None:
+                dof, size = group.student_dof, len(group.residual)
+                squared = group.student_scale * mahalanobis(left[own], group.noise)
+                weights[index] = np.clip((dof + size) / (dof + squared), least_weight, 1.0)
+    rest = np.eye(len(P)) - K @ H
+    state.P[:] = rest @ P @ rest.T + K @ R @ K.T
+    correct(state, K @ residual)
+    return weights, distance
+
+
+def mahalanobis(values: FloatArray, covariance: FloatArray) -> float:
+    """Squared distance [-]."""
+    return float(values @ np.linalg.solve(covariance, values))
+
+
+def correct(state: FilterState, error: FloatArray) -> None:
+    """Add an error, (n,), to the mean: rotations about map's axes, mountings about the link's."""
+    pose, (slides, velocity) = state.pose, columns(state)
+    turns = Rotation.from_rotvec(error[3:slides].reshape(-1, 3))
+    pose.rotations[:] = (turns * Rotation.from_matrix(pose.rotations)).as_matrix()
+    pose.position[:] += error[:3]
+    pose.slides[:] += error[slides:velocity].reshape(-1, 3)
+    pose.velocity[:] += error[velocity : velocity + 3]
+    pose.rates[:] += error[velocity + 3 : velocity + slides].reshape(-1, 3)
+    for link in np.flatnonzero(state.imu_column >= 0):
+        own = int(state.imu_column[link])
+        state.R_sensor_link[link] @= Rotation.from_rotvec(error[own : own + 3]).as_matrix()
+        state.heading[link] += error[own + 3]

@@ -1,0 +1,283 @@
+r"""What IMUs, cameras and posture measure in the default filter, in plain numpy.
+
+A second implementation of ``pose_core.filter``'s measurement models, written from their equations:
+slow, a group of rows at a time, with nothing of the compiled arithmetic.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_core.filter.camera import CameraConstants, CameraFrame
+from pose_core.filter.constants import FilterConstants
+from pose_core.filter.imu import ImuConstants, ImuReadings
+from pose_core.filter.occlusion import Capsules
+from pose_core.filter.posture import PostureConstants
+from pose_core.filter.state import FilterState
+from pose_core.kernels.placing import BodyNumbers
+from pose_core.streams.samples import FloatArray
+
+FASTEST_JOINT, FASTEST_LINK = 2.0, 6.0  # [m/s], [rad/s] beyond which noise grows no more
+HELD_JERK = 100.0  # [rad/s³]
+SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
+HINGE_DOF = 3.0  # [-]
+
+
+@dataclass(kw_only=True)
+class Group:
+    """One or three rows that share a weight."""
+
+    H: FloatArray  # (d, n)
+    residual: FloatArray  # (d,)
+    noise: FloatArray  # (d, d)
+    student_dof: float | None = None  # None: normal
+    student_scale: float = 1.0
+    source: int = -1  # joint or link
+
+
+@dataclass(kw_only=True)
+class PlainView:
+    """The joints as predicted for the instant at which a frame was captured."""
+
+    tau_s: float
+    rotations: FloatArray  # (links, 3, 3)
+    levers: FloatArray  # (joints, links, 3) [m]
+    places: FloatArray  # (joints, 3) [m]
+    velocity: FloatArray  # (joints, 3) [m/s]
+    hidden: FloatArray  # (joints,) [-]
+
+    def heading(self) -> FloatArray:
+        """The root's heading, (3, 3)."""
+        x, y = self.rotations[0, :2, 0]
+        return heading_matrix(np.arctan2(y, x))
+
+
+def heading_matrix(angle: float) -> FloatArray:
+    """A turn about map's z axis, (3, 3)."""
+    R: FloatArray = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
+    return R
+
+
+def skew(v: FloatArray) -> FloatArray:
+    """The matrix of v ×, (3, 3)."""
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def columns(state: FilterState) -> tuple[int, int]:
+    """First columns of the slides and of the velocity."""
+    slides = 3 + 3 * len(state.heading)
+    return slides, slides + 3 * len(state.pose.slides)
+
+
+def link_columns(link: int) -> slice:
+    """A link's rotation in the error; the rates' begin at the velocity's column."""
+    return slice(3 + 3 * link, 6 + 3 * link)
+
+
+def imu_groups(
+    constants: ImuConstants, state: FilterState, readings: ImuReadings
+) -> Iterator[Group]:
+    """Each aligned IMU's orientation and rate."""
+    _, velocity = columns(state)
+    for row, link in enumerate(readings.links):
+        own = int(state.imu_column[link])
+        R_map_sensor = heading_matrix(state.heading[link]) @ readings.R_world_sensor[row]
+        Q = R_map_sensor @ state.R_sensor_link[link]
+        rate = R_map_sensor @ readings.angular_velocity[row]
+        speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), readings.age_s[row]
+        stddev = constants.stddev + constants.soft_tissue * speed
+        variance = constants.correlated_samples * stddev**2 + (HELD_JERK * age_s**3 / 3.0) ** 2
+        H = np.zeros((3, len(state.P)))
+        H[:, link_columns(link)] = np.eye(3)
+        H[:, own : own + 3] = -Q
+        H[2, own + 3] = -1.0
+        yield Group(
+            H=H,
+            residual=Rotation.from_matrix(Q @ state.pose.rotations[link].T).as_rotvec(),
+            noise=variance * np.eye(3),
+            student_dof=constants.student_dof,
+            source=int(link),
+        )
+        H = np.zeros((3, len(state.P)))
+        H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
+        variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
+        variance += (HELD_JERK * age_s**2) ** 2
+        yield Group(H=H, residual=rate - state.pose.rates[link], noise=variance * np.eye(3))
+
+
+def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:
+    """The joints when a frame was captured: everything goes back at its present rate."""
+    pose, tau_s = state.pose, frame.late_s + state.delay[frame.sensor]
+    back = Rotation.from_rotvec(-tau_s * pose.rates)
+    rotations = (back * Rotation.from_matrix(pose.rotations)).as_matrix()
+    levers = levers_of(constants.body, rotations, pose.slides)
+    places = pose.position - tau_s * pose.velocity + levers.sum(axis=1)
+    return PlainView(
+        tau_s=tau_s,
+        rotations=rotations,
+        levers=levers,
+        places=places,
+        velocity=pose.velocity + np.cross(pose.rates, levers).sum(axis=1),
+        hidden=hidden(constants.capsules, places, frame.camera),
+    )
+
+
+def levers_of(body: BodyNumbers, rotations: FloatArray, slides: FloatArray) -> FloatArray:
+    """What each link adds to each joint, R_l (o_jl + s_jl), (joints, links, 3) [m]."""
+    offsets = np.array(body.offsets)
+    for slide, link in enumerate(body.sliding_links):
+        offsets[:, link] += np.outer(body.slides[:, slide], slides[slide])
+    return np.einsum("lik,jlk->jli", rotations, offsets)
+
+
+def hidden(capsules: Capsules, places: FloatArray, camera: FloatArray) -> FloatArray:
+    """How far the body hides each joint from a camera, (joints,)."""
+    result = np.zeros(len(places))
+    for joint, place in enumerate(places):
+        sight = place - camera
+        end = camera + sight * (1.0 - STAND_OFF / np.linalg.norm(sight))
+        for part in np.flatnonzero(capsules.hides[joint]):
+            first, last = places[capsules.ends[part]]
+            depth = capsules.radius[part] - segments_apart(camera, end, first, last)
+            if depth > -6.0 * SOFTNESS:
+                result[joint] = max(result[joint], 1.0 / (1.0 + np.exp(-depth / SOFTNESS)))
+    return result
+
+
+def segments_apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> float:
+    """Distance [m] of the segments ab and cd: of their lines if those pass within, or of an end."""
+    directions = np.stack([b - a, c - d], axis=1)
+    shares = np.linalg.lstsq(directions, c - a, rcond=None)[0]
+    if np.all((shares >= 0.0) & (shares <= 1.0)):
+        return float(np.linalg.norm(directions @ shares - (c - a)))
+    ends = (point_apart(a, c, d), point_apart(b, c, d), point_apart(c, a, b), point_apart(d, a, b))
+    return min(ends)
+
+
+def point_apart(p: FloatArray, a: FloatArray, b: FloatArray) -> float:
+    """Distance [m] of a point from the segment ab."""
+    share = np.clip((p - a) @ (b - a) / ((b - a) @ (b - a)), 0.0, 1.0)
+    return float(np.linalg.norm(a + share * (b - a) - p))
+
+
+def camera_groups(
+    constants: CameraConstants, state: FilterState, frame: CameraFrame, view: PlainView
+) -> Iterator[Group]:
+    """The joints that a frame shows."""
+    for joint, seen in enumerate(frame.positions):
+        if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
+            continue
+        offset = view.heading() @ state.offset[frame.sensor, joint]
+        yield Group(
+            H=joint_derivative(constants.body, state, view, joint),
+            residual=seen - view.places[joint] - offset,
+            noise=joint_noise(constants, state, frame, view, joint),
+            student_dof=constants.student_dof,
+            source=joint,
+        )
+
+
+def joint_derivative(
+    body: BodyNumbers, state: FilterState, view: PlainView, joint: int
+) -> FloatArray:
+    """A joint's derivative by the error, (3, n)."""
+    slides, velocity = columns(state)
+    H = np.zeros((3, len(state.P)))
+    H[:, :3] = np.eye(3)
+    for link, lever in enumerate(view.levers[joint]):
+        H[:, link_columns(link)] = -skew(lever)
+    H[:, velocity : velocity + slides] = -view.tau_s * H[:, :slides]
+    for slide, link in enumerate(body.sliding_links):
+        at = slides + 3 * slide
+        H[:, at : at + 3] = body.slides[joint, slide] * view.rotations[link]
+    return H
+
+
+def joint_noise(
+    constants: CameraConstants,
+    state: FilterState,
+    frame: CameraFrame,
+    view: PlainView,
+    joint: int,
+) -> FloatArray:
+    """Covariance of a joint's measurement, (3, 3) [m²]."""
+    place, velocity = view.places[joint], view.velocity[joint]
+    ray = (place - frame.camera) / np.linalg.norm(place - frame.camera)
+    speed = min(float(np.linalg.norm(velocity)), FASTEST_JOINT)
+    isotropic = constants.variance + constants.moving * speed**2
+    isotropic += constants.occluded_variance * view.hidden[joint] ** 2
+    if frame.tracking_state[joint] == 1:
+        isotropic += constants.inferred_variance
+    for far, near in constants.limb_ends:
+        if far == joint:
+            limb = view.places[far] - view.places[near]
+            cosine = limb @ ray / np.linalg.norm(limb)
+            isotropic += (constants.foreshortened * cosine**4) ** 2
+    along = constants.depth_variance * np.outer(ray, ray)
+    along += constants.lag * np.outer(velocity, velocity)
+    own = state.offset_variance[frame.sensor, joint]
+    result: FloatArray = constants.correlation * (along + isotropic * np.eye(3)) + own * np.eye(3)
+    return result
+
+
+def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[Group]:
+    """The prior: hinges, twists, the spine."""
+    posture, rotations = constants.posture, state.pose.rotations
+    for parent, link, sign in hinges(posture):
+        yield from hinge_groups(posture, state, parent, link, sign)
+    twists = zip(posture.twist_parents, posture.twist_links, posture.twist_variance, strict=True)
+    for parent, link, variance in twists:
+        _, _, z, w = quaternion(rotations[parent].T @ rotations[link])
+        defined = max(min(1.0, w * w + z * z), LEAST_DEFINED)
+        angle = 2.0 * np.arctan2(z, w)
+        yield turn(state, parent, link, rotations[link, :, 2], -angle, variance / defined**2)
+    for parent, link in zip(posture.spine_parents, posture.spine_links, strict=True):
+        bend = Rotation.from_matrix(rotations[parent].T @ rotations[link]).as_rotvec()
+        for axis, angle in zip(rotations[parent].T, bend, strict=True):
+            yield turn(state, parent, link, axis, -angle, posture.spine_variance)
+
+
+def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:
+    """Parent, link and sign of each hinge."""
+    yield from zip(posture.hinge_parents, posture.hinge_links, posture.hinge_signs, strict=True)
+
+
+def hinge_groups(
+    posture: PostureConstants, state: FilterState, parent: int, link: int, sign: float
+) -> Iterator[Group]:
+    """A hinge's plane, and its limit where it is bent the wrong way."""
+    upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
+    rows = []
+    for p in (upper[:, 0], upper[:, 2]):
+        u, variance = lower[:, 1], posture.hinge_variance
+        rows.append(turn(state, parent, link, np.cross(u, p), -(p @ u), variance))
+    angle = flexion(upper.T @ lower, sign)
+    if angle < 0.0:
+        axis = sign * upper[:, 1]
+        rows.append(turn(state, parent, link, axis, -angle, posture.limit_variance))
+    for row in rows:
+        row.student_dof, row.student_scale = HINGE_DOF, posture.hinge_student_scale
+        yield row
+
+
+def turn(
+    state: FilterState, parent: int, link: int, axis: FloatArray, residual: float, variance: float
+) -> Group:
+    """The turn of a link relative to its parent about an axis in map."""
+    H = np.zeros((1, len(state.P)))
+    H[0, link_columns(link)], H[0, link_columns(parent)] = axis, -axis
+    return Group(H=H, residual=np.array([residual]), noise=np.array([[variance]]))
+
+
+def flexion(R_parent_link: FloatArray, sign: float) -> float:
+    """A hinge's angle [rad]: the twist about +y, by swing and twist."""
+    _, y, _, w = quaternion(R_parent_link)
+    return float(sign * 2.0 * np.arctan2(y, w))
+
+
+def quaternion(R: FloatArray) -> FloatArray:
+    """(x, y, z, w) with w ≥ 0."""
+    q: FloatArray = Rotation.from_matrix(R).as_quat(canonical=True)
+    return q
