@@ -1,4 +1,4 @@
-"""IMUs strapped on anyhow are aligned from motion alone, and told of if they are not (synthetic)."""
+"""IMUs strapped on anyhow are aligned from motion alone, and named if they are not (synthetic)."""
 
 from dataclasses import replace
 

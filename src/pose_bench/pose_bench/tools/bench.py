@@ -7,13 +7,14 @@ Adding one means a module in this folder with ``add_arguments`` and ``run``, and
 import argparse
 from collections.abc import Callable
 
-from pose_bench.tools import accuracy, goals, imu, live, offline, prediction, speed
+from pose_bench.tools import accuracy, captured, goals, imu, live, offline, prediction, speed
 from pose_node.command_line import run_tool
 
 Benchmark = tuple[str, Callable[[argparse.ArgumentParser], None], Callable[..., int | None]]
 
 BENCHMARKS: dict[str, Benchmark] = {
     "accuracy": (accuracy.SUMMARY, accuracy.add_arguments, accuracy.run),
+    "captured": (captured.SUMMARY, captured.add_arguments, captured.run),
     "goals": (goals.SUMMARY, goals.add_arguments, goals.run),
     "imu": (imu.SUMMARY, imu.add_arguments, imu.run),
     "live": (live.SUMMARY, live.add_arguments, live.run),

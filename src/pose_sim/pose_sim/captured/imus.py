@@ -1,0 +1,92 @@
+"""Virtual IMUs on captured people: orientations as a bridge publishes them, crooked, drifting."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation, Slerp
+
+from pose_sim.captured.clips import RATE, Clip
+from pose_sim.captured.trackers import slow
+from pose_sim.rotations import FloatArray
+
+SEGMENTS = (
+    "torso",
+    "left_upper_arm",
+    "left_forearm",
+    "right_upper_arm",
+    "right_forearm",
+    "left_thigh",
+    "left_shank",
+    "right_thigh",
+    "right_shank",
+)
+"""Nine IMUs."""
+DIFFERENCE_S = 0.004  # [s] over which rates are taken
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuModel:
+    """One kind of IMU and how it is worn; sizes are standard deviations."""
+
+    rate: float = 100.0  # [Hz]
+    crooked: float = 0.44  # [rad] at most, beyond the source's own segment axes
+    field: float = 0.25  # [rad] of each IMU's heading about the common one
+    heading_walk: float = 0.0015  # [rad/√s]
+    tilt: float = 0.015  # [rad], slowly changing
+    soft_tissue: float = 0.03  # [rad] in motion of 3 rad/s
+    gyro_bias: float = 0.01  # [rad/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuStream:
+    """What one IMU gives: n samples."""
+
+    segment: str
+    stamps_s: FloatArray  # (n,) [s]
+    orientation: FloatArray  # (n, 4) quaternion x, y, z, w: world from sensor
+    angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensor's frame
+    heading: FloatArray  # (n,) [rad] true heading of map in the IMU's world
+
+
+def wear(clip: Clip, model: ImuModel, rng: np.random.Generator) -> list[ImuStream]:
+    """Let nine IMUs feel a motion; segments that the clip lacks are left out."""
+    north = rng.uniform(-np.pi, np.pi)
+    return [
+        _stream(clip.rotations[segment], segment, north, model, rng)
+        for segment in SEGMENTS
+        if segment in clip.rotations
+    ]
+
+
+def _stream(
+    rotation: Rotation, segment: str, north: float, model: ImuModel, rng: np.random.Generator
+) -> ImuStream:
+    times = np.arange(len(rotation)) / RATE
+    path = Slerp(times, rotation)
+    stamps = np.arange(0.02, times[-1] - 1.0 / model.rate, 1.0 / model.rate)
+    stamps = stamps + rng.uniform(0.0, 1.0 / model.rate)
+    shape = (len(stamps), 3)
+    axis = rng.standard_normal(3)
+    mounting = Rotation.from_rotvec(
+        rng.uniform(0.2, 1.0) * model.crooked * axis / np.linalg.norm(axis)
+    )
+    middle = np.clip(stamps, DIFFERENCE_S, times[-1] - DIFFERENCE_S)
+    turn = path(middle - DIFFERENCE_S).inv() * path(middle + DIFFERENCE_S)
+    rate = gaussian_filter1d(turn.as_rotvec() / (2.0 * DIFFERENCE_S), 1.0, axis=0)
+    speed = np.clip(np.linalg.norm(rate, axis=1, keepdims=True) / 3.0, 0.2, 2.0)
+    skin = model.soft_tissue * speed * slow(shape, 0.15, model.rate, rng)
+    sensor = path(stamps) * Rotation.from_rotvec(skin) * mounting
+    walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(model.rate)
+    heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
+    lean = np.zeros(shape)
+    lean[:, :2] = model.tilt * slow((len(stamps), 2), 5.0, model.rate, rng)
+    world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(lean)
+    gyroscope = mounting.inv().apply(rate) + model.gyro_bias * rng.standard_normal((1, 3))
+    return ImuStream(
+        segment=segment,
+        stamps_s=stamps,
+        orientation=(world * sensor).as_quat(),
+        angular_velocity=gyroscope + 0.01 * rng.standard_normal(shape),
+        heading=heading,
+    )

@@ -1,0 +1,119 @@
+"""A captured person before two cameras, with nine IMUs on: everything that sensors say of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pose_core.api import ImuSample, SkeletonSample
+from pose_sim.captured.clips import RATE, Clip, chain, heading, read_clip, spun
+from pose_sim.captured.imus import ImuModel, ImuStream, wear
+from pose_sim.captured.trackers import TRACKERS, TrackerFrames, track
+from pose_sim.rotations import FloatArray
+
+START_NS = 1_700_000_000_000_000_000
+"""Stamp [ns] of a session's time zero."""
+SENSORS = ("left", "right")
+APART_DEG = (45.0, 95.0)  # between the cameras, seen from the person
+HEIGHT_M = (1.0, 1.6)  # of a camera
+LEAST_DISTANCE, BEYOND_REACH = 3.0, 1.3  # [m] of a camera
+
+
+@dataclass(frozen=True, kw_only=True)
+class CapturedSpec:
+    """Which session."""
+
+    name: str
+    clips: tuple[Path, ...]
+    trackers: tuple[str, str]  # of the two cameras
+    spins: bool  # whether the person spins now and then
+    seed: int
+    duration_s: float = 45.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class CapturedSession:
+    """What two cameras and nine IMUs say, and the truth."""
+
+    spec: CapturedSpec
+    clip: Clip
+    T_map_sensor: Mapping[str, FloatArray]  # (4, 4) of each camera
+    frames: Mapping[str, TrackerFrames]
+    imus: Sequence[ImuStream]
+
+    def samples(self, *, imus: bool) -> list[SkeletonSample | ImuSample]:
+        """What the sensors say in the order of its stamps, as the fusion takes it."""
+        timed: list[tuple[int, SkeletonSample | ImuSample]] = []
+        for sensor, frames in self.frames.items():
+            for row, stamp_s in enumerate(frames.stamps_s.tolist()):
+                sample = SkeletonSample(
+                    stamp_ns=stamp_of(stamp_s),
+                    sensor=sensor,
+                    person="1",
+                    positions=np.ascontiguousarray(frames.positions[row]),
+                    tracking_state=frames.tracking_state[row],
+                )
+                timed.append((sample.stamp_ns, sample))
+        for stream in self.imus if imus else ():
+            for row, stamp_s in enumerate(stream.stamps_s.tolist()):
+                felt = ImuSample(
+                    stamp_ns=stamp_of(stamp_s),
+                    segment=stream.segment,
+                    orientation=stream.orientation[row],
+                    orientation_stddev=np.array([0.02, 0.02, 0.2]),
+                    angular_velocity=stream.angular_velocity[row],
+                )
+                timed.append((felt.stamp_ns, felt))
+        return [sample for _, sample in sorted(timed, key=lambda each: each[0])]
+
+
+def stamp_of(seconds: float) -> int:
+    """Stamp [ns] of an instant of a session [s]."""
+    return START_NS + round(seconds * 1e9)
+
+
+def make_captured_session(spec: CapturedSpec) -> CapturedSession:
+    """Make a session; the same spec gives the same one."""
+    rng = np.random.default_rng(spec.seed)
+    clip = chain([read_clip(path) for path in spec.clips], spec.duration_s)
+    if spec.spins:
+        clip = spun(clip, rng)
+    places = place_cameras(clip, rng)
+    frames = {
+        sensor: track(clip.positions, places[sensor], TRACKERS[tracker], rng)
+        for sensor, tracker in zip(SENSORS, spec.trackers, strict=True)
+    }
+    return CapturedSession(
+        spec=spec,
+        clip=clip,
+        T_map_sensor=places,
+        frames=frames,
+        imus=wear(clip, ImuModel(), rng),
+    )
+
+
+def place_cameras(clip: Clip, rng: np.random.Generator) -> dict[str, FloatArray]:
+    """Two cameras on a circle around the motion, looking at its middle; ``T_map_sensor``."""
+    facing = float(heading(clip.positions[: round(RATE)]).mean()) + rng.uniform(-0.5, 0.5)
+    apart = np.radians(rng.uniform(*APART_DEG))
+    reach = np.linalg.norm(clip.positions[..., :2], axis=2).max()
+    distance = max(LEAST_DISTANCE, reach + BEYOND_REACH)
+    places = {}
+    for index, sensor in enumerate(SENSORS):
+        angle = facing + (index - 0.5) * apart
+        place = np.array([*(distance * np.array([np.cos(angle), np.sin(angle)])), 0.0])
+        place[2] = rng.uniform(*HEIGHT_M)
+        places[sensor] = looking_at(place, np.array([0.0, 0.0, 0.9]))
+    return places
+
+
+def looking_at(place: FloatArray, target: FloatArray) -> FloatArray:
+    """Pose of a camera with z towards a target, x right and y down, (4, 4)."""
+    z = (target - place) / np.linalg.norm(target - place)
+    x = np.cross(z, [0.0, 0.0, 1.0])
+    x /= np.linalg.norm(x)
+    T = np.eye(4)
+    T[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
+    T[:3, 3] = place
+    return T

@@ -1,0 +1,148 @@
+"""Skeleton trackers that see a captured person: offsets, hidden joints, delays, gross errors.
+
+None of them is the model that the default estimator has of a tracker: offsets turn with the
+person and wander, a hidden joint wanders by a decimetre and is often still called tracked.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.signal import lfilter
+from scipy.special import ndtr
+
+from pose_core.joints import TrackingState
+from pose_sim.captured.clips import RATE, heading
+from pose_sim.occlusion import hidden
+from pose_sim.rotations import FloatArray
+
+HEIGHT = 1.7  # [m] of the body whose parts hide joints
+DECISION_S = 0.5  # [s] for which a tracker keeps its opinion of a joint
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerModel:
+    """One tracker; sizes are standard deviations per axis."""
+
+    constant_offset: float = 0.015  # [m] of each joint
+    slow_offset: float = 0.012  # [m]
+    slow_s: float = 5.0  # [s] time constant of it
+    white: float = 0.006  # [m]
+    hidden_error: float = 0.14  # [m] wander of a hidden joint
+    hidden_s: float = 0.6  # [s] time constant of it
+    hidden_called_tracked: float = 0.4  # [-] share
+    has_confidence: bool = True  # otherwise every joint is called tracked
+    facing: float = 0.0  # [-] how much worse offsets are from behind
+    gross_share: float = 0.0  # [-] of single joints that are anywhere within half a metre
+    delay: float = 0.0  # [s]
+    rate: float = 30.0  # [Hz]
+    jitter: float = 0.002  # [s] of stamps
+    smoothing: float = 0.0  # [s] time constant of the tracker's own filter
+
+
+TRACKERS = {
+    "mixed": TrackerModel(),
+    "late": TrackerModel(delay=0.06),
+    "slow": TrackerModel(rate=15.0, constant_offset=0.012),
+    "smoothing": TrackerModel(smoothing=0.05, slow_offset=0.018, slow_s=2.0, white=0.003),
+    "calm": TrackerModel(
+        constant_offset=0.01, slow_offset=0.01, hidden_error=0.08, hidden_called_tracked=0.2
+    ),
+    "unconfident": TrackerModel(has_confidence=False, hidden_error=0.10),
+    "gross": TrackerModel(gross_share=0.03),
+    "facing": TrackerModel(
+        facing=1.5, constant_offset=0.012, slow_offset=0.015, hidden_called_tracked=0.7
+    ),
+}
+"""By name."""
+TUNED_ON = ("mixed", "late", "slow", "smoothing", "calm")
+"""Those that tuning may look at."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerFrames:
+    """What a tracker gives: n frames."""
+
+    stamps_s: FloatArray  # (n,) [s]
+    positions: FloatArray  # (n, 15, 3) [m] in the camera's optical frame
+    tracking_state: NDArray[np.uint8]  # (n, 15)
+
+
+def track(
+    positions: FloatArray, T_map_camera: FloatArray, model: TrackerModel, rng: np.random.Generator
+) -> TrackerFrames:
+    """Let a tracker see a person.
+
+    Args:
+        positions: True joints in map at :data:`RATE`, (m, 15, 3) [m].
+        T_map_camera: The camera's place, (4, 4).
+        model: The tracker.
+        rng: Source of everything random.
+    """
+    times = np.arange(len(positions)) / RATE
+    first = rng.uniform(0.0, 1.0 / model.rate) + model.delay + 0.05
+    stamps = np.arange(first, times[-1], 1.0 / model.rate)
+    stamps = np.sort(stamps + model.jitter * rng.standard_normal(len(stamps)))
+    seen = at(stamps - model.delay, times, _smoothed(positions, model))
+    true = at(stamps - model.delay, times, positions)
+    camera = T_map_camera[:3, 3]
+    covered = hidden(true, camera, HEIGHT)
+    covered = gaussian_filter1d(covered, 0.05 * model.rate, axis=0, mode="nearest")
+    shape = true.shape
+    size = model.hidden_error * rng.uniform(0.6, 1.4, (1, shape[1], 1))
+    wander = size * covered[..., None] * slow(shape, model.hidden_s, model.rate, rng)
+    noisy = seen + _offsets(true, camera, model, rng) + wander
+    noisy += model.white * rng.standard_normal(shape)
+    struck = rng.random(shape[:2]) < model.gross_share
+    noisy += struck[..., None] * rng.uniform(-0.5, 0.5, shape)
+    state = np.full(shape[:2], int(TrackingState.TRACKED), np.uint8)
+    if model.has_confidence:
+        opinion = ndtr(slow(shape[:2], DECISION_S, model.rate, rng))
+        noticed = (covered > 0.5) & (opinion > model.hidden_called_tracked)
+        state[noticed] = int(TrackingState.INFERRED)
+    R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
+    return TrackerFrames(stamps_s=stamps, positions=(noisy - t) @ R, tracking_state=state)
+
+
+def _smoothed(positions: FloatArray, model: TrackerModel) -> FloatArray:
+    if model.smoothing == 0.0:
+        return positions
+    keep = np.exp(-1.0 / (RATE * model.smoothing))
+    filtered, _ = lfilter([1.0 - keep], [1.0, -keep], positions, axis=0, zi=keep * positions[:1])
+    return np.asarray(filtered)
+
+
+def _offsets(
+    true: FloatArray, camera: FloatArray, model: TrackerModel, rng: np.random.Generator
+) -> FloatArray:
+    """Where the tracker believes joints to lie in the body; they turn with its heading."""
+    offset = model.constant_offset * rng.standard_normal((1, *true.shape[1:]))
+    offset = offset + model.slow_offset * slow(true.shape, model.slow_s, model.rate, rng)
+    yaw = heading(true)
+    c, s = np.cos(yaw), np.sin(yaw)
+    if model.facing:
+        sight = camera - true.mean(axis=1)
+        facing = (c * sight[:, 0] + s * sight[:, 1]) / np.linalg.norm(sight[:, :2], axis=1)
+        offset = offset * (1.0 + 0.5 * model.facing * (1.0 - facing))[:, None, None]
+    x, y, z = np.moveaxis(offset, 2, 0)
+    c, s = c[:, None], s[:, None]
+    return np.stack([c * x - s * y, s * x + c * y, np.broadcast_to(z, x.shape)], axis=2)
+
+
+def at(instants: FloatArray, times: FloatArray, values: FloatArray) -> FloatArray:
+    """Linear interpolation of (m, …) values at n instants, (n, …)."""
+    flat = values.reshape(len(values), -1)
+    columns = [np.interp(instants, times, flat[:, i]) for i in range(flat.shape[1])]
+    return np.stack(columns, axis=1).reshape(len(instants), *values.shape[1:])
+
+
+def slow(
+    shape: tuple[int, ...], seconds: float, rate: float, rng: np.random.Generator
+) -> FloatArray:
+    """Ornstein-Uhlenbeck processes of unit variance along the first axis."""
+    keep = np.exp(-1.0 / (seconds * rate))
+    noise = rng.standard_normal(shape)
+    noise[1:] *= np.sqrt(1.0 - keep**2)
+    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
+    return process

@@ -1,0 +1,90 @@
+"""Captured clips, virtual trackers and IMUs on them."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pose_core.errors import InputError
+from pose_core.joints import TrackingState
+from pose_sim.captured.clips import RATE, bundled_clips, chain, read_clip, spun
+from pose_sim.captured.imus import ImuModel, wear
+from pose_sim.captured.session import CapturedSpec, looking_at, make_captured_session
+from pose_sim.captured.trackers import TRACKERS, TrackerModel, track
+
+PATHS = bundled_clips()
+CLIPS = [read_clip(path) for path in PATHS[:3]]
+EXACT = TrackerModel(constant_offset=0.0, slow_offset=0.0, white=0.0, hidden_error=0.0, jitter=0.0)
+
+
+def test_some_clips_come_with_the_package():
+    assert len(PATHS) >= 6
+
+
+def test_chained_clips_make_no_jump():
+    whole = chain(CLIPS, 30.0)
+    speed = RATE * np.linalg.norm(np.diff(whole.positions, axis=0), axis=2)
+    assert speed.max() < 12.0  # [m/s]
+    turns = [each[1:] * each[:-1].inv() for each in whole.rotations.values()]
+    assert max(turn.magnitude().max() for turn in turns) < np.radians(40.0)
+
+
+def test_a_chain_is_as_long_as_it_was_asked_for():
+    assert len(chain(CLIPS, 2.0)) == round(2.0 * RATE)
+
+
+def test_who_spins_keeps_the_lengths_of_the_bones():
+    whole = chain(CLIPS, 10.0)
+    turned = spun(whole, np.random.default_rng(1))
+    bone = np.linalg.norm(whole.positions[:, 1] - whole.positions[:, 2], axis=1)
+    after = np.linalg.norm(turned.positions[:, 1] - turned.positions[:, 2], axis=1)
+    np.testing.assert_allclose(after, bone, atol=1e-9)
+
+
+def test_an_exact_tracker_sees_the_joints_where_they_were_a_delay_ago():
+    clip = chain(CLIPS, 5.0)
+    T_map_camera = looking_at(np.array([4.0, 1.0, 1.2]), np.array([0.0, 0.0, 0.9]))
+    model = TrackerModel(**{**vars(EXACT), "delay": 0.1})
+    frames = track(clip.positions, T_map_camera, model, np.random.default_rng(2))
+    seen = frames.positions @ T_map_camera[:3, :3].T + T_map_camera[:3, 3]
+    row = len(seen) // 2
+    instant = (frames.stamps_s[row] - 0.1) * RATE
+    before = clip.positions[int(instant)]
+    after = clip.positions[int(instant) + 1]
+    expected = before + (instant - int(instant)) * (after - before)
+    np.testing.assert_allclose(seen[row], expected, atol=1e-6)
+
+
+def test_a_tracker_without_confidence_calls_every_joint_tracked():
+    clip = chain(CLIPS, 5.0)
+    T = looking_at(np.array([3.0, 0.0, 1.2]), np.array([0.0, 0.0, 0.9]))
+    frames = track(clip.positions, T, TRACKERS["unconfident"], np.random.default_rng(3))
+    assert np.all(frames.tracking_state == TrackingState.TRACKED)
+
+
+def test_an_exact_imu_turns_with_its_segment():
+    clip = chain(CLIPS, 5.0)
+    model = ImuModel(field=0.0, heading_walk=0.0, tilt=0.0, soft_tissue=0.0, gyro_bias=0.0)
+    stream = wear(clip, model, np.random.default_rng(4))[0]
+    index = np.flatnonzero(stream.stamps_s > 2.0)[0]
+    frames = np.round(stream.stamps_s[[0, index]] * RATE).astype(int)
+    sensor = Rotation.from_quat(stream.orientation[[0, index]])
+    segment = clip.rotations[stream.segment][frames]
+    felt = (sensor[1] * sensor[0].inv()).magnitude()
+    true = (segment[1] * segment[0].inv()).magnitude()
+    assert felt == pytest.approx(true, abs=np.radians(3.0))
+
+
+def test_the_same_spec_gives_the_same_session():
+    spec = CapturedSpec(
+        name="x", clips=tuple(PATHS[:2]), trackers=("mixed", "late"), spins=True, seed=5,
+        duration_s=6.0,
+    )  # fmt: skip
+    first, second = make_captured_session(spec), make_captured_session(spec)
+    np.testing.assert_array_equal(first.frames["left"].positions, second.frames["left"].positions)
+    np.testing.assert_array_equal(first.imus[0].orientation, second.imus[0].orientation)
+
+
+def test_what_is_no_clip_is_told_so(tmp_path):
+    (tmp_path / "bad.npz").write_text("nothing")
+    with pytest.raises(InputError, match="no clip of captured motion"):
+        read_clip(tmp_path / "bad.npz")
