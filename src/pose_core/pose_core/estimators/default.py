@@ -29,6 +29,7 @@ from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.mounting import Mounting
 from pose_core.imu.track import ImuStates
 from pose_core.joints import JOINTS
+from pose_core.kernels.compiling import settled
 from pose_core.kernels.fit import FITTING, note_fit, scale_of
 from pose_core.kernels.gliding import Glide
 from pose_core.kernels.handover import glide_after, glide_no_more, glide_on, make_handover
@@ -80,6 +81,8 @@ class DefaultEstimator(StepwiseEstimator):
         links = len(self._tree.parents)
         self._layout = make_layout(links, len(self._tree.sliding_links))
         self._alignments = ImuAlignments(model)
+        self._predict, self._take_imus = settled(predict), settled(take_imus)
+        self._take_frame = settled(take_frame)
         self._state: FilterState | None = None
         self._stamp_ns = 0
         self._predicted = _empty_pose(self._layout.links, self._layout.slides)
@@ -127,10 +130,10 @@ class DefaultEstimator(StepwiseEstimator):
         if not 0.0 <= ahead_s < self.parameters.forget_after:
             return None
         ahead = self._state.copy()
-        predict(self._constants.motion, ahead, ahead_s)
+        self._predict(self._constants.motion, ahead, ahead_s)
         information = np.zeros((2, self._layout.links, 3, 3))
         aligned = self._alignments.readings(readings)
-        if not take_imus(self._constants, ahead, aligned, information[1]):
+        if not self._take_imus(self._constants, ahead, aligned, information[1]):
             return None
         glide = glide_after(self._handover, ahead_s)
         pose = self._numbers(ahead, glide, information)
@@ -149,17 +152,20 @@ class DefaultEstimator(StepwiseEstimator):
         if -JUMP_BACK_S < ahead_s < -LATEST_S:
             self.counters.add("frames_too_late")
             return None, False
-        has_imus = any(use.is_aligned for use in self.imu_uses) and len(observation.readings) > 0
-        is_apart = ahead_s <= -JUMP_BACK_S or ahead_s >= self.parameters.forget_after
-        if ahead_s <= -JUMP_BACK_S or (is_apart and not has_imus):
+        is_apart = ahead_s >= self.parameters.forget_after
+        if ahead_s <= -JUMP_BACK_S or (is_apart and not self._has_imus(observation)):
             self.counters.add("filter_restarts_gap")
             started = self._start(observation)
             return (self._state if started else None), started
         if ahead_s > 0.0:
-            predict(self._constants.motion, self._state, ahead_s)
+            self._predict(self._constants.motion, self._state, ahead_s)
             self._handover.gone_s[0] += ahead_s
             self._stamp_ns = observation.stamp_ns
         return self._state, False
+
+    def _has_imus(self, observation: Observation) -> bool:
+        """Whether there are readings, and an IMU that has been aligned."""
+        return len(observation.readings) > 0 and any(use.is_aligned for use in self.imu_uses)
 
     def _start(self, observation: Observation) -> bool:
         """Begin with the pose that the cameras' mean shows, if it shows the trunk."""
@@ -185,7 +191,7 @@ class DefaultEstimator(StepwiseEstimator):
         """Correct the state by all that an observation holds; None if that broke it."""
         assert self._state is not None
         readings = self._alignments.readings(observation.readings)
-        if not take_imus(self._constants, self._state, readings, information[1]):
+        if not self._take_imus(self._constants, self._state, readings, information[1]):
             self._break()
             return None
         result = StepResult(True, 0, float("nan"), float("nan"))
@@ -193,7 +199,7 @@ class DefaultEstimator(StepwiseEstimator):
             if not self._looks_at(sensor):
                 continue
             frame = self._frame(observation, sensor, late_s)
-            result = take_frame(self._constants, self._state, frame, information[0])
+            result = self._take_frame(self._constants, self._state, frame, information[0])
             if not result.is_finite:
                 self._break()
                 return None
@@ -239,9 +245,8 @@ class DefaultEstimator(StepwiseEstimator):
         is_event = miss(self._heard_ns, self._stamp_ns)
         for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
             is_event |= hear(self._heard_ns, sensor, stamp_ns)
-        for index, use in enumerate(self.imu_uses):
-            if use.is_aligned and use.segment in observation.readings:
-                is_event |= hear(self._heard_ns, sensors + index, stamp_ns)
+        for link in self._alignments.aligned_links(observation.readings):
+            is_event |= hear(self._heard_ns, sensors + link, stamp_ns)
         return bool(is_event)
 
     def _has_strayed(self, observation: Observation, result: StepResult) -> bool:

@@ -58,6 +58,11 @@ class ImuAlignments:
         for worn in self._worn.values():
             worn.use.is_aligned = False
 
+    def aligned_links(self, states: ImuStates) -> list[int]:
+        """The links of the aligned IMUs among those that say something."""
+        worn = [self._worn_on(segment) for segment in states.segments]
+        return [each.link for each in worn if each is not None and each.use.is_aligned]
+
     def readings(self, states: ImuStates) -> ImuReadings:
         """Those of the aligned IMUs, as the filter takes them."""
         rows, links = [], []

@@ -19,7 +19,7 @@ import numpy as np
 
 from pose_core.filter.rows import NORMAL, Rows
 from pose_core.filter.state import FilterState, correct
-from pose_core.kernels.cholesky import factorise, solve_lower, solve_upper
+from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import inverse, mirror, quadratic_form, symmetric
 from pose_core.streams.samples import FloatArray
@@ -67,8 +67,7 @@ def robust_update(
             innovation_distances(rows, S, distance)
         factorise(S)
         solved[:] = residual
-        solve_lower(S, solved.reshape(-1, 1))
-        solve_upper(S, solved)
+        solve_vector(S, solved)
         if iteration < iterations - 1:
             reweight(rows, residual - np.dot(spread, solved), least_weight, weights)
     error = np.dot(solved, HP)

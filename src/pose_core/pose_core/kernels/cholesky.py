@@ -13,37 +13,52 @@ from pose_core.streams.samples import FloatArray
 @compiled_in_place
 def factorise(A: FloatArray) -> None:
     """The upper triangle of A becomes U; the lower one is left as it is and never read."""
-    size = len(A)
-    for i in range(size):
-        pivot = A[i]
-        scale = 1.0 / np.sqrt(pivot[i])
-        for k in range(i, size):
-            pivot[k] *= scale
-        for j in range(i + 1, size):
-            row, factor = A[j], pivot[j]
-            for k in range(j, size):
-                row[k] -= factor * pivot[k]
+    for i in range(len(A)):
+        subtract_above(A, i, A, i)
+        row, scale = A[i], 1.0 / np.sqrt(A[i, i])
+        for k in range(i, len(row)):
+            row[k] *= scale
 
 
 @compiled_in_place
 def solve_lower(U: FloatArray, B: FloatArray) -> None:
     """B becomes U⁻ᵀ B."""
     for i in range(len(U)):
-        row = B[i]
-        for j in range(i):
-            factor, above = U[j, i], B[j]
-            for k in range(len(row)):
-                row[k] -= factor * above[k]
-        scale = 1.0 / U[i, i]
+        subtract_above(U, i, B, 0)
+        row, scale = B[i], 1.0 / U[i, i]
         for k in range(len(row)):
             row[k] *= scale
 
 
 @compiled_in_place
-def solve_upper(U: FloatArray, b: FloatArray) -> None:
-    """The vector b becomes U⁻¹ b."""
-    for i in range(len(U) - 1, -1, -1):
-        total = b[i]
-        for k in range(i + 1, len(U)):
-            total -= U[i, k] * b[k]
-        b[i] = total / U[i, i]
+def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
+    """Subtract Uⱼᵢ Bⱼ of all rows j above from row i of B, from one column on.
+
+    Four rows are taken at once: so row i is read and written less often.
+    """
+    row, whole = B[i], i - i % 4
+    for j in range(0, whole, 4):
+        a, b, c, d = U[j, i], U[j + 1, i], U[j + 2, i], U[j + 3, i]
+        first, second, third, fourth = B[j], B[j + 1], B[j + 2], B[j + 3]
+        for k in range(start, len(row)):
+            row[k] -= a * first[k] + b * second[k] + c * third[k] + d * fourth[k]
+    for j in range(whole, i):
+        factor, above = U[j, i], B[j]
+        for k in range(start, len(row)):
+            row[k] -= factor * above[k]
+
+
+@compiled_in_place
+def solve_vector(U: FloatArray, b: FloatArray) -> None:
+    """The vector b becomes U⁻¹ U⁻ᵀ b."""
+    size = len(U)
+    for i in range(size):
+        row = U[i]
+        b[i] /= row[i]
+        for k in range(i + 1, size):
+            b[k] -= row[k] * b[i]
+    for i in range(size - 1, -1, -1):
+        row, total = U[i], b[i]
+        for k in range(i + 1, size):
+            total -= row[k] * b[k]
+        b[i] = total / row[i]
