@@ -46,7 +46,7 @@ def imu_samples(t, dof, rng, heading=1.1, segments=IMU_SEGMENTS):
 
 def moving_wearer(duration_s):
     """Times, degrees of freedom, skeletons and IMUs' samples of somebody who stands, then moves."""
-    t, dof = motion(duration_s)
+    t, dof = motion(duration_s, lean=0.3)
     positions = kinematics().pose(dof).positions
     skeletons = skeleton_samples(positions, extrinsics(), np.random.default_rng(2), 0.01)
     return t, dof, skeletons, imu_samples(t, dof, np.random.default_rng(5))

@@ -109,7 +109,8 @@ class DefaultEstimator(StepwiseEstimator):
         state, is_started = self._advance(observation, ahead_s)
         if state is None:
             return None
-        copy_pose(state.pose, self._predicted)
+        if not is_started:  # else it glides from where it was
+            copy_pose(state.pose, self._predicted)
         information = np.zeros((2, self._layout.links, 3, 3))
         result = self._take(observation, max(-ahead_s, 0.0), information)
         if result is None:
@@ -155,6 +156,7 @@ class DefaultEstimator(StepwiseEstimator):
         is_apart = ahead_s >= self.parameters.forget_after
         if ahead_s <= -JUMP_BACK_S or (is_apart and not self._has_imus(observation)):
             self.counters.add("filter_restarts_gap")
+            copy_pose(self._state.pose, self._predicted)
             started = self._start(observation)
             return (self._state if started else None), started
         if ahead_s > 0.0:

@@ -1,0 +1,37 @@
+"""``./pose fuse`` tells what became of each IMU (synthetic)."""
+
+import sys
+from dataclasses import replace
+
+import pytest
+from session_bag import write_session
+from synthetic_body import extrinsics
+from worn_imus import IMU_SEGMENTS, merged, moving_wearer
+
+from pose_fusion.tools import fuse
+
+DURATION_S = 9.0
+LIES = "left_forearm"
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory):
+    _, _, skeletons, imus = moving_wearer(DURATION_S)
+    first = {s.segment: s for s in reversed(imus)}
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    samples = [replace(first[LIES], stamp_ns=s.stamp_ns) if s.segment == LIES else s for s in imus]
+    return write_session(tmp_path_factory.mktemp("fuse") / "in", merged(skeletons, samples), placed)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [([], "move and turn the segment"), (["--no-use-imus"], "use_imus is false")],
+)
+def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, arguments, reason):
+    monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / "out"), *arguments])
+    fuse.run()
+    lines = [line.split() for line in capsys.readouterr().out.splitlines() if "IMU " in line]
+    told = {words[1].rstrip(":"): " ".join(words[2:]) for words in lines if words[0] == "IMU"}
+    assert sorted(told) == sorted(IMU_SEGMENTS)
+    assert reason in told[LIES]
+    assert ("used for" in told["left_thigh"]) == (not arguments)
