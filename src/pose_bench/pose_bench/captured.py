@@ -23,7 +23,7 @@ from pose_sim.captured.session import CapturedSession, CapturedSpec, make_captur
 from pose_sim.captured.trackers import TRACKERS, TUNED_ON
 
 JUDGED_FROM_S = 3.0  # [s]
-GROUPED = 25  # clips of a session at most
+GROUPED = 16  # clips of a session, about
 METHODS = (
     MethodSetup(name="left", estimator="left"),
     MethodSetup(name="mean", estimator="mean"),
@@ -71,7 +71,7 @@ def captured_specs(motion: Path | None, *, judged: bool, seed: int) -> list[Capt
     unseen = tuple(name for name in TRACKERS if name not in TUNED_ON)
     trackers = (*unseen, "mixed", "late") if judged else TUNED_ON
     rng = np.random.default_rng(seed)
-    specs = []
+    specs: list[CapturedSpec] = []
     for name, files in groups:
         order = rng.permutation(len(files))
         index = len(specs)

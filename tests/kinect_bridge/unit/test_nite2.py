@@ -15,7 +15,7 @@ from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX
 from pose_io.recordings.joint_map_files import shipped_joint_map
 
-SOURCE = Path(__file__).parents[1] / "support" / "fake_nite2"
+SOURCE = Path(__file__).parents[2] / "support" / "fake_nite2"
 VISIBLE, LOST = 1, 4
 NOT_TRACKED, TRACKED = 0, 2
 JOINTS = shipped_joint_map("nite2").joints

@@ -17,8 +17,8 @@ from kinect_bridge.sources.udp import UdpSource
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import JOINT_INDEX, JOINTS
 
-ROOT = Path(__file__).parents[2]
-CSV = ROOT / "tests" / "data" / "kinect_bridge" / "two_sensors.csv"
+ROOT = Path(__file__).parents[3]
+CSV = ROOT / "tests" / "kinect_bridge" / "data" / "two_sensors.csv"
 SENDER = ("127.0.0.1", 40000)
 MS = 1_000_000  # [ns]
 

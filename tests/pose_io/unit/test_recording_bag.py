@@ -15,7 +15,7 @@ from pose_io.recordings.formats import read_recording
 from pose_io.recordings.recording_bag import sensor_names, write_recording_bag
 from pose_io.topics import sensor_topics
 
-CSV = Path(__file__).parents[1] / "data" / "kinect_bridge" / "two_sensors.csv"
+CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
 
 
 def test_a_recording_opens_as_a_bag_with_a_topic_for_each_sensor():

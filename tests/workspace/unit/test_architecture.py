@@ -29,7 +29,15 @@ ALLOWED = {
 
 LIGHT = {
     f"pose_core.{name}"
-    for name in ("joints", "errors", "stamps", "counters", "parameters", "finite_numbers")
+    for name in (
+        "joints",
+        "errors",
+        "stamps",
+        "counters",
+        "parameters",
+        "finite_numbers",
+        "lower_line",
+    )
 }
 """Modules of the core that are public beside ``pose_core.api``: they load no numba."""
 BEYOND_THE_DOOR = {
@@ -49,14 +57,11 @@ BEYOND_THE_DOOR = {
         "pose_core.kernels.compiling",
         "pose_core.kernels.rotations",
     },
-    # `fuse` runs the pipeline's two halves in two processes.
+    # It shows how the first compilation goes, and waits for IMUs in the live graph.
     "pose_fusion": {
-        "pose_core.fusion.observation_block",
-        "pose_core.fusion.observer",
-        "pose_core.fusion.pose_block",
-        "pose_core.fusion.telling",
-        "pose_core.fusion.tracking",
+        "pose_core.fusion.preparing",
         "pose_core.fusion.waiting",
+        "pose_core.kernels.compiling",
         "pose_core.kernels.rotations",
     },
 }

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PACKAGES = {setup.parent.name: setup.parent for setup in sorted((ROOT / "src").glob("*/setup.py"))}
 KEYS = {"cv2": "python3-opencv", "serial": "python3-serial", "yaml": "python3-yaml"}
 """Rosdep keys that are not ``python3-`` and the module's name."""
@@ -35,7 +35,7 @@ def requirements(path):
 
 def pip_names(folder):
     project = folder / "pyproject.toml"
-    names = re.findall(r'^    "([\w-]+)', project.read_text(), re.M) if project.exists() else []
+    names = re.findall(r'(?:^    |= \[)"([\w-]+)', project.read_text(), re.M) if project.exists() else []
     return {name.lower() for name in names}
 
 

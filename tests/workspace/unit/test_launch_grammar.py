@@ -6,7 +6,7 @@ import pytest
 import yaml
 from launch_grammar import complaints
 
-SRC = Path(__file__).resolve().parents[2] / "src"
+SRC = Path(__file__).resolve().parents[3] / "src"
 FILES = sorted(SRC.glob("*/launch/*.launch.yaml"))
 
 

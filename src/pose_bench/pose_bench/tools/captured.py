@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
-from pose_bench.captured import METHODS, CapturedScore, captured_specs, run_suite
+from pose_bench.captured import BASELINE, METHODS, CapturedScore, captured_specs, run_suite
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import document, output_folder, show
 
@@ -32,6 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="the trackers that tuning may look at, instead of those that it has not seen",
     )
+    parser.add_argument(
+        "--methods",
+        nargs="+",
+        choices=[method.name for method in METHODS],
+        default=[method.name for method in METHODS],
+        help="beside the baseline (default: all)",
+    )
     parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for the tables")
 
@@ -44,10 +51,13 @@ def run(arguments: argparse.Namespace) -> int:
         for each in folders
         for spec in captured_specs(each, judged=not arguments.tuning, seed=arguments.seed)
     ]
+    methods = [each for each in METHODS if each.name in (*arguments.methods, BASELINE)]
     columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
     scores: list[CapturedScore] = []
     with Progress(*columns, console=Console(stderr=True)) as progress:
-        for each in progress.track(run_suite(specs), total=len(specs), description="sessions"):
+        for each in progress.track(
+            run_suite(specs, methods), total=len(specs), description="sessions"
+        ):
             scores += each
     table = summary_table(scores, len(specs))
     show([table])
@@ -70,7 +80,7 @@ def write_csv(path: Path, scores: Sequence[CapturedScore]) -> None:
 
 def summary_table(scores: Sequence[CapturedScore], sessions: int) -> TextTable:
     """A row for each method."""
-    rows: list[tuple[str, ...]] = []
+    rows: list[Sequence[str]] = []
     for method in METHODS:
         own = [score for score in scores if score.method == method.name]
         if not own:
