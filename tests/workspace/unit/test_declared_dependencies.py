@@ -35,7 +35,11 @@ def requirements(path):
 
 def pip_names(folder):
     project = folder / "pyproject.toml"
-    names = re.findall(r'(?:^    |= \[)"([\w-]+)', project.read_text(), re.M) if project.exists() else []
+    names = (
+        re.findall(r'(?:^    |= \[)"([\w-]+)', project.read_text(), re.M)
+        if project.exists()
+        else []
+    )
     return {name.lower() for name in names}
 
 
