@@ -50,6 +50,14 @@ PROCESS_MARK = "POSE_TEST_PROCESS"
 check_settled_kernels()
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ.pop("ROS_STATIC_PEERS", None)
+LIBRARY_PATH = os.environ.get("LD_LIBRARY_PATH")
+
+
+@pytest.fixture(autouse=True)
+def kept_library_path() -> None:
+    """Processes that a test starts find ROS's libraries, whatever a library set before them."""
+    if LIBRARY_PATH is not None:
+        os.environ["LD_LIBRARY_PATH"] = LIBRARY_PATH
 
 
 def wait_until(condition: Callable[[], Any], timeout_s: float = PATIENCE_S, what: str = "") -> None:
