@@ -1,19 +1,21 @@
 #!/usr/bin/env bash
 # What the image needs of the system, run as root: packages beside those of ros:jazzy, and the user
-# that the services run as, who may open serial devices and owns the checkout and the recordings.
+# that the services run as, who may open serial devices and owns some folders, made if need be.
 #
-# usage: scripts/docker_system.sh UID CHECKOUT RECORDINGS
+# usage: scripts/docker_system.sh UID FOLDER …
 set -euo pipefail
 
-if [ $# -ne 3 ]; then
-    echo "usage: scripts/docker_system.sh UID CHECKOUT RECORDINGS" >&2
+if [ $# -lt 2 ]; then
+    echo "usage: scripts/docker_system.sh UID FOLDER …" >&2
     exit 2
 fi
+uid="$1"
+shift
 
 apt-get -o Acquire::Retries=3 update
 apt-get -o Acquire::Retries=3 install --yes --no-install-recommends cmake g++ gcc make python3-venv
 apt-get clean
 
-getent passwd "$1" >/dev/null || useradd --create-home --uid "$1" --groups dialout pose
-mkdir -p "$3"
-chown -R "$1" "$2" "$3"
+getent passwd "$uid" >/dev/null || useradd --create-home --uid "$uid" --groups dialout pose
+mkdir -p "$@"
+chown -R "$uid" "$@"

@@ -13,7 +13,15 @@ POSE_VENV="$POSE_HOME/venv"
 # Body data stays on this machine unless the user says otherwise.
 export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
 export RMW_IMPLEMENTATION="${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}"
-export FASTRTPS_DEFAULT_PROFILES_FILE="${FASTRTPS_DEFAULT_PROFILES_FILE:-$POSE_ROOT/scripts/fastdds.xml}"
+if [ -z "${FASTRTPS_DEFAULT_PROFILES_FILE:-}" ]; then
+    FASTRTPS_DEFAULT_PROFILES_FILE="$POSE_ROOT/scripts/fastdds.xml"
+    # LOCALHOST alone still answers other hosts that know this one's address.
+    if [ "$ROS_AUTOMATIC_DISCOVERY_RANGE" = LOCALHOST ] &&
+        [ -z "${ROS_STATIC_PEERS:-}${ROS_DISCOVERY_SERVER:-}" ]; then
+        FASTRTPS_DEFAULT_PROFILES_FILE="$POSE_ROOT/scripts/fastdds_loopback.xml"
+    fi
+fi
+export FASTRTPS_DEFAULT_PROFILES_FILE
 # numpy's thread pool only slows matrices of this size down, and takes the cores from the nodes.
 export OPENBLAS_NUM_THREADS="${OPENBLAS_NUM_THREADS:-1}"
 

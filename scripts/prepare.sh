@@ -3,7 +3,8 @@
 # colcon build. Says what it does, does only what is missing or has changed. Interrupted or failed
 # anywhere, it goes on from there the next time.
 #
-# usage: scripts/prepare.sh [--develop]      --develop adds what tests and linters need
+# usage: scripts/prepare.sh [--develop] [--teleop]   --develop adds what tests and linters need,
+#                                                    --teleop what tele-operation needs
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
@@ -105,7 +106,7 @@ install_packages() {
         uv_pip_install -r requirements/python.in 'numpy<2' colcon-common-extensions 'setuptools<80'
         return
     fi
-    uv_pip_install -r requirements/ros-wheels.txt -r requirements/python.txt
+    uv_pip_install --require-hashes -r requirements/ros-wheels.txt -r requirements/python.txt
     "$POSE_VENV/bin/python" scripts/relocate_wheels.py >"$POSE_HOME/library_path.new"
     mv "$POSE_HOME/library_path.new" "$POSE_HOME/library_path"
 }
@@ -115,7 +116,15 @@ install_development_packages() {
         uv_pip_install -r requirements/develop.in 'numpy<2' # as above; the lock has numpy 2
         return
     fi
-    uv_pip_install -r requirements/develop.txt
+    uv_pip_install --require-hashes -r requirements/develop.txt
+}
+
+install_teleop_packages() {
+    if has_installed_ros; then
+        uv_pip_install -r requirements/teleop.in 'numpy<2' # as above
+        return
+    fi
+    uv_pip_install --require-hashes -r requirements/teleop.txt
 }
 
 # colcon_build SOURCE TARGET
@@ -150,20 +159,24 @@ sources_of() {
     )
 }
 
-case "${1:-}" in
-    "" | --develop) ;;
-    -h | --help)
-        echo "usage: ./pose build [--develop]      prepares the environment and the workspace;" \
-            "--develop adds what tests and linters need"
-        echo "Does only what is missing or has changed. POSE_PYTHON names the interpreter to build" \
-            "on, POSE_HOME the folder (default: .pose)."
-        exit 0
-        ;;
-    *)
-        echo "error: usage: ./pose build [--develop]" >&2
-        exit 2
-        ;;
-esac
+develop=false teleop=false
+for option in "$@"; do
+    case "$option" in
+        --develop) develop=true ;;
+        --teleop) teleop=true ;;
+        -h | --help)
+            echo "usage: ./pose build [--develop] [--teleop]      prepares the environment and the" \
+                "workspace; --develop adds what tests and linters need, --teleop what pose_teleop needs"
+            echo "Does only what is missing or has changed. POSE_PYTHON names the interpreter to build" \
+                "on, POSE_HOME the folder (default: .pose)."
+            exit 0
+            ;;
+        *)
+            echo "error: usage: ./pose build [--develop] [--teleop]" >&2
+            exit 2
+            ;;
+    esac
+done
 
 for tool in gcc g++ make cmake; do
     command -v "$tool" >/dev/null ||
@@ -181,7 +194,7 @@ if ! mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp" 2>/dev/null || ! [ -w "$POSE_H
     { [ -e "$POSE_HOME/lock" ] && ! [ -w "$POSE_HOME/lock" ]; }; then
     # Somebody else's environment, or one on a read-only disk: as it is, it may well do.
     [ "$(cat "$POSE_HOME/stamp/workspace" 2>/dev/null)" = "$(sources_of src | hash_of)" ] &&
-        [ "${1:-}" != --develop ] && exit 0
+        ! $develop && ! $teleop && exit 0
     owner="$(stat -c %U "$POSE_HOME" 2>/dev/null || stat -c %U "$POSE_ROOT")"
     fail "cannot write $POSE_HOME, which is $owner's, and it is not prepared for this checkout:" \
         "set POSE_HOME to a folder of your own, such as POSE_HOME=~/.pose"
@@ -199,19 +212,23 @@ run_step "virtual environment" "$POSE_HOME $python $ros $("$python" --version)" 
 printf '%s\n' "$ros" "$python" >"$POSE_HOME/python"
 run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/python.* \
     scripts/relocate_wheels.py | hash_of)" install_packages
-if [ "${1:-}" = --develop ]; then
-    run_step "development packages" "$(cat requirements/*.txt | hash_of)" \
+if $develop; then
+    run_step "development packages" "$(cat requirements/{ros-wheels,python,develop}.txt | hash_of)" \
         install_development_packages
     # Not remembered: the system may be another the next time, on the same files.
     if scripts/install_browser.sh --is-needed; then
         run_step "browser" "installed in process $$" scripts/install_browser.sh
     fi
 fi
+if $teleop; then
+    run_step "tele-operation packages" "$(cat requirements/teleop.txt | hash_of)" \
+        install_teleop_packages
+fi
 if ! has_installed_ros; then
     run_step "underlay (tf2_msgs)" "$(sources_of scripts/underlay | hash_of)" \
         colcon_build "$POSE_ROOT/scripts/underlay" "$POSE_HOME/underlay"
 fi
-if [ "${1:-}" = --develop ]; then
+if $develop; then
     # Messages of other people's packages, for tests of what listens to them.
     run_step "test messages" "$(sources_of tests/messages | hash_of)" \
         colcon_build "$POSE_ROOT/tests/messages" "$POSE_HOME/test_messages"

@@ -17,7 +17,7 @@ trap 'rm -rf "$scratch"' EXIT
 chmod 755 "$scratch"
 git -C "$root" archive --prefix=pose_fusion/ HEAD | tar -x -C "$scratch"
 
-"$scratch/pose_fusion/scripts/docker_system.sh" "$uid" "$scratch/pose_fusion" "$scratch/recordings"
+"$scratch/pose_fusion/scripts/docker_system.sh" "$uid" "$scratch"/{pose_fusion,recordings,kernels}
 home="$(getent passwd "$uid" | cut -d: -f6)"
 # The image's Python is the system's, and nothing of the caller's ROS is there; but how the network
 # is reached (proxies, certificates) stays.
@@ -26,7 +26,22 @@ as_image_user() {
         -u CMAKE_PREFIX_PATH -u LD_LIBRARY_PATH -u PYTHONPATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE \
         HOME="$home" POSE_PYTHON=/usr/bin/python3 PATH=/usr/local/bin:/usr/bin:/bin "$@"
 }
-as_image_user "$scratch/pose_fusion/pose" build
-as_image_user "$scratch/pose_fusion/pose" up fusion.launch.yaml --print "bag:=$scratch/recordings/bag"
+as_image_user NUMBA_CACHE_DIR="$scratch/kernels" "$scratch/pose_fusion/scripts/docker_build.sh"
+
+# As compose.yaml runs it: the checkout is read-only, the page is on the loopback. It starts, and
+# ends well when it is told to.
+as_service() {
+    # shellcheck disable=SC2016 # the inner bash expands them
+    unshare --mount bash -c 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"' \
+        "$scratch/pose_fusion" "${@}"
+}
 as_image_user test -w "$scratch/recordings"
+run_service() {
+    export -f as_image_user
+    export uid home
+    as_service bash -c 'as_image_user "$@"' as_image_user NUMBA_CACHE_DIR="$scratch/kernels" \
+        ROS_LOG_DIR=/tmp/pose_log timeout --preserve-status -s INT 30 "$scratch/pose_fusion/pose" "$@"
+}
+run_service up fusion.launch.yaml "bag:=$scratch/recordings/bag"
+run_service up view.launch.yaml compare:=false page_port:=0
 echo "the image's steps work"

@@ -20,6 +20,7 @@ import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 import uuid
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -50,6 +51,7 @@ PROCESS_MARK = "POSE_TEST_PROCESS"
 check_settled_kernels()
 os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ.pop("ROS_STATIC_PEERS", None)
+os.environ["XDG_STATE_HOME"] = os.path.join(tempfile.gettempdir(), f"pose-test-state-{os.getuid()}")
 LIBRARY_PATH = os.environ.get("LD_LIBRARY_PATH")
 
 

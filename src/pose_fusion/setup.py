@@ -28,6 +28,7 @@ setup(
             "calibration = pose_node.entry:start.pose_fusion.nodes.calibration",
             "fusion = pose_node.entry:start.pose_fusion.nodes.fusion",
             "player = pose_node.entry:start.pose_fusion.nodes.player",
+            "policy = pose_node.entry:start.pose_fusion.nodes.policy",
             "recorder = pose_node.entry:start.pose_fusion.nodes.recorder",
             "calibrate = pose_node.entry:start.pose_fusion.tools.calibrate",
             "demo = pose_node.entry:start.pose_fusion.tools.demo",

@@ -17,4 +17,5 @@ setup(
     zip_safe=True,
     description="What the executables of pose fusion share",
     license="Apache-2.0",
+    entry_points={"console_scripts": ["bring_up = pose_node.entry:start.pose_node.nodes.bring_up"]},
 )

@@ -10,7 +10,7 @@ setup(
     name=package_name,
     version="0.1.0",
     packages=find_packages(),
-    package_data={"pose_sim.captured": ["clips/*.npz", "clips/README.md"]},
+    package_data={"pose_sim.captured": ["clips/*.npz", "tables/*.npz", "*/README.md"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{package_name}"]),
         (f"share/{package_name}", ["package.xml", "README.md"]),

@@ -7,11 +7,11 @@ import numba
 from pose_core.kernels import compiling
 
 
-def checked(settled):
+def checked(type_specialised):
     """The decorator, whose kernels look at the types at every call."""
 
     def decorate(kernel):
-        call, settled_for = settled(kernel), None
+        call, settled_for = type_specialised(kernel), None
 
         def look(*arguments: Any) -> Any:
             nonlocal settled_for
@@ -29,4 +29,4 @@ def checked(settled):
 
 def check_settled_kernels() -> None:
     """From now on; to be called before any module that settles a kernel is imported."""
-    compiling.settled = checked(compiling.settled)
+    compiling.type_specialised = checked(compiling.type_specialised)

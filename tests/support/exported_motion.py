@@ -123,6 +123,7 @@ def _estimate(model, dof, rotations, joints):
         "position": dof,
         "velocity": np.zeros(size),
         "position_stddev": np.full(size, 0.01),
+        "is_known": np.ones(size, np.bool_),
         "weight_kinect": np.ones(size),
         "weight_imu": np.zeros(size),
         "source": np.ones(size, np.uint8),

@@ -5,20 +5,18 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.protocols.reading import Parser
 from imu_bridge.segments import (
     NODE_KEYS,
     ImuNode,
-    UniqueKeyLoader,
     mapping,
     node_of,
     nodes_of,
     refuse_double_segments,
 )
 from pose_core.errors import InputError
+from pose_core.plain_yaml import read_yaml
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,13 +58,7 @@ def read_devices(path: Path, sink: PortConfig) -> Devices:
     Raises:
         InputError: If the file cannot be read or says something that makes no sense.
     """
-    try:
-        document = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeyLoader)
-    except OSError as error:
-        raise InputError(f"cannot read the nodes file {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path} is not YAML: {reason}") from error
+    document = read_yaml(path, "the nodes file")
     try:
         return parse_devices(document, sink)
     except InputError as error:

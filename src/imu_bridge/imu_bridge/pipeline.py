@@ -10,7 +10,7 @@ from imu_bridge.filters import FILTERS
 from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings, SampleRound
 from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
 from imu_bridge.parameters import ImuBridgeParameters
-from imu_bridge.protocols.reading import Parser, Reading
+from imu_bridge.protocols.reading import Parser, Reading, is_plausible
 from imu_bridge.protocols.star import StarParser
 from imu_bridge.segments import ImuNode
 from imu_bridge.sequence import Arrival, SequenceTracker
@@ -87,6 +87,7 @@ class NodeState:
         clock: Its mapping to host time.
         samples: Samples that went through the filter.
         saturated: Those of them with an accelerometer or gyroscope axis at full scale.
+        implausible: Samples beyond what a sensor can measure; they are left out.
         gaps: Times its orientation began anew because samples were missing for too long.
     """
 
@@ -95,6 +96,7 @@ class NodeState:
         self.clock: NodeClock | CountingClock = NodeClock(max_drift, modulus_us=clock_modulus_us)
         self.samples = 0
         self.saturated = 0
+        self.implausible = 0
         self.gaps = 0
 
     def stamp(self, clock_us: int | None, arrival_ns: int) -> NodeTime:
@@ -188,6 +190,9 @@ class ImuPipeline:
                     self.unknown_nodes[who] = self.unknown_nodes.get(who, 0) + 1
                     continue
                 state = self.states[i]
+                if not is_plausible(reading):
+                    state.implausible += 1
+                    continue
                 arrival = state.sequence.classify(reading.sequence, reading.clock_us)
                 if arrival in (Arrival.DUPLICATE, Arrival.LATE):
                     continue

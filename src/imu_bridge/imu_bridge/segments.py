@@ -3,12 +3,11 @@
 Calibrated = ``matrix @ (measured - offset)``, in the axes of the sensor.
 """
 
-from collections.abc import Hashable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from pose_core.errors import InputError
@@ -132,23 +131,3 @@ def mapping(value: Any, where: str, keys: Set[str]) -> Mapping[str, Any]:
     if unknown:
         raise InputError(f"{where}: unknown key '{unknown[0]}', expected {', '.join(sorted(keys))}")
     return value
-
-
-class UniqueKeyLoader(yaml.SafeLoader):
-    """YAML without PyYAML's silence on repeated keys: two nodes with one id are a mistake."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """As PyYAML does it, but for keys that occur twice."""
-        seen = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if not isinstance(key, Hashable):
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"{key!r} cannot be a key", key_node.start_mark
-                )
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f"'{key}' occurs twice", key_node.start_mark
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)

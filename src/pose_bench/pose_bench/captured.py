@@ -1,141 +1,227 @@
-"""Accuracy on captured people before simulated sensors: sessions, methods, scores.
+"""Accuracy on captured people before simulated sensors: methods, runs, scores.
 
 Each method's one time shift against the truth is removed, as everywhere (docs/conventions.md); the
-yardstick is ``joint_kf`` on the same samples. The first seconds, in which bodies are measured, are
-not judged; those in which IMUs are aligned are.
+yardstick is ``joint_kf`` on the same samples with the true extrinsics and clocks. The first
+seconds, in which bodies are measured, are not judged; those in which IMUs are aligned are.
 """
 
-import csv
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from pose_bench.scoring import HIP_AND_KNEE
-from pose_core.api import FusionParameters, SkeletonSeries, extrinsics_from_map
-from pose_core.errors import InputError
+from pose_bench.captured_suite import KNOWN
+from pose_bench.methods import TimedRun, run_pipeline
+from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
+from pose_calibration.session_calibration import calibrate
+from pose_core.api import (
+    ANGLES,
+    Clock,
+    Extrinsics,
+    FloatArray,
+    FusionParameters,
+    FusionPipeline,
+    ImuSample,
+    SkeletonSeries,
+    angle_series,
+    extrinsics_from_map,
+    unwrapped,
+)
+from pose_core.errors import PoseError
+from pose_core.estimators.default import DefaultEstimator
+from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS, TrackingState
-from pose_evaluation.offline import MethodSetup, run_methods
+from pose_core.streams.samples import block_of
+from pose_evaluation.offline import MethodRun
 from pose_evaluation.scores import MethodScores, mean_known, score_method
-from pose_sim.captured.clips import RATE, bundled_clips
-from pose_sim.captured.session import CapturedSession, CapturedSpec, make_captured_session, stamp_of
-from pose_sim.captured.trackers import TRACKERS, TUNED_ON
+from pose_sim.captured.clip import RATE
+from pose_sim.captured.session import (
+    SENSORS,
+    CapturedSession,
+    CapturedSpec,
+    make_captured_session,
+    stamp_of,
+)
 
 JUDGED_FROM_S = 3.0  # [s]
-GROUPED = 16  # clips of a session, about
-METHODS = (
-    MethodSetup(name="left", estimator="left"),
-    MethodSetup(name="mean", estimator="mean"),
-    MethodSetup(name="joint_kf", estimator="joint_kf"),
-    MethodSetup(name="li2020", estimator="li2020"),
-    MethodSetup(name="default", estimator="default"),
-    MethodSetup(name="default+imus", estimator="default", use_imus=True),
-    MethodSetup(name="smoothed", estimator="smoothed"),
-    MethodSetup(name="smoothed+imus", estimator="smoothed", use_imus=True),
-)
 BASELINE = "joint_kf"
 
 
 @dataclass(frozen=True, kw_only=True)
+class CapturedMethod:
+    """One way of estimating."""
+
+    name: str  # in the tables
+    estimator: str = "default"
+    use_imus: bool = False
+    segments: tuple[str, ...] = ()  # whose IMUs are heard; empty: all that are worn
+    tuning: FilterTuning | None = None  # of the default estimator, where it differs
+
+
+METHODS = (
+    CapturedMethod(name="left", estimator="left"),
+    CapturedMethod(name="mean", estimator="mean"),
+    CapturedMethod(name=BASELINE, estimator=BASELINE),
+    CapturedMethod(name="li2020", estimator="li2020"),
+    CapturedMethod(name="zhang2015", estimator="zhang2015", use_imus=True),
+    CapturedMethod(name="ukf", estimator="ukf"),
+    CapturedMethod(name="ukf+imus", estimator="ukf", use_imus=True),
+    CapturedMethod(name="default"),
+    CapturedMethod(name="default+imus", use_imus=True),
+    CapturedMethod(name="smoothed", estimator="smoothed"),
+    CapturedMethod(name="smoothed+imus", estimator="smoothed", use_imus=True),
+)
+
+
+@dataclass(frozen=True, kw_only=True)
 class CapturedScore:
-    """One method on one session; ratios are to the baseline's."""
+    """One method on one session; ratios are to the baseline's; NaN where there is nothing."""
 
+    source: str  # of the clips: the name of their folder
     session: str
+    trackers: str
+    condition: str
     method: str
-    rmse_deg: float
-    hip_knee_deg: float
-    r: float
-    mpjpe_mm: float
-    lag_ms: float
-    jerk: float
-    rmse_ratio: float
-    mpjpe_ratio: float
+    rmse_deg: float = np.nan
+    hip_knee_deg: float = np.nan
+    r: float = np.nan
+    mpjpe_mm: float = np.nan
+    lag_ms: float = np.nan
+    tracker_delay_ms: float = np.nan  # mean of the two cameras'
+    jerk: float = np.nan
+    rmse_ratio: float = np.nan
+    mpjpe_ratio: float = np.nan
+    within_1: float = np.nan  # share of the angles' errors within 1 published deviation
+    within_2: float = np.nan  # and within 2
+    imus: int = 0  # that were worn and heard
+    imus_used: int = 0  # at the end
+    imu_from_s: float = np.nan  # [s] into the session, when the median IMU was aligned
+    error: str = ""  # why there are no figures
 
 
-def captured_specs(motion: Path | None, *, judged: bool, seed: int) -> list[CapturedSpec]:
-    """Sessions over a folder of clips: by its ``index.csv`` those of one person or action together.
+@dataclass(frozen=True, kw_only=True)
+class CapturedTruth:
+    """What is true of a session, on a grid of :data:`RATE`."""
 
-    Args:
-        motion: The folder; None: the clips that come with ``pose_sim``.
-        judged: Whether to use the trackers that tuning has not seen.
-        seed: Of everything random.
-
-    Raises:
-        InputError: If the folder holds no clips.
-    """
-    clips = bundled_clips() if motion is None else sorted(motion.glob("*.npz"))
-    if not clips:
-        raise InputError(f"{motion} holds no clips: expected .npz files, see pose_sim")
-    groups = _groups(motion, clips)
-    unseen = tuple(name for name in TRACKERS if name not in TUNED_ON)
-    trackers = (*unseen, "mixed", "late") if judged else TUNED_ON
-    rng = np.random.default_rng(seed)
-    specs: list[CapturedSpec] = []
-    for name, files in groups:
-        order = rng.permutation(len(files))
-        index = len(specs)
-        pair = trackers[index % len(trackers)], trackers[(3 * index + 1) % len(trackers)]
-        specs.append(
-            CapturedSpec(
-                name=f"{name} {pair[0]}/{pair[1]}",
-                clips=tuple(files[i] for i in order),
-                trackers=pair,
-                spins=index % 2 == 1,
-                seed=seed + index,
-            )
-        )
-    return specs
+    truth: SkeletonSeries
+    judged_truth: SkeletonSeries
+    true_angles: Mapping[str, FloatArray]  # (n,) [rad] the twelve that are measured on joints
 
 
-def _groups(motion: Path | None, clips: Sequence[Path]) -> list[tuple[str, list[Path]]]:
-    """Clips of one person (as far as the index tells) together, in parts of a session's length."""
-    person: dict[str, str] = {}
-    if motion is not None and (motion / "index.csv").exists():
-        with (motion / "index.csv").open() as file:
-            person = {row["file"]: row["subject"] for row in csv.DictReader(file)}
-    groups: dict[str, list[Path]] = {}
-    for clip in clips:
-        groups.setdefault(person.get(clip.name, "clips"), []).append(clip)
-    parts = []
-    for name, files in sorted(groups.items()):
-        count = max(1, round(len(files) / GROUPED)) if len(files) > 3 else 1
-        parts += [(f"{name} {k + 1}", files[k::count]) for k in range(count)]
-    return parts
-
-
-def score_session(session: CapturedSession, methods: Sequence[MethodSetup]) -> list[CapturedScore]:
-    """Run methods over a session's samples, with the true extrinsics, and judge them."""
-    extrinsics = extrinsics_from_map(session.T_map_sensor)
-    sensors = FusionParameters().sensors
-    has_imus = any(method.use_imus for method in methods)
-    runs = run_methods(session.samples(imus=has_imus), methods, sensors, extrinsics)
-    truth = truth_of(session)
-    scores = {name: score_method(name, run.series, truth) for name, run in runs.items()}
-    baseline = scores[BASELINE]
-    return [_score(session.spec.name, name, each, baseline) for name, each in scores.items()]
-
-
-def truth_of(session: CapturedSession) -> SkeletonSeries:
-    """The captured joints, from the first judged instant on."""
-    first = round(JUDGED_FROM_S * RATE)
+def truth_of(session: CapturedSession) -> CapturedTruth:
+    """The captured joints and angles; judged from :data:`JUDGED_FROM_S` on."""
     positions = session.clip.positions
-    return SkeletonSeries(
-        stamps_ns=np.array([stamp_of(i / RATE) for i in range(first, len(positions))]),
-        positions=positions[first:],
-        tracking_state=np.full(
-            (len(positions) - first, len(JOINTS)), int(TrackingState.TRACKED), np.uint8
-        ),
+    series = SkeletonSeries(
+        stamps_ns=np.array([stamp_of(i / RATE) for i in range(len(positions))]),
+        positions=positions,
+        tracking_state=np.full((len(positions), len(JOINTS)), int(TrackingState.TRACKED), np.uint8),
+    )
+    angles = angle_series(series).angles
+    return CapturedTruth(
+        truth=series,
+        judged_truth=series.between(stamp_of(JUDGED_FROM_S), int(series.stamps_ns[-1])),
+        true_angles={name: unwrapped(angles[name]) for name in ANGLES},
     )
 
 
-def _score(
-    session: str, method: str, scores: MethodScores, baseline: MethodScores
-) -> CapturedScore:
-    rmse = {angle: each.rmse_deg for angle, each in scores.angles.items()}
+def true_extrinsics(session: CapturedSession) -> Extrinsics:
+    """Where the cameras stand, and how far their clocks are ahead."""
+    placed = extrinsics_from_map(session.T_map_sensor)
+    late_ns = round(session.spec.clock_offset_s * 1e9)
+    return replace(placed, clocks={SENSORS[1]: Clock(offset_ns=late_ns)} if late_ns else {})
+
+
+def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | PoseError:
+    """What a user knows: the true ones, or what the session's own samples tell.
+
+    Args:
+        session: The session.
+        imus: Whether the calibration hears the IMUs.
+    """
+    if session.spec.condition == KNOWN:
+        return true_extrinsics(session)
+    samples = [
+        block_of(each) if isinstance(each, ImuSample) else each
+        for each in session.samples(imus=imus)
+    ]
+    try:
+        return calibrate(samples, SENSORS).extrinsics
+    except PoseError as error:
+        return error
+
+
+def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
+    """Make a session, run methods on it, judge them; a method that fails says why."""
+    session = make_captured_session(spec)
+    truth = truth_of(session)
+    known = {
+        imus: known_extrinsics(session, imus=imus)
+        for imus in {method.use_imus for method in methods}
+    }
+    yardstick = next(method for method in METHODS if method.name == BASELINE)
+    yardstick_run = run_method(session, yardstick, true_extrinsics(session))
+    baseline = score_method(BASELINE, yardstick_run[0].series, truth.judged_truth)
+    found = []
+    for method in methods:
+        label, scores = label_of(spec, method), baseline
+        run, pipeline = yardstick_run
+        if method.name != BASELINE:
+            extrinsics = known[method.use_imus]
+            if isinstance(extrinsics, PoseError):
+                found.append(replace(label, error=f"not calibrated: {extrinsics}"))
+                continue
+            run, pipeline = run_method(session, method, extrinsics)
+            if not len(run.series):
+                found.append(replace(label, error="no estimates"))
+                continue
+            scores = score_method(method.name, run.series, truth.judged_truth)
+        judged = judge(label, scores, baseline, run, truth)
+        found.append(with_imus(judged, pipeline) if method.use_imus else judged)
+    return found
+
+
+def run_method(
+    session: CapturedSession, method: CapturedMethod, extrinsics: Extrinsics
+) -> tuple[TimedRun, FusionPipeline]:
+    """Run a method over a session's samples, in the order of their arrival."""
+    parameters = FusionParameters(
+        estimator=method.estimator, use_imus=method.use_imus, sensors=SENSORS
+    )
+    make = partial(DefaultEstimator, tuning=method.tuning) if method.tuning else None
+    pipeline = FusionPipeline(parameters, extrinsics, make_estimator=make)
+    samples = [
+        (arrival_ns, each)
+        for arrival_ns, each in session.arrivals(imus=method.use_imus)
+        if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
+    ]
+    return run_pipeline(pipeline, samples), pipeline
+
+
+def label_of(spec: CapturedSpec, method: CapturedMethod) -> CapturedScore:
+    """A score without figures."""
     return CapturedScore(
-        session=session,
-        method=method,
+        source=spec.clips[0].parent.name,
+        session=spec.name,
+        trackers="/".join(spec.trackers),
+        condition=spec.condition,
+        method=method.name,
+        tracker_delay_ms=1000.0 * spec.mean_delay_s,
+    )
+
+
+def judge(
+    label: CapturedScore,
+    scores: MethodScores,
+    baseline: MethodScores,
+    run: MethodRun,
+    truth: CapturedTruth,
+) -> CapturedScore:
+    """A method's figures."""
+    rmse = {angle: each.rmse_deg for angle, each in scores.angles.items()}
+    within = coverage(dof_errors(run, truth, scores.shift_s, ANGLES))
+    return replace(
+        label,
         rmse_deg=scores.mean_rmse_deg,
         hip_knee_deg=mean_known([rmse[angle] for angle in HIP_AND_KNEE]),
         r=scores.mean_r,
@@ -144,12 +230,19 @@ def _score(
         jerk=scores.mean_jerk,
         rmse_ratio=scores.mean_rmse_deg / baseline.mean_rmse_deg,
         mpjpe_ratio=scores.mpjpe_mm / baseline.mpjpe_mm,
+        within_1=within[0],
+        within_2=within[1],
     )
 
 
-def run_suite(
-    specs: Iterable[CapturedSpec], methods: Sequence[MethodSetup] = METHODS
-) -> Iterable[list[CapturedScore]]:
-    """Scores of one session after the other."""
-    for spec in specs:
-        yield score_session(make_captured_session(spec), methods)
+def with_imus(score: CapturedScore, pipeline: FusionPipeline) -> CapturedScore:
+    """A score with what became of the IMUs."""
+    uses = pipeline.imu_uses
+    begin_ns = stamp_of(0.0)
+    since = [(use.aligned_ns - begin_ns) * 1e-9 if use.aligned_ns else np.inf for use in uses]
+    return replace(
+        score,
+        imus=len(uses),
+        imus_used=sum(not use.reason for use in uses),
+        imu_from_s=float(np.median(since)) if since else np.nan,
+    )

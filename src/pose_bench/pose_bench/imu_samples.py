@@ -25,33 +25,37 @@ from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES
 
 MAGNETOMETER = "start"  # as the launch file has it, beside cameras
+FILTER = "vqf"
 TimedImuSample = tuple[int, ImuSample]
 """Arrival at the host [ns], and the sample."""
 
 
-def imu_samples(session: Session, start_ns: int, folder: Path | None) -> list[TimedImuSample]:
+def imu_samples(
+    session: Session, start_ns: int, folder: Path | None, imu_filter: str = FILTER
+) -> list[TimedImuSample]:
     """The samples of all nodes of a session, in order of arrival.
 
     Args:
         session: The session.
         start_ns: Stamp [ns] of its time zero.
         folder: Where columns are kept; None makes them anew.
+        imu_filter: The bridge's orientation filter.
     """
+    parameters = ImuBridgeParameters(filter=imu_filter, magnetometer=MAGNETOMETER)
     if folder is None:
-        return _samples(_columns(session), start_ns)
-    path = folder / f"imu_{_key(session)}.npz"
+        return _samples(_columns(session, parameters), start_ns)
+    path = folder / f"imu_{_key(session, parameters)}.npz"
     try:
         with np.load(path, allow_pickle=False) as archive:
             columns = dict(archive)
     except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error):
-        columns = _columns(session)
+        columns = _columns(session, parameters)
         _keep(path, columns)
     return _samples(columns, start_ns)
 
 
-def _columns(session: Session) -> dict[str, np.ndarray]:
+def _columns(session: Session, parameters: ImuBridgeParameters) -> dict[str, np.ndarray]:
     """What the bridge makes of the session's bytes; times [ns] are the session's own."""
-    parameters = ImuBridgeParameters(magnetometer=MAGNETOMETER)
     nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
     pipeline = ImuPipeline.from_parameters(nodes, parameters)
     due_ns = session.imus.due_ns
@@ -112,18 +116,17 @@ def _keep(path: Path, columns: dict[str, np.ndarray]) -> None:
         return
 
 
-def _key(session: Session) -> str:
+def _key(session: Session, parameters: ImuBridgeParameters) -> str:
     """What the samples depend on: the motion, the nodes, and the code that makes them."""
     settings = session.settings
     described = {
         "choreography": session.choreography,
-        "magnetometer": MAGNETOMETER,
         "duration": session.duration,
         "seed": session.seed,
         "scene": asdict(settings.scene),
         "variation": asdict(settings.variation),
         "imu": asdict(settings.imu),
-        "bridge": asdict(ImuBridgeParameters()),
+        "bridge": asdict(parameters),
         "code": _code_digest(),
     }
     return hashlib.sha256(json.dumps(described, sort_keys=True).encode()).hexdigest()[:20]

@@ -7,10 +7,10 @@ import numpy as np
 
 from pose_bench.methods import TimedRun, run_pipeline
 from pose_core.api import (
+    ChosenPerson,
     Extrinsics,
     FusionParameters,
     FusionPipeline,
-    SinglePersonSelector,
     SkeletonSample,
     SkeletonSeries,
     extrinsics_from_map,
@@ -47,7 +47,7 @@ def view_of(samples: Sequence[SkeletonSample]) -> View:
 
 def view_of_stream(stream: SensorStream) -> View:
     """The only person that a recorded sensor saw, stamped as ``kinect_bridge`` does."""
-    return view_of(samples_of_stream(replace(stream, name=CAMERA), SinglePersonSelector()))
+    return view_of(samples_of_stream(replace(stream, name=CAMERA), ChosenPerson()))
 
 
 def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> TimedRun:

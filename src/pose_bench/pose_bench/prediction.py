@@ -36,7 +36,9 @@ class PredictionErrors:
 
 def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
     """Feed a session as it arrives, and ask for now at each instant of the judged truth."""
-    parameters = FusionParameters(sensors=session.extrinsics.sensors, use_imus=use_imus)
+    parameters = FusionParameters(
+        sensors=session.extrinsics.sensors, use_imus=use_imus, output_rate=0.0
+    )
     pipeline = FusionPipeline(parameters, session.extrinsics)
     truth = session.judged_truth
     stamps_ns = truth.stamps_ns.tolist()

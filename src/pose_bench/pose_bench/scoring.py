@@ -2,14 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from pose_bench.methods import TimedRun
 from pose_bench.sessions import BenchSession
 from pose_bench.suite import Cell
-from pose_core.api import ABDUCTION_OF, ANGLES, FloatArray, wrapped
+from pose_core.api import ABDUCTION_OF, ANGLES, FloatArray, SkeletonSeries, wrapped
 from pose_core.streams.angle_series import SIDEWAYS
+from pose_evaluation.offline import MethodRun
 from pose_evaluation.scores import mean_known, score_method
 from pose_sim.angles import JOINT_NAMES
 
@@ -83,8 +85,24 @@ def score(cell: Cell, method: str, run: TimedRun, session: BenchSession, raw_lag
     )
 
 
+class Truth(Protocol):
+    """What is true of a session: :class:`BenchSession`, or of a captured one."""
+
+    @property
+    def truth(self) -> SkeletonSeries:
+        """All of it."""
+
+    @property
+    def judged_truth(self) -> SkeletonSeries:
+        """The part that is judged."""
+
+    @property
+    def true_angles(self) -> Mapping[str, FloatArray]:
+        """Angles [rad] at the truth's stamps, (n,) each."""
+
+
 def dof_errors(
-    run: TimedRun, session: BenchSession, shift_s: float, names: Sequence[str]
+    run: MethodRun, session: Truth, shift_s: float, names: Sequence[str]
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Errors [rad] of published degrees of freedom and their standard deviations [rad], by name.
 

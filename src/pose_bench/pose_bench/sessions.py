@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_bench.imu_samples import imu_samples
+from pose_bench.imu_samples import FILTER, imu_samples
 from pose_core.api import (
     Clock,
     Extrinsics,
@@ -75,6 +75,7 @@ def bench_session(
     imus: bool = True,
     cache: Path | None = None,
     overrides: Mapping[str, Any] | None = None,
+    imu_filter: str = FILTER,
 ) -> BenchSession:
     """Make a session's samples; the same arguments give the same samples.
 
@@ -83,6 +84,7 @@ def bench_session(
         imus: Also make the IMUs' samples, which take most of the time.
         cache: Folder that keeps the IMUs' samples for the next time; None keeps nothing.
         overrides: Parameters of ``pose_sim`` by section and name, beyond the level's.
+        imu_filter: The bridge's orientation filter.
 
     Raises:
         InputError: If there is no such choreography or level.
@@ -92,7 +94,7 @@ def bench_session(
     settings = settings_of(spec.level, sections)
     session = make_session(spec.choreography, spec.duration_s, spec.seed, settings)
     timed_skeletons = _skeleton_samples(session)
-    timed_imus = imu_samples(session, START_NS, cache) if imus else []
+    timed_imus = imu_samples(session, START_NS, cache, imu_filter) if imus else []
     every: list[tuple[int, SkeletonSample | ImuSample]] = [*timed_skeletons, *timed_imus]
     every.sort(key=lambda timed: timed[0])
     return BenchSession(

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 from pose_bench.reference.default_filter import ReferenceFilter
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.reference.textbook_ukf import TextbookFilter
+from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel, load_body_model
 from pose_core.body.segment_tree import SegmentTree
@@ -30,15 +31,13 @@ from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, start_state, with_imu
 from pose_core.filter.step import take_frame, take_imus
 from pose_core.filter.tuning import FilterTuning
-from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
-from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.preparing import neutral_pose
-from pose_core.fusion.tracking import tracking_counters
-from pose_core.imu.track import ImuStates
+from pose_core.fusion.warm_up import neutral_pose
+from pose_core.imu.imu_history import ImuStates
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.neutral_stand import shape_of
+from pose_core.session.n_pose import shape_of
 from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0
@@ -208,10 +207,10 @@ def persons_steps(scene: Scene, persons: int) -> Step:
 def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
     """A whole estimator, from observation to estimate."""
     parameters = FusionParameters(estimator=name)
-    estimation = Estimation(scene.model, parameters, Counters(*tracking_counters(parameters)))
+    runner = EstimatorRunner(scene.model, parameters, Counters(*runner_counters(parameters)))
     segments = list(scene.model.segments)[:imus]
     observations = [scene.observation(frame, segments) for frame in range(scene.size)]
-    return lambda frame: estimation.take(observations[frame])
+    return lambda frame: runner.estimates(runner.update(observations[frame]))
 
 
 def li2020_steps(scene: Scene) -> Step:

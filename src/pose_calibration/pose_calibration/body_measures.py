@@ -13,7 +13,7 @@ from pose_core.api import (
     load_body_model,
 )
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.neutral_stand import NeutralStandWatcher
+from pose_core.session.n_pose import NPoseDetector
 
 MODEL = "default"  # whose measures a calibration takes
 MOST_FRAMES = 2000  # [-] that measures are taken from where nobody stood neutrally
@@ -32,7 +32,7 @@ def measure_body(
         The measures; None if a joint was tracked too rarely.
     """
     model = load_body_model(MODEL)
-    watcher = NeutralStandWatcher(model)
+    watcher = NPoseDetector(model)
     tracked: list[FloatArray] = []
     for frame in frames:
         positions = np.full((len(T_map_sensor), len(JOINTS), 3), np.nan)

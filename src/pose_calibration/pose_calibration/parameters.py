@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from pose_calibration.extrinsics.extrinsics_calibration import CalibrationLimits
 from pose_calibration.floor.floor import KnownMounting
-from pose_core.parameters import NAME_ENDING, parameter
+from pose_core.parameters import NAME_ENDING, RUN, parameter
 
 ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_height", "known"
 
@@ -13,7 +13,7 @@ ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_h
 class CalibrationParameters:
     """Parameters of the calibration, live and offline alike."""
 
-    person: str = parameter("", doc="a sensor's id of the person; empty: the only one it sees")
+    person: str = parameter("", doc="a sensor's id of the person; empty: one whose views agree")
     minimum_frames: int = parameter(
         60, low=10, high=100_000, doc="frames in which a sensor and the first see the person"
     )
@@ -76,6 +76,12 @@ class LiveCalibrationParameters(CalibrationParameters):
     )
     file: str = parameter(
         "", doc="YAML of the calibration: loaded if it exists, else saved there once found"
+    )
+    run: str = parameter(
+        "",
+        doc="the graph's run: a node that is started again within it goes on with what it had "
+        "found out; empty: it begins anew",
+        pattern=RUN,
     )
     minimum_duration: float = parameter(
         3.0, unit="s", low=0.5, high=600.0, doc="time of common view before the first solution"

@@ -5,6 +5,7 @@ What ``./pose calibrate`` and ``./pose fuse`` do with a recorded session.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from pose_calibration.body_measures import measure_body
 from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offset
@@ -15,6 +16,7 @@ from pose_calibration.extrinsics.extrinsics_calibration import (
 from pose_calibration.floor.floor import KnownMounting
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
+from pose_calibration.people.calibration_person import match_people, only_person, with_id
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     IMUS,
@@ -27,6 +29,8 @@ from pose_core.api import (
     on_reference_clock,
 )
 
+MOST_TRIED = 3  # [-] people, one after the other
+
 
 @dataclass(frozen=True, kw_only=True)
 class SessionCalibration:
@@ -38,6 +42,7 @@ class SessionCalibration:
     samples: Mapping[str, int]  # [-] skeletons by sensor
     frames: int  # [-] aligned instants
     counts: Mapping[str, int]  # of the time alignment, by reason
+    people: int = 1  # [-] most at once that a sensor saw; one of them was calibrated with
 
 
 def calibrate(
@@ -93,6 +98,53 @@ def calibrate(
         frames=aligner.counters["frames"],
         counts=aligner.counters.as_dict(),
     )
+
+
+def calibrate_people(
+    frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
+    sensors: Sequence[str],
+    person: str = "",
+    **options: Any,
+) -> SessionCalibration:
+    """Calibrate a recorded session in which there may be several people.
+
+    Args:
+        frames: All sensors' frames with everybody in them, and the IMUs' samples if they are to be
+            used.
+        sensors: See :func:`calibrate`.
+        person: The id, in all sensors, of the person to calibrate with; empty: whose views agree.
+        **options: See :func:`calibrate`.
+
+    Raises:
+        CalibrationError: If the recording does not determine it; the message says why.
+    """
+    blocks: list[ImuBlock] = []
+    seen: list[Sequence[SkeletonSample]] = []
+    for each in frames:
+        if isinstance(each, ImuBlock):
+            blocks.append(each)
+        elif each:
+            seen.append(each)
+    if person:
+        candidates = [[one for frame in seen for one in with_id(frame, person)]]
+    elif only_person(seen):
+        candidates = [[frame[0] for frame in seen]]
+    else:
+        candidates = list(match_people(seen, sensors).samples.values())
+        if not candidates:
+            raise CalibrationError(
+                f"several people are seen, and nobody's views in {', '.join(sensors)} agree: "
+                "walk about alone before the sensors, or name a person with --person"
+            )
+    failure: CalibrationError | None = None
+    for samples in candidates[:MOST_TRIED]:
+        try:
+            found = calibrate([*samples, *blocks], sensors, **options)
+        except CalibrationError as error:
+            failure = failure or error
+            continue
+        return replace(found, people=max(len(frame) for frame in seen))
+    raise failure or CalibrationError("found no skeletons")
 
 
 def _sorted(

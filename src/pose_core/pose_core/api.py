@@ -39,10 +39,13 @@ from pose_core.estimators.registry import body_model_of, estimator_class
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock, Source
 from pose_core.fusion.offline import fuse, series_of_estimates
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.fusion.preparing import prepare
-from pose_core.imu.mounting import Mounting, Mountings
+from pose_core.fusion.pipeline import FusionPipeline, has_output_rate
+from pose_core.fusion.warm_up import warm_up
+from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState
+from pose_core.people.chosen_person import ChosenPerson
+from pose_core.people.pipeline import PeoplePipeline
+from pose_core.people.tracker import PeopleTracker
 from pose_core.session.clocks import (
     IMUS,
     Clock,
@@ -67,10 +70,9 @@ from pose_core.streams.angle_series import (
     without_sideways_flexion,
 )
 from pose_core.streams.estimate_series import EstimateSeries, estimate_series
-from pose_core.streams.person_selection import PersonSelector
 from pose_core.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonSample, joined
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
-from pose_core.streams.single_person import SinglePersonSelector
+from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 from pose_core.transforms import inverse, transformed
 
@@ -92,6 +94,7 @@ __all__ = [
     "BodyPose",
     "BodyShape",
     "BodyShapeError",
+    "ChosenPerson",
     "Clock",
     "Clocks",
     "Counters",
@@ -115,11 +118,10 @@ __all__ = [
     "JOINT_INDEX",
     "Link",
     "MAX_GAP_S",
-    "Mounting",
-    "Mountings",
     "PairResiduals",
     "ParameterError",
-    "PersonSelector",
+    "PeoplePipeline",
+    "PeopleTracker",
     "Pipeline",
     "PipelineParameters",
     "PoseError",
@@ -128,11 +130,13 @@ __all__ = [
     "SEGMENTS",
     "SIDES",
     "SessionBody",
-    "SinglePersonSelector",
+    "SensorToSegment",
+    "SensorsToSegments",
     "Skeleton",
     "SkeletonSample",
     "SkeletonSeries",
     "Source",
+    "StampJudge",
     "StepwiseEstimator",
     "TimeAligner",
     "TrackingState",
@@ -145,6 +149,7 @@ __all__ = [
     "estimate_series",
     "estimator_class",
     "extrinsics_from_map",
+    "has_output_rate",
     "fuse",
     "inverse",
     "joined",
@@ -154,7 +159,6 @@ __all__ = [
     "make_urdf",
     "moved_most_ns",
     "on_reference_clock",
-    "prepare",
     "save_body_shape",
     "series_from_samples",
     "series_of_estimates",
@@ -162,5 +166,6 @@ __all__ = [
     "transformed",
     "unwrapped",
     "without_sideways_flexion",
+    "warm_up",
     "wrapped",
 ]

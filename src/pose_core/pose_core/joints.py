@@ -30,6 +30,21 @@ SEGMENTS: tuple[str, ...] = (
 )
 """The body segments an IMU can be strapped to."""
 
+SEGMENT_ENDS: dict[str, tuple[str, str]] = {
+    "torso": ("torso", "neck"),
+    **{
+        f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
+        for side in SIDES
+        for segment, start, end in (
+            ("upper_arm", "shoulder", "elbow"),
+            ("forearm", "elbow", "hand"),
+            ("thigh", "hip", "knee"),
+            ("shank", "knee", "foot"),
+        )
+    },
+}
+"""The joints between which cameras see a segment's direction."""
+
 
 class TrackingState(IntEnum):
     """How a sensor came by a joint's position; the values of ``pose_msgs/Skeleton``."""

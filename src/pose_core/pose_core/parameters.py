@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
-
 from pose_core.errors import InputError, ParameterError
+from pose_core.plain_yaml import read_yaml
 
 T = TypeVar("T")
 NAME = r"[A-Za-z]\w*"  # a whole part of a topic, between slashes
+RUN = r"|[A-Za-z0-9]\w*"  # a run of a graph; it may have no name
 NAME_ENDING = r"[A-Za-z0-9]\w*"  # what comes after an underscore in it
 
 
@@ -159,12 +159,7 @@ def from_ros_yaml(parameters: type[T], path: Path, node: str) -> T:
 
 def values_from_ros_yaml(path: Path, node: str) -> dict[str, Any]:
     """The parameters that a ROS parameter file gives a node, unchecked."""
-    try:
-        document = yaml.safe_load(path.read_text())
-    except OSError as error:
-        raise InputError(f"cannot read the parameter file {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    document = read_yaml(path, "the parameter file")
     values: dict[str, Any] = {}
     if not isinstance(document, dict):
         raise InputError(f"{path} holds no parameters: expected 'NODE: {{ros__parameters: …}}'")

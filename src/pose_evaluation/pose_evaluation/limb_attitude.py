@@ -1,13 +1,18 @@
-"""Pitch and yaw of limbs in ``map``: what zhang2015's figures 8 and 9 show.
+"""Pitch, yaw and roll of limbs in ``map``: what zhang2015's figures 8 and 9 show, and its (3).
 
 With d the direction of a limb from its upper to its lower joint: pitch = asin(d_z), −90° where it
-hangs down; yaw = atan2(d_y, d_x), which says nothing where the limb is nearly upright.
+hangs down; yaw = atan2(d_y, d_x); roll is the turn about d. They are the angles of (3), pitch with
+its sign turned, of a frame with x = d and y the segment's lateral axis. Yaw and roll say nothing
+where the limb is nearly upright. Joint positions do not show a roll: it needs segments' rotations.
 """
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from pose_core.api import FloatArray
-from pose_core.joints import JOINT_INDEX
+from pose_core.api import FloatArray, ForwardKinematics, available_models, load_body_model
+from pose_core.errors import InputError
+from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_evaluation.stability import BONES
 
 LIMBS: tuple[str, ...] = tuple(
@@ -36,3 +41,40 @@ def limb_attitude(positions: FloatArray, limb: str) -> tuple[FloatArray, FloatAr
         yaw = np.arctan2(direction[:, 1], direction[:, 0])
         yaw = np.where(np.abs(pitch) > STEEP, np.nan, yaw)
     return pitch, np.asarray(yaw)
+
+
+def limb_roll(R_map_segment: FloatArray) -> FloatArray:
+    """Roll [rad] of a limb, shape (n,), in (−π, π]; NaN where the limb is steeper than 75°.
+
+    Args:
+        R_map_segment: The segment's rotations, (n, 3, 3); its z points up the limb.
+    """
+    direction, lateral = -R_map_segment[:, :, 2], R_map_segment[:, :, 1]
+    upright = np.cross(direction, lateral)
+    with np.errstate(invalid="ignore"):
+        roll = np.arctan2(lateral[:, 2], upright[:, 2])  # zhang2015 (3)
+        return np.where(np.abs(np.arcsin(np.clip(direction[:, 2], -1, 1))) > STEEP, np.nan, roll)
+
+
+def has_segments(dof_names: Sequence[str]) -> bool:
+    """Whether these are the degrees of freedom of a bundled body model."""
+    return any(load_body_model(n).dof_names == tuple(dof_names) for n in available_models())
+
+
+def segment_rotations(dof_names: Sequence[str], dof: FloatArray, limb: str) -> FloatArray:
+    """Rotations ``R_map_segment``, (n, 3, 3), of a limb.
+
+    Args:
+        dof_names: All degrees of freedom of one of the bundled body models, d of them.
+        dof: Their values [m], [rad], (n, d).
+        limb: One of :data:`LIMBS`.
+
+    Raises:
+        InputError: If no bundled body model has these degrees of freedom.
+    """
+    for name in available_models():
+        model = load_body_model(name)
+        if model.dof_names == tuple(dof_names):
+            rotations = ForwardKinematics(model, np.zeros((len(JOINTS), 3))).pose(dof).rotations
+            return np.asarray(rotations[:, model.link_names.index(model.segments[limb])])
+    raise InputError(f"no body model has the degrees of freedom {', '.join(dof_names)}")

@@ -2,6 +2,7 @@
 
 import heapq
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from operator import attrgetter
 
 import numpy as np
@@ -9,10 +10,12 @@ import numpy as np
 from pose_core.api import (
     AlignedFrame,
     Clocks,
+    Extrinsics,
     FloatArray,
     SkeletonSample,
     SkeletonSeries,
     TimeAligner,
+    extrinsics_from_map,
     series_from_samples,
     series_on_reference_clock,
 )
@@ -20,14 +23,18 @@ from pose_evaluation.scores import known_joints
 from pose_io.bag_samples import read_body_series, read_extrinsics, read_sensor_series
 from pose_io.bags import BagReader
 from pose_io.clock_messages import read_clocks
-from pose_io.topics import body_topic
+from pose_io.topics import body_topic, sensor_topics
 
 MEAN = "mean"
 FUSED = "fused"
 
 
 def methods_of_bag(
-    bag: BagReader, person: str = "", body: str = "", clocks: Clocks | None = None
+    bag: BagReader,
+    person: str = "",
+    body: str = "",
+    clocks: Clocks | None = None,
+    extrinsics: Extrinsics | None = None,
 ) -> dict[str, SkeletonSeries]:
     """Every method's joints by its name, in the order of the tables.
 
@@ -37,22 +44,27 @@ def methods_of_bag(
 
     Args:
         bag: An open bag.
-        person: The id of the person to follow in all sensors.
+        person: Whom to follow; see ``./pose fuse --person``.
         body: The id of the fused body; the first one if empty.
         clocks: The sensors' clocks; those that the bag tells of if None.
+        extrinsics: How the sensors stand; those in the bag if None.
 
     Raises:
         InputError: If the bag holds no sensors' skeletons.
     """
+    placed = read_extrinsics(bag)
+    seeing = sensor_topics(bag)
+    if extrinsics is None and seeing and set(seeing) <= set(placed):
+        known = extrinsics_from_map({name: placed[name] for name in seeing})
+        extrinsics = replace(known, clocks=read_clocks(bag))
     clocks = read_clocks(bag) if clocks is None else clocks
     sensors = {
         name: series_on_reference_clock(series, clocks.get(name))
-        for name, series in read_sensor_series(bag, person).items()
+        for name, series in read_sensor_series(bag, person, extrinsics).items()
     }
     methods = dict(sensors)
-    extrinsics = read_extrinsics(bag)
-    if len(sensors) > 1 and set(sensors) <= set(extrinsics):
-        methods[MEAN] = mean_series(sensors, extrinsics)
+    if len(sensors) > 1 and set(sensors) <= set(placed):
+        methods[MEAN] = mean_series(sensors, placed)
     if body_topic(bag, "skeleton", body) is not None:
         methods[FUSED] = read_body_series(bag, body)
     return methods

@@ -23,7 +23,8 @@ from pose_evaluation.methods import MEAN
 
 IMU_ALONE = "imu"
 RAW = (MEAN, "left", "right")  # estimators that filter nothing: the tables have them as they are
-WITH_IMUS = ("default", "li2020")  # estimators that are run with the IMUs, too
+NEED_IMUS = (IMU_ALONE, "zhang2015")  # estimators that are run with the IMUs only
+WITH_IMUS = ("default", "ukf")  # estimators that are run with the IMUs, too
 IMU_ENDING = "+imus"
 
 
@@ -54,9 +55,9 @@ def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
     setups = []
     # The default last, as in the tables of the papers: each method after what it improves on.
     for name in sorted(spec.choices or (), key=_rank):
-        if name in RAW or (name == IMU_ALONE and not has_imus):
+        if name in RAW or (name in NEED_IMUS and not has_imus):
             continue
-        setups.append(MethodSetup(name=name, estimator=name, use_imus=name == IMU_ALONE))
+        setups.append(MethodSetup(name=name, estimator=name, use_imus=name in NEED_IMUS))
         if has_imus and name in WITH_IMUS:
             setups.append(MethodSetup(name=name + IMU_ENDING, estimator=name, use_imus=True))
     return tuple(setups)

@@ -120,12 +120,12 @@ def to_skeleton(estimate: BodyEstimate, body_id: str) -> Skeleton:
 
 
 def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> PoseEstimate:
-    """Every degree of freedom with its uncertainty and source."""
+    """Every degree of freedom with its uncertainty and source; NaN what is not known."""
     return PoseEstimate(
         header=to_header(estimate.stamp_ns),
         id=body_id,
         name=list(estimate.dof_names),
-        position=estimate.position.tolist(),
+        position=np.where(estimate.is_known, estimate.position, np.nan).tolist(),
         velocity=estimate.velocity.tolist(),
         position_stddev=estimate.position_stddev.tolist(),
         weight_kinect=estimate.weight_kinect.tolist(),

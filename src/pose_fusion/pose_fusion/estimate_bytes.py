@@ -44,9 +44,9 @@ class EstimateBytes:
         self._colors = np.ones((max(STATE_COLORS) + 1, 4), np.float32)
         for state, color in STATE_COLORS.items():
             self._colors[state, :3] = color
-        self._keep_looks(self._templates[3], len(first.joints))
+        self._fix_appearance(self._templates[3], len(first.joints))
 
-    def _keep_looks(self, markers: MessageTemplate, joints: int) -> None:
+    def _fix_appearance(self, markers: MessageTemplate, joints: int) -> None:
         """Of the markers, bones and balls, only points and the balls' colours change."""
         points, colors = 3 * len(self._bones), 4 * joints
         # Each marker's own pose and scale come before its points, both's own colours before all.
@@ -72,7 +72,7 @@ class EstimateBytes:
         points = joints.reshape(len(estimates), -1)
         yield self._filled(1, stamps_ns, points, uint8=state)
         numbers = [
-            position,
+            np.where(estimates.is_known, position, np.nan),
             velocity,
             estimates.position_stddev,
             estimates.weight_kinect,

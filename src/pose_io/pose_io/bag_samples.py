@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import (
+    ChosenPerson,
     EstimateSeries,
+    Extrinsics,
     FloatArray,
     ImuBlock,
-    PersonSelector,
     SkeletonSample,
     SkeletonSeries,
     estimate_series,
@@ -33,16 +34,14 @@ Progress = Callable[[float], None]
 """Called with the share of the bag that has been read, 0 to 1."""
 
 
-class BagSamples:
-    """The sensors' samples of one person, in the order in which the bag recorded them.
+class BagFrames:
+    """The sensors' frames with everybody in them, in the order in which the bag recorded them.
 
     Iterating reads on as it is asked: memory does not depend on the bag's length.
 
     Args:
         bag: An open bag.
-        person: The id of the person to follow in all sensors; see :class:`PersonSelector`.
         progress: Called now and then.
-        selector: How the person is chosen, instead of by ``person``.
         imus: Read the IMUs too.
 
     Raises:
@@ -50,21 +49,13 @@ class BagSamples:
     """
 
     def __init__(
-        self,
-        bag: BagReader,
-        person: str = "",
-        progress: Progress | None = None,
-        *,
-        selector: PersonSelector | None = None,
-        imus: bool = True,
+        self, bag: BagReader, progress: Progress | None = None, *, imus: bool = True
     ) -> None:
         self._bag = bag
         self._sensors = {topic: name for name, topic in sensor_topics(bag).items()}
         self._imus = {topic: name for name, topic in imu_topics(bag).items() if imus}
         self._progress = progress or (lambda _: None)
-        self._selector = selector or PersonSelector(person)
         self.counters = Counters("frames", "malformed_frames", "imu", "imu_without_orientation")
-        self.person_counters = self._selector.counters
         self._readers = {topic: SkeletonReader(name) for topic, name in self._sensors.items()}
         topics = (*self._sensors, *self._imus)
         self._as_ours = {t for t in topics if bag.is_defined_as_ours(bag.topics[t].msgtype)}
@@ -74,14 +65,14 @@ class BagSamples:
                 f"pose_msgs/SkeletonArray, found {', '.join(sorted(bag.topics))}"
             )
 
-    def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
+    def __iter__(self) -> Iterator[Persons | ImuBlock]:
         span_ns = max(1, self._bag.end_ns - self._bag.start_ns)
         for batch in self._bag.batches([*self._sensors, *self._imus]):
             self._progress((batch[0][1] - self._bag.start_ns) / span_ns)
             yield from self._in_turns(batch)
         self._progress(1.0)
 
-    def _in_turns(self, batch: list[Entry]) -> Iterator[SkeletonSample | ImuBlock]:
+    def _in_turns(self, batch: list[Entry]) -> Iterator[Persons | ImuBlock]:
         """The batch's samples: IMUs' that came between two frames together."""
         places: dict[str, list[int]] = defaultdict(list)
         for place, (connection, _, _) in enumerate(batch):
@@ -98,9 +89,11 @@ class BagSamples:
             if start < stop:
                 yield block.rows(slice(start, stop))
                 start = stop
-            sample = self._person(persons)
-            if sample is not None:
-                yield sample
+            self.counters.add("frames")
+            if isinstance(persons, InputError):
+                self.counters.add("malformed_frames")
+            else:
+                yield persons
         if start < len(block):
             yield block.rows(slice(start, None))
 
@@ -123,13 +116,6 @@ class BagSamples:
         datas = self._bytes(topic, batch, places)
         return zip(places, self._readers[topic].read(datas), strict=True)
 
-    def _person(self, persons: Persons | InputError) -> SkeletonSample | None:
-        self.counters.add("frames")
-        if isinstance(persons, InputError):
-            self.counters.add("malformed_frames")
-            return None
-        return self._selector.select(persons)
-
     def _bytes(self, topic: str, batch: list[Entry], places: list[int]) -> list[bytes]:
         """The messages of a topic; those of another definition as ours would be."""
         if topic in self._as_ours:
@@ -141,10 +127,55 @@ class BagSamples:
         return [self._bag.in_our_bytes(message) for message in messages]
 
 
-def read_sensor_series(bag: BagReader, person: str = "") -> dict[str, SkeletonSeries]:
-    """Every sensor's view of the person, each in the sensor's own frame, by sensor name."""
+class BagSamples:
+    """The sensors' samples of one person, in the order in which the bag recorded them.
+
+    Args:
+        bag: An open bag.
+        person: Whom to follow; see :class:`PersonChoice`.
+        progress: Called now and then.
+        extrinsics: How the sensors stand; without, each sensor's own person is followed.
+        imus: Read the IMUs too.
+
+    Raises:
+        InputError: If the bag holds no skeletons, or is damaged.
+    """
+
+    def __init__(
+        self,
+        bag: BagReader,
+        person: str = "",
+        progress: Progress | None = None,
+        *,
+        extrinsics: Extrinsics | None = None,
+        imus: bool = True,
+    ) -> None:
+        self._frames = BagFrames(bag, progress, imus=imus)
+        self._chosen = ChosenPerson(person, extrinsics)
+        self.counters = self._frames.counters
+        self.person_counters = self._chosen.counters
+
+    def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
+        for each in self._frames:
+            if isinstance(each, ImuBlock):
+                self._chosen.add_imus(each)
+                yield each
+            else:
+                yield from self._chosen.select(each)
+
+
+def read_sensor_series(
+    bag: BagReader, person: str = "", extrinsics: Extrinsics | None = None
+) -> dict[str, SkeletonSeries]:
+    """Every sensor's view of the person, each in the sensor's own frame, by sensor name.
+
+    Args:
+        bag: An open bag.
+        person: Whom to follow; see :class:`PersonChoice`.
+        extrinsics: How the sensors stand; without, each sensor's own person is followed.
+    """
     samples: dict[str, list[SkeletonSample]] = {name: [] for name in sensor_topics(bag)}
-    for sample in BagSamples(bag, person, imus=False):
+    for sample in BagSamples(bag, person, extrinsics=extrinsics, imus=False):
         if isinstance(sample, SkeletonSample):
             samples[sample.sensor].append(sample)
     return {name: series_from_samples(each) for name, each in samples.items()}

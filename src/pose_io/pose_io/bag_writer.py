@@ -4,13 +4,11 @@ import os
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from rosbags.interfaces import (
     Connection,
     Qos,
@@ -21,12 +19,9 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.typesys.store import Typestore
 
 from pose_core.errors import InputError, one_line
-from pose_io import mcap
-from pose_io.background_file import BackgroundFile
 from pose_io.typestore import make_typestore, register_package
 
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
@@ -72,9 +67,6 @@ class BagWriter:
             self._hidden / self.path.name, version=9, storage_plugin=STORAGES[storage]
         )
         self._writer.open()
-        opened = self._writer.storage
-        if isinstance(opened, McapWriter):
-            opened.bio = cast(Any, BackgroundFile(opened.bio))
         self._connections: dict[str, Connection] = {}
 
     def add_topic(
@@ -135,42 +127,6 @@ class BagWriter:
         except (OSError, sqlite3.Error) as error:
             raise self._unwritable(error) from error
         self.message_count += 1
-
-    def write_rows(
-        self,
-        topics: Mapping[str, str],
-        stamps_ns: NDArray[np.int64],
-        rows: Sequence[NDArray[np.uint8]],
-    ) -> None:
-        """Append many messages of some topics, at each stamp one of every topic, in their order.
-
-        Args:
-            topics: Types of the topics.
-            stamps_ns: When they were recorded [ns], shape (n,).
-            rows: CDR bytes of each topic's messages, shape (n, bytes).
-
-        Raises:
-            InputError: As of :meth:`write_serialized`.
-        """
-        storage = self._writer.storage
-        if not isinstance(storage, McapWriter):
-            for row, stamp_ns in enumerate(stamps_ns.tolist()):
-                for (topic, msgtype), data in zip(topics.items(), rows, strict=True):
-                    self.write_serialized(topic, msgtype, data[row].tobytes(), stamp_ns)
-            return
-        for topic, msgtype in topics.items():
-            self.add_topic(topic, msgtype)
-        connections = [self._connections[topic] for topic in topics]
-        try:
-            mcap.append_rows(storage, connections, stamps_ns, rows)
-        except OSError as error:
-            raise self._unwritable(error) from error
-        writer, count = self._writer, len(stamps_ns)
-        writer.min_timestamp = min(int(stamps_ns.min()), writer.min_timestamp)
-        writer.max_timestamp = max(int(stamps_ns.max()), writer.max_timestamp)
-        for connection in connections:
-            writer.counts[connection.id] += count
-        self.message_count += count * len(connections)
 
     def _unwritable(self, error: Exception) -> InputError:
         reason = (error.strerror if isinstance(error, OSError) else None) or one_line(error)

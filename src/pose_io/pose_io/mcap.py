@@ -1,14 +1,12 @@
-"""MCAP files read and written many messages at a time, with less ado for each than by rosbags."""
+"""MCAP files read a chunk of messages at a time, also those whose recording was cut off."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from operator import itemgetter
 from struct import Struct
 from typing import BinaryIO
 
-import numpy as np
-from numpy.typing import NDArray
 from rosbags.interfaces import Connection
-from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, McapWriter, decompress
+from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
 
 RECORD = Struct("<BQ")  # kind and size of a record
 MESSAGE = Struct("<BQHIQQ")  # of a message: channel, sequence, recorded at, published at
@@ -17,8 +15,6 @@ CHUNK_HEAD = Struct("<QQQI")  # after the record's own: first and last stamp, si
 COMPRESSION = Struct("<I")
 INDEX_HEAD = Struct("<HI")  # of a chunk's index: channel, size of its entries
 INDEX_ENTRY_SIZE = 16  # [bytes]
-STAMPS = slice(15, 31)  # [bytes] of a message's record: when it was recorded and published
-CHUNK_SIZE = 2**20  # [bytes] as rosbags begins a new one
 
 Entry = tuple[Connection, int, bytes]
 """A message: its connection, when it was recorded [ns], its bytes."""
@@ -130,60 +126,3 @@ def _entries(content: bytes, wanted: dict[int, Connection]) -> Iterator[Entry]:
             if connection is not None:
                 yield connection, stamp_ns, content[at + MESSAGE.size : stop]
         at = stop
-
-
-def append_rows(
-    storage: McapWriter,
-    connections: Sequence[Connection],
-    stamps_ns: NDArray[np.int64],
-    rows: Sequence[NDArray[np.uint8]],
-) -> None:
-    """Append messages that differ in nothing but their bytes: as many of each connection.
-
-    Args:
-        storage: An open writer.
-        connections: Whose messages they are.
-        stamps_ns: When they were recorded, (n,): at each stamp a message of every connection.
-        rows: The messages of each connection, (n, bytes).
-    """
-    sizes = [MESSAGE.size + data.shape[1] for data in rows]
-    begins = np.cumsum([0, *sizes])
-    records = np.empty((len(stamps_ns), begins[-1]), np.uint8)
-    stamp_bytes = np.ascontiguousarray(stamps_ns, "<i8").view(np.uint8).reshape(-1, 8)
-    for connection, data, begin in zip(connections, rows, begins[:-1].tolist(), strict=True):
-        size = MESSAGE.size - RECORD.size + data.shape[1]
-        head = MESSAGE.pack(MESSAGE_KIND, size, connection.id, 0, 0, 0)
-        record = records[:, begin : begin + MESSAGE.size + data.shape[1]]
-        record[:, : MESSAGE.size] = np.frombuffer(head, np.uint8)
-        record[:, STAMPS] = np.tile(stamp_bytes, 2)
-        record[:, MESSAGE.size :] = data
-    start = 0
-    while start < len(records):
-        room = CHUNK_SIZE - storage.chunk.bio.tell()
-        stop = min(len(records), start + 1 + max(room, 0) // records.shape[1])
-        _append(storage, connections, stamps_ns[start:stop], begins[:-1], records[start:stop])
-        start = stop
-
-
-def _append(
-    storage: McapWriter,
-    connections: Sequence[Connection],
-    stamps_ns: NDArray[np.int64],
-    begins: NDArray[np.int64],
-    records: NDArray[np.uint8],
-) -> None:
-    """Append records to the chunk, note where they are, and close it when it is full."""
-    chunk, count = storage.chunk, len(records)
-    first_ns, last_ns = int(stamps_ns.min()), int(stamps_ns.max())
-    for times in (chunk, storage):
-        times.message_start_time = min(first_ns, times.message_start_time)
-        times.message_end_time = max(last_ns, times.message_end_time)
-    row_starts = chunk.bio.tell() + records.shape[1] * np.arange(count)
-    stamps = stamps_ns.tolist()
-    for connection, begin in zip(connections, begins.tolist(), strict=True):
-        places = (row_starts + begin).tolist()
-        chunk.msgs[connection.id].extend(zip(stamps, places, strict=True))
-        storage.channel_stats[connection.id] += count
-    chunk.bio.write(records.data)
-    if chunk.bio.tell() > CHUNK_SIZE:
-        storage.close_chunk()

@@ -1,12 +1,14 @@
 """Tables of numbers in text files, without a header."""
 
-import zlib
+import io
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.errors import InputError
+from pose_io.recordings.formats.content import read_content
+from pose_io.recordings.formats.table import MAX_TABLE_BYTES
 
 
 def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
@@ -26,8 +28,9 @@ def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
     if not path.is_file():
         raise InputError(f"found no file {path}: expected {meaning}")
     try:
-        numbers = np.loadtxt(path, delimiter=",", ndmin=2)
-    except (OSError, EOFError, ValueError, zlib.error) as error:
+        text = read_content(path, MAX_TABLE_BYTES).decode("latin-1")
+        numbers = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
+    except ValueError as error:
         reason = str(error).splitlines()[0]
         raise InputError(f"{path} is no table of numbers: {reason}") from error
     found = numbers.shape[1] if numbers.size else 0

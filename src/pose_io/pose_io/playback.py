@@ -81,17 +81,25 @@ class Playlist:
             raise InputError(
                 f"{bag.path} holds no topic {', '.join(missing)}: it has {', '.join(bag.topics)}"
             )
-        if start_offset_s > bag.duration_s:
-            raise InputError(
-                f"start_offset = {start_offset_s} s is after the end of {bag.path}"
-                f" ({bag.duration_s:.3f} s)"
-            )
         self.topics = [topic for topic in bag.topics.values() if not topics or topic.name in topics]
-        self.start_ns = bag.start_ns + round(start_offset_s * NS_PER_S)
         self.end_ns = bag.end_ns
         self._bag = bag
+        self.start_from(start_offset_s)
         self._messages: Iterator[BagMessage] = iter(())
         self._next: BagMessage | None = None
+
+    def start_from(self, offset_s: float) -> None:
+        """Begin there [s] after the bag's first message, from the next :meth:`rewind` on.
+
+        Raises:
+            InputError: If that is after its end.
+        """
+        if offset_s > self._bag.duration_s:
+            raise InputError(
+                f"start_offset = {offset_s} s is after the end of {self._bag.path}"
+                f" ({self._bag.duration_s:.3f} s)"
+            )
+        self.start_ns = self._bag.start_ns + round(offset_s * NS_PER_S)
 
     def rewind(self) -> list[BagMessage]:
         """Go to the start; what latched topics said before it, which late subscribers want."""

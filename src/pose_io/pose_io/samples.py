@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
 
-from pose_core.api import ImuBlock, PersonSelector, SkeletonSample
+from pose_core.api import ChosenPerson, ImuBlock, SkeletonSample
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import open_bag
 from pose_io.recordings.formats import AUTO, read_recording
@@ -29,7 +29,7 @@ def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) ->
     Args:
         path: A rosbag2 folder, an ``.mcap`` or ``.db3`` file, or any of the formats of
             :data:`pose_io.recordings.formats.FORMATS`.
-        person: A sensor's id of the person to follow; see :class:`PersonSelector`.
+        person: Whom to follow; see :class:`PersonChoice`.
         format_name: The text file's format; ``auto``: known by its header.
 
     Raises:
@@ -40,16 +40,16 @@ def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) ->
         with open_bag(path) as bag:
             samples = tuple(BagSamples(bag, person))
             return RecordedSamples(sensors=tuple(sensor_topics(bag)), samples=samples)
-    selector = PersonSelector(person)
+    chosen = ChosenPerson(person)
     streams = read_recording(path, format_name).streams
-    skeletons = [sample for each in streams for sample in samples_of_stream(each, selector)]
+    skeletons = [sample for each in streams for sample in samples_of_stream(each, chosen)]
     return RecordedSamples(
         sensors=tuple(each.name for each in streams),
         samples=tuple(sorted(skeletons, key=attrgetter("stamp_ns"))),
     )
 
 
-def samples_of_stream(stream: SensorStream, selector: PersonSelector) -> list[SkeletonSample]:
+def samples_of_stream(stream: SensorStream, chosen: ChosenPerson) -> list[SkeletonSample]:
     """One person as a recorded sensor saw them, stamped as ``kinect_bridge`` does."""
     timeline = make_timeline(stream)
     samples = []
@@ -64,7 +64,5 @@ def samples_of_stream(stream: SensorStream, selector: PersonSelector) -> list[Sk
             )
             for row in stream.rows(frame)
         ]
-        chosen = selector.select(persons)
-        if chosen is not None:
-            samples.append(chosen)
+        samples += chosen.select(persons)
     return samples

@@ -7,6 +7,7 @@ from pose_io.bags import BagReader
 
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
+OTHER_BODY = re.compile(r"/humans/bodies/person_\d+/")
 
 
 def sensor_topics(bag: BagReader) -> dict[str, str]:
@@ -20,11 +21,13 @@ def imu_topics(bag: BagReader) -> dict[str, str]:
 
 
 def body_topic(bag: BagReader, leaf: str, body: str = "", namespace: str = "") -> str | None:
-    """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the first body if none is named."""
+    """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the subject's if none is named."""
     pattern = re.compile(
         rf"^{re.escape(namespace)}/humans/bodies/{re.escape(body) or '[^/]+'}/{leaf}$"
     )
-    return next((name for name in sorted(bag.topics) if pattern.match(name)), None)
+    found = [name for name in sorted(bag.topics) if pattern.match(name)]
+    # Of several people the subject is the one who is not called person_<number>.
+    return next(iter(sorted(found, key=lambda name: bool(OTHER_BODY.search(name)))), None)
 
 
 def _topics(bag: BagReader, pattern: re.Pattern[str], msgtype: str) -> dict[str, str]:

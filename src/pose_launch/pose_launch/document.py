@@ -10,6 +10,8 @@ from typing import Any
 
 import yaml
 
+from pose_core.errors import InputError
+from pose_core.plain_yaml import PlainLoader, YamlError, read_yaml
 from pose_launch.errors import LaunchError, Place
 
 
@@ -20,7 +22,7 @@ class LocatedMapping(dict[str, Any]):
     line: int
 
 
-class _Loader(yaml.SafeLoader):
+class _Loader(PlainLoader):
     pass
 
 
@@ -155,18 +157,11 @@ def read_launch_file(path: Path) -> Entity:
     """
     place = Place(path, 1)
     try:
-        text = path.read_text()
-    except OSError as error:
-        raise LaunchError(None, f"cannot read the launch file {path}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise LaunchError(None, f"{path} is not a text file") from error
-    try:
-        document = yaml.load(text, _Loader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
-        line = mark.line + 1 if mark is not None else 1
-        raise LaunchError(Place(path, line), f"not valid YAML: {problem}") from error
+        document = read_yaml(path, "the launch file", _Loader)
+    except YamlError as error:
+        raise LaunchError(Place(path, error.line), f"not valid YAML: {error.problem}") from error
+    except InputError as error:
+        raise LaunchError(None, str(error)) from error
     if not isinstance(document, LocatedMapping) or list(document) != ["launch"]:
         raise LaunchError(place, "not a ROS 2 YAML launch file: expected 'launch:' and a list")
     return Entity("launch", document["launch"], Place(path, document.lines["launch"]))

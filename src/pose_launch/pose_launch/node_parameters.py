@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from pose_core.plain_yaml import YamlError, parse_yaml
 from pose_launch.document import Entity
 from pose_launch.errors import LaunchError, Place
 from pose_launch.processes import ParameterSource
@@ -119,8 +118,8 @@ def _checked_list(name: str, items: list[Any], kind: str | None, place: Place) -
 
 def _from_yaml(text: Any, place: Place) -> Any:
     try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as error:
+        return parse_yaml(text, "the value")
+    except YamlError as error:
         raise LaunchError(
             place, f'the value {text!r} is not YAML: is it a text (type: "str")?'
         ) from error

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
+from pose_core.plain_yaml import dump_yaml
 
 ParameterSource = Path | Mapping[str, Any]
 """A parameter file, or values by name (nested names with dots)."""
@@ -50,7 +50,7 @@ class Process:
         for index, source in enumerate(self.parameters):
             if not isinstance(source, Path):
                 path = parameter_folder / f"{self.name}.{index}.yaml"
-                path.write_text(yaml.safe_dump({self._key(): {"ros__parameters": _plain(source)}}))
+                path.write_text(dump_yaml({self._key(): {"ros__parameters": _plain(source)}}))
                 source = path
             arguments += ["--params-file", str(source)]
         return self._with(arguments)
@@ -63,7 +63,7 @@ class Process:
                 arguments += ["--params-file", str(source)]
                 continue
             for name, value in source.items():
-                text = yaml.safe_dump(_plain(value), default_flow_style=True, width=10**6)
+                text = dump_yaml(_plain(value), default_flow_style=True, width=10**6)
                 arguments += ["-p", f"{name}:={text.removesuffix('...' + chr(10)).strip()}"]
         environment = [f"{key}={value}" for key, value in sorted(self.environment.items())]
         return shlex.join([*(["env", *environment] if environment else []), *self._with(arguments)])

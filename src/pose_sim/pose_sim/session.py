@@ -6,14 +6,16 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import yaml
 
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import from_mapping
+from pose_core.plain_yaml import read_yaml
 from pose_core.stamps import NS_PER_S
 from pose_sim import imu_noise, kinect_noise
 from pose_sim.body import Body
+from pose_sim.captured.clip import Clip
+from pose_sim.captured.motion import motion_of
 from pose_sim.choreography import compose
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.kinect_noise import KinectParameters
@@ -21,7 +23,7 @@ from pose_sim.motion import Motion
 from pose_sim.rotations import FloatArray
 from pose_sim.scene import SceneParameters, sensor_poses, subject_place
 from pose_sim.timeline import Variation
-from pose_sim.virtual_imu import ImuFrames, Mounting, earth_field, measure, mount, to_frames
+from pose_sim.virtual_imu import ImuFrames, SensorToSegment, earth_field, measure, mount, to_frames
 from pose_sim.virtual_kinect import KinectFrames, draw_body_bias, observe
 
 T = TypeVar("T")
@@ -88,12 +90,7 @@ def read_overrides(path: Path) -> dict[str, Any]:
     Raises:
         InputError: If it cannot be read or is no mapping.
     """
-    try:
-        document = yaml.safe_load(path.read_text())
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    document = read_yaml(path, "the settings")
     if not isinstance(document, dict):
         raise InputError(f"{path} holds no sections: expected 'kinect: {{PARAMETER: VALUE}}' or so")
     return document
@@ -112,33 +109,44 @@ class Session:
     sensor_poses: Mapping[str, FloatArray]  # T_map_kinect_<name>_optical_frame, (4, 4)
     kinects: Mapping[str, KinectFrames]
     heading_enu_map: float  # [rad] about z, from east to map's x
-    mountings: Mapping[int, Mounting]  # by IMU node id
+    mountings: Mapping[int, SensorToSegment]  # by IMU node id
     imus: ImuFrames
+    is_captured: bool = False  # whether a person made the motion
 
 
-def make_session(choreography: str, duration: float, seed: int, settings: Settings) -> Session:
+def make_session(
+    choreography: str,
+    duration: float,
+    seed: int,
+    settings: Settings,
+    clip: Clip | None = None,
+) -> Session:
     """Perform a choreography before the Kinects, with the IMU nodes strapped on.
 
     Args:
-        choreography: One of :data:`pose_sim.choreography.CHOREOGRAPHIES`.
+        choreography: One of :data:`pose_sim.choreography.CHOREOGRAPHIES`, or the clip's name.
         duration: Length [s].
         seed: Source of everything random; the same seed gives the same session.
         settings: The place and the errors.
+        clip: Captured motion to perform instead.
 
     Raises:
         InputError: If the choreography is unknown, or the duration too short.
     """
     place, heading = subject_place(settings.scene)
     body = Body(settings.scene.body_height)
-    motion = compose(
-        choreography,
-        duration,
-        seed,
-        height=body.height,
-        variation=settings.variation,
-        place=place,
-        heading=heading,
-    )
+    if clip is None:
+        motion = compose(
+            choreography,
+            duration,
+            seed,
+            height=body.height,
+            variation=settings.variation,
+            place=place,
+            heading=heading,
+        )
+    else:
+        motion = motion_of(clip, duration, place=place, facing=heading)
     poses = sensor_poses(settings.scene)
     imu_rng = np.random.default_rng([seed, IMU_STREAM])
     heading_enu_map = float(imu_rng.uniform(-np.pi, np.pi))
@@ -150,6 +158,7 @@ def make_session(choreography: str, duration: float, seed: int, settings: Settin
         settings=settings,
         body=body,
         motion=motion,
+        is_captured=clip is not None,
         sensor_poses=poses,
         kinects=_watch(motion, poses, settings, seed),
         heading_enu_map=heading_enu_map,
@@ -192,7 +201,7 @@ def _watch(
 
 def _wear(
     motion: Motion,
-    mountings: Mapping[int, Mounting],
+    mountings: Mapping[int, SensorToSegment],
     heading_enu_map: float,
     parameters: ImuParameters,
     rng: np.random.Generator,

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError
+from pose_core.plain_yaml import dump_yaml
 from pose_io.recordings.formats import plain_csv
 from pose_io.recordings.recording import Recording, make_recording, make_stream
 from pose_sim import imu_file
@@ -60,6 +60,11 @@ def write_session(path: Path, session: Session, start_ns: int) -> None:
 
 def note_of(session: Session) -> str:
     """The sentence that goes with every file."""
+    if session.is_captured:
+        return (
+            f"captured motion of {session.choreography}, simulated sensors, made by pose_sim "
+            f"(seed {session.seed})"
+        )
     return (
         f"synthetic: no person, made by pose_sim (choreography {session.choreography}, "
         f"seed {session.seed})"
@@ -91,10 +96,10 @@ def _write_files(folder: Path, session: Session, start_ns: int) -> None:
     note = note_of(session)
     plain_csv.write(folder / KINECTS_FILE, as_recording(session))
     imu_file.write(folder / IMU_FILE, session.imus, note)
-    nodes = yaml.safe_dump({"nodes": dict(NODES)}, sort_keys=False)
+    nodes = dump_yaml({"nodes": dict(NODES)})
     (folder / IMU_NODES_FILE).write_text(f"# {note}\n{nodes}")
     write_truth(folder / TRUTH_FOLDER, session, start_ns, note)
-    description = yaml.safe_dump(_description(session, start_ns), sort_keys=False)
+    description = dump_yaml(_description(session, start_ns))
     (folder / SESSION_FILE).write_text(f"# {note}\n{description}")
 
 

@@ -53,7 +53,7 @@ STRAP_PLACES = {  # fractions of the body height, in the segment's frame
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mounting:
+class SensorToSegment:
     """What is fixed about one node in one session."""
 
     segment: str
@@ -88,7 +88,9 @@ class ImuFrames:
     magnetometer: NDArray[np.int16]  # (n, 3) counts
 
 
-def mount(body: Body, parameters: ImuParameters, rng: np.random.Generator) -> dict[int, Mounting]:
+def mount(
+    body: Body, parameters: ImuParameters, rng: np.random.Generator
+) -> dict[int, SensorToSegment]:
     """Strap all nodes on, each a little crooked; by node id."""
     mountings = {}
     for node_id, segment in NODES.items():
@@ -96,7 +98,7 @@ def mount(body: Body, parameters: ImuParameters, rng: np.random.Generator) -> di
         mirror = np.array([1.0, -1.0 if side == "right" else 1.0, 1.0])
         axis = rng.standard_normal(3)
         angle = np.radians(rng.uniform(parameters.misalignment_min, parameters.misalignment_max))
-        mountings[node_id] = Mounting(
+        mountings[node_id] = SensorToSegment(
             segment=segment,
             place=body.height * np.array(STRAP_PLACES[part]) * mirror,
             R_segment_sensor=Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)),
@@ -122,7 +124,7 @@ def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray
 
 def measure(
     motion: Motion,
-    mounting: Mounting,
+    mounting: SensorToSegment,
     field: FloatArray,
     parameters: ImuParameters,
     rng: np.random.Generator,

@@ -41,10 +41,11 @@ def compute_body(
         PoseError: If the fusion cannot do it.
     """
     parameters = from_mapping(FusionParameters, dict(ALONE[kind]))
-    samples = BagSamples(bag, progress=progress, imus=kind == "imu")
     placed = {name: recorded.sensors[name] for name in sorted(recorded.sensors)}
     parameters = replace(parameters, sensors=tuple(placed))
-    pipeline = FusionPipeline(parameters, extrinsics_from_map(placed))
+    extrinsics = extrinsics_from_map(placed)
+    samples = BagSamples(bag, progress=progress, extrinsics=extrinsics, imus=kind == "imu")
+    pipeline = FusionPipeline(parameters, extrinsics)
     estimates = []
     for sample in samples:
         if isinstance(sample, SkeletonSample):

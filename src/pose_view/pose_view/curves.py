@@ -1,9 +1,10 @@
 """The curves that can be plotted: an angle of one body over time, in degrees.
 
-Pitch and yaw are those of zhang2015's figures 8 and 9, in map, alike for every source
-(:mod:`pose_evaluation.limb_attitude`). Yaw is shown from 0° to 360°: 180° is towards the
-first camera, where people's arms mostly point, and the curve breaks where it passes away from it.
-The flexion of a limb that points sideways says nothing and is left out (docs/conventions.md).
+Pitch and yaw are those of zhang2015's figures 8 and 9, in map, alike for every source; roll is that
+of bodies with degrees of freedom (:mod:`pose_evaluation.limb_attitude`). Yaw is shown from 0° to
+360°: 180° is towards the first camera, where people's arms mostly point, and the curve breaks where
+it passes away from it. The flexion of a limb that points sideways says nothing and is left out
+(docs/conventions.md).
 """
 
 from collections.abc import Sequence
@@ -13,7 +14,13 @@ import numpy as np
 
 from pose_core.api import ABDUCTION_OF, ANGLES, ROOT_DOF, FloatArray, joint_angles
 from pose_core.joints import JOINT_INDEX
-from pose_evaluation.limb_attitude import LIMBS, limb_attitude
+from pose_evaluation.limb_attitude import (
+    LIMBS,
+    has_segments,
+    limb_attitude,
+    limb_roll,
+    segment_rotations,
+)
 from pose_view.snapshot import BodySnapshot
 
 SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))
@@ -42,6 +49,7 @@ def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Every curve there is for a body with these degrees of freedom."""
     return (
         *(f"{angle}: {_shown(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
+        *(f"Roll: {_shown(s)}" for s in SEGMENTS if has_segments(dof_names)),
         *(_shown(name).capitalize() for name in ANGLES),
         *(f"Model: {_shown(name)}" for name in dof_names[ROOT_DOF:]),
     )
@@ -54,6 +62,10 @@ def curve(title: str, track: BodyTrack) -> FloatArray:
     if kind in ("Pitch", "Yaw"):
         pitch, yaw = limb_attitude(track.joints, name)
         return np.degrees(pitch) if kind == "Pitch" else np.degrees(yaw) % 360.0
+    if kind == "Roll":
+        if track.dof is None:
+            return np.full(len(track.joints), np.nan)
+        return np.degrees(limb_roll(segment_rotations(track.dof_names, track.dof, name)))
     if kind == "Model":
         if track.dof is None or name not in track.dof_names:
             return np.full(len(track.joints), np.nan)

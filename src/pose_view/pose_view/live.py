@@ -2,7 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from pose_core.api import FloatArray
@@ -14,6 +14,7 @@ from pose_io.static_transforms import transforms_to_map
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
 from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line
+from pose_view.robot import RobotSnapshot, robot_places, robot_shape
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 from pose_view.stream_monitor import StreamMonitor
 
@@ -51,6 +52,7 @@ class LiveGraph:
         self._tracks: dict[str, deque[BodySnapshot]] = {body: deque() for body in bodies}
         self._dof: dict[str, DofSnapshot] = {}
         self._rotations: dict[str, dict[str, FloatArray]] = {}
+        self._robot: RobotSnapshot | None = None
         self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
         self._transforms: dict[str, Any] = {}
         self._sensors: dict[str, FloatArray] = {}
@@ -92,10 +94,17 @@ class LiveGraph:
         self._dof[body] = dof_snapshot(message)
 
     def add_tf(self, message: Any) -> None:
-        """Where a body's links are."""
+        """Where a body's links are, or a robot's."""
+        places = robot_places(message)
+        if places is not None and self._robot is not None:
+            self._robot = replace(self._robot, position=places[0], wxyz=places[1])
         found = link_rotations(message)
         if found is not None:
             self._rotations[found[0]] = found[2]
+
+    def add_robot(self, message: Any) -> None:
+        """The shape of a robot."""
+        self._robot = RobotSnapshot(shape=robot_shape(message), position={}, wxyz={})
 
     def add_static_tf(self, message: Any) -> None:
         """Where the sensors stand."""
@@ -124,7 +133,11 @@ class LiveGraph:
 
     def snapshot(self, now_ns: int) -> Snapshot:
         """The present."""
-        latest = {body: track[-1] for body, track in self._tracks.items() if track}
+        latest = {
+            body: track[-1]
+            for body, track in self._tracks.items()
+            if track and not self._is_silent(body, now_ns)
+        }
         fusion = self._reports.get("fusion")
         aligned = fusion.values.get(IMUS_ALIGNED, "none") if fusion is not None else "none"
         return Snapshot(
@@ -136,7 +149,13 @@ class LiveGraph:
                 if now_ns - received_ns < HOLD_S * NS_PER_S
             },
             imus=() if aligned == "none" else tuple(aligned.split(", ")),
+            robot=self._robot,
         )
+
+    def _is_silent(self, body: str, now_ns: int) -> bool:
+        """Whether nothing has come of a body for so long that its last pose says nothing of now."""
+        reading = self._body_monitors[body].reading(now_ns)
+        return reading is not None and reading.silent_s > HOLD_S
 
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
         """A stretch of a body's past; the times are those of the clock [s]."""

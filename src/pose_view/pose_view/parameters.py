@@ -10,7 +10,7 @@ class ViewParameters:
     """Parameters of the viewer, for a live graph and for a recording."""
 
     host: str = parameter(
-        "127.0.0.1", doc="address to serve the page on; 0.0.0.0: for everybody who can reach it"
+        "127.0.0.1", doc="address to serve the page on; 0.0.0.0: for all that have the token"
     )
     port: int = parameter(
         8080, low=0, high=65535, doc="port of the page; the next free one if it is taken, any for 0"

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
+from pose_view.robot import RobotSnapshot
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,3 +55,5 @@ class Snapshot:
     """Everybody that each sensor sees, by the sensor's name."""
     imus: tuple[str, ...] = ()
     """Segments that carry an IMU which is aligned."""
+    robot: RobotSnapshot | None = None
+    """The robot that follows, if there is one."""

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from imu_bridge.filters import FILTERS
 from imu_bridge.filters.orientation_filter import FilterSettings
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.protocols import star as protocol
 from imu_bridge.protocols.star import RawSample, encode
+from imu_bridge.protocols.text import TextParser, line_format
 from imu_bridge.segments import ImuNode, Linear
 
 MS = 1_000_000  # [ns]
@@ -187,3 +189,28 @@ def test_transport_delay_is_taken_off_the_stamps():
 def test_a_sensor_that_measures_no_gravity_has_no_orientation_yet():
     batch = ImuPipeline([TORSO]).process([chunk(0, sample(0, accelerometer=(0, 0, 0)))])
     assert np.isnan(batch.orientation).all()
+
+
+@pytest.mark.parametrize("filter_name", sorted(FILTERS))
+@pytest.mark.parametrize("value", [2e3, 1e30, 1e308])
+def test_one_absurd_sample_does_not_disturb_those_after_it(filter_name, value):
+    fields = ["node", "acc_x", "acc_y", "acc_z", "gyro_x", "gyro_y", "gyro_z"]
+    units = {"acc": "m/s^2", "gyro": "rad/s"}
+
+    def orientations(absurd):
+        parser = TextParser(line_format({"fields": fields, "units": units}))
+        pipeline = ImuPipeline([TORSO], parsers=[parser], filter_name=filter_name)
+        pipeline.process([Chunk(arrival_ns=START_NS, data=b"\n")])
+        found = []
+        for k in range(50):
+            line = b"1,0.5,0,9.8,0.1,0,0\n"
+            if k == 20:
+                line = absurd + line
+            at_ns = START_NS + k * 10 * MS
+            found.append(pipeline.process([Chunk(arrival_ns=at_ns, data=line)]).orientation[-1])
+        return np.array(found), pipeline.states[0]
+
+    expected, _ = orientations(b"")
+    found, state = orientations(f"1,{value},{value},{value},0.1,{value},0\n".encode())
+    np.testing.assert_array_equal(found, expected)
+    assert state.implausible == 1

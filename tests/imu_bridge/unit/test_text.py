@@ -102,3 +102,19 @@ def test_bytes_without_an_end_of_line_are_not_hoarded():
 def test_a_format_that_makes_no_sense_is_refused(options: dict, message: str):
     with pytest.raises(InputError, match=message):
         line_format(options)
+
+
+def test_numbers_that_no_field_can_hold_are_bad_lines_and_the_next_line_counts():
+    fields = ["time", "node", *SIX]
+    reader = parser(fields, {"time": "s", "acc": "g", "gyro": "deg/s"})
+    lines = [
+        "1e308,1,0,0,1,0,0,0",  # finite as it stands, infinite in microseconds
+        "1,1,1e308,0,1,0,0,0",
+        "1,1e308,0,0,1,0,0,0",
+        "1,70000,0,0,1,0,0,0",
+        "1,nan,0,0,1,0,0,0",
+        "1,1,0,0,1,0,0,0",
+    ]
+    (reading,) = read(reader, "\n".join(lines).encode() + b"\n")
+    assert reading.clock_us == 1_000_000
+    assert reader.counters["bad_lines"] == 5

@@ -90,12 +90,12 @@ def test_confidence_becomes_a_state_and_what_is_not_said_counts_as_tracked(write
         (AXES + "map: {head: a}\nconfidence: {inferred: .nan, tracked: 1}\n", "confidence ="),
         (AXES + "map: {head: a}\nconfidence: 3\n", "confidence ="),
         ("map: &m {head: a}\naxes: *m\n", r"line 2: an alias \(\*name\) is not allowed"),
-        ("unit: m\nunit: mm\n", "the key 'unit' stands twice"),
+        ("unit: m\nunit: mm\n", "line 2: 'unit' occurs twice"),
         ("!!python/object/apply:os.system ['true']\n", "could not determine a constructor"),
-        ("[" * 10_000, "is not YAML"),
+        ("[" * 10_000, "more than 32 levels are nested"),
         ("map: {head: a", "line"),
-        (b"\xff\xfe\x00\xd8", "is not YAML"),
-        ("x: " + "a" * 70_000, "is larger than 64 kB"),
+        (b"\xff\xfe\x00\xd8", "is not plain YAML"),
+        ("x: " + "a" * 270_000, "larger than 256 kB"),
     ],
 )
 def test_what_is_no_joint_map_is_refused_in_one_line(write, text, said):

@@ -92,7 +92,7 @@ def test_a_prediction_is_nearer_to_now_than_the_last_output(tmp_path):
     rows = (tmp_path / "prediction.md").read_text().splitlines()
     rows = [line.split("|") for line in rows if line.startswith("| kicks")]
     assert len(rows) == 2
-    assert all(float(row[4]) < 1.0 for row in rows)
+    assert all(float(row[4]) < 1.2 for row in rows)  # what is published is predicted already
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ from pose_bench.reference.default_filter import ReferenceFilter, correct
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
+from pose_core.estimators.ukf import sigma_weights
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
 from pose_core.filter.imu import NO_IMUS, ImuReadings, add_imus
@@ -15,11 +16,12 @@ from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.posture import add_posture
 from pose_core.filter.rows import make_rows
+from pose_core.filter.sigma_points import Scratch, predict_by_points, take_frame_by_points
 from pose_core.filter.state import start_state, with_imu
 from pose_core.filter.step import take_frame, take_imus
 from pose_core.filter.tuning import FilterTuning
-from pose_core.fusion.preparing import neutral_pose
-from pose_core.session.neutral_stand import shape_of
+from pose_core.fusion.warm_up import neutral_pose
+from pose_core.session.n_pose import shape_of
 
 MODEL = load_body_model("default")
 SHAPE = shape_of(MODEL, neutral_pose())
@@ -267,3 +269,25 @@ def test_no_kernel_is_compiled_twice():
     test_the_compiled_filter_equals_the_plain_one(2, (3, 7), 12)
     kernels = (predict, take_imus, take_frame)
     assert {k.py_func.__name__: len(k.signatures) for k in kernels if len(k.signatures) > 1} == {}
+
+
+def test_sigma_points_give_what_derivatives_give_where_all_is_nearly_linear():
+    rng = np.random.default_rng(11)
+    state, dof = random_state(rng)
+    state.P[:] *= 1e-4
+    truth = pose_of(dof + rng.normal(0.0, 0.002, MODEL.size))
+    by_points, before = state.copy(), state.copy()
+    scratch = Scratch(point=state.copy(), centre=state.copy())
+    weights = sigma_weights(len(state.P))
+    positions = truth.positions + rng.normal(0.0, 0.001, truth.positions.shape)
+    frame = CameraFrame(0, positions, np.full(15, 2, np.uint8), CAMERAS[0].copy(), 0.0)
+    information = np.zeros((2, LINKS, 3, 3))
+    predict(CONSTANTS.motion, state, 0.03)
+    predict_by_points(CONSTANTS.motion, by_points, scratch, weights, 0.03)
+    np.testing.assert_allclose(by_points.P, state.P, rtol=0.0, atol=0.01 * np.abs(state.P).max())
+    take_frame(CONSTANTS, state, frame, information[0])
+    take_frame_by_points(CONSTANTS, by_points, scratch, weights, frame, information[1])
+    for name in MEAN:
+        moved = getattr(state.pose, name) - getattr(before.pose, name)
+        apart = getattr(by_points.pose, name) - getattr(state.pose, name)
+        assert np.abs(apart).max() < 0.1 * np.abs(moved).max(), name

@@ -6,8 +6,8 @@ import pytest
 from pose_bench.reference.opensim_ik import OpenSimIk
 from pose_bench.speed import PERIOD_S, Scene, exponent, textbook_of
 from pose_bench.tools.bench import run
+from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_core.body.model import load_body_model
-from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
 
 
 def test_the_textbook_filter_equals_li2020():

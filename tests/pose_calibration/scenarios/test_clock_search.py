@@ -10,7 +10,7 @@ from pose_bench.sessions import SessionSpec, bench_session
 from pose_calibration.clocks.clock_offset import estimate_clock_offset
 from pose_calibration.inertial.imu_clock import imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.live.clock_following import EVERY_NS, ClockFollower
+from pose_calibration.live.clock_tracking import EVERY_NS, ClockFollower
 from pose_core.streams.samples import block_of
 
 STEADY = {"kinect": {"inertia": 0.0, "lag": 0.0}}  # trackers that follow all joints alike

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walking_person import LEFT, POSES, RIGHT, angle_deg, samples, sensor_pose
+from crowd_of_people import frames_of, walker
+from walking_person import LEFT, POSES, RIGHT, angle_deg, person_at, samples, sensor_pose
 
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
 from pose_calibration.parameters import CalibrationParameters, LiveCalibrationParameters
@@ -139,13 +140,17 @@ def test_a_silent_sensor_is_named():
     assert calibration.status == "collecting: no skeletons from right yet"
 
 
-def test_frames_with_several_persons_are_left_out_and_counted():
+def test_with_two_people_from_the_start_one_is_found_whose_views_agree():
     calibration = LiveCalibration(LiveCalibrationParameters())
-    for one in samples(duration_s=5.0):
-        assert calibration.add([one, replace(one, person="2")]) is None
-    assert calibration.selector.counters["several_persons"] == 300
-    assert "(300 frames that show several people are left out: set person)" in calibration.status
-    assert calibration.calibrator.frames_in == 0
+    other = walker((3.2, 0.9), (0.0, 0.0), scale=0.9, phase=2.0)
+    frames = frames_of([person_at, other], 16.0)
+    first = [persons for persons, _ in frames[:60]]
+    assert [calibration.add(persons) for persons in first] == [None] * 60
+    assert "several people are seen" in calibration.status
+    given = [calibration.add(persons) for persons, _ in frames[60:]]
+    extrinsics = [each for each in given if each is not None][-1]
+    assert angle_deg(extrinsics.T_reference_sensor["right"], TRUE) < 1.0
+    assert calibration.selector.counters["matched"] == 1
 
 
 def test_a_named_person_is_taken_from_frames_with_several():

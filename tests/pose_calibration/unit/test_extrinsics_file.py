@@ -15,6 +15,7 @@ from pose_calibration.files.extrinsics_file import (
 )
 from pose_calibration.files.session_file import load_section, save_section
 from pose_core.errors import InputError
+from pose_core.plain_yaml import dump_yaml
 from pose_core.session.clocks import Clock
 from pose_core.session.extrinsics import extrinsics_from_map
 
@@ -35,7 +36,7 @@ def document(extrinsics, tmp_path):
 
 def load(document, tmp_path):
     path = tmp_path / "changed.yaml"
-    path.write_text(document if isinstance(document, str) else yaml.safe_dump(document))
+    path.write_text(document if isinstance(document, str) else dump_yaml(document))
     return load_extrinsics(path)
 
 
@@ -215,7 +216,11 @@ def test_a_wrong_file_is_refused_with_what_is_wrong(change, document, tmp_path):
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [("a: [", "is not YAML"), ("just words", "holds no calibration"), ("", "holds no calibration")],
+    [
+        ("a: [", "is not plain YAML"),
+        ("just words", "holds no calibration"),
+        ("", "holds no calibration"),
+    ],
 )
 def test_something_else_is_refused(text, message, tmp_path):
     with pytest.raises(InputError, match=message):

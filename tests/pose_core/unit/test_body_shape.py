@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from synthetic_body import MODEL, SHAPE, kinematics, motion, random_dof
 
-from pose_core.body.measuring import BodyMeasuring
+from pose_core.body.measurement import BodyMeasurement
 from pose_core.body.model import load_body_model, parse_body_model
 from pose_core.body.shape import (
     BodyShapeError,
@@ -85,7 +85,7 @@ def test_measuring_waits_for_the_stretch_and_then_for_every_joint():
     state = np.full((1, 15), 2, np.uint8)
     unseen = state.copy()
     unseen[0, JOINT_INDEX["head"]] = 1
-    measuring = BodyMeasuring(MODEL, 0.5)
+    measuring = BodyMeasurement(MODEL, 0.5)
     shapes = [
         measuring.add(k * 33_000_000, positions[k][None], unseen if k < 25 else state)
         for k in range(len(positions))
@@ -104,7 +104,7 @@ def test_measures_survive_saving_and_loading(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("{", "is not YAML"),
+        ("{", "is not plain YAML"),
         ("a: 1", "holds no bone lengths"),
         ("{version: 1, body_model: other}", "is for body model other"),
         ("{version: 1, body_model: li2020, offsets: {head: [0, 0, 1]}}", "lacks a joint"),

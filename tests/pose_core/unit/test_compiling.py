@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from pose_core.kernels.compiling import compiled, settled
+from pose_core.kernels.compiling import compiled, type_specialised
 
 
 class Pair(NamedTuple):
@@ -20,7 +20,7 @@ def weighted_sum(pair, out):
 
 
 def test_a_settled_kernel_gives_what_the_kernel_gives():
-    call = settled(weighted_sum)
+    call = type_specialised(weighted_sum)
     for factor in (2.0, -1.5):
         pair, out = Pair(np.arange(5.0), factor), np.zeros(1)
         assert call(pair, out) == weighted_sum(pair, out) == 10.0 * factor
@@ -30,12 +30,12 @@ def test_a_settled_kernel_gives_what_the_kernel_gives():
 def test_each_caller_settles_for_itself():
     rows = np.arange(12.0).reshape(3, 4)
     for array in (rows[0], rows[:, 1]):
-        assert settled(weighted_sum)(Pair(array, 1.0), np.zeros(1)) == array.sum()
+        assert type_specialised(weighted_sum)(Pair(array, 1.0), np.zeros(1)) == array.sum()
 
 
 def test_while_tests_run_other_types_than_before_are_an_error():
     """See ``checked_kernels``: without it they would be taken for what they are not."""
-    call = settled(weighted_sum)
+    call = type_specialised(weighted_sum)
     call(Pair(np.arange(5.0), 1.0), np.zeros(1))
     with pytest.raises(TypeError, match="settled"):
         call(Pair(np.arange(10.0)[::2], 1.0), np.zeros(1))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 
-from pose_core.filters.constant_velocity import ConstantVelocityFilter
+from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
 
 DT = 0.03
 

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_core.imu.switching import OcclusionDetector
-from pose_core.imu.track import ImuTracks
+from pose_core.imu.imu_history import ImuHistory
 from pose_core.imu.weighting import (
-    fixed_weights,
     fuse_limb,
     fuse_trunk,
     minimum_variance_weights,
@@ -64,7 +62,7 @@ def test_with_all_weight_a_limb_is_the_imus():
 
 
 def tracks_of(*samples):
-    tracks = ImuTracks()
+    tracks = ImuHistory()
     for each in samples:
         assert tracks.add(block_of(each)) == 0
     return tracks
@@ -126,36 +124,10 @@ def test_samples_in_one_block_are_those_given_one_by_one():
         replace(sample(k * 7 * MS, Rotation.random(random_state=rng)), segment=f"segment_{k % 3}")
         for k in range(1200)
     ]
-    together = ImuTracks()
+    together = ImuHistory()
     together.add(joined([block_of(each) for each in samples]))
     one_by_one = tracks_of(*samples)
     for stamp_ns in (8393 * MS, 8300 * MS, 8400 * MS):
         for name, state in one_by_one.at(stamp_ns).items():
             same = together.at(stamp_ns)[name]
             np.testing.assert_array_equal(same.R_world_sensor, state.R_world_sensor)
-
-
-def test_fixed_weights_stay_and_an_untracked_segment_is_the_imus_alone():
-    weights = fixed_weights(0.01, 0.04, is_tracked=True, kinect=0.8)
-    assert (weights.kinect, weights.imu) == pytest.approx((0.8, 0.2))
-    assert weights.variance == pytest.approx(0.64 * 0.01 + 0.04 * 0.04)
-    assert fixed_weights(0.01, 0.04, is_tracked=False, kinect=0.8).imu == 1.0
-
-
-def test_occlusion_is_seen_at_once_and_forgiven_when_both_agree_again():
-    detector = OcclusionDetector()
-    variance = np.radians(5.0) ** 2
-    assert not any(detector.update(np.radians(4.0), variance) for _ in range(50))
-    assert detector.update(np.radians(40.0), variance)
-    assert detector.update(np.radians(20.0), variance)
-    assert not detector.update(np.radians(4.0), variance)
-
-
-def test_the_threshold_rises_with_the_present_noise():
-    rng = np.random.default_rng(3)
-    detector = OcclusionDetector()
-    variance = np.radians(2.0) ** 2
-    noisy = np.abs(rng.normal(0.0, np.radians(5.0), 300))
-    found = [detector.update(float(distance), variance) for distance in noisy]
-    assert np.mean(found[150:]) < 0.02
-    assert not detector.update(np.radians(9.0), variance)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from pose_core.filters.measurement_noise import (
+from pose_core.baseline_filters.measurement_noise import (
     LARGEST_NOISE,
     fuse_measurements,
     measurement_noise,

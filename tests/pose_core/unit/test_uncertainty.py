@@ -3,8 +3,8 @@ import pytest
 
 from pose_core.body.model import load_body_model
 from pose_core.estimators.uncertainty import LIVE, numbers_of
-from pose_core.kernels.fit import FITTING, note_fit, scale_of
-from pose_core.kernels.telling import published_variance
+from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
+from pose_core.kernels.output import published_variance
 
 MODEL = load_body_model("default")
 KNEE, NECK = (MODEL.dof_names.index(name) for name in ("left_knee_flexion", "neck_flexion"))
@@ -17,7 +17,7 @@ def variance(distance, velocity=0.0, weight_imu=0.0):
         np.full(size, 0.01),
         np.full(size, velocity),
         np.full(size, weight_imu),
-        scale_of(np.array([distance])),
+        variance_scale(np.array([distance])),
         numbers_of(MODEL, LIVE),
         out,
     )
@@ -25,14 +25,14 @@ def variance(distance, velocity=0.0, weight_imu=0.0):
 
 
 def test_variances_stay_where_the_distances_fit():
-    assert variance(FITTING)[NECK] == pytest.approx(0.01)
+    assert variance(CONSISTENT_NIS)[NECK] == pytest.approx(0.01)
 
 
 def test_measurements_that_surprise_make_the_pose_less_certain():
-    fit = np.array([FITTING])
+    fit = np.array([CONSISTENT_NIS])
     before = variance(fit[0])
     for _ in range(300):
-        note_fit(fit, 1.0 / 30.0, 8.0)
+        update_mean_nis(fit, 1.0 / 30.0, 8.0)
 
     assert np.all(variance(fit[0]) > 1.5 * before)
 
@@ -50,7 +50,7 @@ def test_an_imu_makes_a_quick_joint_more_certain():
 
 
 def test_distances_that_nothing_tells_change_nothing():
-    fit = np.array([FITTING])
-    note_fit(fit, 1.0, np.nan)
+    fit = np.array([CONSISTENT_NIS])
+    update_mean_nis(fit, 1.0, np.nan)
 
-    assert fit[0] == FITTING
+    assert fit[0] == CONSISTENT_NIS

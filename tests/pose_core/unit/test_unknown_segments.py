@@ -4,15 +4,14 @@ import numpy as np
 
 from pose_core.body.model import load_body_model
 from pose_core.counters import Counters
-from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.preparing import neutral_pose
-from pose_core.fusion.tracking import tracking_counters
-from pose_core.imu.mounting import Mounting
-from pose_core.imu.track import ImuState, states_of
+from pose_core.fusion.warm_up import neutral_pose
+from pose_core.imu.imu_history import ImuState, states_of
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.neutral_stand import shape_of
+from pose_core.session.n_pose import shape_of
 
 MODEL = load_body_model("default")
 FRAMES = 150  # enough for IMUs whose mounting is known to be aligned
@@ -22,9 +21,9 @@ def run(readings):
     """An estimator that has seen a person stand, with these IMUs turning in the end; its angles."""
     parameters = FusionParameters(sensors=("left",))
     shape = shape_of(MODEL, neutral_pose())
-    estimation = Estimation(MODEL, parameters, Counters(*tracking_counters(parameters)))
-    known = Mounting(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
-    estimation.use_mountings(dict.fromkeys(readings, known))
+    runner = EstimatorRunner(MODEL, parameters, Counters(*runner_counters(parameters)))
+    known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
+    runner.use_sensor_to_segment(dict.fromkeys(readings, known))
     for frame in range(1, FRAMES + 4):
         share = max(0, frame - FRAMES) / 3.0
         states = {name: reading(share * turn) for name, turn in readings.items()}
@@ -37,8 +36,9 @@ def run(readings):
             cameras=np.array([[3.0, 0.0, 1.0]]),
             readings=states_of(states),
         )
-        [block] = estimation.take(observation)
-    return estimation, block.position[0]
+        runner.update(observation)
+    angles = runner._estimator._state.pose.rotations
+    return runner, angles.ravel()
 
 
 def reading(turn):
@@ -50,9 +50,9 @@ def reading(turn):
 def test_an_imu_on_a_segment_that_the_model_does_not_have_changes_nothing_and_is_named():
     known = {"left_thigh": -0.5, "torso": 0.4}
     _, alone = run(known)
-    estimation, angles = run({"tail": 1.0, **known})
+    runner, angles = run({"tail": 1.0, **known})
     np.testing.assert_array_equal(angles, alone)
     assert np.abs(alone - run({})[1]).max() > np.radians(3.0)
-    (tail,) = [use for use in estimation.imu_uses if use.segment == "tail"]
+    (tail,) = [use for use in runner.imu_uses if use.segment == "tail"]
     assert tail.used == 0
     assert "no link for this segment: name another segment" in str(tail)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter, MerweScaledSigmaPoints, UnscentedKalmanFilter
 
-from pose_core.filters.unscented import UnscentedTransform, kalman_update
+from pose_core.baseline_filters.unscented import UnscentedTransform, kalman_update
 
 
 def covariance(rng, size):

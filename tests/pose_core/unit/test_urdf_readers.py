@@ -32,7 +32,7 @@ def decoded(request, tmp_path_factory):
     return request.param, messages
 
 
-def place_joints(urdf, angles):
+def compute_joints(urdf, angles):
     """Frames of the URDF in the root, by name, as pinocchio has them."""
     model = pinocchio.buildModelFromXML(urdf)
     data = model.createData()
@@ -52,7 +52,7 @@ def test_pinocchio_finds_all_15_joints_where_the_fusion_has_them(model):
     for dof in moving(model, 60)[::15]:
         dof[:ROOT_DOF] = 0.0
         angles = dict(zip(model.angle_names, dof[ROOT_DOF:], strict=True))
-        frames = place_joints(urdf, angles)
+        frames = compute_joints(urdf, angles)
         pose = ForwardKinematics(model, shape.offsets).pose(dof)
         for joint, index in JOINT_INDEX.items():
             found = frames[joint_frame(model, joint, "me")][:3, 3]
@@ -68,7 +68,7 @@ def test_recorded_urdf_joint_states_and_tf_agree_in_pinocchio(decoded):
         messages["/humans/bodies/subject/skeleton"],
         strict=True,
     ):
-        frames = place_joints(urdf.data, dict(zip(states.name, states.position, strict=True)))
+        frames = compute_joints(urdf.data, dict(zip(states.name, states.position, strict=True)))
         body = next(t for t in tf.transforms if t.child_frame_id == "body_subject")
         for transform in tf.transforms:
             if transform is body:

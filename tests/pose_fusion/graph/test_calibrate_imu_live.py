@@ -7,7 +7,7 @@ import pytest
 from ament_index_python.packages import get_package_prefix
 from patience import PATIENCE_S
 
-from pose_calibration.imus.section import load_mountings
+from pose_calibration.imus.section import load_alignments
 from pose_fusion.tools.demo_start import first_lead_s
 
 pytestmark = pytest.mark.graph
@@ -50,4 +50,4 @@ def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_proc
     assert tool.wait(PATIENCE_S) == 0, tool.output
     assert "not calibrated" not in tool.output
     assert re.search(r"[1-9]\d*%  (move|bend|lift|turn|swing)", tool.output)
-    assert len(load_mountings(output)) == 9
+    assert len(load_alignments(output)) == 9

@@ -11,6 +11,7 @@ from pose_core.stamps import nanoseconds
 from pose_io.bags import open_bag
 
 EXECUTABLES = f"{get_package_prefix('pose_fusion')}/lib/pose_fusion"
+EACH_FRAME = ("-p", "output_rate:=0.0")
 STATES = "/humans/bodies/subject/joint_states"
 
 pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
@@ -29,7 +30,9 @@ def bag(tmp_path):
 @pytest.fixture
 def offline(start_process, bag, tmp_path):
     """Positions of the joints by stamp [ns]."""
-    process = start_process([f"{EXECUTABLES}/fuse", bag, tmp_path / "offline"])
+    process = start_process(
+        [f"{EXECUTABLES}/fuse", bag, tmp_path / "offline", "--output-rate", "0"]
+    )
     assert process.wait() == 0
     with open_bag(tmp_path / "offline") as fused:
         return by_stamp(fused.deserialize(message) for message in fused.messages([STATES]))
@@ -51,7 +54,7 @@ def play(start_process, ros_context, bag):
     def play(last_ns, of_player, of_fusion=()):
         node = ros_context.make_node("listener")
         live = ros_context.collect(JointState, STATES, 1000, node)
-        start_process([f"{EXECUTABLES}/fusion", *of_fusion])
+        start_process([f"{EXECUTABLES}/fusion", "--ros-args", *EACH_FRAME, *of_fusion])
         ros_context.spin_until(lambda: node.count_publishers(STATES), what="the fusion node")
         words = [*of_player, "--wait-for-subscribers", "60"]
         player = start_process([f"{EXECUTABLES}/player", bag, *words])
@@ -77,9 +80,7 @@ def test_a_played_bag_is_fused_live_as_offline(play, offline):
 
 
 def test_by_the_bags_clock_a_graph_gives_the_same_joint_states(play, offline):
-    live = play(
-        last_of(offline), ["--clock", "--rate", "1"], ["--ros-args", "-p", "use_sim_time:=true"]
-    )
+    live = play(last_of(offline), ["--clock", "--rate", "1"], ["-p", "use_sim_time:=true"])
 
     # At the pace of the recording: a busy machine may hold up a frame of a sensor here and there.
     common = sorted(set(live) & set(offline))

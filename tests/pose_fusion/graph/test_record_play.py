@@ -75,7 +75,7 @@ def test_a_killed_recorder_leaves_what_was_flushed(recording, tmp_path, spin_unt
     assert found
 
 
-def test_a_disk_that_takes_no_more_ends_the_recorder_with_what_it_has(
+def test_a_disk_that_takes_no_more_ends_a_bag_and_the_next_begins_once_it_does(
     recording, spin_until, tmp_path
 ):
     process, publisher = recording
@@ -90,18 +90,29 @@ def test_a_disk_that_takes_no_more_ends_the_recorder_with_what_it_has(
 
     spin_until(flushed, what="a flush")
     limit = file.stat().st_size + 10_000
-    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, limit))
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
 
-    def ended():
+    def is_complete():
         publish()
-        return process.returncode is not None
+        return (tmp_path / "bag" / "metadata.yaml").exists()
 
-    spin_until(ended, what="the end of the recorder")
-
-    assert process.returncode == 1
-    assert "error: cannot write" in process.output
-    assert "Traceback" not in process.output
+    spin_until(is_complete, what="the end of the first bag")
     assert set(texts(tmp_path / "bag")) == {"x" * 5000}
+    assert process.returncode is None
+    resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+    following = tmp_path / "bag-2" / "bag-2.mcap"
+
+    def goes_on():
+        publish()
+        return following.exists() and following.stat().st_size > 20_000
+
+    spin_until(goes_on, what="the next bag")
+    process.signal(signal.SIGINT)
+
+    assert process.wait() == 0
+    assert "cannot write" in process.output
+    assert "Traceback" not in process.output
+    assert set(texts(tmp_path / "bag-2")) == {"x" * 5000}
 
 
 def test_a_recorded_bag_is_played_byte_by_byte(ros_context, spin_until, start_process, tmp_path):

@@ -123,7 +123,7 @@ def test_what_is_missing_stands_in_diagnostics(graph):
     graph.start()
     graph.listen()
     graph.play([one for one in samples(duration_s=0.5) if one.sensor == "left"])
-    graph.node._diagnostics.publish()
+    graph.node.diagnostics.publish()
     graph.spin_until(
         lambda: graph.diagnostics and values_of(graph)["alignment/received"] == "15",
         what="diagnostics of all 15 frames",
@@ -133,7 +133,7 @@ def test_what_is_missing_stands_in_diagnostics(graph):
     assert status.level == b"\x01"
     assert status.message == "collecting: no skeletons from right yet"
     values = values_of(graph)
-    assert values["person/several_persons"] == "0"
+    assert values["person/held_frames"] == "0"
 
 
 def test_a_found_calibration_is_saved(graph, tmp_path):

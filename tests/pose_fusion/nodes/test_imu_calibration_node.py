@@ -14,23 +14,23 @@ from worn_imus import imu_samples
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.imus.imu_calibration import Phase
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_calibration.imus.section import save_mountings
+from pose_calibration.imus.section import save_alignments
 from pose_core.errors import InputError
 from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.imu.mounting import Mounting
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_fusion.conversions import to_header, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-MOUNTING = Mounting(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.03), residual=0.05)
+MOUNTING = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.03), residual=0.05)
 
 
 @pytest.fixture
 def session_file(tmp_path):
     path = tmp_path / "session.yaml"
     save_extrinsics(path, extrinsics())
-    save_mountings(path, {"left_thigh": MOUNTING})
+    save_alignments(path, {"left_thigh": MOUNTING})
     return path
 
 
@@ -51,7 +51,9 @@ def test_the_fusion_takes_mountings_from_the_sessions_file(
     ros_context, session_file, parameter, monkeypatch
 ):
     taken = []
-    monkeypatch.setattr(FusionPipeline, "use_mountings", lambda _, each: taken.append(list(each)))
+    monkeypatch.setattr(
+        FusionPipeline, "use_sensor_to_segment", lambda _, each: taken.append(list(each))
+    )
     overrides = [Parameter(parameter, value=str(session_file))]
     ros_context.add(FusionNode(parameter_overrides=overrides))
     assert taken == [["left_thigh"]]

@@ -49,4 +49,17 @@ def test_people_whom_fuse_does_not_follow_are_named(shared_data, tmp_path, monke
 
     assert run(monkeypatch, fuse, recording, tmp_path / "fused") == 0
 
-    assert "skeletons of others (--person ID)" in " ".join(capfd.readouterr().err.split())
+    told = " ".join(capfd.readouterr().out.split())
+    assert "followed: first; not used:" in told
+    assert "skeletons of others (--max-people" in told
+
+
+def test_all_people_are_fused_where_they_are_wanted(shared_data, tmp_path, monkeypatch):
+    recording = shared_data / "kinectmultitrack"
+    recording /= "two_persons_Study_22_Kinect_1_Time_2_16_21_PM.csv.gz"
+
+    assert run(monkeypatch, fuse, recording, tmp_path / "fused", "--max-people", "6") == 0
+
+    with open_bag(tmp_path / "fused") as bag:
+        bodies = {topic.split("/")[3] for topic in bag.topics if topic.startswith("/humans/")}
+    assert bodies == {"subject", "person_2"}

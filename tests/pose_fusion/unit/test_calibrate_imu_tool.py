@@ -11,7 +11,7 @@ from synthetic_body import extrinsics
 from worn_imus import merged, moving_wearer
 
 from pose_calibration.files.extrinsics_file import load_extrinsics
-from pose_calibration.imus.section import load_mountings
+from pose_calibration.imus.section import load_alignments
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.streams.samples import ImuSample
 from pose_fusion.tools import calibrate
@@ -56,7 +56,7 @@ def test_a_bag_gives_mountings_that_the_fusion_uses(bag, tmp_path, monkeypatch, 
     path = tmp_path / "session.yaml"
     assert run(monkeypatch, bag, "-o", path) == 0
     assert "left_shank" in capsys.readouterr().out
-    assert set(load_mountings(path)) == {
+    assert set(load_alignments(path)) == {
         "torso",
         "left_upper_arm",
         "left_forearm",
@@ -94,7 +94,7 @@ def test_exchanged_sensors_are_named_and_nothing_is_saved(
 def test_the_other_sensors_are_saved_if_wanted(exchanged_bag, tmp_path, monkeypatch):
     path = tmp_path / "session.yaml"
     assert run(monkeypatch, exchanged_bag, "-o", path, "--keep-going") == 0
-    assert set(load_mountings(path)) == {"torso", "left_forearm", "left_shank"}
+    assert set(load_alignments(path)) == {"torso", "left_forearm", "left_shank"}
 
 
 @pytest.mark.parametrize(

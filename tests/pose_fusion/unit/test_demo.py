@@ -23,7 +23,7 @@ from pose_fusion.tools.demo_progress import describe
 
 
 def options(**given):
-    values = {"output": None, "recording": None, "choreography": "squats"}
+    values = {"output": None, "recording": None, "motion": None, "choreography": "squats"}
     return Namespace(**{**values, **given})
 
 
@@ -213,12 +213,12 @@ def start_two(tmp_path, monkeypatch):
         monkeypatch.setattr(demo_start, "time", clock)
         monkeypatch.setattr(demo_start, "LiveGraph", lambda *_: GraphOfTwo(clock, up_after_s))
 
-        def prepare(lead_s):
+        def warm_up(lead_s):
             leads.append(lead_s)
             return clock.now_ns + round(lead_s * 1e9), {}
 
         console = Console(file=output)
-        started = demo_start.started_graph("x", prepare, tmp_path, lead_s, console)
+        started = demo_start.started_graph("x", warm_up, tmp_path, lead_s, console)
         with started as (_, start_at_ns):
             return leads, (start_at_ns - clock.now_ns) * 1e-9, output.getvalue()
 

@@ -25,7 +25,7 @@ def bag(tmp_path_factory):
 
 @pytest.mark.parametrize(
     ("arguments", "reason"),
-    [([], "move and turn the segment"), (["--no-use-imus"], "use_imus is false")],
+    [([], "not used, "), (["--no-use-imus"], "use_imus is false")],
 )
 def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, arguments, reason):
     monkeypatch.setattr(sys, "argv", ["fuse", str(bag), str(tmp_path / "out"), *arguments])

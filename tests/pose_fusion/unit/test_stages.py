@@ -9,7 +9,7 @@ def test_each_stage_has_its_own_time():
     stages = LatencyStages()
     for stamp_ns in (10**18, 10**18 + 33 * MS):
         stages.note_taken(stamp_ns, stamp_ns + 20 * MS, stamp_ns + 22 * MS)
-        stages.note_told(stamp_ns, stamp_ns + 25 * MS)
+        stages.note_output(stamp_ns + 25 * MS)
     assert stages.as_dict() == {
         "latency_ms/capture_to_publication": "20.0, p99 20.0",
         "latency_ms/to_the_fusion": "2.0, p99 2.0",

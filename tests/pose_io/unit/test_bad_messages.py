@@ -1,11 +1,14 @@
 """Messages that no sensor should send: what they say is left out, never passed on."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
 from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import FORM_BYTES_KEPT, SkeletonReader
 from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
 from pose_io.typestore import make_typestore
@@ -101,3 +104,27 @@ def test_a_bad_transform_of_another_frame_does_not_matter():
 def test_a_bad_transform_of_a_sensor_is_refused(values):
     with pytest.raises(InputError, match="the transform of kinect_left_optical_frame"):
         transforms_to_map([transform("kinect_left_optical_frame", **values)])
+
+
+def test_messages_of_many_lengths_leave_little_behind():
+    reader = SkeletonReader("left")
+    message = TYPES["pose_msgs/msg/SkeletonArray"]
+    for length in range(400):
+        names = ["x" * length, *JOINTS[1:]]
+        person = dataclasses.replace(skeleton(), name=names)
+        data = TYPESTORE.serialize_cdr(
+            message(header=HEADER, skeletons=[person] * 8), message.__msgtype__
+        )
+        (persons,) = reader.read([bytes(data)])
+        assert len(persons) == 8
+
+    kept = sum(
+        form.fixed.nbytes + form.texts.nbytes for forms in reader._forms.values() for form in forms
+    )
+    assert kept <= FORM_BYTES_KEPT
+
+
+def test_a_message_of_a_megabyte_is_refused():
+    (error,) = SkeletonReader("left").read([b"\0\1\0\0" + b"\0" * 1_000_000])
+    assert isinstance(error, InputError)
+    assert "expected 5 to 262144" in str(error)

@@ -206,26 +206,3 @@ def test_damage_inside_a_bag_is_one_line_when_it_is_reached(tmp_path, typestore)
     )
     with pytest.raises(InputError, match=r"damaged|not a"), open_bag(path) as bag:
         [bag.deserialize(message) for message in bag.messages()]
-
-
-@pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
-def test_rows_are_written_as_the_same_messages_one_by_one(tmp_path, storage):
-    """Enough of them for several chunks."""
-    rng = np.random.default_rng(1)
-    topics = {"/a": "std_msgs/msg/String", "/b": "std_msgs/msg/Header"}
-    stamps_ns = 10**9 + np.sort(rng.integers(0, 10**9, 700))
-    rows = [rng.integers(0, 256, (700, size), np.uint8) for size in (3001, 2400)]
-    with BagWriter(tmp_path / "rows", storage) as bag:
-        bag.write_rows(topics, stamps_ns[:650], [each[:650] for each in rows])
-        bag.write_rows(topics, stamps_ns[650:], [each[650:] for each in rows])
-        assert bag.message_count == 1400
-    with open_bag(tmp_path / "rows") as bag:
-        found = [(m.topic, m.stamp_ns, bytes(m.data)) for m in bag.messages()]
-        assert (bag.start_ns, bag.end_ns) == (stamps_ns[0], stamps_ns[-1])
-        assert {topic.name: topic.count for topic in bag.topics.values()} == {"/a": 700, "/b": 700}
-    expected = [
-        (topic, stamp_ns, data[row].tobytes())
-        for row, stamp_ns in enumerate(stamps_ns.tolist())
-        for topic, data in zip(topics, rows, strict=True)
-    ]
-    assert found == expected

@@ -1,3 +1,4 @@
+import gzip
 from pathlib import Path
 
 import numpy as np
@@ -5,7 +6,7 @@ import pytest
 
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, TrackingState
-from pose_io.recordings.formats import plain_csv, read_recording
+from pose_io.recordings.formats import plain_csv, read_recording, table
 from pose_io.recordings.recording import make_recording, make_stream
 
 CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
@@ -174,3 +175,20 @@ def test_gzip_holds_no_time_of_writing(tmp_path):
 def test_a_file_that_cannot_be_written_is_said(tmp_path):
     with pytest.raises(InputError, match="cannot write"):
         plain_csv.write(tmp_path / "no folder" / "x.csv", read_recording(CSV))
+
+
+def test_a_time_beyond_all_bounds_is_a_bad_cell(tmp_path):
+    for time in ("1e9999999", "-1e400", "1e999999999999999999"):
+        path = edited(tmp_path, "left,100.000,", f"left,{time},")
+        with pytest.raises(InputError, match="column 'host_time_s' holds"):
+            read_recording(path)
+
+
+def test_a_table_that_becomes_too_long_when_it_is_unpacked_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(table, "MAX_TABLE_BYTES", 1_000_000)
+    path = tmp_path / "bomb.csv"
+    header = CSV.read_bytes()
+    path.write_bytes(gzip.compress(header + b"," * 50_000_000))
+
+    with pytest.raises(InputError, match=r"holds more than .* MB: cut the recording"):
+        read_recording(path)

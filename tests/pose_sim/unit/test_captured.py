@@ -6,14 +6,27 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError
 from pose_core.joints import TrackingState
-from pose_sim.captured.clips import RATE, bundled_clips, chain, read_clip, spun
+from pose_sim.captured.clip import RATE
+from pose_sim.captured.clips import bundled_clips, chain, read_clip, spun
 from pose_sim.captured.imus import ImuModel, wear
+from pose_sim.captured.motion import motion_of
+from pose_sim.captured.residuals import resampled_residuals, residual_table
 from pose_sim.captured.session import CapturedSpec, looking_at, make_captured_session
 from pose_sim.captured.trackers import TRACKERS, TrackerModel, track
 
 PATHS = bundled_clips()
 CLIPS = [read_clip(path) for path in PATHS[:3]]
 EXACT = TrackerModel(constant_offset=0.0, slow_offset=0.0, white=0.0, hidden_error=0.0, jitter=0.0)
+
+
+@pytest.fixture(scope="module")
+def clip():
+    return chain(CLIPS, 5.0)
+
+
+@pytest.fixture
+def place():
+    return looking_at(np.array([4.0, 1.0, 1.2]), np.array([0.0, 0.0, 0.9]))
 
 
 def test_some_clips_come_with_the_package():
@@ -59,6 +72,64 @@ def test_a_tracker_without_confidence_calls_every_joint_tracked():
     T = looking_at(np.array([3.0, 0.0, 1.2]), np.array([0.0, 0.0, 0.9]))
     frames = track(clip.positions, T, TRACKERS["unconfident"], np.random.default_rng(3))
     assert np.all(frames.tracking_state == TrackingState.TRACKED)
+
+
+def test_azures_32_joints_come_back_as_the_15(clip, place):
+    model = TrackerModel(**{**vars(EXACT), "has_32_joints": True})
+    frames = track(clip.positions, place, model, np.random.default_rng(3))
+    true = track(clip.positions, place, EXACT, np.random.default_rng(3))
+    apart = np.linalg.norm(frames.positions - true.positions, axis=2)
+    # The joint map takes the neck between the collar bones.
+    assert np.median(apart, axis=0).max() < 0.03
+    assert np.median(apart) < 1e-6
+
+
+def test_an_uneven_tracker_leaves_frames_out(clip, place):
+    frames = track(clip.positions, place, TRACKERS["uneven"], np.random.default_rng(3))
+    gaps = np.diff(frames.stamps_s)
+    assert 15.0 < len(gaps) / gaps.sum() < 29.0
+    assert gaps.max() > 0.06
+
+
+def test_real_residuals_keep_their_size_and_are_correlated_in_time(clip):
+    errors = resampled_residuals(clip.positions, RATE, np.random.default_rng(4))
+    table = residual_table()
+    size = np.linalg.norm(errors, axis=2).mean()
+    assert size == pytest.approx(np.linalg.norm(table.residuals, axis=2).mean(), rel=0.5)
+    errors = errors - errors.mean(axis=0)
+    alike = np.mean(errors[6:] * errors[:-6]) / np.mean(errors**2)  # 0.1 s apart
+    assert alike > 0.8
+
+
+def test_delays_and_a_clock_that_is_ahead_are_in_the_stamps():
+    spec = CapturedSpec(
+        name="x", clips=tuple(PATHS[:1]), trackers=("calm", "calm"), spins=False, seed=5,
+        duration_s=4.0, delays_s=(0.0, 0.08), clock_offset_s=0.2,
+    )  # fmt: skip
+    assert spec.mean_delay_s == pytest.approx(0.04)
+    session = make_captured_session(spec)
+    first = {sample.sensor: sample.stamp_ns for sample in session.samples(imus=False)[::-1]}
+    ahead_s = (first["right"] - first["left"]) * 1e-9
+    stamps = session.frames
+    apart_s = stamps["right"].stamps_s[0] - stamps["left"].stamps_s[0]
+    assert ahead_s == pytest.approx(apart_s + 0.2, abs=1e-6)
+    arrivals = [arrival_ns for arrival_ns, _ in session.arrivals(imus=False)]
+    assert arrivals == sorted(arrivals)
+    assert arrivals[-1] < max(sample.stamp_ns for sample in session.samples(imus=False))
+
+
+def test_captured_motion_goes_forth_and_back_until_the_time_is_filled(clip):
+    motion = motion_of(clip, 12.0, place=(1.0, 2.0), facing=0.3)
+    assert motion.times[-1] == pytest.approx(12.0)
+    row = round(clip_s(clip) * 200.0)
+    before, after = motion.pose.joints[row - 100], motion.pose.joints[row + 100]
+    np.testing.assert_allclose(before, after, atol=0.02)  # 1.7 ms apart
+    middle = motion.pose.joints[..., :2].reshape(-1, 2).mean(axis=0)
+    np.testing.assert_allclose(middle, [1.0, 2.0], atol=0.01)
+
+
+def clip_s(clip):
+    return (len(clip) - 1) / RATE
 
 
 def test_an_exact_imu_turns_with_its_segment():

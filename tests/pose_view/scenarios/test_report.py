@@ -108,7 +108,7 @@ def test_the_page_has_every_part(page):
         "Cycles",
         "Uncertainty",
         "Sources",
-        "Pitch and yaw of the limbs",
+        "Pitch, yaw and roll of the limbs",
         "Path of the right knee",
         "Steadiness",
         "How it was measured",

@@ -63,3 +63,11 @@ def test_the_recorders_bag_is_known_from_what_it_reports(graph):
     graph.add_report("/recorder", 0, "recording", {"bag": "out/b"}, 0)
     assert graph.bag() == "out/b"
     assert any("recording" in line.text for line in graph.lines(S))
+
+
+def test_a_body_that_nothing_has_come_of_for_a_second_is_not_shown(graph):
+    feed(graph, [START_NS])
+    graph.note_skeleton("subject", START_NS, START_NS)
+
+    assert list(graph.snapshot(START_NS + S // 2).bodies) == ["subject"]
+    assert not graph.snapshot(START_NS + 2 * S).bodies

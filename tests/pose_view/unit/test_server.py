@@ -1,12 +1,13 @@
 """The web server: for this machine, for pages of its own."""
 
+import http.client
 import urllib.request
 
 import pytest
 import viser
 import zstandard
 from patience import PATIENCE_S
-from websockets.exceptions import ConnectionClosed
+from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
 from pose_core.errors import PoseError
@@ -48,10 +49,66 @@ def test_its_own_page_may_connect(server):
 
 
 def test_a_page_of_another_site_is_shown_nothing(server):
-    with websocket(server, "https://example.org") as connection:
-        with pytest.raises(ConnectionClosed):
-            connection.recv(timeout=PATIENCE_S)
-        assert connection.close_code == 1008
+    with pytest.raises(InvalidStatus, match="403"):
+        websocket(server, "https://example.org")
+
+
+def answer(server, path="/", **headers):
+    connection = http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=PATIENCE_S)
+    connection.request("GET", path, headers=headers)
+    return connection.getresponse()
+
+
+@pytest.mark.parametrize(
+    ("host", "status"),
+    [
+        ("localhost", 200),
+        ("127.0.0.1:9000", 200),
+        ("[::1]:1", 200),
+        ("rebound.example.org", 403),
+        ("localhost.example.org:80", 403),
+        ("[", 403),
+        ("", 403),
+    ],
+)
+def test_a_name_of_somebody_else_that_leads_here_gets_nothing(server, host, status):
+    assert answer(server, Host=host).status == status
+
+
+def test_a_rebound_name_gets_no_scene_even_if_its_page_is_of_the_same_name(server):
+    name = f"rebound.example.org:{server.get_port()}"
+    upgrade = {
+        "Upgrade": "websocket",
+        "Connection": "Upgrade",
+        "Sec-WebSocket-Version": "13",
+        "Sec-WebSocket-Key": "AAAAAAAAAAAAAAAAAAAAAA==",
+    }
+    assert answer(server, Host=name, Origin=f"http://{name}", **upgrade).status == 403
+
+
+def test_an_opened_page_asks_for_its_token_once_and_says_that_it_is_open():
+    opened = LocalServer("0.0.0.0", 0, "test")
+    try:
+        token = opened.invitation.partition("?token=")[2]
+        assert len(token) > 20
+        assert token not in opened.address
+        assert "open to the network" in opened.opened
+        assert answer(opened).status == 403
+        assert answer(opened, "/?token=wrong").status == 403
+        let_in = answer(opened, f"/?token={token}", Host="anything.example.org")
+        assert let_in.status == 200
+        cookie = let_in.headers["Set-Cookie"]
+        assert "HttpOnly" in cookie
+        assert answer(opened, Cookie=cookie.partition(";")[0]).status == 200
+        assert answer(opened, Cookie='pose_token="').status == 403
+        with pytest.raises(InvalidStatus, match="403"):
+            websocket(opened, None)
+        url = f"ws://127.0.0.1:{opened.get_port()}"
+        kept = {"Cookie": cookie.partition(";")[0]}
+        with connect(url, subprotocols=[PROTOCOL], additional_headers=kept, max_size=None) as seen:
+            assert seen.recv(timeout=PATIENCE_S)
+    finally:
+        opened.stop()
 
 
 def test_several_browsers_see_the_same_scene_and_one_that_leaves_disturbs_none(server):

@@ -21,8 +21,18 @@ ALLOWED = {
     "imu_bridge": {"pose_core", "pose_node"},
     "pose_fusion": {*_PURE, "pose_node"},
     "pose_sim": {"pose_core", "pose_io", "pose_node", "imu_bridge"},
+    "pose_teleop": {"pose_core", "pose_node"},
     "pose_view": {*_PURE, "pose_node", "pose_fusion"},
-    "pose_bench": {*_PURE, "pose_node", "imu_bridge", "pose_fusion", "pose_sim"},
+    "pose_bench": {
+        *_PURE,
+        "pose_node",
+        "pose_launch",
+        "kinect_bridge",
+        "imu_bridge",
+        "pose_fusion",
+        "pose_sim",
+        "pose_teleop",
+    },
 }
 """Which of our packages a package's modules may import (messages aside)."""
 
@@ -36,6 +46,8 @@ LIGHT = {
         "counters",
         "parameters",
         "finite_numbers",
+        "plain_yaml",
+        "private_file",
         "lower_line",
     )
 }
@@ -46,10 +58,10 @@ BEYOND_THE_DOOR = {
         "pose_core.body.kinematics",
         "pose_core.body.shape",
         "pose_core.body.trunk",
-        "pose_core.imu.seen_axes",
-        "pose_core.imu.track",
+        "pose_core.imu.observed_axes",
+        "pose_core.imu.imu_history",
         "pose_core.kernels.rotations",
-        "pose_core.session.neutral_stand",
+        "pose_core.session.n_pose",
     },
     # It compiles kernels of its own.
     "pose_io": {
@@ -59,8 +71,7 @@ BEYOND_THE_DOOR = {
     },
     # It shows how the first compilation goes, and waits for IMUs in the live graph.
     "pose_fusion": {
-        "pose_core.fusion.preparing",
-        "pose_core.fusion.waiting",
+        "pose_core.fusion.sample_buffer",
         "pose_core.kernels.compiling",
         "pose_core.kernels.rotations",
     },

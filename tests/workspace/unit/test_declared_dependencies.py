@@ -12,7 +12,7 @@ PACKAGES = {setup.parent.name: setup.parent for setup in sorted((ROOT / "src").g
 KEYS = {"cv2": "python3-opencv", "serial": "python3-serial", "yaml": "python3-yaml"}
 """Rosdep keys that are not ``python3-`` and the module's name."""
 WITH_ANOTHER = {"markupsafe": "jinja2"}
-ONLY_IN_A_BENCHMARK = {"opensim"}  # skipped and said where it is not installed
+OPTIONAL = {"opensim", "distributed"}  # said where it is wanted and not installed
 
 
 def foreign_imports(folder):
@@ -23,7 +23,7 @@ def foreign_imports(folder):
                 found |= {alias.name.split(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
                 found.add(node.module.split(".")[0])
-    own = set(PACKAGES) | set(sys.stdlib_module_names) | ONLY_IN_A_BENCHMARK
+    own = set(PACKAGES) | set(sys.stdlib_module_names) | OPTIONAL
     return {WITH_ANOTHER.get(name, name) for name in found - own}
 
 
@@ -60,7 +60,8 @@ def test_every_foreign_import_is_declared(folder):
 
 @pytest.mark.parametrize("folder", PACKAGES.values(), ids=PACKAGES)
 def test_its_requirements_are_those_of_the_whole(folder):
-    whole = requirements(ROOT / "requirements" / "python.in")
+    names = ("python.in", "teleop.in")
+    whole = {k: v for name in names for k, v in requirements(ROOT / "requirements" / name).items()}
 
     for name, line in requirements(folder / "requirements.txt").items():
         assert whole[name] == line

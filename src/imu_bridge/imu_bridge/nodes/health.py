@@ -14,6 +14,7 @@ from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 
 DEAF_BYTES = 100  # [bytes] without a packet among them that say: another speed, or format
+UNKNOWN_NAMED = 16  # [-] ids of unknown nodes that are named; noise has many
 DEAF_REPORTS = 2  # [-] and so many reports in a row
 
 
@@ -31,6 +32,7 @@ class Health:
         self._ports = ports
         self._then_ns = 0
         self._samples = [0] * len(pipeline.nodes)
+        self._implausible = [0] * len(pipeline.nodes)
         self._received = [(0, 0)] * len(ports)  # bytes and frames
         self._deaf_reports = [0] * len(ports)
 
@@ -48,13 +50,19 @@ class Health:
             if complaint is not None:
                 complaints.append(complaint)
         values["unknown_nodes"] = self._unknown_nodes()
-        silent = []
+        silent, implausible = [], []
         for i, (node, state) in enumerate(zip(pipeline.nodes, pipeline.states, strict=True)):
             rate = (state.samples - self._samples[i]) / elapsed_s
             if state.samples == self._samples[i]:
                 silent.append(node.segment)
             self._samples[i] = state.samples
+            if state.implausible > self._implausible[i]:
+                implausible.append(node.segment)
+            self._implausible[i] = state.implausible
             values.update(self._node_values(i, node, state, rate))
+        if implausible:
+            text = f"implausible samples from {', '.join(implausible)}: are the units right?"
+            complaints.append((Level.WARN, text))
         if complaints:
             level = max(complaint[0] for complaint in complaints)
             message = "; ".join(text for _, text in complaints)
@@ -95,11 +103,13 @@ class Health:
     def _unknown_nodes(self) -> str:
         """Counts by node id, for people."""
         several = len(self._sources) > 1
+        unknown = sorted(self._pipeline.unknown_nodes.items(), key=lambda item: -item[1])
         counts = [
             f"{self._sources[port].name} {node_id}: {n}" if several else f"{node_id}: {n}"
-            for (port, node_id), n in sorted(self._pipeline.unknown_nodes.items())
+            for (port, node_id), n in sorted(unknown[:UNKNOWN_NAMED])
         ]
-        return ", ".join(counts) or "none"
+        more = len(unknown) - UNKNOWN_NAMED
+        return ", ".join(counts) + (f" and {more} more" if more > 0 else "") or "none"
 
     def _node_values(
         self, i: int, node: ImuNode, state: NodeState, rate: float
@@ -113,6 +123,7 @@ class Health:
             "clock_drift_ppm": f"{1e6 * state.clock.drift:.1f}",
             "gaps": state.gaps,
             "saturated": state.saturated,
+            "implausible": state.implausible,
             "gyro_rests": filter_.rests[i],
             "gyro_bias_rad_s": " ".join(f"{component:.4f}" for component in filter_.bias[i]),
             "magnetometer_rejected": filter_.rejected[i],

@@ -1,12 +1,10 @@
 """The node: serial ports in, ``imu_<segment>/data_raw``, ``mag`` and ``data`` out."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, MagneticField
 
@@ -16,18 +14,22 @@ from imu_bridge.nodes.health import Health
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import ImuBatch, ImuPipeline
 from imu_bridge.serial_source import SerialSource
-from pose_core.errors import InputError, ParameterError
-from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher
+from pose_core.errors import ParameterError
+from pose_node.nodes.diagnostics import Report
+from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 
 
-class ImuBridge(Node):
+class ImuBridge(ManagedNode[ImuBridgeParameters]):
     """Publishes what IMUs send to the serial ports of this machine."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("imu_bridge", **options)
-        parameters = declare_parameters(self, ImuBridgeParameters)
+        self._sources: list[SerialSource] = []
+        super().__init__("imu_bridge", ImuBridgeParameters, **options)
+
+    def configure(self) -> None:
+        """Read the nodes file, make the filters and what they publish."""
+        parameters = self.settings
         if not parameters.nodes_file:
             raise ParameterError(
                 "nodes_file is not set: name a YAML file of node ids and segments, such as the "
@@ -35,8 +37,8 @@ class ImuBridge(Node):
             )
         sink = PortConfig(name=parameters.port, baudrate=parameters.baudrate)
         devices = read_devices(Path(parameters.nodes_file), sink)
-        nodes = devices.nodes
-        parsers = [port.make_parser() for port in devices.ports]
+        nodes, self._ports = devices.nodes, devices.ports
+        parsers = [port.make_parser() for port in self._ports]
         self._pipeline = ImuPipeline.from_parameters(nodes, parameters, parsers)
         self._messages = [
             SegmentMessages(node.segment, parameters.inclination_stddev) for node in nodes
@@ -44,52 +46,49 @@ class ImuBridge(Node):
         self._raw = [self._publisher(Imu, node.segment, "data_raw") for node in nodes]
         self._mag = [self._publisher(MagneticField, node.segment, "mag") for node in nodes]
         self._data = [self._publisher(Imu, node.segment, "data") for node in nodes]
+        self.diagnostics.hardware_id = ", ".join(port.name for port in self._ports)
+
+    def activate(self) -> None:
+        """Open the ports. What the filters know of gyroscopes and fields, they keep."""
         # Each port is read in a thread; everything else happens in the executor's.
         self._arrived = self.create_guard_condition(self._on_arrival)
-        self._several = len(devices.ports) > 1
+        self._several = len(self._ports) > 1
         if self._several:
             # Handled one by one as they come, many small pieces would cost the most.
-            self._timer = self.create_timer(parameters.read_period, self._on_arrival)
-        self._sources: list[SerialSource] = []
-        self._open_ports(devices.ports, parameters)
-        health = Health(self._pipeline, self._sources, devices.ports)
-        self._diagnostics = DiagnosticsPublisher(
-            self,
-            lambda: health.report(self.get_clock().now().nanoseconds),
-            hardware_id=", ".join(port.name for port in devices.ports),
-        )
+            self.create_timer(self.settings.read_period, self._on_arrival)
+        self._open_ports()
+        self._health = Health(self._pipeline, self._sources, self._ports)
 
-    def _open_ports(self, ports: Sequence[PortConfig], parameters: ImuBridgeParameters) -> None:
-        try:
-            for index, port in enumerate(ports):
-                self._sources.append(
-                    SerialSource(
-                        port.name,
-                        port.baudrate,
-                        clock=lambda: self.get_clock().now().nanoseconds,
-                        notify=self._ignore if self._several else self._arrived.trigger,
-                        wait_s=parameters.wait_for_port,
-                        read_period_s=parameters.read_period,
-                        index=index,
-                    )
+    def deactivate(self) -> None:
+        """Close the ports."""
+        for source in self._sources:
+            source.close()
+        self._sources.clear()
+
+    def cleanup(self) -> None:
+        """The filters go with the next ones."""
+
+    def report(self) -> Report:
+        """Of ports and IMUs."""
+        return self._health.report(self.get_clock().now().nanoseconds)
+
+    def _open_ports(self) -> None:
+        for index, port in enumerate(self._ports):
+            self._sources.append(
+                SerialSource(
+                    port.name,
+                    port.baudrate,
+                    clock=lambda: self.get_clock().now().nanoseconds,
+                    notify=self._ignore if self._several else self._arrived.trigger,
+                    wait_s=self.settings.wait_for_port,
+                    read_period_s=self.settings.read_period,
+                    index=index,
                 )
-        except InputError:
-            self._close_ports()
-            raise
+            )
 
     @staticmethod
     def _ignore() -> None:
         """The timer asks anyway."""
-
-    def _close_ports(self) -> None:
-        for source in self._sources:
-            source.close()
-
-    def destroy_node(self) -> None:
-        """Close the ports, then the node."""
-        if hasattr(self, "_sources"):
-            self._close_ports()
-        super().destroy_node()
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
         # Without events the executor need not look at each publisher whenever it wakes, which

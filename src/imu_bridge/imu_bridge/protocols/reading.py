@@ -8,6 +8,11 @@ from pose_core.counters import Counters
 
 STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
 
+MAX_ACCELERATION = 4000.0  # [m/s^2] 400 g: the widest range of any body-worn accelerometer
+MAX_ANGULAR_VELOCITY = 100.0  # [rad/s] 5700 deg/s
+MAX_QUATERNION = 2.0  # [-] of one with a norm about 1
+MAX_MAGNETIC_FIELD = 0.1  # [T] beside a strong magnet; the earth's is 5e-5
+
 Vector3 = tuple[float, float, float]
 Vector4 = tuple[float, float, float, float]
 
@@ -37,6 +42,17 @@ class Reading:
     sequence: int | None = None
     clock_us: int | None = None
     saturated: bool = False
+
+
+def is_plausible(reading: Reading) -> bool:
+    """Whether a sensor can have measured this: a filter remembers what it cannot for ever."""
+    limits = (
+        (reading.angular_velocity, MAX_ANGULAR_VELOCITY),
+        (reading.acceleration, MAX_ACCELERATION),
+        (reading.magnetic_field or (), MAX_MAGNETIC_FIELD),
+        (reading.orientation or (), MAX_QUATERNION),
+    )
+    return all(-limit <= value <= limit for values, limit in limits for value in values)
 
 
 class Parser(Protocol):

@@ -16,6 +16,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 
 MAX_LINE_BYTES = 512
+MAX_NODE = 65_535  # [-] ids of nodes beyond are garbled lines
 IGNORED = "_"
 AXES = ("x", "y", "z")
 UNITS: dict[str, dict[str, float]] = {
@@ -102,8 +103,9 @@ class TextParser:
 
     Attributes:
         counters: ``frames``: lines with the right numbers; ``bad_lines``: with the prefix but
-            with others; ``other_lines``: without the prefix; ``bytes_skipped``: of all these, of
-            the line that the stream began in, and of what is too long for a line.
+            with others, or with what no field can hold; ``other_lines``: without the prefix;
+            ``bytes_skipped``: of all these, of the line that the stream began in, and of what is
+            too long for a line.
         clock_modulus_us: A 32-bit count in the unit of ``time``, as Arduino's clocks are.
     """
 
@@ -150,31 +152,33 @@ class TextParser:
         except ValueError:
             self._refuse("bad_lines", line)
             return None
-        if len(numbers) != self._format.width or not all(map(math.isfinite, numbers)):
+        reading = self._reading(numbers) if len(numbers) == self._format.width else None
+        if reading is None:
             self._refuse("bad_lines", line)
             return None
         self.counters.add("frames")
-        return self._reading(numbers)
+        return reading
 
     def _refuse(self, reason: str, line: bytes) -> None:
         self.counters.add(reason)
         self.counters.add("bytes_skipped", len(line) + 1)
 
-    def _reading(self, numbers: list[float]) -> Reading:
+    def _reading(self, numbers: list[float]) -> Reading | None:
+        """The numbers in SI units; None if one of them is none, or too large for its field."""
         columns, scales = self._format.columns, self._format.scales
+        values = {name: numbers[columns[name]] * scale for name, scale in scales.items()}
+        node = numbers[columns["node"]] if "node" in columns else 0.0
+        if not all(map(math.isfinite, (*numbers, *values.values()))) or abs(node) > MAX_NODE:
+            return None
+        time_us = values.get("time")
 
         def vector(quantity: str) -> Vector3:
-            x, y, z = (
-                numbers[columns[name]] * scales[name]
-                for name in (f"{quantity}_{axis}" for axis in AXES)
-            )
-            return x, y, z
+            return (values[f"{quantity}_x"], values[f"{quantity}_y"], values[f"{quantity}_z"])
 
-        time_us = numbers[columns["time"]] * scales["time"] if "time" in columns else None
         return Reading(
             angular_velocity=vector("gyro"),
             acceleration=vector("acc"),
             magnetic_field=vector("mag") if "mag_x" in columns else None,
-            node_id=int(numbers[columns["node"]]) if "node" in columns else 0,
+            node_id=int(node),
             clock_us=None if time_us is None else round(time_us) % self.clock_modulus_us,
         )

@@ -6,24 +6,23 @@ from typing import Any
 import numpy as np
 import rclpy
 from pose_msgs.msg import SkeletonArray
-from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 
 from kinect_bridge.conversions import to_skeleton_array
 from kinect_bridge.nodes.message_types import message_type
 from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.sources import make_source
-from kinect_bridge.sources.source import SkeletonFrame, Topic
+from kinect_bridge.sources.source import SkeletonFrame, SkeletonSource, Topic
 from pose_core.counters import Counters
 from pose_core.joints import TrackingState
-from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import Report
+from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 
 STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState)
 
 
-class KinectBridge(Node):
+class KinectBridge(ManagedNode[KinectBridgeParameters]):
     """Publishes each frame of a source as soon as the source gives it.
 
     Args:
@@ -34,55 +33,69 @@ class KinectBridge(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("kinect_bridge", **options)
-        parameters = declare_parameters(self, KinectBridgeParameters)
-        name = parameters.checked_name()
-        self._frame_id = f"kinect_{name}_optical_frame"
-        self._exits_at_end = parameters.exit_at_end
         self._counters = Counters("frames_published", "frames_nobody_seen", *STATE_COUNTERS)
-        self._source = make_source(parameters)
+        self._source: SkeletonSource | None = None
+        super().__init__("kinect_bridge", KinectBridgeParameters, **options)
+
+    def configure(self) -> None:
+        """Open the source; a recording is read."""
+        name = self.settings.checked_name()
+        self._frame_id = f"kinect_{name}_optical_frame"
+        self._source = make_source(self.settings)
+        self.diagnostics.hardware_id = self._source.hardware_id
         self._publisher = self.create_publisher(
             SkeletonArray, f"kinect_{name}/skeletons", qos_profile_sensor_data
         )
-        self._diagnostics = DiagnosticsPublisher(
-            self, self._report, hardware_id=self._source.hardware_id
-        )
+
+    def activate(self) -> None:
+        """Start the source; a recording begins anew."""
+        if self._source is None:  # it was closed
+            self._source = make_source(self.settings)
         self._timer = self.create_timer(0.0, self._publish_due)
         self._wake = self.create_guard_condition(self._publish_due)
-        self._hears = [self._subscribe(topic) for topic in self._source.topics]
+        for topic in self._source.topics:
+            self._subscribe(topic, self._source)
         self._source.start(self._now_ns, self._wake.trigger)
 
-    def destroy_node(self) -> None:
-        """End the source, then the node."""
-        self._source.close()
-        super().destroy_node()
+    def deactivate(self) -> None:
+        """Close the source."""
+        source, self._source = self._source, None
+        if source is not None:
+            source.close()
+
+    def cleanup(self) -> None:
+        """Close the source."""
+        self.deactivate()
 
     def _now_ns(self) -> int:
         return int(self.get_clock().now().nanoseconds)
 
-    def _subscribe(self, topic: Topic) -> Any:
+    def _subscribe(self, topic: Topic, source: SkeletonSource) -> None:
         qos = QoSProfile(depth=topic.depth, reliability=ReliabilityPolicy.BEST_EFFORT)
         if topic.latched:
             qos.reliability = ReliabilityPolicy.RELIABLE
             qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
-        receive = partial(self._source.receive, topic=topic.name)
-        return self.create_subscription(message_type(topic), topic.name, receive, qos)
+        receive = partial(source.receive, topic=topic.name)
+        self.create_subscription(message_type(topic), topic.name, receive, qos)
 
     def _publish_due(self) -> None:
         """Publish what is due, and sleep until the next is, or until the source wakes us."""
-        while (frame := self._source.take()) is not None:
+        source = self._source
+        if source is None:
+            return  # woken a last time
+        while (frame := source.take()) is not None:
             self._publisher.publish(to_skeleton_array(frame, self._frame_id))
             self._count(frame)
-        wait_ns = self._source.wait_ns()
+        wait_ns = source.wait_ns()
         if wait_ns is not None:
             # Each wait is reckoned from the clock anew: errors of the timer do not add up.
             self._timer.timer_period_ns = wait_ns
             self._timer.reset()
         elif not self._timer.is_canceled():
             self._timer.cancel()
-            self.get_logger().info(self._source.report().message)
-            self._diagnostics.publish()
-            if self._exits_at_end and self._source.is_finished:
+            self.get_logger().info(source.report().message)
+            self.diagnostics.publish()
+            if self.settings.exit_at_end and source.is_finished:
                 rclpy.try_shutdown(context=self.context)
 
     def _count(self, frame: SkeletonFrame) -> None:
@@ -92,7 +105,9 @@ class KinectBridge(Node):
         for name, count in zip(STATE_COUNTERS, counts, strict=True):
             self._counters.add(name, int(count))
 
-    def _report(self) -> Report:
+    def report(self) -> Report:
+        """What the source says, and what was published."""
+        assert self._source is not None
         report = self._source.report()
         values = {**report.values, **self._counters.as_dict()}
         return Report(level=report.level, message=report.message, values=values)

@@ -16,7 +16,7 @@ from pose_core.filter.imu import ImuConstants, ImuReadings
 from pose_core.filter.occlusion import Capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.state import FilterState
-from pose_core.kernels.placing import BodyNumbers
+from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.streams.samples import FloatArray
 
 FASTEST_JOINT, FASTEST_LINK = 2.0, 6.0  # [m/s], [rad/s] beyond which noise grows no more
@@ -124,7 +124,7 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
     )
 
 
-def levers_of(body: BodyNumbers, rotations: FloatArray, slides: FloatArray) -> FloatArray:
+def levers_of(body: BodyArrays, rotations: FloatArray, slides: FloatArray) -> FloatArray:
     """What each link adds to each joint, R_l (o_jl + s_jl), (joints, links, 3) [m]."""
     offsets = np.array(body.offsets)
     for slide, link in enumerate(body.sliding_links):
@@ -180,7 +180,7 @@ def camera_groups(
 
 
 def joint_derivative(
-    body: BodyNumbers, state: FilterState, view: PlainView, joint: int
+    body: BodyArrays, state: FilterState, view: PlainView, joint: int
 ) -> FloatArray:
     """A joint's derivative by the error, (3, n)."""
     slides, velocity = columns(state)
@@ -235,8 +235,8 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
         yield turn(state, parent, link, rotations[link, :, 2], -angle, variance / defined**2)
     for parent, link in zip(posture.spine_parents, posture.spine_links, strict=True):
         bend = Rotation.from_matrix(rotations[parent].T @ rotations[link]).as_rotvec()
-        for axis, angle in zip(rotations[parent].T, bend, strict=True):
-            yield turn(state, parent, link, axis, -angle, posture.spine_variance)
+        for k, axis in enumerate(rotations[parent].T):
+            yield turn(state, parent, link, axis, -bend[k], posture.spine_variance[k])
 
 
 def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:

@@ -1,21 +1,30 @@
 """``./pose bench captured``: every method on captured people before simulated sensors."""
 
 import argparse
-import csv
+import os
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from pose_bench.captured import BASELINE, METHODS, CapturedScore, captured_specs, run_suite
-from pose_bench.tables import TextTable, number
+from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_session
+from pose_bench.captured_suite import captured_specs
+from pose_bench.captured_tables import captured_csv, source_table, summary_table
+from pose_bench.captured_variants import ablation_methods, imu_set_methods
+from pose_bench.pool import run_all
 from pose_bench.tools.showing import document, output_folder, show
+from pose_core.api import FusionParameters
+from pose_core.errors import InputError
+from pose_core.joints import SEGMENTS
+from pose_core.parameters import specs as parameter_specs
+from pose_sim.captured.session import CapturedSpec
 
 SUMMARY = "how accurate the estimators are on captured people before simulated sensors"
 SEED = 101
+MOST_JOBS = 2
+BY_SOURCE = ("default", "default+imus")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,99 +34,106 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         action="append",
         metavar="DIR",
-        help="folder of clips, see pose_sim; may be given again (default: the bundled ones)",
+        help="folder of clips (.npz, .bvh), see pose_sim; may be given again (default: the "
+        "bundled ones)",
     )
     parser.add_argument(
         "--tuning",
         action="store_true",
         help="the trackers that tuning may look at, instead of those that it has not seen",
     )
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--methods", nargs="+", choices=[method.name for method in METHODS], help="(default: all)"
+    )
+    what.add_argument(
+        "--imu-sets", action="store_true", help="the default estimator with 1 to 15 IMUs instead"
+    )
+    what.add_argument(
+        "--ablation",
+        action="store_true",
+        help="the default estimator without one of its parts each instead",
+    )
     parser.add_argument(
-        "--methods",
-        nargs="+",
-        choices=[method.name for method in METHODS],
-        default=[method.name for method in METHODS],
-        help="beside the baseline (default: all)",
+        "--through-bags",
+        action="store_true",
+        help="write each session as a bag, run ./pose fuse on it, judge what it wrote",
+    )
+    parser.add_argument(
+        "--sessions", type=int, metavar="N", help="N of the sessions, evenly spread (default: all)"
     )
     parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        default=min(MOST_JOBS, os.cpu_count() or 1),
+        metavar="N",
+        help="processes at once (default: %(default)s)",
+    )
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for the tables")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run the suite; prints the means, with the worst session beside them."""
-    folders: Sequence[Path | None] = arguments.motion or [None]
-    specs = [
-        spec
-        for each in folders
-        for spec in captured_specs(each, judged=not arguments.tuning, seed=arguments.seed)
-    ]
-    methods = [each for each in METHODS if each.name in (*arguments.methods, BASELINE)]
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeRemainingColumn())
-    scores: list[CapturedScore] = []
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        for each in progress.track(
-            run_suite(specs, methods), total=len(specs), description="sessions"
-        ):
-            scores += each
-    table = summary_table(scores, len(specs))
-    show([table])
+    """Run the suite; the status is 1 if a method failed anywhere."""
+    if arguments.jobs < 1:
+        raise InputError(f"jobs = {arguments.jobs}: expected 1 or more")
+    chosen = chosen_specs(arguments)
+    methods = chosen_methods(arguments)
+    work = run_session
+    if arguments.through_bags:
+        from pose_bench.tools.captured_bags import through_bags as work  # loads ROS's messages
+    console = Console(stderr=True)
+    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("sessions", total=len(chosen))
+        found = run_all(
+            work,
+            [(spec, methods) for spec in chosen],
+            jobs=arguments.jobs,
+            progress=lambda done, total: progress.update(task, completed=done, total=total),
+        )
+    scores = [score for each in found for score in each]
+    tables = [summary_table(scores, f"Captured people, {len(chosen)} sessions")]
+    if not (arguments.imu_sets or arguments.ablation):
+        tables.append(source_table(scores, BY_SOURCE))
+    show(tables)
     if arguments.output is not None:
         with output_folder(arguments.output) as folder:
-            (folder / "captured.md").write_text(document(SUMMARY, [table]))
-            write_csv(folder / "captured.csv", scores)
-    return 0
+            (folder / "captured.md").write_text(document(SUMMARY, tables))
+            (folder / "captured.csv").write_text(captured_csv(scores))
+    return _report_failures(scores, console)
 
 
-def write_csv(path: Path, scores: Sequence[CapturedScore]) -> None:
-    """Every session's scores, four digits of each."""
-    with path.open("w", newline="") as file:
-        writer = csv.DictWriter(file, list(asdict(scores[0])))
-        writer.writeheader()
-        for score in scores:
-            row = asdict(score).items()
-            writer.writerow({k: f"{v:.4g}" if isinstance(v, float) else v for k, v in row})
+def chosen_specs(arguments: argparse.Namespace) -> list[CapturedSpec]:
+    """The sessions that the options ask for."""
+    folders: Sequence[Path | None] = arguments.motion or [None]
+    every: list[CapturedSpec] = []
+    for folder in folders:
+        judged, seed = not arguments.tuning, arguments.seed
+        every += captured_specs(folder, judged=judged, seed=seed, first=len(every))
+    if arguments.imu_sets:
+        every = [replace(spec, worn=SEGMENTS) for spec in every]
+    if arguments.sessions is None:
+        return every
+    if not 1 <= arguments.sessions <= len(every):
+        raise InputError(f"sessions = {arguments.sessions}: expected 1 to {len(every)}")
+    return [every[i * len(every) // arguments.sessions] for i in range(arguments.sessions)]
 
 
-def summary_table(scores: Sequence[CapturedScore], sessions: int) -> TextTable:
-    """A row for each method."""
-    rows: list[Sequence[str]] = []
-    for method in METHODS:
-        own = [score for score in scores if score.method == method.name]
-        if not own:
-            continue
-        mean = {
-            name: float(np.nanmean([getattr(score, name) for score in own]))
-            for name in CapturedScore.__dataclass_fields__
-            if name not in ("session", "method")
-        }
-        rows.append(
-            (
-                method.name,
-                number(mean["rmse_ratio"], 2),
-                number(max(score.rmse_ratio for score in own), 2),
-                number(mean["rmse_deg"], 1),
-                number(mean["hip_knee_deg"], 1),
-                number(mean["r"], 2),
-                number(mean["mpjpe_mm"], 0),
-                number(mean["mpjpe_ratio"], 2),
-                number(mean["lag_ms"], 0),
-                number(mean["jerk"], 0),
-            )
-        )
-    return TextTable(
-        title="Captured people, simulated sensors",
-        header=(
-            "method",
-            "RMSE / joint_kf",
-            "worst session",
-            "RMSE [deg]",
-            "hips, knees [deg]",
-            "r",
-            "MPJPE [mm]",
-            "MPJPE / joint_kf",
-            "lag [ms]",
-            "jerk [m/s³]",
-        ),
-        rows=rows,
-        note=f"{sessions} sessions; ratios: mean over sessions to joint_kf on the same samples",
-    )
+def chosen_methods(arguments: argparse.Namespace) -> tuple[CapturedMethod, ...]:
+    """The methods that the options ask for, of which there is an estimator."""
+    if arguments.imu_sets:
+        return imu_set_methods()
+    if arguments.ablation:
+        return ablation_methods()
+    there = parameter_specs(FusionParameters)["estimator"][1].choices or ()
+    wanted = arguments.methods or [method.name for method in METHODS]
+    return tuple(m for m in METHODS if m.name in wanted and m.estimator in there)
+
+
+def _report_failures(scores: Sequence[CapturedScore], console: Console) -> int:
+    for score in scores:
+        if score.error:
+            line = f"failed: {score.method} on {score.source}, {score.session}: {score.error}"
+            console.print(line, style="red", markup=False, soft_wrap=True)
+    return int(any(score.error for score in scores))

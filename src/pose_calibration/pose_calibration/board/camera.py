@@ -7,7 +7,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-import yaml
 
 from pose_calibration.board.coverage import coverage
 from pose_calibration.board.detection import BoardView
@@ -15,6 +14,7 @@ from pose_calibration.board.target import Board
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
+from pose_core.plain_yaml import read_yaml
 
 MODELS = ("plumb_bob", "rational_polynomial", "")
 LEAST_VIEWS = 12  # [-] to estimate intrinsics from
@@ -54,15 +54,11 @@ def load_camera(path: Path) -> Camera:
         InputError: If it is missing or not such a file.
     """
     try:
-        document = yaml.safe_load(path.read_text())
+        document = read_yaml(path, "the camera info")
         K = np.array(document["camera_matrix"]["data"], float).reshape(3, 3)
         D = document["distortion_coefficients"]["data"]
         size = int(document["image_width"]), int(document["image_height"])
-    except OSError as error:
-        raise InputError(f"cannot read the camera info {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(
             f"{path} is no camera info ({error}): expected image_width, image_height, "
             "camera_matrix: {data: [9 numbers]}, distortion_coefficients: {data: […]}"
@@ -132,7 +128,10 @@ def _checked_camera(
             f"{source}: distortion model '{model}', expected plumb_bob or rational_polynomial: "
             "rectify the images first"
         )
-    distortion = np.asarray(D, float).reshape(-1)
+    try:
+        distortion = np.asarray(D, float).reshape(-1)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{source}: distortion coefficients: {error}") from error
     if not (np.isfinite(K).all() and K[0, 0] > 0.0 and K[1, 1] > 0.0):
         raise InputError(f"{source} holds no intrinsics (focal length {K[0, 0]:g} px)")
     if len(distortion) not in (0, 4, 5, 8, 12, 14) or not np.isfinite(distortion).all():

@@ -23,15 +23,12 @@
 ``residuals`` and what the map came from are for people: a file by hand does without.
 """
 
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from pose_calibration.files.body_section import body_document, read_body
 from pose_calibration.files.clocks_section import clocks_document, read_clocks
@@ -44,6 +41,8 @@ from pose_calibration.files.file_values import (
 from pose_core.api import BoardResiduals, Extrinsics, FloatArray, PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
+from pose_core.plain_yaml import dump_yaml, read_yaml
+from pose_core.private_file import write_private
 
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
@@ -80,18 +79,8 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
         InputError: If it cannot be written.
     """
     text = "# Where the sensors stand. Lengths in m, quaternions as x, y, z, w.\n"
-    text += yaml.safe_dump(dict(document), sort_keys=False, default_flow_style=None, width=100)
-    temporary = ""
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
-        with os.fdopen(handle, "w") as file:
-            os.fchmod(file.fileno(), 0o644)
-            file.write(text)
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary:
-            Path(temporary).unlink(missing_ok=True)
-        raise InputError(f"cannot write the calibration {path}: {error.strerror}") from error
+    text += dump_yaml(dict(document), default_flow_style=None, width=100)
+    write_private(path, text, "the calibration")
 
 
 def read_document(path: Path) -> Mapping[Any, Any]:
@@ -100,12 +89,7 @@ def read_document(path: Path) -> Mapping[Any, Any]:
     Raises:
         InputError: If the file is missing or not such a file.
     """
-    try:
-        document = yaml.safe_load(path.read_text())
-    except OSError as error:
-        raise InputError(f"cannot read the calibration {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not YAML: {str(error).splitlines()[0]}") from error
+    document = read_yaml(path, "the calibration")
     if not isinstance(document, Mapping):
         raise InputError(f"{path} holds no calibration: expected 'version', 'reference', 'sensors'")
     if document.get("version") not in READABLE:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.imus.mounting_fit import CORRELATION_S, LAG_S, axis_stddev
+from pose_calibration.imus.alignment_fit import CORRELATION_S, LAG_S, axis_stddev
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray
 

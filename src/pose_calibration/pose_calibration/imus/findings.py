@@ -9,7 +9,7 @@ import numpy as np
 from pose_calibration.imus.explaining import Explanations
 from pose_calibration.imus.guidance import how_to_move, wanted_stddev
 from pose_calibration.imus.observations import ImuObservations
-from pose_core.api import Mounting
+from pose_core.api import SensorToSegment
 
 LEAST_HEARD = 0.8  # [-] of the time
 MOVED = math.radians(25.0)  # [rad] that a segment must have turned for its sensor to show it
@@ -50,7 +50,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
     return found
 
 
-def remarks_on(mountings: Mapping[str, Mounting]) -> list[Finding]:
+def remarks_on(mountings: Mapping[str, SensorToSegment]) -> list[Finding]:
     """What is unusual, and taken into account: sensors the other way up than the others."""
     if len(mountings) < LEAST_TO_COMPARE:
         return []
@@ -72,7 +72,7 @@ def remarks_on(mountings: Mapping[str, Mounting]) -> list[Finding]:
     ]
 
 
-def uncertain(mountings: Mapping[str, Mounting], enough: float) -> list[Finding]:
+def uncertain(mountings: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
     """Mountings that motion could have told better than ``enough`` [rad]."""
     return [
         Finding(

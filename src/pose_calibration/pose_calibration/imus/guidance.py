@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pose_core.api import Mounting
+from pose_core.api import SensorToSegment
 
 MOVES = {
     "thigh": "lift the {side}knee to the front, then the leg to the side",
@@ -19,14 +19,14 @@ TURN_UNSEEN = ("forearm", "torso", "pelvis", "head")
 """Segments whose turn about themselves is the neutral stand's: no motion shows it much better."""
 
 
-def wanted_stddev(segment: str, mounting: Mounting) -> float:
+def wanted_stddev(segment: str, mounting: SensorToSegment) -> float:
     """The largest deviation [rad] about an axis that motion could make smaller."""
     shown = 2 if _part(segment)[1] in TURN_UNSEEN else 3
     return float(np.max(mounting.stddev[:shown]))
 
 
 def what_is_missing(
-    mountings: Mapping[str, Mounting],
+    mountings: Mapping[str, SensorToSegment],
     alike: Sequence[tuple[str, str]],
     enough: float,
 ) -> tuple[str, float]:

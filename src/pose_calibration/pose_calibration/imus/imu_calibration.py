@@ -4,14 +4,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from pose_calibration.imus.alignment_fit import fit_alignments
 from pose_calibration.imus.explaining import explain
 from pose_calibration.imus.findings import Finding, faults_of, remarks_on, uncertain
 from pose_calibration.imus.guidance import what_is_missing
-from pose_calibration.imus.mounting_fit import fit_mountings
 from pose_calibration.imus.observations import ObservationRecorder
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
-from pose_core.api import Extrinsics, ImuBlock, Mountings, SkeletonSample, load_body_model
+from pose_core.api import Extrinsics, ImuBlock, SensorsToSegments, SkeletonSample, load_body_model
 from pose_core.joints import SEGMENTS
 
 ATTEMPT_EVERY_S = 2.0  # [s] of motion
@@ -31,12 +31,12 @@ class Phase(Enum):
 class ImuCalibrationResult:
     """How all sensors sit, and what is to be said of them."""
 
-    mountings: Mountings
+    mountings: SensorsToSegments
     faults: Sequence[Finding]
     remarks: Sequence[Finding]
 
     @property
-    def usable(self) -> Mountings:
+    def usable(self) -> SensorsToSegments:
         """The mountings of sensors without a fault."""
         at_fault = {segment for fault in self.faults for segment in fault.segments}
         return {name: each for name, each in self.mountings.items() if name not in at_fault}
@@ -91,7 +91,7 @@ class ImuCalibration:
         if observations is None:
             return
         explanations = explain(observations)
-        mountings = fit_mountings(observations)
+        mountings = fit_alignments(observations)
         enough = self.parameters.enough_stddev
         self.result = ImuCalibrationResult(
             mountings=mountings,

@@ -18,15 +18,15 @@ from pose_core.api import (
     on_reference_clock,
 )
 from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
-from pose_core.imu.seen_axes import LINES, SeenAxes
-from pose_core.imu.track import ImuStates, ImuTracks
+from pose_core.imu.imu_history import ImuHistory, ImuStates
+from pose_core.imu.observed_axes import LINES, AxisObserver
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.session.neutral_stand import (
+from pose_core.session.n_pose import (
     BENT,
     DURATION_NS,
     NOT_BENT,
-    NeutralStand,
-    NeutralStandWatcher,
+    NPose,
+    NPoseDetector,
 )
 from pose_core.stamps import NS_PER_S
 
@@ -82,14 +82,14 @@ class ObservationRecorder:
         self._delay_ns = round(camera_delay_s * NS_PER_S)
         self._clocks = extrinsics.clocks
         self._placed = {name: extrinsics.T_map_sensor(name) for name in sensors}
-        self._tracks = ImuTracks()
+        self._tracks = ImuHistory()
         self._views = np.full((len(sensors), len(JOINTS), 3), np.nan)
         self._views_ns = np.zeros(len(sensors), np.int64)
-        self._watcher = NeutralStandWatcher(model)
+        self._watcher = NPoseDetector(model)
         self._standing: deque[Instant] = deque()
         self._moving: deque[Instant] = deque(maxlen=MOST_INSTANTS)
         self._kept_ns = 0
-        self.stand: NeutralStand | None = None
+        self.stand: NPose | None = None
         self.rejected_imu_samples = 0
 
     @property
@@ -156,7 +156,7 @@ class ObservationRecorder:
         if self.is_still:
             self.stand = stand
         else:
-            self._watcher = NeutralStandWatcher(self._model)
+            self._watcher = NPoseDetector(self._model)
 
     @property
     def is_still(self) -> bool:
@@ -189,7 +189,7 @@ class ObservationRecorder:
         if self.stand is None:
             return None
         instants = [*self._standing, *self._moving]
-        count, segments, seen_axes = len(instants), self.segments, SeenAxes(self._model)
+        count, segments, seen_axes = len(instants), self.segments, AxisObserver(self._model)
         R_world_sensor = np.full((count, len(segments), 3, 3), np.nan)
         rate = np.full((count, len(segments)), np.nan)
         axes = np.full((2, count, len(segments), 3), np.nan)
@@ -221,7 +221,7 @@ class ObservationRecorder:
 
 
 def _see(
-    seen_axes: SeenAxes, segments: Sequence[str], joints: FloatArray, axes: FloatArray
+    seen_axes: AxisObserver, segments: Sequence[str], joints: FloatArray, axes: FloatArray
 ) -> None:
     """Fill the long axes and the lines, (2, s, 3), that joints, (15, 3) [m], show."""
     trunk = trunk_axes(joints)

@@ -12,7 +12,10 @@ class ImuCalibrationParameters:
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects, the reference first", pattern=NAME_ENDING
     )
-    person: str = parameter("", doc="a sensor's id of the person; empty: the only one it sees")
+    person: str = parameter(
+        "first",
+        doc="who wears the IMUs: `first`, `nearest` (to the first sensor), or a sensor's id",
+    )
     worn: tuple[str, ...] = parameter(
         (), doc="segments that must carry an IMU; empty: those that are heard", pattern=NAME_ENDING
     )

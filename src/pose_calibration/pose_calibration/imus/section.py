@@ -24,7 +24,7 @@ from pose_calibration.files.file_values import (
     rounded,
 )
 from pose_calibration.files.session_file import load_section, save_section
-from pose_core.api import Mounting, Mountings
+from pose_core.api import SensorsToSegments, SensorToSegment
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 
@@ -34,7 +34,7 @@ QUATERNION_DIGITS = 6
 LARGEST_STDDEV_DEG = 180.0
 
 
-def save_mountings(path: Path, mountings: Mountings) -> None:
+def save_alignments(path: Path, mountings: SensorsToSegments) -> None:
     """Write the section into a session's file, which must exist; the rest of it stays.
 
     Raises:
@@ -53,7 +53,7 @@ def save_mountings(path: Path, mountings: Mountings) -> None:
     save_section(path, NAME, {"version": VERSION, "segments": segments})
 
 
-def load_mountings(path: Path) -> Mountings | None:
+def load_alignments(path: Path) -> SensorsToSegments | None:
     """Read the section; None if the file has none.
 
     Raises:
@@ -78,7 +78,7 @@ def load_mountings(path: Path) -> Mountings | None:
     return {name: _mounting(f"{where}, {name}", entry) for name, entry in segments.items()}
 
 
-def load_mountings_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, Mountings]:
+def load_alignments_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, SensorsToSegments]:
     """The mountings that a session's file has: of the first file that is named, if it exists.
 
     Returns:
@@ -90,10 +90,10 @@ def load_mountings_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, Mo
     name = imus_file or extrinsics_file
     if not name or not Path(name).expanduser().exists():
         return name, {}
-    return name, load_mountings(Path(name).expanduser()) or {}
+    return name, load_alignments(Path(name).expanduser()) or {}
 
 
-def _mounting(where: str, entry: Any) -> Mounting:
+def _mounting(where: str, entry: Any) -> SensorToSegment:
     if not isinstance(entry, Mapping):
         raise InputError(f"{where} is {entry!r}, expected rotation, stddev_deg, residual_deg")
     R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))
@@ -101,7 +101,7 @@ def _mounting(where: str, entry: Any) -> Mounting:
     if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():
         raise InputError(f"{where}: stddev_deg is {stddev.tolist()}, expected (0, 180]")
     residual = entry.get("residual_deg")  # for people
-    return Mounting(
+    return SensorToSegment(
         R_sensor_segment=R_sensor_segment,
         stddev=np.radians(stddev),
         residual=np.radians(residual) if isinstance(residual, float) else np.nan,

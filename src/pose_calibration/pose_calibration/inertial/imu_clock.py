@@ -1,7 +1,8 @@
 """What body-worn IMUs add to a calibration: their clock, and the vertical.
 
-A tracker is late, and more so where a limb is quick or badly seen; how late cannot be told from how
-a clock is set. So a clock's offset is only believed beyond what trackers differ by.
+A tracker is late; how late cannot be told from how a clock is set. So what a tracker's delay can
+explain is left to the fusion, which finds each tracker's delay where there are IMUs. Only beyond
+that is the IMUs' clock taken to be set otherwise, and the trackers to be late as most are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,8 +23,8 @@ from pose_calibration.inertial.imu_motion import (
 )
 from pose_core.api import Clock, Extrinsics, SkeletonSample, on_reference_clock
 
-TRACKER_DELAY_S = 0.06  # [s] of trackers' joints behind their stamps, as the fusion takes it
-SIGNIFICANT = 3.0  # [-] standard deviations; a smaller offset is taken for none
+TRACKER_DELAY_S = 0.04  # [s] of trackers' joints behind their stamps, where a clock is off, too
+TRACKER_DELAYS_S = (-0.02, 0.15)  # [s] that the fusion finds (pose_core.filter.adaptation)
 SEARCHED_S = 60.0  # [s] of a longer recording: drifting clocks blur the rest
 WINDOW_S = 30.0  # [s] in which a delay is measured, for the drift
 MOST_WINDOWS = 20  # [-]
@@ -36,8 +37,14 @@ class ImuFindings:
 
     offset_s: float  # [s] by which their clock is ahead
     offset_stddev_s: float  # [s] infinite where nothing was to be seen
-    clock: Clock | None  # None where the offset is not significant
+    clock: Clock | None  # None where a tracker's delay explains the offset
     gravity: Gravity | None  # None where an upright body tells as much
+
+
+def is_clocks(offset_s: float) -> bool:
+    """Whether an offset of the IMUs' clock [s] is more than a tracker's delay explains."""
+    shortest, longest = TRACKER_DELAYS_S
+    return not shortest <= TRACKER_DELAY_S - offset_s <= longest
 
 
 def imu_findings(
@@ -63,7 +70,7 @@ def imu_findings(
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
         return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clock=None, gravity=None)
     clock = None
-    if abs(offset_s) > SIGNIFICANT * delay.stddev_s:
+    if is_clocks(offset_s):
         measured = _over_time(views, felt, delay.estimate_s)
         clock = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S) if measured else None
     known = extrinsics.floor.up_stddev if extrinsics.floor is not None else 0.0

@@ -20,10 +20,10 @@ import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.inertial.imu_motion import BONES, Felt, View
+from pose_calibration.inertial.imu_motion import Felt, View
 from pose_calibration.rigid_transform import TUKEY
 from pose_core.api import FloatArray
-from pose_core.joints import JOINT_INDEX
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 BODY_IMUS = "upright body and body-worn IMUs"
 RATE = 10.0  # [Hz] of the instants that are compared
@@ -114,7 +114,7 @@ def gravity_from_imus(
 
 
 def _matched(view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float) -> _Limb | None:
-    start, end = (JOINT_INDEX[name] for name in BONES[segment])
+    start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2:
         return None

@@ -18,22 +18,8 @@ from numpy.typing import NDArray
 from pose_calibration.clocks.joint_delays import CORRELATION_S, Delay
 from pose_calibration.clocks.motion_track import MAX_GAP_S, SLOW_S, Track, without_slow
 from pose_core.api import FloatArray, ImuBlock
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
-BONES = {
-    "torso": ("torso", "neck"),
-    **{
-        f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
-        for side in SIDES
-        for segment, start, end in (
-            ("upper_arm", "shoulder", "elbow"),
-            ("forearm", "elbow", "hand"),
-            ("thigh", "hip", "knee"),
-            ("shank", "knee", "foot"),
-        )
-    },
-}
-"""The joints between which the cameras see a segment's direction."""
 GRID_RATE = 50.0  # [Hz]
 LEAST_S = 4.0  # [s] of a limb in view
 LEAST_SWING = 0.03  # [-] standard deviation of a limb's quick changes of steepness
@@ -75,7 +61,7 @@ class ImuMemory:
         """Take samples; of those that are hardly later than the last one, none are kept."""
         for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
             segment = block.segments[block.imu[row]]
-            if segment in BONES:
+            if segment in SEGMENT_ENDS:
                 self._add(segment, stamp_ns, block.orientation[row])
 
     def _add(self, segment: str, stamp_ns: int, quaternion: FloatArray) -> None:
@@ -178,7 +164,7 @@ def measure_imu_delay(
 
 
 def _limb(view: View, segment: str, felt: Felt, reach: int, centre_s: float) -> _Limb | None:
-    start, end = (JOINT_INDEX[name] for name in BONES[segment])
+    start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2 or len(felt.stamps) < 2:
         return None

@@ -10,11 +10,12 @@ from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibra
 from pose_calibration.floor.gravity import AccelerometerGravity
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.live.clock_following import ClockFollower
+from pose_calibration.live.clock_tracking import ClockFollower
 from pose_calibration.live.guidance import what_is_missing
 from pose_calibration.live.sample_memory import SampleMemory
 from pose_calibration.live.watchdog import Moved, Watchdog
 from pose_calibration.parameters import LiveCalibrationParameters
+from pose_calibration.people.calibration_person import CalibrationPerson
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
     IMUS,
@@ -22,7 +23,6 @@ from pose_core.api import (
     Extrinsics,
     FloatArray,
     ImuBlock,
-    SinglePersonSelector,
     SkeletonSample,
     TimeAligner,
     moved_most_ns,
@@ -67,7 +67,7 @@ class LiveCalibration:
         self.extrinsics = known
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
         self.counters = Counters("solutions", "refused_solutions", "moves_noticed")
-        self.selector = SinglePersonSelector(parameters.person)
+        self.selector = CalibrationPerson(parameters.sensors, parameters.person)
         self.accelerometer = AccelerometerGravity()
         self.clock_offsets: dict[str, ClockOffset] = {}
         self.imu_memory = ImuMemory(IMU_REACH_NS)
@@ -79,7 +79,15 @@ class LiveCalibration:
     def restart(self) -> None:
         """Forget what was seen and find a new calibration; the old one holds until then."""
         self.state = CalibrationState.COLLECTING
+        self.selector.restart()
         self._begin()
+
+    def restart_time(self) -> None:
+        """Stamps begin anew, as when a bag loops: samples are forgotten, a calibration is kept."""
+        self.restart()
+        if self.extrinsics is not None:
+            self.state = CalibrationState.LOADED
+            self._watch(self.extrinsics)
 
     def _begin(self) -> None:
         self.clock_offsets = {}
@@ -147,9 +155,9 @@ class LiveCalibration:
         if self.moved is not None:
             return f"{self.state.value}, but {self.moved}: calibrate again"
         if self.state is CalibrationState.COLLECTING:
-            several = self.selector.counters["several_persons"]
-            left_out = f" ({several} frames that show several people are left out: set person)"
-            return f"collecting: {self.missing}{left_out if several else ''}"
+            if self.selector.is_waiting:
+                return "collecting: several people are seen, finding one whose views agree"
+            return f"collecting: {self.missing}"
         residuals = {} if self.extrinsics is None else self.extrinsics.residuals
         reached = [
             f"{name} within {pair.median * 100.0:.1f} cm ({pair.raw_median * 100.0:.1f} cm "
@@ -184,8 +192,17 @@ class LiveCalibration:
         """Take all that a sensor saw in one frame; returns a new calibration, if this gives one."""
         if self.is_finished and not self.parameters.watch:
             return None
-        sample = self.selector.select(persons)
-        if sample is None:
+        samples = self.selector.select(persons)
+        if persons and self.selector.is_waiting:
+            samples = self.selector.match(persons[0].stamp_ns)
+            if samples and not self.is_finished:
+                self._begin()  # with what one person did: until now it was not known who is who
+        given = [self._add(sample) for sample in samples]
+        return next((each for each in reversed(given) if each is not None), None)
+
+    def _add(self, sample: SkeletonSample) -> Extrinsics | None:
+        """Take a sample of the person."""
+        if self.is_finished and not self.parameters.watch:
             return None
         self._follow(sample)
         frames = self.aligner.add(on_reference_clock(sample, self._clocks))
@@ -208,6 +225,7 @@ class LiveCalibration:
 
     def _watch(self, extrinsics: Extrinsics) -> None:
         self._use_clocks(extrinsics.clocks)
+        self.selector.place_sensors(extrinsics)
         if self.parameters.watch:
             self._follower = ClockFollower(extrinsics, self.parameters.max_offset)
         if self.parameters.watch and len(extrinsics.sensors) > 1:

@@ -5,8 +5,8 @@ import numpy as np
 from pose_core.body.model import BodyModel
 from pose_core.body.urdf import chain_frames, end_joints, joint_frame, link_frame
 from pose_core.joints import JOINT_INDEX
-from pose_core.kernels.compiling import settled
-from pose_core.kernels.frames import Between, place_all_frames
+from pose_core.kernels.compiling import type_specialised
+from pose_core.kernels.link_frames import AuxiliaryFrames, compute_frame_poses_batch
 from pose_core.streams.samples import FloatArray
 
 
@@ -44,8 +44,8 @@ class BodyFrames:
             axis.append(np.zeros(3))
             joints.append(JOINT_INDEX[joint])
             self.names.append(joint_frame(model, joint, body_id))
-        self._place_all = settled(place_all_frames)
-        self._between = Between(
+        self._place_all = type_specialised(compute_frame_poses_batch)
+        self._between = AuxiliaryFrames(
             source=np.array(source, np.int64),
             dof=np.array(dof, np.int64),
             axis=np.array(axis).reshape(-1, 3),

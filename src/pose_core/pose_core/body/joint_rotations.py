@@ -7,10 +7,10 @@ import numpy as np
 
 from pose_core.body.kinematics import moved_axes
 from pose_core.body.model import Link
-from pose_core.kernels import reading
+from pose_core.kernels import joint_angle_extraction
 from pose_core.streams.samples import FloatArray
 
-FULL_TURN = reading.FULL_TURN
+FULL_TURN = joint_angle_extraction.FULL_TURN
 
 
 def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> FloatArray:
@@ -19,8 +19,9 @@ def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> 
     Args:
         link: With three degrees of freedom (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
         R_parent_link: The link's rotation in its parent, shape (3, 3).
-        previous: The angles before, shape (degrees of freedom,) [rad], from which the equivalent
-            answers are told apart; see :func:`pose_core.kernels.reading.link_angles`.
+        previous: The angles before [rad], shape (degrees of freedom,), from which the equivalent
+            answers are told apart, see
+            :func:`pose_core.kernels.joint_angle_extraction.link_angles`.
 
     Returns:
         Angles [rad], shape (degrees of freedom,).
@@ -28,7 +29,7 @@ def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> 
     angles = np.empty(len(link.dof))
     signs = np.array([float(sum(dof.axis)) for dof in link.dof])
     limits = np.array([[dof.lower, dof.upper] for dof in link.dof])
-    reading.link_angles(
+    joint_angle_extraction.link_angles(
         np.ascontiguousarray(R_parent_link), signs, limits, np.array(previous, float), angles
     )
     return angles
@@ -51,8 +52,8 @@ def link_rates(
     axes = np.array([dof.axis for dof in link.dof], dtype=float)
     rates = np.empty((len(link.dof), 1))
     omega = np.array(omega_map, float).reshape(3, 1)
-    reading.least_squares(
-        moved_axes(R_map_parent, axes, angles), omega, reading.RATE_DAMPING, rates
+    joint_angle_extraction.least_squares(
+        moved_axes(R_map_parent, axes, angles), omega, joint_angle_extraction.RATE_DAMPING, rates
     )
     return rates[:, 0]
 
@@ -65,5 +66,7 @@ def continuous_vector(vector: FloatArray, previous: FloatArray) -> FloatArray:
         previous: The one before, of any length.
     """
     result = np.empty(3)
-    reading.continuous_vector(np.array(vector, float), np.array(previous, float), result)
+    joint_angle_extraction.continuous_vector(
+        np.array(vector, float), np.array(previous, float), result
+    )
     return result

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.kernels import reading
-from pose_core.kernels.forward import ModelNumbers, place_links
+from pose_core.kernels import joint_angle_extraction
+from pose_core.kernels.forward_kinematics import ModelArrays, compute_links
 from pose_core.streams.samples import FloatArray
 
 SMALL_ANGLE = 1e-6  # [rad] below it, series replace sin x / x and (1 - cos x) / x²
@@ -69,7 +69,7 @@ def moved_axes(R_map_parent: FloatArray, axes: FloatArray, angles: FloatArray) -
         Shape (k, 3).
     """
     moved = np.empty((len(axes), 3))
-    reading.moved_axes(
+    joint_angle_extraction.moved_axes(
         np.ascontiguousarray(R_map_parent), np.array(axes, float), np.array(angles, float), moved
     )
     return moved
@@ -102,7 +102,7 @@ class ForwardKinematics:
         axes = {dof.name: dof.axis for link in model.links.values() for dof in link.dof}
         self._axes = np.array([axes[name] for name in model.angle_names], dtype=float)
         self._angle_index = {name: index for index, name in enumerate(model.angle_names)}
-        self._numbers = model_numbers(model, offsets)
+        self._numbers = model_arrays(model, offsets)
 
     def pose(self, dof: FloatArray) -> BodyPose:
         """All links and joints.
@@ -112,7 +112,7 @@ class ForwardKinematics:
         """
         lead, links = dof.shape[:-1], len(self.model.links)
         rotations, positions = np.empty((*lead, links, 3, 3)), np.empty((*lead, len(JOINTS), 3))
-        place_links(
+        compute_links(
             self._numbers,
             np.ascontiguousarray(self.R_reference),
             np.ascontiguousarray(dof).reshape(-1, dof.shape[-1]),
@@ -181,7 +181,7 @@ class ForwardKinematics:
         return {name: np.array(joints, int) for name, joints in below.items()}
 
 
-def model_numbers(model: BodyModel, offsets: FloatArray) -> ModelNumbers:
+def model_arrays(model: BodyModel, offsets: FloatArray) -> ModelArrays:
     """A body model and its joints' offsets, (15, 3) [m], as the kernels take them."""
     links = list(model.links.values())
     index = {link.name: number for number, link in enumerate(links)}
@@ -193,7 +193,7 @@ def model_numbers(model: BodyModel, offsets: FloatArray) -> ModelNumbers:
             limits[row, column] = degree.lower, degree.upper
     parents = [-1 if link.parent is None else index[link.parent] for link in links]
     about = [-1 if link.joint is None else JOINT_INDEX[link.joint] for link in links]
-    return ModelNumbers(
+    return ModelArrays(
         parents=np.array(parents, np.int64),
         dof_count=np.array([len(link.dof) for link in links], np.int64),
         dof=dof,

@@ -1,23 +1,53 @@
 """A kinematic tree as data: links, joints, degrees of freedom, read from YAML.
 
-The models lie beside this module in ``body_models/``; each file explains its own fields.
+The bundled models lie beside this module in ``body_models/``; a user's own model is another file of
+the same form, named by its path. ``docs/extending/body_model.md`` says what it may change; whatever
+the arithmetic would not honour, another axis above all, is refused.
 """
 
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
-from typing import Any
+from pathlib import Path
+from typing import Any, NoReturn
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 from pose_core.errors import InputError
-from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS
+from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES
+from pose_core.plain_yaml import parse_yaml
 from pose_core.streams.samples import FloatArray
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
+DOF_COUNTS = {
+    "pelvis": (0,),
+    "trunk": (0, 3),
+    "head": (2, 3),
+    "upper_arm": (3,),
+    "thigh": (3,),
+    "forearm": (1,),
+    "shank": (1,),
+}
+"""Links that a model may have, left and right apart, and how many degrees of freedom each."""
+AXES = {
+    "waist_flexion": (0, 1, 0),
+    "waist_lateral_bending": (1, 0, 0),
+    "waist_rotation": (0, 0, 1),
+    "neck_flexion": (0, 1, 0),
+    "neck_lateral_bending": (1, 0, 0),
+    "neck_rotation": (0, 0, 1),
+    **{f"{side}_{ball}_flexion": (0, -1, 0) for side in SIDES for ball in ("shoulder", "hip")},
+    **{f"left_{ball}_abduction": (1, 0, 0) for ball in ("shoulder", "hip")},
+    **{f"right_{ball}_abduction": (-1, 0, 0) for ball in ("shoulder", "hip")},
+    **{f"left_{ball}_rotation": (0, 0, -1) for ball in ("shoulder", "hip")},
+    **{f"right_{ball}_rotation": (0, 0, 1) for ball in ("shoulder", "hip")},
+    **{f"{side}_elbow_flexion": (0, -1, 0) for side in SIDES},
+    **{f"{side}_knee_flexion": (0, 1, 0) for side in SIDES},
+}
+"""Axis of each degree of freedom in its link's axes, by ``docs/conventions.md``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,19 +152,36 @@ def available_models() -> list[str]:
 
 
 def load_body_model(name: str) -> BodyModel:
-    """Read and check a model that comes with the package.
+    """Read and check a model.
+
+    Args:
+        name: Of a model that comes with the package, or the path of a YAML file (``….yaml``).
 
     Raises:
-        InputError: If there is no such model or its tree is broken.
+        InputError: If there is no such model, or its tree is broken or not supported.
     """
-    path = resources.files("pose_core.body") / "body_models" / f"{name}.yaml"
+    is_path = name.endswith((".yaml", ".yml"))
+    bundled = resources.files("pose_core.body") / "body_models" / f"{name}.yaml"
     try:
-        document = yaml.safe_load(path.read_text())
+        text = (Path(name).expanduser() if is_path else bundled).read_text()
     except OSError as error:
         raise InputError(
-            f"found no body model '{name}': expected one of {', '.join(available_models())}"
+            f"found no body model '{name}': expected one of {', '.join(available_models())}, "
+            "or the path of a YAML file"
         ) from error
-    return parse_body_model(document)
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name} is not YAML: it is no UTF-8 text") from error
+    try:
+        model = parse_body_model(parse_yaml(text, name))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(
+            f"body model {name} lacks a field or has a wrong one ({type(error).__name__}: "
+            f"{error}): "
+            "expected the form of pose_core/body/body_models/default.yaml"
+        ) from error
+    if is_path and model.name in available_models():
+        raise InputError(f"body model {name} is named '{model.name}' as a bundled one: rename it")
+    return model
 
 
 def parse_body_model(document: dict[str, Any]) -> BodyModel:
@@ -143,7 +190,7 @@ def parse_body_model(document: dict[str, Any]) -> BodyModel:
     Raises:
         InputError: If a parent, joint, segment or degree of freedom does not fit.
     """
-    name = document["name"]
+    name = str(document["name"])
     links = {key: _parse_link(key, value) for key, value in document["links"].items()}
     joints = {
         key: JointPlace(
@@ -178,7 +225,7 @@ def _parse_link(name: str, value: dict[str, Any]) -> Link:
 
 
 def _check(model: BodyModel) -> None:
-    def fail(found: str, expected: str) -> None:
+    def fail(found: str, expected: str) -> NoReturn:
         raise InputError(f"body model '{model.name}': {found}: expected {expected}")
 
     if set(model.joints) != set(JOINTS):
@@ -194,8 +241,38 @@ def _check(model: BodyModel) -> None:
         seen.add(link.name)
     if sorted(model.angle_names) != sorted(model.link_of_dof):
         fail("'order' differs from the links' degrees of freedom", "each exactly once")
+    if not re.fullmatch(r"[A-Za-z]\w*", model.name, re.ASCII):
+        fail(f"the name is {model.name!r}", "letters, digits and underscores")
+    _check_dof(model, fail)
     if unknown := set(model.sliding) - set(JOINTS):
         fail(f"sliding joints {sorted(unknown)}", "some of the 15 joints")
     for segment, link_name in model.segments.items():
         if segment not in SEGMENTS or link_name not in model.links:
             fail(f"segment '{segment}' on link '{link_name}'", "a known segment and link")
+
+
+def _check_dof(model: BodyModel, fail: Callable[[str, str], NoReturn]) -> None:
+    """Refuse degrees of freedom that forward kinematics or angle extraction would not honour."""
+    for link in model.links.values():
+        kind = re.sub("^(left|right)_", "", link.name)
+        counts = (0,) if link.parent is None else DOF_COUNTS.get(kind, ())
+        if kind not in DOF_COUNTS:
+            fail(f"link '{link.name}'", f"one of {', '.join(DOF_COUNTS)}, with left_ or right_")
+        if len(link.dof) not in counts or (link.parent is not None and not link.dof):
+            expected = " or ".join(str(count) for count in counts if count or not link.parent)
+            fail(f"link '{link.name}' has {len(link.dof)} degrees of freedom", expected)
+        for dof, letter in zip(link.dof, "yxz", strict=False):
+            if dof.name not in AXES:
+                fail(f"degree of freedom '{dof.name}'", f"one of {', '.join(AXES)}")
+            if dof.axis != AXES[dof.name]:
+                fail(f"{dof.name} turns about {list(dof.axis)}", f"{list(AXES[dof.name])}")
+            if not dof.axis["xyz".index(letter)]:
+                fail(f"link '{link.name}' turns in another order", "about y, then x, then z")
+            if not dof.lower < dof.upper:
+                found = f"{np.degrees(dof.lower):g} to {np.degrees(dof.upper):g}"
+                fail(f"{dof.name} is limited to {found} degrees", "the lower limit first")
+    for name, place in model.joints.items():
+        direction = place.direction
+        if direction is not None and (*direction[:2], abs(direction[2])) != (0, 0, 1):
+            found = f"the bone to {name} points along {list(direction)}"
+            fail(found, "[0, 0, 1] or [0, 0, -1]")

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.kernels.placing import BodyNumbers, Pose, place_joints
+from pose_core.kernels.joint_kinematics import BodyArrays, Pose, compute_joints
 from pose_core.streams.samples import FloatArray
 
 
@@ -103,7 +103,7 @@ class SegmentTree:
         return all(p.direction is None for p in self.model.joints.values() if p.link == link)
 
     @cached_property
-    def numbers(self) -> BodyNumbers:
+    def numbers(self) -> BodyArrays:
         """The tree as the kernels take it."""
         links = len(self.parents)
         depends = [
@@ -117,7 +117,7 @@ class SegmentTree:
         columns = np.zeros((len(depends), max(map(len, depends))), np.int64)
         for row, blocks in zip(columns, depends, strict=True):
             row[: len(blocks)] = blocks
-        return BodyNumbers(
+        return BodyArrays(
             offsets=self.offsets,
             sliding_links=self.sliding_links,
             slides=self.slides,
@@ -134,7 +134,7 @@ class SegmentTree:
     def joints(self, pose: Pose) -> FloatArray:
         """Joint positions [m] in map, shape (15, 3)."""
         levers, joints = np.zeros_like(self.offsets), np.empty((len(self.offsets), 3))
-        place_joints(self.numbers, pose.position, pose.rotations, pose.slides, levers, joints)
+        compute_joints(self.numbers, pose.position, pose.rotations, pose.slides, levers, joints)
         return joints
 
 

@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
 from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.plain_yaml import dump_yaml, read_yaml
+from pose_core.private_file import write_private
 from pose_core.streams.samples import FloatArray
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
@@ -69,7 +70,28 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
         bones = positions[:, index] - positions[:, JOINT_INDEX[joint]]
         length = _robust_mean(name, np.linalg.norm(bones, axis=1))
         offsets[index] = length * np.asarray(place.direction)
+    offsets = _symmetric(offsets)
+    if _bends_in_the_trunk(model):
+        offsets[:, 0] = 0.0
     return BodyShape(offsets=offsets)
+
+
+def _bends_in_the_trunk(model: BodyModel) -> bool:
+    """Whether more than one link holds joints whose place is measured.
+
+    Such links' axes, the zero of waist, shoulders and hips, would lean as the person leant while
+    being measured. So the neutral pose is defined: all joints in the frontal plane.
+    """
+    return len({each.link for each in model.joints.values() if each.direction is None}) > 1
+
+
+def _symmetric(offsets: FloatArray) -> FloatArray:
+    """Left and right alike, the spine in the middle: trackers mistake bodies by more than that."""
+    mirrored = offsets * [1.0, -1.0, 1.0]
+    swapped = {"left": "right", "right": "left"}
+    others = ["_".join(swapped.get(part, part) for part in joint.split("_")) for joint in JOINTS]
+    symmetric: FloatArray = 0.5 * (offsets + mirrored[[JOINT_INDEX[joint] for joint in others]])
+    return symmetric
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:
@@ -95,13 +117,7 @@ def save_body_shape(path: Path, model: BodyModel, shape: BodyShape, subject: str
             for name, index in JOINT_INDEX.items()
         },
     }
-    temporary = path.with_name(path.name + ".part")
-    try:
-        temporary.write_text(yaml.safe_dump(document, sort_keys=False))
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise InputError(f"cannot save the body's measures to {path}: {error.strerror}") from error
+    write_private(path, dump_yaml(document), "the body's measures")
 
 
 def load_body_shape(path: Path, model: BodyModel) -> BodyShape:
@@ -110,12 +126,7 @@ def load_body_shape(path: Path, model: BodyModel) -> BodyShape:
     Raises:
         InputError: If the file is missing, is not such a file, or belongs to another model.
     """
-    try:
-        document = yaml.safe_load(path.read_text())
-    except OSError as error:
-        raise InputError(f"cannot read the body's measures {path}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not YAML: expected saved bone lengths") from error
+    document = read_yaml(path, "the body's measures")
     if not isinstance(document, Mapping) or document.get("version") != 1:
         raise InputError(f"{path} holds no bone lengths: expected 'version: 1' and 'offsets'")
     if document.get("body_model") != model.name:
@@ -125,7 +136,7 @@ def load_body_shape(path: Path, model: BodyModel) -> BodyShape:
         )
     try:
         offsets = np.array([document["offsets"][name] for name in JOINTS], dtype=float)
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{path}: 'offsets' lacks a joint or a number: {error}") from error
     if offsets.shape != (len(JOINTS), 3) or not np.all(np.abs(offsets) < LONGEST_BONE):
         raise InputError(f"{path}: expected three numbers within ±{LONGEST_BONE} m for each joint")

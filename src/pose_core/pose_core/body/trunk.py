@@ -7,7 +7,7 @@ x = y × z.
 import numpy as np
 
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
-from pose_core.kernels.seeing import trunks_of
+from pose_core.kernels.camera_geometry import compute_trunk_axes_batch
 from pose_core.streams.samples import FloatArray
 
 HIPS_AND_NECK = np.array([JOINT_INDEX[j] for j in ("left_hip", "right_hip", "neck")])
@@ -38,7 +38,7 @@ def trunk_axes(positions: FloatArray) -> FloatArray:
     """
     joints = np.ascontiguousarray(positions, float).reshape(-1, *positions.shape[-2:])
     axes = np.empty((len(joints), 3, 3))
-    trunks_of(joints, HIPS_AND_NECK, axes)
+    compute_trunk_axes_batch(joints, HIPS_AND_NECK, axes)
     return axes.reshape(*positions.shape[:-2], 3, 3)
 
 

@@ -9,7 +9,9 @@ take their choices from this table.
 ESTIMATORS: dict[str, str] = {
     "default": "default.DefaultEstimator",
     "smoothed": "smoothed.SmoothedEstimator",
+    "ukf": "ukf.UkfEstimator",
     "li2020": "li2020.Li2020Estimator",
+    "zhang2015": "zhang2015.Zhang2015Estimator",
     "joint_kf": "joint_kf.JointKalmanFilter",
     "dof_kf": "dof_kf.DofKalmanFilter",
     "mean": "raw.MeanOfSensors",

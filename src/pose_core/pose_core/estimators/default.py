@@ -20,30 +20,28 @@ from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
-from pose_core.filter.state import FilterState, copy_pose, start_state
+from pose_core.filter.state import FilterState, start_state
 from pose_core.filter.step import StepResult, take_frame, take_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import TimedPose
-from pose_core.imu.mounting import Mounting
-from pose_core.imu.track import ImuStates
+from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS
-from pose_core.kernels.compiling import settled
-from pose_core.kernels.fit import FITTING, note_fit, scale_of
-from pose_core.kernels.gliding import Glide
-from pose_core.kernels.handover import glide_after, glide_no_more, glide_on, make_handover
-from pose_core.kernels.placing import Pose, place_joints
-from pose_core.kernels.reading import StateNumbers
-from pose_core.kernels.side_swaps import unswap
-from pose_core.kernels.sources import NEVER, hear, miss
-from pose_core.kernels.telling import keep
+from pose_core.kernels.compiling import type_specialised
+from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_kinematics import Pose, compute_joints
+from pose_core.kernels.left_right_swaps import undo_swaps
+from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
+from pose_core.kernels.output import copy_state
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
+LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
+SILENT_S = 0.2  # [s] for which a camera's last frame counts in what is published
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
-EVENT_NS = 100_000_000  # [ns] for which an event's corrections come
 STRAYED = 25.0  # [-] median squared innovation distance of a person who is elsewhere
 STRAYING_NS = 250_000_000  # [ns] for which that may last
 
@@ -81,64 +79,61 @@ class DefaultEstimator(StepwiseEstimator):
         links = len(self._tree.parents)
         self._layout = make_layout(links, len(self._tree.sliding_links))
         self._alignments = ImuAlignments(model)
-        self._predict, self._take_imus = settled(predict), settled(take_imus)
-        self._take_frame = settled(take_frame)
+        self._predict, self._take_imus = type_specialised(predict), type_specialised(take_imus)
+        self._take_frame = type_specialised(take_frame)
         self._state: FilterState | None = None
         self._stamp_ns = 0
-        self._predicted = _empty_pose(self._layout.links, self._layout.slides)
-        self._handover = make_handover(links)
-        self._heard_ns = np.full(len(parameters.sensors) + links, NEVER)
-        self._event_ns: int = NEVER
         self._strayed_since_ns: int | None = None
-        self._fit = np.full(1, FITTING)
+        self._fit = np.full(1, CONSISTENT_NIS)
         self._newest: StateNumbers | None = None
         self._tracking_state = np.zeros((len(parameters.sensors), len(JOINTS)), np.uint8)
+        self._kinect_information = np.zeros((links, 3, 3))
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """What becomes of each IMU that was heard."""
         return self._alignments.uses
 
-    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
-        self._alignments.use_mountings(mountings)
+        self._alignments.use_sensor_to_segment(mountings)
 
     def update(self, observation: Observation) -> StateNumbers | None:
         """One step; None while there is no pose, and for a frame of the past."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
-        state, is_started = self._advance(observation, ahead_s)
+        state, _ = self._advance(observation, ahead_s)
         if state is None:
             return None
-        if not is_started:  # else it glides from where it was
-            copy_pose(state.pose, self._predicted)
         information = np.zeros((2, self._layout.links, 3, 3))
         result = self._take(observation, max(-ahead_s, 0.0), information)
         if result is None:
             return None
-        is_event = self._hear(observation) or is_started
         if self._has_strayed(observation, result):
             self.counters.add("filter_restarts_strayed")
             if not self._start(observation):
                 return None
-            is_event = True
-        return self._publish(is_event, ahead_s, result, information)
+        return self._publish(ahead_s, result, information)
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
         """The state predicted to the instant; the aligned IMUs' readings count already."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
         if self._state is None or self._newest is None:
             return None
-        if not 0.0 <= ahead_s < self.parameters.forget_after:
+        if not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
+        ahead_s = max(ahead_s, 0.0)
         ahead = self._state.copy()
         self._predict(self._constants.motion, ahead, ahead_s)
         information = np.zeros((2, self._layout.links, 3, 3))
+        is_heard = ahead.unheard_s < SILENT_S
+        if is_heard.any():
+            information[0] = self._kinect_information
         aligned = self._alignments.readings(readings)
         if not self._take_imus(self._constants, ahead, aligned, information[1]):
             return None
-        glide = glide_after(self._handover, ahead_s)
-        pose = self._numbers(ahead, glide, information)
-        return TimedPose(stamp_ns=stamp_ns, tracking_state=self._tracking_state, pose=pose)
+        pose = self._numbers(ahead, information)
+        tracking_state = np.where(is_heard[:, None], self._tracking_state, 0).astype(np.uint8)
+        return TimedPose(stamp_ns=stamp_ns, tracking_state=tracking_state, pose=pose)
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
         """Bring the filter to an observation's instant, or start it there.
@@ -148,7 +143,6 @@ class DefaultEstimator(StepwiseEstimator):
         """
         if self._state is None:
             started = self._start(observation)
-            glide_no_more(self._handover)
             return (self._state if started else None), started
         if -JUMP_BACK_S < ahead_s < -LATEST_S:
             self.counters.add("frames_too_late")
@@ -156,12 +150,10 @@ class DefaultEstimator(StepwiseEstimator):
         is_apart = ahead_s >= self.parameters.forget_after
         if ahead_s <= -JUMP_BACK_S or (is_apart and not self._has_imus(observation)):
             self.counters.add("filter_restarts_gap")
-            copy_pose(self._state.pose, self._predicted)
             started = self._start(observation)
             return (self._state if started else None), started
         if ahead_s > 0.0:
             self._predict(self._constants.motion, self._state, ahead_s)
-            self._handover.gone_s[0] += ahead_s
             self._stamp_ns = observation.stamp_ns
         return self._state, False
 
@@ -192,6 +184,7 @@ class DefaultEstimator(StepwiseEstimator):
     ) -> StepResult | None:
         """Correct the state by all that an observation holds; None if that broke it."""
         assert self._state is not None
+        self._alignments.hear(observation.stamp_ns, observation.readings, self._state)
         readings = self._alignments.readings(observation.readings)
         if not self._take_imus(self._constants, self._state, readings, information[1]):
             self._break()
@@ -206,6 +199,8 @@ class DefaultEstimator(StepwiseEstimator):
                 self._break()
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
+            self._tracking_state[sensor] = frame.tracking_state
+            self._kinect_information = information[0]
         if len(observation.readings) and late_s == 0.0:
             self._state = self._alignments.observe(
                 observation.stamp_ns, observation.readings, self._state
@@ -227,7 +222,9 @@ class DefaultEstimator(StepwiseEstimator):
         positions = np.ascontiguousarray(observation.positions[sensor])
         tracking_state = np.ascontiguousarray(observation.tracking_state[sensor])
         order = np.arange(len(JOINTS))
-        swapped = unswap(positions, self._joints(self._state.pose), self._constants.swaps, order)
+        swapped = undo_swaps(
+            positions, self._joints(self._state.pose), self._constants.swaps, order
+        )
         if swapped:
             self.counters.add("sides_swapped", swapped)
             positions, tracking_state = positions[order], tracking_state[order]
@@ -238,18 +235,8 @@ class DefaultEstimator(StepwiseEstimator):
         levers = np.zeros((len(JOINTS), self._layout.links, 3))
         joints = np.empty((len(JOINTS), 3))
         body = self._constants.camera.body
-        place_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
+        compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
         return joints
-
-    def _hear(self, observation: Observation) -> bool:
-        """Note which sources speak; whether one has come or gone."""
-        stamp_ns, sensors = observation.stamp_ns, len(observation.tracking_state)
-        is_event = miss(self._heard_ns, self._stamp_ns)
-        for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
-            is_event |= hear(self._heard_ns, sensor, stamp_ns)
-        for link in self._alignments.aligned_links(observation.readings):
-            is_event |= hear(self._heard_ns, sensors + link, stamp_ns)
-        return bool(is_event)
 
     def _has_strayed(self, observation: Observation, result: StepResult) -> bool:
         """Whether the person has been elsewhere for too long."""
@@ -262,24 +249,18 @@ class DefaultEstimator(StepwiseEstimator):
         return observation.stamp_ns - self._strayed_since_ns > STRAYING_NS
 
     def _publish(
-        self, is_event: bool, ahead_s: float, result: StepResult, information: FloatArray
+        self, ahead_s: float, result: StepResult, information: FloatArray
     ) -> StateNumbers | None:
-        """Blend the correction into what is published; None for an instant of the past."""
+        """What of the state is published; None for an instant of the past."""
         assert self._state is not None
-        if is_event:
-            self._event_ns = self._stamp_ns
-        is_eventful = self._event_ns != NEVER and 0 <= self._stamp_ns - self._event_ns <= EVENT_NS
-        if self._newest is not None:
-            glide_on(self._handover, self._predicted, self._state.pose, is_eventful)
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
             return None
-        note_fit(self._fit, max(min(ahead_s, 1.0), 0.0), result.typical)
-        self._handover.at_once[:] = 0.0
-        self._newest = self._numbers(self._state, self._handover.glide, information)
+        update_mean_nis(self._fit, max(min(ahead_s, 1.0), 0.0), result.typical)
+        self._newest = self._numbers(self._state, information)
         return self._newest
 
-    def _numbers(self, state: FilterState, glide: Glide, information: FloatArray) -> StateNumbers:
+    def _numbers(self, state: FilterState, information: FloatArray) -> StateNumbers:
         """What of a state is published."""
         links = self._layout.links
         numbers = StateNumbers(
@@ -287,23 +268,10 @@ class DefaultEstimator(StepwiseEstimator):
             velocity=np.empty(3),
             rotations=np.empty((links, 3, 3)),
             rates=np.empty((links, 3)),
-            turns=np.empty((links, 3)),
-            shift=np.empty(3),
             place_variance=np.empty(3),
             covariance=np.empty((links, 3, 3)),
             information=information,
             scale=np.empty(1),
         )
-        keep(state.pose, state.P, self._tree.parents, glide, scale_of(self._fit), numbers)
+        copy_state(state.pose, state.P, self._tree.parents, variance_scale(self._fit), numbers)
         return numbers
-
-
-def _empty_pose(links: int, slides: int) -> Pose:
-    """Room for a pose."""
-    return Pose(
-        position=np.empty(3),
-        rotations=np.empty((links, 3, 3)),
-        slides=np.empty((slides, 3)),
-        velocity=np.empty(3),
-        rates=np.empty((links, 3)),
-    )

@@ -6,13 +6,13 @@ their mean is shifted, and no linear filter behind them can tell.
 
 import numpy as np
 
+from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import ROOT_DOF
 from pose_core.body.trunk import trunk_axes
 from pose_core.estimators.estimator import StepwiseEstimator
-from pose_core.filters.constant_velocity import ConstantVelocityFilter
 from pose_core.fusion.estimates import Source
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import FusedPose

@@ -12,8 +12,8 @@ from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses, timed
-from pose_core.imu.mounting import Mounting
-from pose_core.imu.track import ImuStates
+from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.sensor_to_segment import SensorToSegment
 
 
 class Estimator(ABC):
@@ -65,7 +65,7 @@ class Estimator(ABC):
         """What becomes of each IMU that was heard; empty where none are used."""
         return ()
 
-    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; most estimators use none."""
         del mountings
 

@@ -8,10 +8,10 @@ References:
 
 import numpy as np
 
+from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.estimators.pose_of_joints import PoseOfJoints
-from pose_core.filters.constant_velocity import ConstantVelocityFilter
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import FusedPose
 from pose_core.joints import JOINTS, TrackingState

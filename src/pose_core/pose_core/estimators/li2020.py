@@ -1,25 +1,31 @@
-"""``li2020``: the paper's filter, with zhang2015's weighting where IMUs are worn."""
+"""``li2020``: the paper's filter; it knows cameras only."""
 
-from collections.abc import Mapping
 from importlib.util import find_spec
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pose_core.body.joint_rotations import continuous_vector
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
-from pose_core.estimators.body_fusion import BodyFusion
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
 from pose_core.filter.imu_use import ImuUse
+from pose_core.fusion.estimates import Source
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import FusedPose
-from pose_core.imu.aligned_readings import AlignedReadings
-from pose_core.imu.mounting import Mounting
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.streams.samples import FloatArray
+
+NO_IMUS = "the estimator li2020 knows no IMUs: choose default or zhang2015"
 
 
 class Li2020Estimator(StepwiseEstimator):
-    """The unscented filter over the tree's degrees of freedom, then the IMUs by weight."""
+    """The unscented filter over the tree's degrees of freedom."""
 
     COUNTERS = COUNTERS
 
@@ -32,22 +38,13 @@ class Li2020Estimator(StepwiseEstimator):
     ) -> None:
         super().__init__(model, shape, parameters, counters)
         self._tracker = KinectTracker(model, shape, parameters, counters)
-        self._imus = AlignedReadings(model)
-        self._fusion = BodyFusion(
-            model,
-            parameters.kinect_joint_stddev,
-            parameters.imu_mounting_stddev,
-            parameters.imu_weighting == "zhang2015",
-        )
+        self._uses: dict[str, ImuUse] = {}
+        self._root_vector: FloatArray | None = None
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard."""
-        return self._imus.uses
-
-    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
-        """Take how IMUs sit from a calibration."""
-        self._imus.use_mountings(mountings)
+        """Every IMU that was heard, each refused."""
+        return tuple(self._uses.values())
 
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:
@@ -61,18 +58,41 @@ class Li2020Estimator(StepwiseEstimator):
 
     def update(self, observation: Observation) -> FusedPose | None:
         """One step of the filter."""
+        for segment in observation.readings.segments:
+            use = self._uses.setdefault(segment, ImuUse(segment=segment, refused=NO_IMUS))
+            use.readings += 1
         starts = self.counters["filter_starts"]
         if not self._tracker.update(observation.stamp_ns, observation.positions):
             return None
         if self.counters["filter_starts"] > starts:
-            self._fusion.reset()
-        filtered = self._tracker.filter
-        if len(observation.readings):
-            links = filtered.kinematics.pose(filtered.dof).rotations
-            self._imus.observe(observation.stamp_ns, observation.readings, links)
-        return self._fusion.fuse(
-            filtered,
-            observation.tracking_state.max(axis=0),
-            self._imus.read(observation.readings),
-            self._tracker.sensor_weight,
+            self._root_vector = None
+        return self._pose(observation.tracking_state.max(axis=0))
+
+    def _pose(self, tracking_state: NDArray[np.uint8]) -> FusedPose:
+        """The filter's state as a pose.
+
+        Args:
+            tracking_state: Best state of each joint over the sensors, shape (15,).
+        """
+        model, filtered = self.model, self._tracker.filter
+        placed = filtered.kinematics.pose(filtered.dof)
+        position = filtered.dof.copy()
+        position[3:6] = Rotation.from_matrix(placed.rotations[0]).as_rotvec()
+        if self._root_vector is not None:
+            position[3:6] = continuous_vector(position[3:6], self._root_vector)
+        self._root_vector = position[3:6].copy()
+        seen = np.full(model.size, np.any(tracking_state > TrackingState.NOT_TRACKED))
+        for name, link_name in model.link_of_dof.items():
+            end = JOINT_INDEX[model.ends(link_name)[1]]
+            seen[model.dof_index[name]] &= tracking_state[end] > TrackingState.NOT_TRACKED
+        return FusedPose(
+            position=position,
+            velocity=filtered.rates.copy(),
+            variance=np.diag(filtered.covariance).copy(),
+            weight_kinect=seen.astype(float),
+            weight_imu=np.zeros(model.size),
+            source=np.where(seen, Source.KINECT, Source.PREDICTED).astype(np.uint8),
+            rotations=placed.rotations,
+            joints=placed.positions,
+            sensor_weight=self._tracker.sensor_weight,
         )

@@ -13,8 +13,7 @@ from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import TimedPose
-from pose_core.kernels.handover import make_handover
-from pose_core.kernels.reading import StateNumbers
+from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.stamps import NS_PER_S
 
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
@@ -88,13 +87,12 @@ class SmoothedEstimator(DefaultEstimator):
     def _publish_until(self, until_ns: int) -> list[TimedPose]:
         """Smooth all steps and publish the first of them, up to an instant."""
         steps = [step.filter_step for step in self._steps]
-        glide = make_handover(self._layout.links).glide
         poses: list[TimedPose] = []
         for state in smoothed(steps, self._layout, self.tuning.motion):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             step = self._steps.popleft()
-            pose = self._numbers(state, glide, step.numbers.information)
+            pose = self._numbers(state, step.numbers.information)
             poses.append(
                 TimedPose(
                     stamp_ns=step.stamp_ns,

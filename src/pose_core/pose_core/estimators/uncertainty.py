@@ -1,9 +1,9 @@
 """What a filter's variances are worth: published are the ones that the errors then keep to.
 
 A filter's covariance is that of its model. Three things are added: how well its expectations fit
-these sensors and this person (:mod:`pose_core.kernels.fit`); that the pose is late by something,
-so that quick joints are further off; and that trackers mistake arms by more than legs. The numbers
-were fitted to the errors of synthetic sessions, docs/algorithm.md says to which.
+these sensors and this person (:mod:`pose_core.kernels.noise_scale`); that the pose is late by
+something, so that quick joints are further off; and that trackers mistake arms by more than legs.
+The numbers were fitted to the errors of synthetic sessions, docs/algorithm.md says to which.
 """
 
 from dataclasses import dataclass

@@ -21,7 +21,12 @@ from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.placing import BodyNumbers, derivative, joint_velocities, place_joints
+from pose_core.kernels.joint_kinematics import (
+    BodyArrays,
+    compute_joint_velocities,
+    compute_joints,
+    joint_jacobian,
+)
 from pose_core.kernels.rotations import turn_all
 from pose_core.kernels.vectors import dot
 from pose_core.streams.samples import FloatArray
@@ -33,7 +38,7 @@ FASTEST = 2.0  # [m/s] beyond which the noise grows no more
 class CameraConstants(NamedTuple):
     """Numbers of :class:`pose_core.filter.tuning.CameraNoise`, and the body that is seen."""
 
-    body: BodyNumbers
+    body: BodyArrays
     capsules: Capsules
     limb_ends: NDArray[np.int64]  # (limbs, 2) far and near joint
     variance: float  # [m²]
@@ -87,9 +92,9 @@ def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFr
     turn_all(pose.rates, -tau_s, pose.rotations, rotations)
     position = pose.position - tau_s * pose.velocity
     levers, places = np.zeros((joints, links, 3)), np.empty((joints, 3))
-    place_joints(constants.body, position, rotations, pose.slides, levers, places)
+    compute_joints(constants.body, position, rotations, pose.slides, levers, places)
     velocity, covered = np.empty((joints, 3)), np.empty(joints)
-    joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
+    compute_joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
     hidden(constants.capsules, places, frame.camera, covered)
     return View(places, levers, velocity, rotations, covered, tau_s)
 
@@ -109,18 +114,33 @@ def add_camera(
         group = add_group(rows, 3, constants.student_dof, joint)
         first = rows.first[group]
         H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
-        derivative(constants.body, joint, view.levers, view.rotations, 1.0, H)
+        joint_jacobian(constants.body, joint, view.levers, view.rotations, 1.0, H)
         for axis in range(3):
             for k in range(moving):
                 H[axis, velocity + k] = -view.tau_s * H[axis, k]
-            residual[axis] = frame.positions[joint, axis] - view.places[joint, axis]
-        offset = state.offset[frame.sensor, joint]
-        residual[0] -= c * offset[0] - s * offset[1]
-        residual[1] -= s * offset[0] + c * offset[1]
-        residual[2] -= offset[2]
+        joint_residual(state, frame, joint, view.places[joint], c, s, residual)
         own = state.offset_variance[frame.sensor, joint]
         joint_noise(constants, frame, view, joint, own, rows.noise[group])
     add_foreshortening(constants, view, frame, rows)
+
+
+@compiled_in_place
+def joint_residual(
+    state: FilterState,
+    frame: CameraFrame,
+    joint: int,
+    place: FloatArray,
+    cosine: float,
+    sine: float,
+    out: FloatArray,
+) -> None:
+    """Seen minus predicted place of a joint [m], given cosine and sine of the root's heading."""
+    offset = state.offset[frame.sensor, joint]
+    for axis in range(3):
+        out[axis] = frame.positions[joint, axis] - place[axis]
+    out[0] -= cosine * offset[0] - sine * offset[1]
+    out[1] -= sine * offset[0] + cosine * offset[1]
+    out[2] -= offset[2]
 
 
 @compiled_in_place

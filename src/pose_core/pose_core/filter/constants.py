@@ -13,9 +13,8 @@ from pose_core.filter.motion import MotionConstants
 from pose_core.filter.occlusion import make_capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.tuning import FilterTuning
-from pose_core.filters.side_swaps import SWAPS
 from pose_core.joints import JOINT_INDEX, SIDES
-from pose_core.kernels.side_swaps import SwapNumbers
+from pose_core.kernels.left_right_swaps import SWAPS, SwapArrays
 
 LIMB_ENDS = np.array(
     [
@@ -40,7 +39,7 @@ class FilterConstants(NamedTuple):
     camera: CameraConstants
     posture: PostureConstants
     imu: ImuConstants
-    swaps: SwapNumbers
+    swaps: SwapArrays
     starts: NDArray[np.int64]  # (links,) joint that each link turns about; −1 of the root
     ends: NDArray[np.int64]  # (links,) joint that shows each link
     delay_prior: float  # [m²/s²] of :func:`pose_core.filter.adaptation.learn_delay`
@@ -137,7 +136,7 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
         twist_variance=stddev**2,
         spine_parents=tree.parents[spine].astype(np.int64),
         spine_links=spine,
-        spine_variance=prior.waist_stddev**2,
+        spine_variance=np.square(prior.waist_stddev),
     )
 
 

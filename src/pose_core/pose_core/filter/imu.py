@@ -51,20 +51,13 @@ def add_imus(
     constants: ImuConstants, state: FilterState, readings: ImuReadings, rows: Rows
 ) -> None:
     """Add each IMU's orientation, three rows, and rate, three rows."""
-    R_z, R_map_sensor, Q = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    apart, turn = np.empty((3, 3)), np.empty(3)
+    Q, residual = np.empty((3, 3)), np.empty(6)
     links = len(state.heading)
     rates = 6 + 3 * links + 3 * len(state.pose.slides)
     for row in range(len(readings.links)):
         link = readings.links[row]
         column, age_s = state.imu_column[link], readings.age_s[row]
-        exponential(0.0, 0.0, state.heading[link], R_z)
-        product(R_z, readings.R_world_sensor[row], R_map_sensor)
-        product(R_map_sensor, state.R_sensor_link[link], Q)
-        product_transposed(Q, state.pose.rotations[link], apart)
-        logarithm(apart, turn)
-        rate = np.dot(R_map_sensor, readings.angular_velocity[row])
-        speed = min(np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2), FASTEST)
+        speed = min(imu_residual(state, readings, row, Q, residual), FASTEST)
         held = HELD_JERK * age_s**3 / 3.0
         stddev = constants.stddev + constants.soft_tissue * speed
         variance = constants.correlated_samples * stddev**2 + held**2
@@ -77,9 +70,38 @@ def add_imus(
             rows.H[first + i, 3 + 3 * link + i] = 1.0
             for k in range(3):
                 rows.H[first + i, column + k] = -Q[i, k]
-            rows.residual[first + i] = turn[i]
+            rows.residual[first + i] = residual[i]
             rows.noise[orientation, i, i] = variance
             rows.H[first + 3 + i, rates + 3 * link + i] = 1.0
-            rows.residual[first + 3 + i] = rate[i] - state.pose.rates[link, i]
+            rows.residual[first + 3 + i] = residual[3 + i]
             rows.noise[gyroscope, i, i] = rate_variance
         rows.H[first + 2, column + 3] = -1.0
+
+
+@compiled
+def imu_residual(
+    state: FilterState, readings: ImuReadings, row: int, Q: FloatArray, out: FloatArray
+) -> float:
+    """Measured minus predicted orientation and rate of one IMU.
+
+    Args:
+        state: The state.
+        readings: Of all IMUs.
+        row: Which of them.
+        Q: Filled, (3, 3): the link's rotation as the IMU shows it.
+        out: Filled, (6,): rotation vector [rad] and rate [rad/s], in map.
+
+    Returns:
+        Size of the measured rate [rad/s].
+    """
+    link = readings.links[row]
+    R_z, R_map_sensor, apart = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    exponential(0.0, 0.0, state.heading[link], R_z)
+    product(R_z, readings.R_world_sensor[row], R_map_sensor)
+    product(R_map_sensor, state.R_sensor_link[link], Q)
+    product_transposed(Q, state.pose.rotations[link], apart)
+    logarithm(apart, out[:3])
+    rate = np.dot(R_map_sensor, readings.angular_velocity[row])
+    for axis in range(3):
+        out[3 + axis] = rate[axis] - state.pose.rates[link, axis]
+    return float(np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2))

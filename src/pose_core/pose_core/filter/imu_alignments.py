@@ -10,13 +10,17 @@ from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
-from pose_core.imu.mounting import Mounting
-from pose_core.imu.track import ImuStates
+from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
 CONTRADICTED_S = 0.5  # [s] after which an IMU that the cameras contradict is aligned anew
 LONGEST_STEP_S = 0.1  # [s] that one instant stands for
+NORTHLESS = 1.0  # [rad] of an IMU's own heading, from which on it may begin anew anywhere
+LONGEST_GAP_NS = 3 * NS_PER_S // 10  # after which it may have
+LEAST_OTHERS = 2  # [-] aligned IMUs that agree on north
+AGREE = 0.6  # [rad] about their mean
 
 
 @dataclass(kw_only=True)
@@ -24,7 +28,9 @@ class _Worn:
     link: int
     use: ImuUse
     alignment: SegmentAlignment
-    mounting: Mounting | None = field(default=None)
+    knows_north: bool = False
+    heard_ns: int | None = None
+    mounting: SensorToSegment | None = field(default=None)  # before its world began anew
 
 
 class ImuAlignments:
@@ -39,7 +45,7 @@ class ImuAlignments:
         self._model = model
         self._tuning = tuning or AlignmentTuning()
         self._worn: dict[str, _Worn] = {}
-        self._mountings: Mapping[str, Mounting] = {}
+        self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
 
@@ -48,9 +54,9 @@ class ImuAlignments:
         """What becomes of each IMU that was heard, by segment's name."""
         return tuple(self._worn[name].use for name in sorted(self._worn))
 
-    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
+    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; headings are still found from motion."""
-        self._mountings = mountings
+        self._sensor_to_segment = mountings
 
     def restart(self) -> None:
         """A new filter knows no alignment; what was gathered stays."""
@@ -63,16 +69,34 @@ class ImuAlignments:
         worn = [self._worn_on(segment) for segment in states.segments]
         return [each.link for each in worn if each is not None and each.use.is_aligned]
 
-    def readings(self, states: ImuStates) -> ImuReadings:
-        """Those of the aligned IMUs, as the filter takes them."""
-        rows, links = [], []
+    def hear(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
+        """Note who says something; one whose world may have begun anew is to be aligned anew.
+
+        Args:
+            stamp_ns: The instant [ns].
+            states: All IMUs' readings.
+            state: The filter's, before it takes them.
+        """
         for row, segment in enumerate(states.segments):
             worn = self._worn_on(segment)
             if worn is None:
                 continue
             worn.use.readings += 1
-            if worn.use.is_aligned:
-                worn.use.used += 1
+            worn.use.used += worn.use.is_aligned
+            worn.knows_north = bool(states.stddev[row, 2] < NORTHLESS)
+            gap_ns = 0 if worn.heard_ns is None else stamp_ns - worn.heard_ns
+            worn.heard_ns = stamp_ns
+            if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
+                if worn.use.is_aligned:
+                    worn.mounting = _mounting(worn, state)
+                self._set_aside(worn, state)
+
+    def readings(self, states: ImuStates) -> ImuReadings:
+        """Those of the aligned IMUs, as the filter takes them."""
+        rows, links = [], []
+        for row, segment in enumerate(states.segments):
+            worn = self._worn_on(segment)
+            if worn is not None and worn.use.is_aligned:
                 rows.append(row)
                 links.append(worn.link)
         if not rows:
@@ -124,7 +148,9 @@ class ImuAlignments:
             if worn is None:
                 continue
             if not worn.use.is_aligned:
-                found = worn.alignment.solve(self._mountings.get(segment))
+                known = worn.mounting or self._sensor_to_segment.get(segment)
+                found = worn.alignment.solve(known, self._north(worn, state))
+                worn.use.is_unlike = worn.alignment.is_unlike
                 if found is None:
                     continue
                 worn.use.is_aligned, worn.use.aligned_ns = True, stamp_ns
@@ -145,14 +171,33 @@ class ImuAlignments:
             return
         if self._is_parent_contradicted(worn, state):
             return
-        worn.use.is_aligned = False
         worn.use.contradictions += 1
-        worn.alignment.clear()
+        worn.mounting = None
         state.contradicted_s[worn.link] = 0.0
+        self._set_aside(worn, state)
+
+    def _set_aside(self, worn: _Worn, state: FilterState) -> None:
+        """Use an IMU no more until it is aligned anew."""
+        worn.use.is_aligned = False
+        worn.alignment.clear()
         column = int(state.imu_column[worn.link])
-        own = slice(column, column + IMU_STATES)
-        state.P[own, :] = 0.0
-        state.P[:, own] = 0.0
+        if column != NO_COLUMN:
+            own = slice(column, column + IMU_STATES)
+            state.P[own, :] = 0.0
+            state.P[:, own] = 0.0
+
+    def _north(self, worn: _Worn, state: FilterState) -> float | None:
+        """Heading [rad] of the world that this IMU shares with aligned ones; None: not known."""
+        others = [
+            state.heading[each.link]
+            for each in self._worn.values()
+            if each.use.is_aligned and each.knows_north
+        ]
+        if not worn.knows_north or len(others) < LEAST_OTHERS:
+            return None
+        mean = np.angle(np.exp(1j * np.array(others)).sum())
+        apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
+        return float(mean) if np.median(apart) < AGREE else None
 
     def _is_parent_contradicted(self, worn: _Worn, state: FilterState) -> bool:
         """Whether the parent link has an aligned IMU that is under suspicion itself."""
@@ -184,3 +229,11 @@ class ImuAlignments:
             )
             self._worn[segment] = worn
         return worn if worn.use.is_known else None
+
+
+def _mounting(worn: _Worn, state: FilterState) -> SensorToSegment:
+    """How the filter knows an aligned IMU to sit."""
+    column = int(state.imu_column[worn.link])
+    stddev = np.sqrt(np.maximum(np.diag(state.P)[column : column + 3], 0.0))
+    R_sensor_segment = state.R_sensor_link[worn.link].copy()
+    return SensorToSegment(R_sensor_segment=R_sensor_segment, stddev=stddev, residual=0.0)

@@ -19,6 +19,7 @@ class ImuUse:
     turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
     is_known: bool = True  # whether the body model has a link for the segment
+    is_unlike: bool = False  # whether it moves unlike its segment
     refused: str = ""  # why it cannot be used at all, and what to do
 
     @property
@@ -30,6 +31,8 @@ class ImuUse:
             return "the body model has no link for this segment: name another segment"
         if self.is_aligned:
             return ""
+        if self.is_unlike:
+            return "it moves unlike this segment: is it worn there, or exchanged with another?"
         if self.contradictions:
             return "the cameras contradict it: check its strap and its segment; move to realign it"
         return "not aligned yet: move and turn the segment in view of the cameras"

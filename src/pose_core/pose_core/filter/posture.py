@@ -3,7 +3,8 @@ r"""Posture prior: soft measurements of two links' relative rotation.
 - A hinge keeps its lateral axis u along its parent's: :math:`p_x \cdot u = p_z \cdot u = 0`, with
   p the parent's axes; the derivative by a turn of the link is :math:`u \times p`.
 - A hinge does not bend the wrong way: its flexion is measured as zero where it is negative.
-- Limbs and the head turn little about themselves (twist); the waist turns little about any axis.
+- Limbs and the head turn little about themselves (twist); the waist bends
+  sideways and turns little, and forward by more.
 """
 
 from typing import NamedTuple
@@ -14,8 +15,8 @@ from numpy.typing import NDArray
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import NO_COLUMN, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.links import flexion, twist
 from pose_core.kernels.rotations import logarithm, transposed_product
+from pose_core.kernels.swing_twist import flexion, twist
 from pose_core.streams.samples import FloatArray
 
 LEAST_DEFINED = 1e-3  # [-] of a twist
@@ -38,7 +39,7 @@ class PostureConstants(NamedTuple):
     twist_variance: FloatArray  # [rad²]
     spine_parents: NDArray[np.int64]
     spine_links: NDArray[np.int64]
-    spine_variance: float  # [rad²]
+    spine_variance: FloatArray  # (3,) [rad²] about the parent's axes
 
 
 @compiled
@@ -61,7 +62,7 @@ def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) 
         logarithm(relative, turn)
         for k in range(3):
             axis = (R[0, k], R[1, k], R[2, k])
-            add_turn(rows, parent, link, axis, -turn[k], constants.spine_variance, NORMAL)
+            add_turn(rows, parent, link, axis, -turn[k], constants.spine_variance[k], NORMAL)
 
 
 @compiled

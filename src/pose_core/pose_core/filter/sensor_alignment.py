@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.imu.mounting import Mounting
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import transposed_product
 from pose_core.streams.samples import FloatArray
@@ -43,6 +43,8 @@ GENERATORS = np.array(
 )
 """Of rotations about x, y, z."""
 PRIOR_STDDEV = 1.0  # [rad] of mounting and heading about the best answer
+NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about those of the others that know north
+ASTRAY = 0.05  # [-] share of such IMUs whose field is bent farther
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,9 +57,10 @@ class AlignmentTuning:
     independent_s: float = 0.4  # [s] after which a camera's error is another one
     memory: float = 60.0  # [s] of what was seen
     gap: float = 4.0  # [-] log-likelihood by which the best heading leads
-    heading_stddev: float = 0.21  # [rad] at most
+    heading_stddev: float = 0.31  # [rad] at most
     tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
-    covariance_factor: float = 1.5  # [-] of what is handed to the filter
+    covariance_factor: float = 0.7  # [-] of what is handed to the filter
+    misfit: float = 3.0  # [-] from which on the IMU moves unlike the link
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,10 +83,12 @@ class SegmentAlignment:
     def __init__(self, tuning: AlignmentTuning) -> None:
         self._tuning = tuning
         self._sums: FloatArray = np.zeros((3, 3, 3))
+        self._total: FloatArray = np.zeros(2)
+        self.is_unlike = False  # whether even the best answer does not fit
 
     def clear(self) -> None:
         """Forget what was seen."""
-        self._sums[:] = 0.0
+        self._sums[:], self._total[:] = 0.0, 0.0
 
     def observe(
         self,
@@ -103,9 +108,11 @@ class SegmentAlignment:
             rate: Angular velocity of the link [rad/s], (3,).
         """
         tuning = self._tuning
-        self._sums *= np.exp(-dt_s / tuning.memory)
+        for sums in (self._sums, self._total):
+            sums *= np.exp(-dt_s / tuning.memory)
         accumulate(
             self._sums,
+            self._total,
             dt_s,
             np.ascontiguousarray(R_world_sensor),
             np.ascontiguousarray(R_map_link),
@@ -114,31 +121,43 @@ class SegmentAlignment:
             tuning.unknown_axis**2,
         )
 
-    def solve(self, mounting: Mounting | None = None) -> Alignment | None:
+    def solve(
+        self, mounting: SensorToSegment | None = None, north: float | None = None
+    ) -> Alignment | None:
         """The alignment, if it is known surely enough.
 
         Args:
             mounting: How the IMU sits, where a calibration has told; only the heading is sought.
+            north: Heading of the other IMUs' world in map [rad], where this one shares it.
         """
         if not np.any(self._sums):
             return None
         samples_per_s = 1.0 / self._tuning.independent_s
         if mounting is None:
-            found = best_alignment(self._sums, samples_per_s)
+            found = best_alignment(self._sums, samples_per_s, north)
         else:
             found = best_heading(self._sums, samples_per_s, mounting)
         stddev = np.sqrt(np.diag(found.covariance))
-        is_sure = (
+        misfit = self._misfit(found)
+        self.is_unlike = misfit > self._tuning.misfit
+        is_sure = not self.is_unlike and (
             found.gap > self._tuning.gap
             and stddev[3] < self._tuning.heading_stddev
             and max(stddev[0], stddev[1]) < self._tuning.tilt_stddev
         )
         return found if is_sure else None
 
+    def _misfit(self, found: Alignment) -> float:
+        """Mean squared distance of the axes from where the answer has them, over its variance."""
+        weight, axis_s = self._total
+        C = _cost_matrix(self._sums, found.heading)
+        return float(2.0 * (weight - np.sum(found.R_sensor_link * C)) / max(axis_s, 1e-9))
+
 
 @compiled
 def accumulate(
     sums: FloatArray,
+    total: FloatArray,
     dt_s: float,
     R_world_sensor: FloatArray,
     R_map_link: FloatArray,
@@ -148,7 +167,8 @@ def accumulate(
 ) -> None:
     """Add ∫ R_wsᵀ part B dt for each part of the heading; B weights the link's axes.
 
-    An axis's error comes from the link's turns about the two others.
+    An axis's error comes from the link's turns about the two others. ``total`` is given the sum of
+    all weights and for how long axes were used.
     """
     about, B, turned = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for k in range(3):
@@ -159,6 +179,8 @@ def accumulate(
     for k in range(3):
         across = about.sum() - about[k]
         weight = dt_s / (across + variance) if across < unknown_variance else 0.0
+        total[0] += weight
+        total[1] += dt_s if weight > 0.0 else 0.0
         for i in range(3):
             B[i, k] = weight * R_map_link[i, k]
     for part in range(3):
@@ -168,31 +190,39 @@ def accumulate(
                 sums[part, i, k] += turned[i, k]
 
 
-def best_alignment(sums: FloatArray, samples_per_s: float) -> Alignment:
+def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None = None) -> Alignment:
     """The maximum of J, its covariance and its lead.
 
     Args:
         sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
         samples_per_s: Independent samples a second.
+        north: See :meth:`SegmentAlignment.solve`.
     """
-    J = np.array([_best_mounting(sums, heading)[1] for heading in GRID])
+
+    def fit(heading: float) -> float:
+        return _best_mounting(sums, heading)[1] + _of_north(heading, north) / samples_per_s
+
+    J = np.array([fit(heading) for heading in GRID])
     heading = float(GRID[J.argmax()])
     for step in REFINED:
-        left, here, right = (_best_mounting(sums, heading + k * step)[1] for k in (-1, 0, 1))
+        left, here, right = (fit(heading + k * step) for k in (-1, 0, 1))
         bend = left - 2.0 * here + right
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
-    M, best = _best_mounting(sums, heading)
-    apart = np.abs(np.angle(np.exp(1j * (GRID - heading)))) > APART
+    M = _best_mounting(sums, heading)[0]
+    apart = np.abs(_turn(GRID - heading)) > APART
+    near_north = north is not None and abs(_turn(heading - north)) < APART
     return Alignment(
-        heading=float(np.angle(np.exp(1j * heading))),
+        heading=float(_turn(heading)),
         R_sensor_link=M,
-        covariance=_covariance(sums, heading, M, samples_per_s),
-        gap=float(samples_per_s * (best - J[apart].max())),
+        covariance=_covariance(
+            sums, heading, M, samples_per_s, NORTH_STDDEV if near_north else PRIOR_STDDEV
+        ),
+        gap=float(samples_per_s * (fit(heading) - J[apart].max())),
     )
 
 
-def best_heading(sums: FloatArray, samples_per_s: float, mounting: Mounting) -> Alignment:
+def best_heading(sums: FloatArray, samples_per_s: float, mounting: SensorToSegment) -> Alignment:
     """The same for a mounting that is known: only the heading is sought, in closed form."""
     M = mounting.R_sensor_segment
     cosine, sine = float(np.sum(M * sums[1])), float(np.sum(M * sums[2]))
@@ -205,6 +235,19 @@ def best_heading(sums: FloatArray, samples_per_s: float, mounting: Mounting) -> 
         covariance=covariance,
         gap=2.0 * samples_per_s * size,
     )
+
+
+def _turn(angle: FloatArray | float) -> FloatArray:
+    """Angles [rad] within half a turn."""
+    return np.asarray(np.angle(np.exp(1j * np.asarray(angle))), np.float64)
+
+
+def _of_north(heading: float, north: float | None) -> float:
+    """Log of the share of IMUs with this heading, but for a constant; some are far astray."""
+    if north is None:
+        return 0.0
+    distance = float(_turn(heading - north)) / NORTH_STDDEV
+    return float(np.log(np.exp(-0.5 * distance**2) + ASTRAY * NORTH_STDDEV))
 
 
 def _cost_matrix(sums: FloatArray, heading: float) -> FloatArray:
@@ -220,9 +263,9 @@ def _best_mounting(sums: FloatArray, heading: float) -> tuple[FloatArray, float]
 
 
 def _covariance(
-    sums: FloatArray, heading: float, M: FloatArray, samples_per_s: float
+    sums: FloatArray, heading: float, M: FloatArray, samples_per_s: float, heading_stddev: float
 ) -> FloatArray:
-    """Inverse of J's curvature by (mounting, heading), with a weak prior, (4, 4) [rad²]."""
+    """Inverse of J's curvature by (mounting, heading), with a prior, (4, 4) [rad²]."""
     cosine, sine = np.cos(heading), np.sin(heading)
     S = M.T @ _cost_matrix(sums, heading)
     slope = M.T @ (cosine * sums[2] - sine * sums[1])
@@ -230,5 +273,6 @@ def _covariance(
     H[:3, :3] = np.trace(S) * np.eye(3) - 0.5 * (S + S.T)
     H[3, 3] = np.sum(M * (cosine * sums[1] + sine * sums[2]))
     H[:3, 3] = H[3, :3] = -np.einsum("kij,ij->k", GENERATORS, slope)
-    covariance = np.linalg.inv(samples_per_s * H + np.eye(4) / PRIOR_STDDEV**2)
+    stddev = np.array([PRIOR_STDDEV, PRIOR_STDDEV, PRIOR_STDDEV, heading_stddev])
+    covariance = np.linalg.inv(samples_per_s * H + np.diag(stddev**-2.0))
     return np.asarray(0.5 * (covariance + covariance.T), np.float64)

@@ -9,7 +9,7 @@ from pose_core.filter.layout import Layout
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.placing import Pose
+from pose_core.kernels.joint_kinematics import Pose
 from pose_core.kernels.rotations import turn_by, turn_within
 from pose_core.streams.samples import FloatArray
 

@@ -59,7 +59,7 @@ class CameraNoise:
     delay_prior: float = (
         40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
-    delay_memory: float = 30.0  # [s]
+    delay_memory: float = 8.0  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +72,7 @@ class PosturePrior:
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis
         default_factory=lambda: {"upper_arm": 1.8, "thigh": 1.4, "head": 1.8}
     )
-    waist_stddev: float = 1.1  # [rad] about each axis
+    waist_stddev: tuple[float, float, float] = (0.25, 1.1, 0.5)  # [rad] sideways, forward, turn
     wrong_bend: float = 0.6  # [rad] beyond which a limb is turned by half a turn
 
 
@@ -85,8 +85,8 @@ class ImuNoise:
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]
     rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
-    mounting_walk: float = 0.002  # [rad/√s]
-    heading_walk: float = 0.004  # [rad/√s]
+    mounting_walk: float = 0.0006  # [rad/√s]
+    heading_walk: float = 0.001  # [rad/√s]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,11 +30,12 @@ class BodyEstimate:
     position: FloatArray  # (d,) [m] or [rad]
     velocity: FloatArray  # (d,) [m/s] or [rad/s]
     position_stddev: FloatArray  # (d,) [m] or [rad]
+    is_known: NDArray[np.bool_]  # (d,) whether each is known at all; otherwise it is held
     weight_kinect: FloatArray  # (d,) 0..1
     weight_imu: FloatArray  # (d,) 0..1
     source: NDArray[np.uint8]  # (d,), values of Source
     joints: FloatArray  # (15, 3) [m] in map
-    tracking_state: NDArray[np.uint8]  # (15,), best of the sensors
+    tracking_state: NDArray[np.uint8]  # (15,), of the estimate
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (links, 4, 4), origin at the joint it turns about
     sensor_weight: Mapping[str, FloatArray]  # (15,) each sensor's share in each joint
@@ -49,6 +51,7 @@ class EstimateBlock:
     position: FloatArray  # (n, d) [m] or [rad]
     velocity: FloatArray  # (n, d) [m/s] or [rad/s]
     position_stddev: FloatArray  # (n, d) [m] or [rad]
+    is_known: NDArray[np.bool_]  # (n, d)
     weight_kinect: FloatArray  # (n, d) 0..1
     weight_imu: FloatArray  # (n, d) 0..1
     source: NDArray[np.uint8]  # (n, d), values of Source
@@ -65,6 +68,14 @@ class EstimateBlock:
     def __iter__(self) -> Iterator[BodyEstimate]:
         return map(self.__getitem__, range(len(self)))
 
+    def rows(self, rows: slice) -> "EstimateBlock":
+        """Some of them."""
+        fields = ((name, getattr(self, name)) for name in self.__dataclass_fields__)
+        chosen: dict[str, Any] = {
+            name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields
+        }
+        return EstimateBlock(**chosen)
+
     def __getitem__(self, row: int) -> BodyEstimate:
         """One of them; its arrays are the block's."""
         return BodyEstimate(
@@ -74,6 +85,7 @@ class EstimateBlock:
             position=self.position[row],
             velocity=self.velocity[row],
             position_stddev=self.position_stddev[row],
+            is_known=self.is_known[row],
             weight_kinect=self.weight_kinect[row],
             weight_imu=self.weight_imu[row],
             source=self.source[row],

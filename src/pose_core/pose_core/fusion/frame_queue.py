@@ -35,7 +35,7 @@ class FrameQueue:
 
     def add_skeleton(self, sample: SkeletonSample) -> None:
         """Take one sensor's sample."""
-        self._note_time(sample.stamp_ns)
+        self._update_newest(sample.stamp_ns)
         if self._aligner is not None:
             self.ready.extend(self._aligner.add(sample))
             return
@@ -55,23 +55,23 @@ class FrameQueue:
         """Take the stamps of so many samples; how many frames of the IMUs alone they give."""
         is_alone = self._aligner is None and stamps_ns[-1] > self._silence.begins_ns()
         self._silence.newest_imu_ns = int(stamps_ns.max())
-        self._note_time(self._silence.newest_imu_ns)
+        self._update_newest(self._silence.newest_imu_ns)
         if not is_alone:
             return 0
-        self.let_go()
+        self.release_all()
         instants_ns = self._silence.instants(int(stamps_ns[-1]))
         for instant_ns in instants_ns:
             self._await(AlignedFrame(stamp_ns=instant_ns, samples={}))
         return len(instants_ns)
 
-    def let_go(self) -> None:
+    def release_all(self) -> None:
         """Wait no longer for frames that should come before others."""
         for frame in self._order.flush():
             self._await(frame)
 
     def flush(self) -> None:
         """Wait for nothing more: the streams have ended."""
-        self.let_go()
+        self.release_all()
         if self._aligner is not None:
             self.ready.extend(self._aligner.flush())
 
@@ -79,6 +79,6 @@ class FrameQueue:
         self._silence.note_frame(frame.stamp_ns)
         self.ready.append(frame)
 
-    def _note_time(self, stamp_ns: int) -> None:
+    def _update_newest(self, stamp_ns: int) -> None:
         is_set_back = stamp_ns < self.newest_ns - JUMP_BACK_NS  # a recording that loops
         self.newest_ns = stamp_ns if is_set_back else max(self.newest_ns, stamp_ns)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.body.shape import BodyShape
-from pose_core.imu.track import ImuStates
+from pose_core.imu.imu_history import ImuStates
 from pose_core.streams.samples import FloatArray
 
 

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
+from pose_core.baseline_filters.li2020 import Li2020Parameters
 from pose_core.estimators import ESTIMATORS
-from pose_core.filters.li2020 import Li2020Parameters
-from pose_core.parameters import NAME, NAME_ENDING, parameter
+from pose_core.parameters import NAME, NAME_ENDING, RUN, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,11 +16,18 @@ class FusionParameters(Li2020Parameters):
     )
     body_model: str = parameter(
         "auto",
-        choices=("auto", "default", "li2020"),
-        doc="the kinematic tree; auto: the one that the estimator was made for",
+        doc="the kinematic tree: default, li2020, or the path of a YAML file of your own; auto: "
+        "the one that the estimator was made for",
     )
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
-    person: str = parameter("", doc="a sensor's id of the person to follow; empty: the only one")
+    person: str = parameter(
+        "first",
+        doc="the subject: `first`, `nearest` (to the first sensor), `imus` (who wears them), or "
+        "a sensor's id",
+    )
+    max_people: int = parameter(
+        1, low=1, high=6, doc="how many people's poses are estimated, the subject first"
+    )
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
     )
@@ -32,6 +39,12 @@ class FusionParameters(Li2020Parameters):
     )
     shape_file: str = parameter(
         "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"
+    )
+    run: str = parameter(
+        "",
+        doc="the graph's run: a node that is started again within it goes on with what it had "
+        "found out; empty: it begins anew",
+        pattern=RUN,
     )
     shape_duration: float = parameter(
         2.0, unit="s", low=0.2, high=60.0, doc="stretch of samples that bone lengths come from"
@@ -54,11 +67,12 @@ class FusionParameters(Li2020Parameters):
         0.2, unit="s", low=0.05, high=2.0, doc="baselines: longest silence of a sensor to wait for"
     )
     output_rate: float = parameter(
-        0.0,
+        100.0,
         unit="Hz",
         low=0.0,
         high=240.0,
-        doc="rate at which the pose is predicted to now and published; 0: once for each frame",
+        doc="rate at which the pose is predicted to now and published; 0, and of estimators that "
+        "cannot predict: once for each frame",
     )
     restart_after: float = parameter(
         0.5, unit="s", low=0.1, high=10.0, doc="baselines: gap after which the filter starts anew"
@@ -72,11 +86,6 @@ class FusionParameters(Li2020Parameters):
         "the filter",
     )
     use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
-    imu_weighting: str = parameter(
-        "variance",
-        choices=("variance", "zhang2015"),
-        doc="`li2020`'s weights of Kinect and IMU: least variance, or the paper's 0.8 and 0.2",
-    )
     imu_wait: float = parameter(
         0.1,
         unit="s",
@@ -99,17 +108,18 @@ class FusionParameters(Li2020Parameters):
         doc="how late the Kinects' joints are against their stamps, as far as it is known; with "
         "IMUs the default estimator seeks each tracker's delay around it",
     )
-    kinect_joint_stddev: float = parameter(
-        0.03,
-        unit="m",
-        low=0.0,
-        high=0.2,
-        doc="slow error of a tracker's joint that no filter averages out, for zhang2015's σ₁",
-    )
-    imu_mounting_stddev: float = parameter(
-        0.01,
+    kinect_attitude_stddev: float = parameter(
+        0.05,
         unit="rad",
-        low=0.0,
+        low=0.001,
         high=1.0,
-        doc="error of an IMU's alignment with its segment; also zhang2015's σ₂",
+        doc="`zhang2015`: σ₁ of a limb's attitude as the Kinect has it; with σ₂ it gives the "
+        "weights, by default the paper's 0.8 and 0.2",
+    )
+    imu_attitude_stddev: float = parameter(
+        0.1,
+        unit="rad",
+        low=0.001,
+        high=1.0,
+        doc="`zhang2015`: σ₂ of a limb's attitude as its IMU has it",
     )

@@ -1,4 +1,4 @@
-"""The chain from samples to estimates, the same object live and offline.
+"""The pipeline from samples to estimates, the same class live and offline.
 
 Samples of several Kinects are brought into ``map``, used first to measure the body and then handed
 to the estimator, with the IMUs' orientations of the same instant. An estimator that wants all
@@ -11,20 +11,29 @@ from collections.abc import Callable, Iterable
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
-from pose_core.estimators.registry import body_model_of
+from pose_core.estimators.registry import body_model_of, estimator_class
 from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
-from pose_core.fusion.estimation import Estimation
+from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
-from pose_core.fusion.observer import COUNTERS, Observer
+from pose_core.fusion.output_grid import OutputGrid
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.tracking import tracking_counters
+from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
+from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.imu_set import ImuSet
-from pose_core.imu.mounting import Mountings
+from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.clocks import Clocks
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
+
+LONGEST_BACKLOG_NS = 50_000_000  # [ns] what is older is not published
+
+
+def has_output_rate(parameters: FusionParameters) -> bool:
+    """Whether estimates come at ``output_rate``; otherwise once for each frame."""
+    can_predict = estimator_class(parameters.estimator).CAN_PREDICT
+    return can_predict and parameters.output_rate > 0.0
 
 
 class FusionPipeline:
@@ -34,6 +43,9 @@ class FusionPipeline:
         parameters: See :class:`FusionParameters`.
         extrinsics: Where the sensors are; may come later (:meth:`place_sensors`).
         shape: The person's measures; measured from the first samples if None.
+        is_live: Whether estimates are asked for by :meth:`publish_until`; otherwise, of a
+            recording, they come with the samples.
+        make_estimator: Makes the estimator; the class that the parameters name if None.
     """
 
     def __init__(
@@ -41,14 +53,22 @@ class FusionPipeline:
         parameters: FusionParameters,
         extrinsics: Extrinsics | None = None,
         shape: BodyShape | None = None,
+        *,
+        is_live: bool = False,
+        make_estimator: EstimatorMaker | None = None,
     ) -> None:
         self.parameters = parameters
         self.model: BodyModel = body_model_of(parameters)
-        self.counters = Counters(*COUNTERS, *tracking_counters(parameters))
-        self._estimation = Estimation(self.model, parameters, self.counters)
-        self._observer = Observer(self.model, parameters, self.counters)
+        self.counters = Counters(*COUNTERS, *runner_counters(parameters), "outputs_skipped")
+        self._runner = EstimatorRunner(self.model, parameters, self.counters, make_estimator)
+        warm_up(parameters.estimator, self.model)
+        self._preprocessor = Preprocessor(self.model, parameters, self.counters)
+        self._is_live = is_live
+        self._grid: OutputGrid | None = None
+        if has_output_rate(parameters):
+            self._grid = OutputGrid(parameters.output_rate, parameters.forget_after)
         self.outlet: Callable[[EstimateBlock], None] | None = None
-        """Is given all estimates at once, before the next frame is looked at; none are returned."""
+        """Receives each block of estimates before the next frame is processed; none is returned."""
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -56,32 +76,32 @@ class FusionPipeline:
 
     @property
     def extrinsics(self) -> Extrinsics | None:
-        """Where the sensors are, once it is known."""
-        return self._observer.extrinsics
+        """The sensors' poses, once they are known."""
+        return self._preprocessor.extrinsics
 
     @property
     def clocks(self) -> Clocks:
-        """By which stamps are put right."""
-        return self._observer.clocks
+        """The clocks by which stamps are corrected."""
+        return self._preprocessor.clocks
 
     @property
     def shape(self) -> BodyShape | None:
         """The person's measures, once they are known."""
-        return self._observer.shape
+        return self._preprocessor.shape
 
     @property
     def imus(self) -> ImuSet:
-        """The IMUs that have spoken."""
-        return self._observer.imus
+        """The IMUs with samples."""
+        return self._preprocessor.imus
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard, by segment's name."""
-        uses = {use.segment: use for use in self._estimation.imu_uses}
+        """State of use of each IMU with samples, by segment's name."""
+        uses = {use.segment: use for use in self._runner.imu_uses}
         return tuple(uses.get(name) or self._unused(name) for name in sorted(self.imus.segments))
 
     def _unused(self, segment: str) -> ImuUse:
-        """Of an IMU that the estimator has not been given."""
+        """State of an IMU that the estimator has not received."""
         if not self.parameters.use_imus:
             return ImuUse(segment=segment, refused="use_imus is false: set it to true")
         if self.counters["estimates"] == 0:
@@ -92,60 +112,80 @@ class FusionPipeline:
     @property
     def aligner(self) -> TimeAligner:
         """Brings all sensors to common instants, if the estimator wants that."""
-        return self._observer.aligner
+        return self._preprocessor.aligner
 
     @property
     def status(self) -> str:
-        """What the chain is doing, for people."""
-        return self._observer.status
+        """State of the pipeline, as text for people."""
+        return self._preprocessor.status
 
     @property
     def holds_frames(self) -> bool:
         """Whether a frame waits for another sensor's that should come before it."""
-        return self._observer.holds_frames
+        return self._preprocessor.holds_frames
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on; see :meth:`Observer.place_sensors`.
 
         Estimates of the past are not made.
         """
-        self._observer.place_sensors(extrinsics)
+        self._preprocessor.place_sensors(extrinsics)
 
-    def use_mountings(self, mountings: Mountings) -> None:
-        """Take how these IMUs sit from a calibration, instead of finding it from motion."""
-        self._estimation.use_mountings(mountings)
+    def use_sensor_to_segment(self, mountings: SensorsToSegments) -> None:
+        """Use sensor-to-segment rotations of a calibration; none are estimated from motion."""
+        self._runner.use_sensor_to_segment(mountings)
 
     def use_clocks(self, clocks: Clocks) -> None:
-        """Put stamps right by these clocks from now on; what came before stays where it is."""
-        self._observer.clocks = clocks
+        """Correct later stamps by these clocks; earlier samples keep theirs."""
+        self._preprocessor.clocks = clocks
 
     def use_shape(self, shape: BodyShape) -> None:
         """Track a body of these measures from now on."""
-        self._observer.shape = shape
+        self._preprocessor.shape = shape
 
     def add(self, sample: SkeletonSample | ImuSample | ImuBlock) -> list[BodyEstimate]:
         """Take a sample of any source; returns the estimates that this completes."""
-        return self._estimated(self._observer.add(sample))
+        return self._estimated(self._preprocessor.add(sample))
 
     def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
         """Take one person's joints from one sensor; returns the estimates that this completes."""
-        return self._estimated(self._observer.add(sample))
+        return self._estimated(self._preprocessor.add(sample))
 
     def add_imu(self, samples: ImuSample | ImuBlock) -> list[BodyEstimate]:
         """Take IMUs' orientations; returns the estimates that were waiting for them."""
-        return self._estimated(self._observer.add(samples))
+        return self._estimated(self._preprocessor.add(samples))
 
     def wait_no_longer(self) -> list[BodyEstimate]:
         """Go on without the frames that others wait for: a live caller's patience has ended."""
-        return self._estimated(self._observer.wait_no_longer())
+        return self._estimated(self._preprocessor.wait_no_longer())
 
     def flush(self) -> list[BodyEstimate]:
         """Wait for nothing more: the streams have ended."""
-        estimates = self._estimated(self._observer.flush())
-        return estimates + self._told(self._estimation.flush(self._observer.newest_ns))
+        estimates = self._estimated(self._preprocessor.flush())
+        newest_ns = self._preprocessor.newest_ns
+        if self._grid is not None and not self._is_live:
+            estimates += self._output_before(newest_ns + 1)
+        return estimates + self._published(self._runner.flush(newest_ns))
+
+    def publish_until(self, now_ns: int) -> list[BodyEstimate]:
+        """The estimates of the output's instants up to now, predicted from what has come.
+
+        Args:
+            now_ns: Now [ns], on the reference sensor's clock.
+
+        Returns:
+            None of an instant at which there is no pose, or none any more; of a backlog the
+            newest, the others are counted as ``outputs_skipped``.
+        """
+        if self._grid is None:
+            return []
+        self.calibrate_session()
+        instants, skipped = self._grid.until(now_ns, LONGEST_BACKLOG_NS)
+        self.counters.add("outputs_skipped", skipped)
+        return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
-        """The pose at an instant that no frame has come of yet; changes nothing.
+        """The estimate of an instant of one's own choice; instants are to increase.
 
         Args:
             stamp_ns: The instant [ns], on the reference sensor's clock.
@@ -153,27 +193,41 @@ class FusionPipeline:
         Returns:
             None while there is no pose, or none any more.
         """
-        block = self.predict_block(stamp_ns)
-        return None if block is None else block[0]
+        self.calibrate_session()
+        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
+        blocks = self._runner.predict(stamp_ns, newest_ns, readings)
+        return blocks[0][0] if blocks else None
 
-    def predict_block(self, stamp_ns: int) -> EstimateBlock | None:
-        """The same as a block of one."""
-        self.learn()
-        readings = self._observer.readings(stamp_ns)
-        return self._estimation.predict(stamp_ns, self._observer.newest_ns, readings)
-
-    def learn(self) -> None:
-        """Learn from the last frame, whose estimate has gone out before.
+    def calibrate_session(self) -> None:
+        """Calibrate the session with the last frame, whose estimate has been published before.
 
         Otherwise done when the next sample comes: a live caller has it done while it waits. The
         estimates are the same.
         """
-        self._observer.learn()
+        self._preprocessor.calibrate_session()
 
     def _estimated(self, observations: Iterable[Observation]) -> list[BodyEstimate]:
-        return [e for seen in observations for e in self._told(self._estimation.take(seen))]
+        estimates: list[BodyEstimate] = []
+        for observation in observations:
+            if self._grid is None:
+                poses = self._runner.update(observation)
+                estimates += self._published(self._runner.estimates(poses))
+                continue
+            if not self._is_live:
+                estimates += self._output_before(observation.stamp_ns)
+            self._runner.update(observation)
+        return estimates
 
-    def _told(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
+    def _output_before(self, stamp_ns: int) -> list[BodyEstimate]:
+        assert self._grid is not None
+        instants = self._grid.before(stamp_ns)
+        return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
+
+    def _output_at(self, stamp_ns: int) -> list[BodyEstimate]:
+        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
+        return self._published(self._runner.predict(stamp_ns, newest_ns, readings))
+
+    def _published(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
         if self.outlet is None:
             return [estimate for block in blocks for estimate in block]
         for block in blocks:

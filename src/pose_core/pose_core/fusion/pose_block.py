@@ -1,4 +1,4 @@
-"""Many poses of an estimator as few arrays, as they go from the estimator to who tells them."""
+"""Poses of an estimator as arrays, before joint angles are extracted from them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from pose_core.body.model import BodyModel
 from pose_core.fusion.estimates import EstimateBlock
 from pose_core.fusion.observation import Observation
-from pose_core.kernels.frames import place_origins
-from pose_core.kernels.reading import StateNumbers
+from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.streams.samples import FloatArray
 
 
@@ -31,7 +31,7 @@ class FusedPose:
 
 
 EstimatedPose: TypeAlias = FusedPose | StateNumbers
-"""A pose that is told as it is, or a filter's state, of which it is still to be read."""
+"""A pose with its joint angles, or a filter's state, from which they are yet to be extracted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
 
 @dataclass(frozen=True, kw_only=True)
 class StateBlock:
-    """n states of one body's segment filter, one at least."""
+    """n states of one body's filter, one at least."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     newest_ns: NDArray[np.int64]  # (n,) [ns] stamp of the newest sample of any source by then
@@ -61,7 +61,7 @@ class StateBlock:
 
 
 PoseBlock: TypeAlias = EstimateBlock | StateBlock
-"""What is told already, or is to be by :class:`pose_core.fusion.telling.Telling`."""
+"""Estimates, or states of which :class:`pose_core.fusion.output.Output` makes them."""
 
 
 def block_of_poses(
@@ -99,6 +99,7 @@ def block_of_poses(
         position=position,
         velocity=stacked([each.velocity for each in fused]),
         position_stddev=np.sqrt(stacked([each.variance for each in fused])),
+        is_known=np.ones(position.shape, np.bool_),
         weight_kinect=stacked([each.weight_kinect for each in fused]),
         weight_imu=stacked([each.weight_imu for each in fused]),
         source=stacked([each.source for each in fused]),
@@ -132,7 +133,7 @@ def link_transforms(
     position, rotations = np.ascontiguousarray(position), np.ascontiguousarray(rotations)
     joints = np.ascontiguousarray(joints)
     for row, filled in enumerate(T_map_link):
-        place_origins(position[row], rotations[row], joints[row], turns_about, filled)
+        compute_link_transforms(position[row], rotations[row], joints[row], turns_about, filled)
     return T_map_link
 
 

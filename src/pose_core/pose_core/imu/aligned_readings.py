@@ -1,4 +1,4 @@
-"""IMUs aligned beside an estimator that has no states for their alignment."""
+"""Sensor-to-segment alignment for estimators that have no states for it."""
 
 from collections.abc import Mapping
 
@@ -7,9 +7,9 @@ import numpy as np
 from pose_core.body.model import BodyModel
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
-from pose_core.imu.mounting import Mounting
+from pose_core.imu.imu_history import ImuState, ImuStates
 from pose_core.imu.readings import SegmentReading
-from pose_core.imu.track import ImuState, ImuStates
+from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.rotations import exponential
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
@@ -31,21 +31,21 @@ class AlignedReadings:
         self._alignments: dict[str, SegmentAlignment] = {}
         self._found: dict[str, Alignment] = {}
         self._uses: dict[str, ImuUse] = {}
-        self._mountings: Mapping[str, Mounting] = {}
+        self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns = 0
 
     @property
     def uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard."""
+        """State of use of each IMU with samples."""
         return tuple(self._uses[name] for name in sorted(self._uses))
 
-    def use_mountings(self, mountings: Mapping[str, Mounting]) -> None:
-        """Take how IMUs sit from a calibration."""
-        self._mountings = mountings
+    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+        """Use sensor-to-segment rotations of a calibration."""
+        self._sensor_to_segment = mountings
 
     def observe(self, stamp_ns: int, states: ImuStates, R_map_links: FloatArray) -> None:
-        """Learn from one instant.
+        """Update the alignment by one instant.
 
         Args:
             stamp_ns: The instant [ns].
@@ -72,7 +72,7 @@ class AlignedReadings:
                 self._solve(stamp_ns, segment, own)
 
     def _solve(self, stamp_ns: int, segment: str, own: SegmentAlignment) -> None:
-        found = own.solve(self._mountings.get(segment))
+        found = own.solve(self._sensor_to_segment.get(segment))
         if found is None:
             return
         use, self._found[segment] = self._uses[segment], found
@@ -83,7 +83,7 @@ class AlignedReadings:
         use.heading_stddev = float(stddev[3])
 
     def read(self, states: ImuStates) -> dict[str, SegmentReading]:
-        """What the aligned IMUs say of their segments."""
+        """Readings of the aligned IMUs, as their segments' attitudes."""
         readings = {}
         for segment, state in states.items():
             if segment not in self._uses:
@@ -97,7 +97,7 @@ class AlignedReadings:
 
 
 def aligned_reading(state: ImuState, alignment: Alignment) -> SegmentReading:
-    """One IMU's reading as its segment's."""
+    """One IMU's reading, transformed to its segment."""
     R_z = np.empty((3, 3))
     exponential(0.0, 0.0, alignment.heading, R_z)
     R_map_sensor = R_z @ state.R_world_sensor

@@ -1,4 +1,4 @@
-"""What an aligned IMU says of its segment at one instant."""
+"""The reading of an aligned IMU, as its segment's attitude at one instant."""
 
 from dataclasses import dataclass
 
@@ -7,9 +7,9 @@ from pose_core.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentReading:
-    """What an aligned IMU says of its segment."""
+    """A segment's attitude and rate by an aligned IMU."""
 
     R_map_segment: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in map
     stddev: FloatArray  # (3,) [rad] about map's axes: of the tilt, of the heading
-    age_s: float = 0.0  # [s] for which the gyroscope has carried it on
+    age_s: float = 0.0  # [s] for which it is extrapolated by the gyroscope

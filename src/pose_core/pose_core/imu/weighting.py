@@ -15,7 +15,6 @@ from pose_core.body.kinematics import rotation_from_vector
 from pose_core.streams.samples import FloatArray
 
 NEARLY_PARALLEL = 1e-9
-ZHANG2015_KINECT = 0.8  # [-] zhang2015, section on experiments: ω₁; ω₂ = 1 − ω₁
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,23 +44,6 @@ def minimum_variance_weights(
         imu=kinect_variance / total,  # zhang2015 (13)
         variance=kinect_variance * imu_variance / total,
     )
-
-
-def fixed_weights(
-    kinect_variance: float, imu_variance: float, *, is_tracked: bool, kinect: float
-) -> Weights:
-    """Weights that do not follow the variances.
-
-    Args:
-        kinect_variance: σ₁² [rad²].
-        imu_variance: σ₂² [rad²].
-        is_tracked: Whether the Kinect tracks the joints that define the segment.
-        kinect: The Kinect's share [-].
-    """
-    if not is_tracked:
-        return Weights(kinect=0.0, imu=1.0, variance=imu_variance)
-    variance = kinect**2 * kinect_variance + (1.0 - kinect) ** 2 * imu_variance
-    return Weights(kinect=kinect, imu=1.0 - kinect, variance=variance)
 
 
 def fuse_trunk(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How the kernels are compiled, and where what comes of it is kept.
+"""Compilation of the kernels by numba, and the folder of the compiled code.
 
 Numba compiles a function when it is first called and keeps the result for the next process. It
 looks only at the function's own file to see whether that is out of date, and the kernels call each
@@ -81,24 +81,24 @@ def compiled(function: F) -> F:
 def compiled_in_place(function: F) -> F:
     """The same for a function that makes no arrays, but only fills and reads those it is given.
 
-    Numba counts who uses an array each time that a part of it is looked at (``rotations[link]``),
-    by an atomic instruction that costs 6 ns, as long as a small matrix takes. Whoever calls such a
-    function holds the arrays for that long: so here nothing is counted. It must not call one that
-    returns an array and counts: that would never be given back.
+    Numba counts references to an array at every view of it (``rotations[link]``), by an atomic
+    instruction that costs 6 ns, as long as the product of two small matrices. The caller of such a
+    function holds the arrays meanwhile, so reference counting is switched off here. The function
+    must not call one that returns an array and counts: that array would never be freed.
     """
     # The option is numba's own; with it, a function that makes an array does not compile.
     with _kept_in_our_folder():
         return cast(F, numba.njit(**_OPTIONS, _nrt=False)(function))
 
 
-def settled(kernel: F) -> F:
-    """The kernel for a caller whose arguments are of the same types at every call.
+def type_specialised(kernel: F) -> F:
+    """A type-specialised kernel, for a caller whose arguments keep their types.
 
-    Only the first call's are looked at. Numba otherwise tells the type of each argument, and of all
-    that is in a tuple, at every call, which takes it 0.2 µs each: longer than some kernels take. So
-    an array must stay of its type and of its number of dimensions, and of contiguous rows if it was
-    at first: else it would be taken for what it is not. (``tests/support/checked_kernels.py``
-    checks that wherever tests call the code in their own process.)
+    Only the first call's types are looked at. Numba otherwise determines the type of each argument,
+    and of every element of a tuple, at every call, which takes 0.2 µs each: longer than some
+    kernels take. So an array must stay of its type and of its number of dimensions, and of
+    contiguous rows if it was at first: else it would be taken for what it is not.
+    (``tests/support/checked_kernels.py`` checks that in the tests' own process.)
     """
     chosen: Callable[..., Any] | None = None
 
@@ -114,8 +114,8 @@ def settled(kernel: F) -> F:
     return cast(F, call)
 
 
-def say_if_compiling() -> None:
-    """One line before the first start, which takes longer than all others."""
+def announce_compilation() -> None:
+    """Log one line before the first start, which compiles and takes longer than later ones."""
     if not any(COMPILED_FOLDER.rglob("*.nbi")):
         logging.getLogger("pose_core").warning(
             "first start: compiling the estimator for this machine, which takes a minute or two "

@@ -1,4 +1,4 @@
-"""The turn of a limb about itself that its bent hinge shows: see ``body.hinge_plane``."""
+"""Rotation of a limb about its long axis, from the plane of its bent hinge."""
 
 from typing import NamedTuple
 
@@ -17,19 +17,21 @@ class Hinges(NamedTuple):
     parents: NDArray[np.int64]
     links: NDArray[np.int64]
     signs: FloatArray
-    straight: float  # sine of a bend up to which the plane counts for nothing
-    bent: float  # from which on it counts alone
+    straight: float  # sine of a flexion up to which the plane has no weight
+    bent: float  # from which on it has full weight
 
 
 @compiled
 def turn_about_own_axis(R: FloatArray, angle: float) -> None:
-    """Turn a link, in place, by an angle [rad] about its own z axis, which may not be unit."""
+    """Rotate a link, in place, by an angle [rad] about its own z axis, which may not be unit."""
     turn_by(angle * R[0, 2], angle * R[1, 2], angle * R[2, 2], R)
 
 
 @compiled
 def turn_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
-    """Turn limbs about themselves, in place; no bone changes its direction.
+    """Rotate limbs about their long axes into their hinges' planes, in place.
+
+    No bone changes its direction.
 
     Args:
         rotations: ``R_map_link``, (links, 3, 3).
@@ -47,13 +49,13 @@ def turn_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
             continue
         across *= -hinges.signs[hinge] / sine
         turn_about_own_axis(upper, share * angle_about_own_axis(upper, across))
-        # The lower bone is where the hinge takes it, turned about itself as little as can be.
+        # The lower bone follows the hinge, with the least rotation about its long axis.
         turn_about_own_axis(lower, share * angle_about_own_axis(lower, upper[:, 1]))
 
 
 @compiled
 def angle_about_own_axis(R: FloatArray, lateral: FloatArray) -> float:
-    """How far a link must turn about its z axis [rad], for its y axis to be this one, (3,)."""
+    """Rotation of a link about its z axis [rad] that brings its y axis to this one, (3,)."""
     turned = np.empty(3)
     cross(R[:, 1], lateral, turned)
     return np.arctan2(dot(turned, R[:, 2]), dot(R[:, 1], lateral))

@@ -1,4 +1,4 @@
-"""An IMU's orientation between two samples, and carried on by its gyroscope."""
+"""Orientation interpolated between two samples, or integrated from one by an angular rate."""
 
 import numpy as np
 
@@ -9,12 +9,12 @@ from pose_core.streams.samples import FloatArray
 
 @compiled_in_place
 def interpolate(first: FloatArray, second: FloatArray, share: float, out: FloatArray) -> None:
-    """The rotation matrix between two orientations (x, y, z, w), along the shortest way.
+    """Spherical linear interpolation of two orientations (x, y, z, w), as a rotation matrix.
 
     Args:
         first: At share 0.
         second: At share 1.
-        share: How far in between [-].
+        share: Position between the two, 0 to 1 [-].
         out: (3, 3).
     """
     # conj(first) second, of the product of their lengths
@@ -30,6 +30,6 @@ def interpolate(first: FloatArray, second: FloatArray, share: float, out: FloatA
 
 @compiled_in_place
 def turn_on(orientation: FloatArray, x: float, y: float, z: float, out: FloatArray) -> None:
-    """The rotation matrix of an orientation (x, y, z, w) turned on by a vector [rad] of its own."""
+    """Rotation matrix of an orientation (x, y, z, w) times exp of a body-fixed vector [rad]."""
     matrix_of_quaternion(orientation, out)
     turn_within(x, y, z, out)

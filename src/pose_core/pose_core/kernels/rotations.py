@@ -6,7 +6,7 @@ r"""Rotations one at a time: matrices, rotation vectors, quaternions.
 
 import numpy as np
 
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place
 from pose_core.streams.samples import FloatArray
 
 SMALL_ANGLE = 1e-6  # [rad] below it, series replace sin x / x and (1 - cos x) / x²
@@ -91,14 +91,6 @@ def quaternion(R: FloatArray, out: FloatArray) -> None:
 
 
 @compiled_in_place
-def vector_of_quaternion(q: FloatArray, out: FloatArray) -> None:
-    """The rotation vector [rad], of length at most π, of a unit quaternion (x, y, z, w)."""
-    scale = vector_scale(q[0], q[1], q[2], q[3])
-    for axis in range(3):
-        out[axis] = scale * q[axis]
-
-
-@compiled_in_place
 def vector_scale(x: float, y: float, z: float, w: float) -> float:
     """What makes the rotation vector of a unit quaternion's x, y, z."""
     sign = 1.0 if w >= 0.0 else -1.0
@@ -162,12 +154,3 @@ def turn_all(vectors: FloatArray, scale: float, R: FloatArray, out: FloatArray) 
                 out[index, i, k] = R[index, i, k]
         v = vectors[index]
         turn_by(scale * v[0], scale * v[1], scale * v[2], out[index])
-
-
-@compiled
-def turns_between(A: FloatArray, B: FloatArray, out: FloatArray) -> None:
-    """The rotation vectors [rad] of A Bᵀ, shapes (n, 3, 3) to (n, 3)."""
-    relative = np.empty((3, 3))
-    for index in range(len(A)):
-        product_transposed(A[index], B[index], relative)
-        logarithm(relative, out[index])

@@ -56,7 +56,7 @@ class FrameOrder(Generic[T]):
         self._rhythms: dict[str, Rhythm] = {}
         self._held: list[tuple[int, int, T]] = []  # a heap by stamp, then by arrival
         self._count = 0
-        self._told_ns: int | None = None
+        self._released_ns: int | None = None
 
     @property
     def holds(self) -> bool:
@@ -73,14 +73,14 @@ class FrameOrder(Generic[T]):
         if rhythm is not None and stamp_ns < rhythm.newest_ns - JUMP_BACK_NS:
             ready = self.flush()
             self._rhythms.clear()
-            self._told_ns = rhythm = None
+            self._released_ns = rhythm = None
         if rhythm is None:
             self._rhythms[sensor] = Rhythm(stamp_ns)
         elif stamp_ns > rhythm.newest_ns:
             # By its own next frame, a sensor says that it owes nothing from before.
             ready += self._release_before(rhythm.newest_ns)
             rhythm.add(stamp_ns)
-        if self._told_ns is not None and stamp_ns < self._told_ns:
+        if self._released_ns is not None and stamp_ns < self._released_ns:
             return [*ready, frame]
         self._count += 1
         heappush(self._held, (stamp_ns, self._count, frame))
@@ -107,5 +107,5 @@ class FrameOrder(Generic[T]):
 
     def _pop(self) -> T:
         stamp_ns, _, frame = heappop(self._held)
-        self._told_ns = stamp_ns
+        self._released_ns = stamp_ns
         return frame

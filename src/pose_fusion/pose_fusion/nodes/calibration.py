@@ -1,6 +1,7 @@
 """The calibration node: skeletons of several sensors in, where the sensors stand out."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from heapq import merge
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,6 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
@@ -31,9 +31,10 @@ from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
+from pose_node.kept import kept_file
 from pose_node.level import Level
-from pose_node.nodes.declaring import accept_changes, declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import Report
+from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
@@ -44,7 +45,7 @@ PERIOD_S = 0.1  # [s] after which samples are taken, all at once: nobody waits f
 EVERY_OTHER = 2  # [-] of the IMUs' samples suffices, at the 100 Hz that they have
 
 
-class CalibrationNode(Node):
+class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     """Feeds a :class:`LiveCalibration`, publishes what it finds and saves it.
 
     Args:
@@ -55,36 +56,41 @@ class CalibrationNode(Node):
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("calibration", **options)
-        parameters = declare_parameters(self, LiveCalibrationParameters, changeable=("person",))
+        super().__init__("calibration", LiveCalibrationParameters, **options)
+
+    def configure(self) -> None:
+        """Load the file, if there is one, and make what it is published on."""
+        parameters = self.settings
         self._file = Path(parameters.file).expanduser() if parameters.file else None
         known = None
         if self._file is not None and self._file.exists():
             known = load_extrinsics_of(self._file, parameters.sensors)
-        self._calibration = LiveCalibration(parameters, known)
-        follow = self._calibration.selector.follow
-        accept_changes(self, LiveCalibrationParameters, {"person": follow})
+        self._kept = kept_file(self.get_fully_qualified_name(), parameters.run)
+        kept = None if known is not None else load_kept(self._kept, parameters.sensors)
+        self._calibration = LiveCalibration(parameters, known or kept)
+        if kept is not None:
+            known = kept
+            self._calibration.restart()  # these hold until better ones are found
+        self.changes["person"] = self._calibration.selector.follow
         self._counters = Counters(
             "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
         )
         self._trouble = ""
-        self._extrinsics_publisher = self.create_publisher(
-            TransformStamped, "extrinsics", latched(len(parameters.sensors))
-        )
-        self._clock_publisher = self.create_publisher(
-            TimeReference, "clock_offsets", latched(len(parameters.sensors))
-        )
         self._told_clocks: tuple[str, ...] = ()
-        self._tf_publisher = self.create_publisher(TFMessage, "/tf_static", latched(1))
-        frames = {sensor: f"kinect_{sensor}/skeletons" for sensor in parameters.sensors}
+        kept = latched(len(parameters.sensors))
+        self._extrinsics_publisher = self.create_publisher(TransformStamped, "extrinsics", kept)
+        self._clock_publisher = self.create_publisher(TimeReference, "clock_offsets", kept)
+        self._tf_publisher = self.create_publisher(TFMessage, "tf_static", latched(1))
+
+    def activate(self) -> None:
+        """Listen to the sensors; publish what is known already."""
+        sensors = self.settings.sensors
+        frames = {sensor: f"kinect_{sensor}/skeletons" for sensor in sensors}
         self._readers = {sensor: SkeletonReader(sensor) for sensor in frames}
         self._frames = Inbox(self, SkeletonArray, frames, FRAMES_QOS)
-        self._reference_frame = sensor_frame(parameters.sensors[0])
+        self._reference_frame = sensor_frame(sensors[0])
         self.create_subscription(
-            Imu,
-            f"kinect_{parameters.sensors[0]}/imu",
-            self._on_acceleration,
-            qos_profile_sensor_data,
+            Imu, f"kinect_{sensors[0]}/imu", self._on_acceleration, qos_profile_sensor_data
         )
         topics = {segment: f"imu_{segment}/data" for segment in BONES}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
@@ -92,9 +98,18 @@ class CalibrationNode(Node):
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
         self.create_service(Trigger, "~/progress", self._on_progress)
         self.create_service(Trigger, "~/save", self._on_save)
-        self._diagnostics = DiagnosticsPublisher(self, self._report)
-        if known is not None:
-            self._publish(known)
+        if self._calibration.extrinsics is not None:
+            self._publish(self._calibration.extrinsics)
+
+    def restart_time(self) -> None:
+        """Forget the samples, whose stamps will come again; keep the calibration."""
+        self._calibration.restart_time()
+
+    def deactivate(self) -> None:
+        """The calibration stays."""
+
+    def cleanup(self) -> None:
+        """The calibration goes with the next one; a file of it stays."""
 
     @property
     def calibration(self) -> LiveCalibration:
@@ -129,6 +144,7 @@ class CalibrationNode(Node):
             self._publish_clocks(clocks)
         if extrinsics is not None:
             self._publish(extrinsics)
+            keep(self._kept, extrinsics)
             if self._file is not None:
                 self._save(self._file, extrinsics)
 
@@ -200,7 +216,8 @@ class CalibrationNode(Node):
             response.message = f"saved {self._file}" if response.success else self._trouble
         return response
 
-    def _report(self) -> Report:
+    def report(self) -> Report:
+        """How far the calibration is, and how good."""
         calibration = self._calibration
         collecting = calibration.state is CalibrationState.COLLECTING
         level = Level.WARN if collecting or calibration.moved else Level.OK
@@ -228,7 +245,7 @@ class CalibrationNode(Node):
                     for sensor, offset in calibration.clock_offsets.items()
                 },
                 "imus": ", ".join(calibration.imu_memory.segments) or "none",
-                **_imus_told(calibration),
+                **_imus_reported(calibration),
                 "accelerometer_readings": calibration.accelerometer.readings,
                 "accelerometer_left_out": calibration.accelerometer.left_out,
                 **calibration.counters.as_dict(),
@@ -239,7 +256,24 @@ class CalibrationNode(Node):
         )
 
 
-def _imus_told(calibration: LiveCalibration) -> dict[str, object]:
+def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:
+    """What this node had found before it died; None if there is nothing that fits."""
+    if path is None or not path.exists():
+        return None
+    try:
+        return load_extrinsics_of(path, sensors)
+    except InputError:
+        return None
+
+
+def keep(path: Path | None, extrinsics: Extrinsics) -> None:
+    """Keep what was found, should this node die; without a place for it, nothing is lost."""
+    if path is not None:
+        with suppress(InputError):
+            save_extrinsics(path, extrinsics)
+
+
+def _imus_reported(calibration: LiveCalibration) -> dict[str, object]:
     """How the IMUs' clock was found to stand, also where it is taken to agree."""
     imus = calibration.imus
     if imus is None:

@@ -1,5 +1,6 @@
-"""The fusion node: skeletons and IMUs in, one person's pose out."""
+"""The fusion node: skeletons and IMUs in, the pose of one person or several out."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.node import Node
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, TimeReference
@@ -16,19 +17,22 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
-from pose_calibration.imus.section import load_mountings_if_any
+from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
     BodyShape,
     EstimateBlock,
     Extrinsics,
     FusionParameters,
-    FusionPipeline,
-    PersonSelector,
+    PeoplePipeline,
+    SkeletonSample,
+    StampJudge,
     estimator_class,
     extrinsics_from_map,
+    has_output_rate,
     load_body_shape,
     make_urdf,
     save_body_shape,
+    warm_up,
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
@@ -46,9 +50,10 @@ from pose_io.clock_messages import clock_of
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import transforms_to_map
 from pose_io.typestore import make_typestore
+from pose_node.kept import KeptPerson, kept_file
 from pose_node.level import Level
-from pose_node.nodes.declaring import accept_changes, declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import Report
+from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
@@ -61,34 +66,27 @@ PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before 
 LATCHED_QOS = latched(QUEUE)
 
 
-class FusionNode(Node):
-    """Feeds a :class:`FusionPipeline` and publishes what it says.
+class FusionNode(ManagedNode[FusionParameters]):
+    """Feeds a :class:`PeoplePipeline` and publishes what it says.
 
     Args:
-        options: Of :class:`rclpy.node.Node`.
+        **options: Of :class:`rclpy.node.Node`.
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("fusion", **options)
-        self._settings = declare_parameters(self, FusionParameters, changeable=("person",))
-        self._body_id = self._settings.subject
-        if estimator_class(self._settings.estimator).NEEDS_FUTURE:
+        self._body_publishers: dict[str, dict[str, Publisher]] = {}  # by body and topic
+        super().__init__("fusion", FusionParameters, **options)
+
+    def configure(self) -> None:
+        """Make the pipeline, load what is known of cameras, person and IMUs."""
+        if estimator_class(self.settings.estimator).NEEDS_FUTURE:
             raise ParameterError(
-                f"estimator = {self._settings.estimator} looks ahead, which a live node cannot: "
+                f"estimator = {self.settings.estimator} looks ahead, which a live node cannot: "
                 "choose another, or use ./pose fuse on a bag"
             )
-        can_predict = estimator_class(self._settings.estimator).CAN_PREDICT
-        if self._settings.output_rate > 0.0 and not can_predict:
-            raise ParameterError(
-                f"estimator = {self._settings.estimator} cannot predict: choose default or imu, or "
-                "leave output_rate at 0"
-            )
-        self.pipeline = FusionPipeline(self._settings)
-        prepare_reading()
-        if self._settings.output_rate == 0.0:
-            self.pipeline.outlet = self._send
-        self._selector = PersonSelector(self._settings.person)
-        accept_changes(self, FusionParameters, {"person": self._selector.follow})
+        kept = kept_file(self.get_fully_qualified_name(), self.settings.run)
+        self._shape_path = Path(self.settings.shape_file) if self.settings.shape_file else kept
+        self._kept_person = KeptPerson(kept)
         self._counters = Counters(
             "malformed_skeletons",
             "joints_not_tracked",
@@ -96,48 +94,94 @@ class FusionNode(Node):
             "malformed_transforms",
         )
         self._static_transforms: dict[str, TransformStamped] = {}
-        self._announced_shape: BodyShape | None = None
+        self._announced_shapes: dict[str, BodyShape] = {}  # by body
         self._typestore = make_typestore()
-        self._bytes: EstimateBytes | None = None
-        self._reported_estimates = 0
+        self._bytes: dict[str, EstimateBytes] = {}  # by body
         self._latency_s = 0.0
-        self._stages = LatencyStages()  # of the reference sensor's frames
-        self._urdf_publisher = self.create_publisher(String, urdf_topic(self._body_id), LATCHED_QOS)
-        self._publishers_by_topic = {
-            topic: self.create_publisher(message_type, topic, 10)
-            for topic, message_type in body_topics(self._body_id).items()
-        }
+        self._make_pipeline()
+        self.changes["person"] = lambda person: self.pipeline.follow(person)
+        prepare_reading()
+        self._bytes_of(self.settings.subject)
+        self._open_body(self.settings.subject)
+        self._load_files()
+
+    def activate(self) -> None:
+        """Listen to cameras and IMUs, publish."""
         self._cameras: dict[str, Subscription] = {}
-        self._readers = {sensor: SkeletonReader(sensor) for sensor in self._settings.sensors}
-        segments = SEGMENTS if self._settings.use_imus else ()
+        self._readers = {sensor: SkeletonReader(sensor) for sensor in self.settings.sensors}
+        segments = SEGMENTS if self.settings.use_imus else ()
         topics = {segment: f"imu_{segment}/data" for segment in segments}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
         if topics:
             steady_timer(self, IMU_PERIOD_S, self._take_imus)  # cameras may be silent
         self._patience = steady_timer(self, PATIENCE_S, self._on_patience_ended)
         self._patience.cancel()
-        if self._settings.output_rate > 0.0:
-            self.create_timer(1.0 / self._settings.output_rate, self._publish_prediction)
-        self._load_files()
+        if has_output_rate(self.settings):
+            steady_timer(self, 1.0 / self.settings.output_rate, self._publish_now)
         self._subscribe()
-        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    def deactivate(self) -> None:
+        """Cameras' places, the person's body and the IMUs' alignment stay."""
+
+    def cleanup(self) -> None:
+        """They go with the next pipeline; of the publishers, those of people who came later."""
+        for publishers in self._body_publishers.values():
+            for publisher in publishers.values():
+                self.destroy_publisher(publisher)
+        self._body_publishers.clear()
+
+    def restart_time(self) -> None:
+        """Begin anew, of the same person before the same cameras: stamps come again."""
+        before = self.pipeline
+        self._make_pipeline()
+        if before.subject.extrinsics is not None:
+            self.pipeline.place_sensors(before.subject.extrinsics)
+        shape = before.shape_of(self.settings.subject)
+        if shape is not None:
+            self.pipeline.use_shape(shape)
+        self.pipeline.use_sensor_to_segment(self._mountings)
+
+    def _make_pipeline(self) -> None:
+        self.pipeline = PeoplePipeline(self.settings, self._send, is_live=True)
+        self._judge = StampJudge() if has_output_rate(self.settings) else None
+        self._stages = LatencyStages()  # of the reference sensor's frames
+        self._reported_estimates = 0
+
+    def _bytes_of(self, body_id: str) -> EstimateBytes:
+        """What makes a body's messages, used once: nothing is compiled at the first publication."""
+        if body_id not in self._bytes:
+            example = warm_up(self.settings.estimator, self.pipeline.model)
+            model, typestore = self.pipeline.model, self._typestore
+            self._bytes[body_id] = made = EstimateBytes(model, body_id, typestore, example[0])
+            for _ in made.write(example, np.zeros(len(example))):
+                pass
+        return self._bytes[body_id]
 
     def _load_files(self) -> None:
-        parameters, pipeline = self._settings, self.pipeline
+        parameters, pipeline = self.settings, self.pipeline
+        chosen = self._kept_person.load()
+        if chosen:
+            pipeline.follow(chosen)
         if parameters.extrinsics_file:
             path = Path(parameters.extrinsics_file)
             pipeline.place_sensors(load_extrinsics_of(path, parameters.sensors))
-        if parameters.shape_file and Path(parameters.shape_file).exists():
-            pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
+        if self._shape_path is not None and self._shape_path.exists():
+            pipeline.use_shape(load_body_shape(self._shape_path, pipeline.model))
             self._announce_shape()
-        name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
-        pipeline.use_mountings(mountings)
+        name, mountings = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+        self._mountings = mountings
+        pipeline.use_sensor_to_segment(mountings)
         if mountings or parameters.imus_file:
             known = ", ".join(mountings) or "none: each is aligned from motion"
             self.get_logger().info(f"IMUs whose mounting {name} tells: {known}")
 
+    def _follow(self, person: str) -> None:
+        """Follow this person from now on, also after a death of this node."""
+        self.pipeline.follow(person)
+        self._kept_person.save(person)
+
     def _subscribe(self) -> None:
-        for sensor in self._settings.sensors:
+        for sensor in self.settings.sensors:
             self._cameras[sensor] = self.create_subscription(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
@@ -145,38 +189,53 @@ class FusionNode(Node):
                 SENSOR_QOS,
                 raw=True,
             )
-        if not self._settings.extrinsics_file:
-            self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, LATCHED_QOS)
+        if not self.settings.extrinsics_file:
+            self.create_subscription(TFMessage, "tf_static", self._on_tf_static, LATCHED_QOS)
         self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
 
     def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
         taken_ns = self.get_clock().now().nanoseconds
         # What the IMUs have sent until now is known first.
         self._take_imus()
-        self._take_frame(sensor, data, info, taken_ns)
         # Sensors of one phase deliver together: to be woken for each costs more than to look.
+        frames = [(sensor, data, info)]
         for other, subscription in self._cameras.items():
-            for more, noted in waiting(subscription):
-                self._take_frame(other, more, noted, taken_ns)
+            frames += [(other, more, noted) for more, noted in waiting(subscription)]
+        seen = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
+        # After a pause each queue holds many: in the order of their stamps, not camera by camera.
+        for persons in sorted(seen, key=lambda persons: persons[0].stamp_ns if persons else 0):
+            self.pipeline.add_frame(persons)
         if self.pipeline.holds_frames:
             self._patience.reset()
         self._learn()
 
-    def _take_frame(self, sensor: str, data: bytes, info: dict[str, Any], taken_ns: int) -> None:
+    def _persons_of(
+        self, sensor: str, data: bytes, info: dict[str, Any], taken_ns: int
+    ) -> list[tuple[SkeletonSample, ...]]:
+        """Everybody in a camera's message; of a message that cannot be used, no frame."""
         (persons,) = self._readers[sensor].read([data])
         if isinstance(persons, InputError):
             self._counters.add("malformed_skeletons")
             self.get_logger().warning(str(persons), throttle_duration_sec=5.0)
-            return
-        sample = self._selector.select(persons)
-        if sample is not None:
-            if sensor == self._settings.sensors[0]:
-                is_simulated = self.get_clock().ros_time_is_active
-                published_ns = taken_ns if is_simulated else info["source_timestamp"]
-                self._stages.note_taken(sample.stamp_ns, published_ns, taken_ns)
-            self.pipeline.add_skeleton(sample)
-            missing = len(sample.tracking_state) - int(np.count_nonzero(sample.tracking_state))
+            return []
+        for person in persons:
+            missing = len(person.tracking_state) - int(np.count_nonzero(person.tracking_state))
             self._counters.add("joints_not_tracked", missing)
+        if persons and self._judge is not None:
+            arrival_ns = self._time_of(info, "received_timestamp", taken_ns)
+            judged = self._judge.skeleton(persons[0], arrival_ns, self.pipeline.clocks)
+            if judged is None:
+                return []
+            persons = [replace(person, stamp_ns=judged.stamp_ns) for person in persons]
+        if persons and sensor == self.settings.sensors[0]:
+            published_ns = self._time_of(info, "source_timestamp", taken_ns)
+            self._stages.note_taken(persons[0].stamp_ns, published_ns, taken_ns)
+        return [tuple(persons)]
+
+    def _time_of(self, info: dict[str, Any], what: str, taken_ns: int) -> int:
+        """A time that the middleware notes [ns]; by simulated time, when it was taken."""
+        is_known = not self.get_clock().ros_time_is_active and info.get(what, 0) > 0
+        return int(info[what]) if is_known else taken_ns
 
     def _on_patience_ended(self) -> None:
         self._patience.cancel()
@@ -190,7 +249,11 @@ class FusionNode(Node):
             block, _ = imu_block(datas)
             count = sum(map(len, datas.values()))
             self._counters.add("imu_without_orientation", count - len(block))
-            self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns)))
+            if self._judge is not None:
+                now_ns = self.get_clock().now().nanoseconds
+                block = self._judge.imus(block, now_ns, self.pipeline.clocks)
+            if len(block):
+                self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns)))
 
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
@@ -201,55 +264,75 @@ class FusionNode(Node):
             self._counters.add("malformed_transforms")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        if all(sensor in placed for sensor in self._settings.sensors):
+        if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics: Extrinsics = extrinsics_from_map(
-                {sensor: placed[sensor] for sensor in self._settings.sensors}
+                {sensor: placed[sensor] for sensor in self.settings.sensors}
             )
             self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:
         self.pipeline.use_clocks({**self.pipeline.clocks, message.source: clock_of(message)})
 
-    def _publish_prediction(self) -> None:
+    def _publish_now(self) -> None:
         self._take_imus()
-        estimates = self.pipeline.predict_block(self.get_clock().now().nanoseconds)
-        if estimates is not None:
-            self._send(estimates)
+        self.pipeline.publish_until(self.get_clock().now().nanoseconds)
 
     def _learn(self) -> None:
         """What may wait until the estimate has gone out."""
-        self.pipeline.learn()
+        self.pipeline.calibrate_session()
         self._announce_shape()
 
-    def _send(self, estimates: EstimateBlock) -> None:
+    def _open_body(self, body_id: str) -> dict[str, Publisher]:
+        """The publishers of a body, made when it is first spoken of."""
+        opened = self._body_publishers.get(body_id)
+        if opened is None:
+            types = {urdf_topic(body_id): String, **body_topics(body_id)}
+            opened = {
+                topic: self.create_publisher(
+                    # Relative: in a namespace, all of a graph is in it.
+                    each,
+                    topic.lstrip("/"),
+                    LATCHED_QOS if topic == urdf_topic(body_id) else 10,
+                )
+                for topic, each in types.items()
+            }
+            self._body_publishers[body_id] = opened
+        return opened
+
+    def _send(self, body_id: str, estimates: EstimateBlock) -> None:
         now_ns = self.get_clock().now().nanoseconds
         # Clocks are put right to within some milliseconds: a sample may seem to be of later.
         latencies_s = np.maximum(now_ns - estimates.newest_ns, 0) / NS_PER_S
-        self._latency_s = float(latencies_s[-1])
-        if self._bytes is None:
-            model, body_id = self.pipeline.model, self._body_id
-            self._bytes = EstimateBytes(model, body_id, self._typestore, estimates[0])
-        for topic, rows in self._bytes.write(estimates, latencies_s):
+        publishers = self._open_body(body_id)
+        for topic, rows in self._bytes_of(body_id).write(estimates, latencies_s):
             for data in rows:
-                self._publishers_by_topic[topic].publish(data.tobytes())
-        stamp_ns = int(estimates.stamps_ns[-1])
-        self._stages.note_told(stamp_ns, self.get_clock().now().nanoseconds)
+                publishers[topic].publish(data.tobytes())
+        if body_id == self.settings.subject:
+            self._latency_s = float(latencies_s[-1])
+            self._stages.note_output(self.get_clock().now().nanoseconds)
 
     def _announce_shape(self) -> None:
-        """Publish the person's tree, and save the measures, once they are known."""
-        shape, path = self.pipeline.shape, self._settings.shape_file
-        if shape is None or shape is self._announced_shape:
-            return
-        self._announced_shape = shape
-        urdf = make_urdf(self.pipeline.model, shape, self._body_id)
-        self._urdf_publisher.publish(to_string(urdf))
-        if path and not Path(path).exists():
+        """Publish each person's tree, and save the subject's measures, once they are known."""
+        for body_id in {self.settings.subject, *self.pipeline.people}:
+            shape = self.pipeline.shape_of(body_id)
+            if shape is None or shape is self._announced_shapes.get(body_id):
+                continue
+            self._announced_shapes[body_id] = shape
+            urdf = make_urdf(self.pipeline.model, shape, body_id)
+            self._open_body(body_id)[urdf_topic(body_id)].publish(to_string(urdf))
+            if body_id == self.settings.subject:
+                self._save_shape(shape)
+
+    def _save_shape(self, shape: BodyShape) -> None:
+        path = self._shape_path
+        if path is not None and not path.exists():
             try:
-                save_body_shape(Path(path), self.pipeline.model, shape, self._body_id)
+                save_body_shape(path, self.pipeline.model, shape, self.settings.subject)
             except InputError as error:
                 self.get_logger().error(str(error))
 
-    def _report(self) -> Report:
+    def report(self) -> Report:
+        """Whether the person is tracked, from what, and how late."""
         counts = self.pipeline.counters.as_dict()
         estimates = counts["estimates"]
         is_tracking = estimates > self._reported_estimates
@@ -257,21 +340,26 @@ class FusionNode(Node):
         message = self.pipeline.status
         if message == "tracking" and not is_tracking:
             message = "no skeletons: the sensors see nobody, or are silent"
-        imus, uses = self.pipeline.imus, self.pipeline.imu_uses
+        imus, uses = self.pipeline.subject.imus, self.pipeline.imu_uses
         idle = [use for use in uses if use.reason]
         if is_tracking and idle:
             message = f"tracking without the IMU on {idle[0]}"
             if len(idle) > 1:
                 message += f"; {len(idle) - 1} more, see the values"
         unused = self._unused_sensors()
+        set_aside = self._judge.set_aside if self._judge is not None else {}
+        for source, reason in set_aside.items():
+            message += f"; {source} is set aside: its {reason}"
+        if self.pipeline.others:
+            message += f"; {self.pipeline.others} more people in sight, not followed"
         if unused:
             message += f"; not used: {', '.join(unused)}, add it to sensors"
         return Report(
-            level=Level.OK if is_tracking and not idle else Level.WARN,
+            level=Level.OK if is_tracking and not idle and not set_aside else Level.WARN,
             message=message,
             values={
-                "estimator": self._settings.estimator,
-                "sensors": ", ".join(self._settings.sensors),
+                "estimator": self.settings.estimator,
+                "sensors": ", ".join(self.settings.sensors),
                 "sensors_not_used": ", ".join(unused) or "none",
                 "latency_s": f"{self._latency_s:.4f}",
                 **self._stages.as_dict(),
@@ -285,15 +373,29 @@ class FusionNode(Node):
                 **counts,
                 **imus.counters.as_dict(),
                 **self._counters.as_dict(),
-                **self._selector.counters.as_dict("person/"),
-                **self.pipeline.aligner.counters.as_dict("alignment/"),
+                **self._clock_values(set_aside),
+                "people": ", ".join(self.pipeline.people) or "none",
+                "people_not_followed": self.pipeline.others,
+                **{f"people/{name}": n for name, n in self.pipeline.people_counts.items()},
+                **self.pipeline.subject.aligner.counters.as_dict("alignment/"),
             },
         )
+
+    def _clock_values(self, set_aside: Mapping[str, str]) -> dict[str, str | int]:
+        """What has become of the sources' stamps."""
+        if self._judge is None:
+            return {}
+        leapt = self._judge.offsets_s.items()
+        return {
+            "sources_set_aside": "; ".join(f"{s}: {r}" for s, r in set_aside.items()) or "none",
+            **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in leapt},
+            **self._judge.counters.as_dict(),
+        }
 
     def _unused_sensors(self) -> tuple[str, ...]:
         """Cameras that publish and are not used; the graph lists what we subscribe to as well."""
         topics = self.get_topic_names_and_types()
-        return unused_sensors(topics, self._settings.sensors, self.get_namespace())
+        return unused_sensors(topics, self.settings.sensors, self.get_namespace())
 
 
 def main() -> None:

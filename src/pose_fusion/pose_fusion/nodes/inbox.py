@@ -71,7 +71,7 @@ class Inbox:
         group = NotWoken()
         self._subscriptions = {
             name: node.create_subscription(
-                message_type, topic, nobody, profile, callback_group=group, raw=True
+                message_type, topic, ignore_message, profile, callback_group=group, raw=True
             )
             for name, topic in topics.items()
         }
@@ -95,5 +95,5 @@ def waiting(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
     return entries
 
 
-def nobody(_data: bytes) -> None:
+def ignore_message(_data: bytes) -> None:
     """Never called."""

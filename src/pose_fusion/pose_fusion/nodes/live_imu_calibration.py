@@ -19,17 +19,17 @@ from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibration
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
+    ChosenPerson,
     Clock,
     Extrinsics,
     ImuBlock,
-    SinglePersonSelector,
     SkeletonSample,
     extrinsics_from_map,
     joined,
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_core.fusion.waiting import WaitingSamples
+from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched
@@ -63,10 +63,10 @@ class ImuCalibrationNode(Node):
         self.extrinsics = extrinsics
         self.calibration: ImuCalibration | None = None
         self.counters = Counters("malformed_frames", "imu_without_orientation")
-        self._selector = SinglePersonSelector(parameters.person)
+        self._selector = ChosenPerson(parameters.person, extrinsics)
         self._transforms: dict[str, TransformStamped] = {}
         self._clocks: dict[str, Clock] = {}
-        self._waiting = WaitingSamples()
+        self._waiting = SampleBuffer()
         self._imus = Inbox(self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
             self.create_subscription(
@@ -76,7 +76,7 @@ class ImuCalibrationNode(Node):
                 SENSOR_QOS,
             )
         if extrinsics is None:
-            self.create_subscription(TFMessage, "/tf_static", self._on_tf_static, latched(DEPTH))
+            self.create_subscription(TFMessage, "tf_static", self._on_tf_static, latched(DEPTH))
             self.create_subscription(TimeReference, "clock_offsets", self._on_clock, latched(DEPTH))
         else:
             self.calibration = ImuCalibration(parameters, extrinsics)
@@ -104,6 +104,7 @@ class ImuCalibrationNode(Node):
         if self.calibration is None and all(sensor in placed for sensor in sensors):
             found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
             self.extrinsics = replace(found, clocks=dict(self._clocks))
+            self._selector.place_sensors(self.extrinsics)
             self.calibration = ImuCalibration(self._settings, self.extrinsics)
             while self._waiting:
                 self.calibration.add(self._waiting.popleft())
@@ -118,7 +119,7 @@ class ImuCalibrationNode(Node):
             self.counters.add("imu_without_orientation", len(datas) - len(kept))
             blocks.append(block)
         try:
-            sample = self._selector.select(skeleton_samples(message, sensor))
+            chosen = self._selector.select(skeleton_samples(message, sensor))
         except InputError as error:
             self.counters.add("malformed_frames")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
@@ -126,7 +127,7 @@ class ImuCalibrationNode(Node):
         if blocks:
             block = joined(blocks)
             self._take(block.rows(np.argsort(block.stamps_ns, kind="stable")))
-        if sample is not None:
+        for sample in chosen:
             self._take(sample)
 
     def _take(self, sample: SkeletonSample | ImuBlock) -> None:

@@ -28,7 +28,7 @@ from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
 from pose_node.conversions import ns_to_stamp
 from pose_node.level import Level
-from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.declaring import accept_changes, declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
@@ -49,7 +49,8 @@ class Player(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("player", **options)
-        self._settings = declare_parameters(self, PlayerParameters)
+        changes = {"rate": self._change_rate, "start_offset": self._seek}
+        self._settings = declare_parameters(self, PlayerParameters, changeable=changes)
         if not self._settings.bag:
             raise ParameterError("bag is not set: name the bag to play")
         self._bag = open_bag(Path(self._settings.bag))
@@ -58,6 +59,7 @@ class Player(Node):
         self._counters = Counters("played", "skipped_unknown_type")
         self._bag_publishers = self._make_publishers()
         self._finished = False
+        self._rate = self._settings.rate
         self._time_publisher = (
             self.create_publisher(Clock, CLOCK, 10) if self._settings.clock else None
         )
@@ -73,6 +75,7 @@ class Player(Node):
         period_s = PROGRESS_PERIOD_S if in_terminal else LOGGED_PERIOD_S
         steady_timer(self, period_s, self._show_progress if in_terminal else self._log_progress)
         self._timer = steady_timer(self, POLL_S, self._step)
+        accept_changes(self, PlayerParameters, changes)
         self._step()
 
     def _make_publishers(self) -> dict[str, Publisher]:
@@ -137,13 +140,13 @@ class Player(Node):
         self._publish(self._playlist.rewind())
         self._playback = PlaybackClock(
             self._playlist.start_ns,
-            parameters.rate,
+            self._rate,
             paused=parameters.start_paused,
             now_ns=now_ns,
         )
         self.get_logger().info(
             f"playing {self._bag.path}: {len(self._bag_publishers)} topics,"
-            f" {self._bag.duration_s:.1f} s, rate {parameters.rate:g}"
+            f" {self._bag.duration_s:.1f} s, rate {self._rate:g}"
             + (", paused" if parameters.start_paused else "")
         )
 
@@ -185,6 +188,25 @@ class Player(Node):
             return
         self._time_shown_ns = stamp_ns
         self._time_publisher.publish(Clock(clock=ns_to_stamp(stamp_ns)))
+
+    # -- parameters that change while it plays ---------------------------------------------------
+
+    def _change_rate(self, rate: float) -> None:
+        self._rate = rate
+        if self._playback is not None:
+            self._playback.change_rate(rate, time.monotonic_ns())
+
+    def _seek(self, offset_s: float) -> None:
+        """Go on from there, also back; later rounds of a loop begin there too."""
+        self._playlist.start_from(offset_s)
+        if self._playback is not None:
+            self._publish(self._playlist.rewind())
+            self._playback.jump(self._playlist.start_ns, time.monotonic_ns())
+            self._show_time(self._playlist.start_ns)
+            if self._finished:
+                self._finished = False
+                self._playback.resume(time.monotonic_ns())
+            self._sleep(1)
 
     # -- services and state ---------------------------------------------------------------------
 

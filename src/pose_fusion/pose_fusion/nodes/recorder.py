@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
@@ -20,18 +19,18 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.inbox import Losses, NotWoken, nobody, waiting
+from pose_fusion.nodes.inbox import Losses, NotWoken, ignore_message, waiting
 from pose_fusion.nodes.message_types import message_class
+from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import (
-    Recording,
     continued_path,
     dated_path,
     free_path,
 )
 from pose_node.level import Level
-from pose_node.nodes.declaring import declare_parameters
-from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.diagnostics import Report
+from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import RCLError, run_node
 from pose_node.nodes.steady_timer import steady_timer
 
@@ -41,40 +40,53 @@ TAKING_PERIOD_S = 0.02  # [s] to be woken for each message costs far more than t
 FLUSH_PERIOD_S = 1.0
 
 
-class Recorder(Node):
+class Recorder(ManagedNode[RecorderParameters]):
     """Subscribes to what is there, and to what appears later, and writes it down."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("recorder", **options)
-        self._settings = declare_parameters(self, RecorderParameters)
-        if self._settings.all and self._settings.topics:
+        self._recording: ContinuedRecording | None = None
+        self._said_trouble = ""
+        self._is_fresh = True
+        super().__init__("recorder", RecorderParameters, **options)
+
+    def configure(self) -> None:
+        """Check what is to be recorded, and where."""
+        if self.settings.all and self.settings.topics:
             raise ParameterError("set either topics, or all to true")
-        self._output = Path(self._settings.output or dated_path())
-        self._wanted = [self._resolved(topic) for topic in self._settings.topics]
+        self._output = Path(self.settings.output or dated_path())
+        self._wanted = [self._resolved(topic) for topic in self.settings.topics]
         self._subscriptions_by_topic: dict[str, Subscription] = {}
         self._losses_by_topic: dict[str, Losses] = {}
         self._not_woken = NotWoken()
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
         self._looks = 0
-        self._recording: Recording | None = None
-        if not self._settings.start_paused:
-            self._begin(continued_path(self._output))
+
+    def activate(self) -> None:
+        """Record, unless that is to wait for ``~/start``; again: into another bag."""
+        if not self.settings.start_paused:
+            path = continued_path if self._is_fresh else free_path
+            self._begin(path(self._output))
+        self._is_fresh = False
         self.create_service(Trigger, "~/start", self._on_start)
         self.create_service(Trigger, "~/stop", self._on_stop)
         steady_timer(self, DISCOVERY_PERIOD_S, self._discover)
         steady_timer(self, TAKING_PERIOD_S, self._take)
         steady_timer(self, FLUSH_PERIOD_S, self._flush)
-        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    def deactivate(self) -> None:
+        """Complete the bag."""
+        if self._recording is not None:
+            # Also after the end of ROS, when a logger is silent.
+            print(f"recorder: {self._finish()}", flush=True)
+
+    def cleanup(self) -> None:
+        """Nothing is left to forget."""
 
     # -- bags -----------------------------------------------------------------------------------
 
     def _begin(self, path: Path) -> None:
-        self._recording = Recording(
-            path,
-            self._settings.storage,
-            least_free=int(self._settings.least_free_space * 1e6),
-        )
+        self._recording = ContinuedRecording(path, self.settings)
         self._discover()
         self.get_logger().info(f"recording {', '.join(self._wanted) or 'every topic'} into {path}")
 
@@ -101,7 +113,7 @@ class Recorder(Node):
         except InputError as error:
             response.message = str(error)
             return response
-        self._diagnostics.publish()
+        self.diagnostics.publish()
         response.success, response.message = True, f"recording into {path}"
         return response
 
@@ -110,12 +122,24 @@ class Recorder(Node):
             response.message = "not recording"
             return response
         response.success, response.message = True, self._finish()
-        self._diagnostics.publish()
+        self.diagnostics.publish()
         return response
 
     def _flush(self) -> None:
         if self._recording is not None:
             self._recording.flush()
+            self._say_trouble(self._recording.trouble)
+
+    def _say_trouble(self, trouble: str) -> None:
+        """Say at once that nothing can be recorded now, or that it goes on."""
+        if bool(trouble) == bool(self._said_trouble):
+            return
+        self._said_trouble = trouble
+        if trouble:
+            self.get_logger().error(f"{trouble}; it is tried again")
+        elif self._recording is not None:
+            self.get_logger().info(f"recording goes on into {self._recording.path}")
+        self.diagnostics.publish()
 
     # -- topics ---------------------------------------------------------------------------------
 
@@ -139,7 +163,7 @@ class Recorder(Node):
             offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
             if not offered:
                 continue
-            profile = qos.for_subscription(offered, self._settings.depth)
+            profile = qos.for_subscription(offered, self.settings.depth)
             current = self._subscriptions_by_topic.get(topic)
             if current is None:
                 self._start_topic(topic, types, offered, profile)
@@ -172,7 +196,7 @@ class Recorder(Node):
         subscription = self.create_subscription(
             message_class(msgtype),
             topic,
-            nobody,
+            ignore_message,
             profile,
             callback_group=self._not_woken,
             raw=True,
@@ -191,8 +215,8 @@ class Recorder(Node):
 
     def _take(self) -> None:
         """Write down what has come on all topics, in the order in which it came."""
-        if self._recording is None or self._recording.is_over:
-            return
+        if self._recording is None or self._recording.trouble:
+            return  # what comes waits in the queues
         clock = self.get_clock()
         simulated_ns = clock.now().nanoseconds if clock.ros_time_is_active else None
         if simulated_ns == 0:
@@ -205,7 +229,8 @@ class Recorder(Node):
         for stamp_ns, topic, data in sorted(entries, key=itemgetter(0)):
             self._recording.write(topic, data, stamp_ns if simulated_ns is None else simulated_ns)
 
-    def _report(self) -> Report:
+    def report(self) -> Report:
+        """What is recorded, and what is not."""
         recording = self._recording
         if recording is None:
             return Report(level=Level.OK, message="not recording", values={"bag": ""})
@@ -218,26 +243,18 @@ class Recorder(Node):
             level, message = Level.WARN, f"nothing yet from {', '.join(missing)}"
         if self._refused:
             level, message = Level.WARN, f"not recorded: {', '.join(self._refused)}"
-        if self._counters["lost_messages"]:
+        if recording.trouble:
+            level, message = Level.ERROR, f"nothing is recorded: {recording.trouble}"
+        elif self._counters["lost_messages"]:
             level, message = Level.WARN, "messages were lost: the machine is too busy"
         values = {
             "bag": recording.path,
+            "bags": recording.bags,
             "messages": recording.message_count,
             **self._counters.as_dict(),
             "refused_topics": len(self._refused),
         }
         return Report(level=level, message=message, values={**values, **counts})
-
-    def destroy_node(self) -> None:
-        """Complete the bag."""
-        said = ""
-        try:
-            if getattr(self, "_recording", None) is not None:
-                said = self._finish()
-        finally:
-            super().destroy_node()
-        if said:
-            print(f"recorder: {said}", flush=True)
 
 
 def _asks_more(current: QoSProfile, possible: QoSProfile) -> bool:

@@ -12,9 +12,14 @@ class PlayerParameters:
     bag: str = parameter("", doc="the bag: a rosbag2 folder, or an .mcap or .db3 file")
     topics: tuple[str, ...] = parameter((), doc="topics to play; all if empty")
     rate: float = parameter(
-        1.0, doc="how many times faster than it was recorded", low=0.01, high=100.0
+        1.0,
+        doc="how many times faster than it was recorded; may change meanwhile",
+        low=0.01,
+        high=100.0,
     )
-    start_offset: float = parameter(0.0, unit="s", doc="where in the bag to begin", low=0.0)
+    start_offset: float = parameter(
+        0.0, unit="s", doc="where in the bag to begin; set meanwhile, it goes on there", low=0.0
+    )
     clock: bool = parameter(
         False, doc="publish the bag's time on `/clock`, for nodes with `use_sim_time`"
     )

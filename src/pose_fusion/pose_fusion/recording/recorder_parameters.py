@@ -19,6 +19,12 @@ class RecorderParameters:
     depth: int = parameter(
         1000, doc="messages of a topic that may wait to be written", low=1, high=100_000
     )
+    split_size: float = parameter(
+        0.0, unit="MB", doc="size after which the next bag is begun; 0: never", low=0.0
+    )
+    split_duration: float = parameter(
+        0.0, unit="s", doc="time after which the next bag is begun; 0: never", low=0.0
+    )
     least_free_space: float = parameter(
         100.0, unit="MB", doc="the recording ends before less of the disk is free", low=0.0
     )

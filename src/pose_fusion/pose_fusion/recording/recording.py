@@ -28,6 +28,8 @@ MOST_PENDING = 1 << 19  # [bytes] below the size at which rosbags completes a ch
 
 def free_path(path: Path) -> Path:
     """The path itself, or with the first of -2, -3, … that does not exist yet."""
+    if not path.name:
+        raise InputError(f"{path} exists already: name a folder to be made")
     candidate, number = path, 1
     while candidate.exists():
         number += 1
@@ -41,10 +43,23 @@ def dated_path() -> Path:
 
 
 def continued_path(path: Path) -> Path:
-    """The path itself, or a free one beside it if a recorder was killed in its midst."""
-    files = [*path.glob("*.mcap"), *path.glob("*.db3")]
-    is_cut_short = bool(files) and not (path / "metadata.yaml").exists()
-    return free_path(path) if is_cut_short else path
+    """The path itself, or a free one beside it if a recorder was killed in its midst.
+
+    The last bag of a row is looked at: those before it were complete when it was begun.
+    """
+    if not path.name:
+        raise InputError(f"{path} exists already: name a folder to be made")
+    last, following = path, path
+    while following.exists():
+        last, following = following, _next_path(path, following)
+    files = [*last.glob("*.mcap"), *last.glob("*.db3")]
+    is_cut_short = bool(files) and not (last / "metadata.yaml").exists()
+    return following if is_cut_short else path
+
+
+def _next_path(path: Path, current: Path) -> Path:
+    number = 1 if current == path else int(current.name.rpartition("-")[2])
+    return path.with_name(f"{path.name}-{number + 1}")
 
 
 class RecordingError(PoseError):
@@ -71,6 +86,7 @@ class Recording:
         self._typestore = make_typestore()
         self._connections: dict[str, Connection] = {}
         self._pending = 0  # [bytes] since the last flush
+        self.size = 0  # [bytes] of messages
         self._end = 0  # [bytes] of the file that are complete, the MCAP end not counted
         self._flushed_counts: dict[int, int] = {}
         self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
@@ -124,6 +140,7 @@ class Recording:
         except (OSError, sqlite3.Error) as error:
             raise self._failed(error) from error
         self._pending += len(data)
+        self.size += len(data)
         if self._pending > MOST_PENDING:
             self.flush()
 
@@ -135,7 +152,10 @@ class Recording:
         """
         if not self._pending:
             return
-        free = shutil.disk_usage(self.path).free
+        try:
+            free = shutil.disk_usage(self.path).free
+        except OSError as error:  # the folder has gone
+            raise self._failed(error) from error
         if free < self._least_free:
             self.close()
             raise RecordingError(

@@ -15,13 +15,12 @@ from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.parameters import CalibrationParameters
-from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import SessionCalibration, calibrate
-from pose_core.api import PairResiduals, SinglePersonSelector
+from pose_calibration.session_calibration import SessionCalibration, calibrate_people
+from pose_core.api import PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
-from pose_io.bag_samples import BagSamples
+from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import sensor_topics
 
@@ -60,7 +59,7 @@ def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, .
     """
     found = tuple(sensor_topics(bag))
     if not found:
-        BagSamples(bag)  # says what is missing
+        BagFrames(bag)  # says what is missing
     missing = [name for name in wanted or () if name not in found]
     if missing:
         raise InputError(
@@ -100,29 +99,17 @@ def calibrate_bag(
         disable=not console.is_terminal,
     ) as progress:
         task = progress.add_task("reading", total=1.0)
-        samples = BagSamples(
-            bag,
-            progress=lambda share: progress.update(task, completed=share),
-            selector=SinglePersonSelector(parameters.person),
-        )
-        everything = list(samples)
+        frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
+        everything = list(frames)
         progress.update(task, description="solving", total=None)
-        try:
-            return calibrate(
-                everything,
-                sensors,
-                limits=parameters.limits,
-                mounting=parameters.known_mounting,
-                find_clock_offsets=find_clock_offsets,
-            )
-        except CalibrationError as error:
-            left_out = samples.person_counters["several_persons"]
-            if not left_out:
-                raise
-            raise CalibrationError(
-                f"{error} ({left_out} frames that show several persons were left out: name one "
-                "with --person)"
-            ) from error
+        return calibrate_people(
+            everything,
+            sensors,
+            parameters.person,
+            limits=parameters.limits,
+            mounting=parameters.known_mounting,
+            find_clock_offsets=find_clock_offsets,
+        )
 
 
 def agreement_table(session: SessionCalibration) -> Table:
@@ -180,6 +167,11 @@ def imus_line(session: SessionCalibration) -> str:
     )
 
 
+def people_line(session: SessionCalibration) -> str:
+    """One line about whom of several people it was found with."""
+    return f"{session.people} people at once: calibrated with the one whose views agree longest"
+
+
 def floor_line(session: SessionCalibration) -> str:
     """One line about how the world frame was found."""
     floor = session.extrinsics.floor
@@ -210,6 +202,8 @@ def main(given: list[str]) -> None:
     save_extrinsics(arguments.output, session.extrinsics, arguments.date)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
+    if session.people > 1:
+        print(people_line(session))
     print(floor_line(session))
     if session.imus is not None:
         print(imus_line(session))

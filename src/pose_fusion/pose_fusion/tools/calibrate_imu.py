@@ -16,13 +16,13 @@ from rich.table import Table
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
 from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibrationResult
 from pose_calibration.imus.parameters import ImuCalibrationParameters
-from pose_calibration.imus.section import save_mountings
+from pose_calibration.imus.section import save_alignments
 from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate
-from pose_core.api import Extrinsics, SinglePersonSelector, SkeletonSample, extrinsics_from_map
+from pose_calibration.session_calibration import calibrate_people
+from pose_core.api import Extrinsics, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
-from pose_io.bag_samples import BagSamples, read_extrinsics
+from pose_io.bag_samples import BagFrames, BagSamples, read_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
@@ -67,10 +67,7 @@ def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extr
     if all(sensor in placed for sensor in sensors):
         found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
         return replace(found, clocks=read_clocks(bag))
-    selector = SinglePersonSelector(parameters.person)
-    samples = BagSamples(bag, selector=selector, imus=False)
-    skeletons = (sample for sample in samples if isinstance(sample, SkeletonSample))
-    return calibrate(skeletons, sensors).extrinsics
+    return calibrate_people(BagFrames(bag, imus=False), sensors).extrinsics
 
 
 def check_sensors(bag: BagReader, sensors: tuple[str, ...]) -> None:
@@ -94,8 +91,12 @@ def calibrate_bag(
         InputError: If the bag is damaged.
     """
     calibration = ImuCalibration(parameters, extrinsics)
-    selector = SinglePersonSelector(parameters.person)
-    samples = BagSamples(bag, progress=lambda share: show(share, "reading"), selector=selector)
+    samples = BagSamples(
+        bag,
+        parameters.person,
+        lambda share: show(share, "reading"),
+        extrinsics=extrinsics,
+    )
     for sample in samples:
         calibration.add(sample)
     return calibration.finish()
@@ -169,7 +170,7 @@ def main(arguments: list[str]) -> None:
     _report(result, given.keep_going)
     if extrinsics is None:
         save_extrinsics(given.output, placed, given.date)
-    save_mountings(given.output, result.usable)
+    save_alignments(given.output, result.usable)
     print(f"{given.output}: {', '.join(result.usable)}")
 
 

@@ -7,25 +7,25 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from pose_core.fusion.preparing import prepare
+from pose_core.api import BodyModel, warm_up
 from pose_core.kernels.compiling import COMPILED_FOLDER
 
 LOOK_S = 0.5  # [s] between looks at what has been compiled
 
 
-def prepare_visibly(estimator: str, model_name: str, console: Console) -> None:
+def prepare_visibly(estimator: str, model: BodyModel, console: Console) -> None:
     """Have an estimator's kernels ready; show progress if they have to be compiled first.
 
     Args:
         estimator: Its name.
-        model_name: Of the body model.
+        model: The body model.
         console: Where to show it.
     """
     if _compiled():
-        prepare(estimator, model_name)
+        warm_up(estimator, model)
         return
     with _progress(console):
-        prepare(estimator, model_name)
+        warm_up(estimator, model)
 
 
 def _compiled() -> int:

@@ -92,8 +92,9 @@ def _demo(options: argparse.Namespace, recording: dict[str, Any] | None, console
 
 def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) -> DemoRun:
     duration_s = SYNTHETIC_S if options.duration is None else options.duration
+    subject = _subject(options)
     console.print(
-        f"Synthetic subject: {options.choreography}, {duration_s:g} s, seed {options.seed}; "
+        f"{subject[0].upper()}{subject[1:]}, {duration_s:g} s; "
         f"two virtual Kinects{'' if options.no_imu else ', nine virtual IMUs'}"
     )
 
@@ -106,7 +107,7 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
             "bag": str(folder / "bag"),
             "start_at": str(start_at_ns),
             "imus": "false" if options.no_imu else "true",
-            "view": str(options.view).lower(),
+            **_shown(options),
         }
         return start_at_ns, arguments
 
@@ -116,9 +117,16 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
         graph.stop()
     return DemoRun(
         folder=folder,
-        subject=f"synthetic subject, {options.choreography}, seed {options.seed}",
+        subject=subject,
         nodes=graph.nodes,
     )
+
+
+def _subject(options: argparse.Namespace) -> str:
+    """What is in front of the sensors, for people."""
+    if options.motion is None:
+        return f"synthetic subject, {options.choreography}, seed {options.seed}"
+    return f"captured motion {options.motion.name}, simulated sensors, seed {options.seed}"
 
 
 def _generate(options: argparse.Namespace, duration_s: float, session: Path, lead_s: float) -> int:
@@ -128,6 +136,8 @@ def _generate(options: argparse.Namespace, duration_s: float, session: Path, lea
         begin = time.monotonic()
         start_at_ns = time.time_ns() + round((making_s + lead_s) * NS_PER_S)
         words = ["--choreography", options.choreography, "--duration", f"{duration_s:g}"]
+        if options.motion is not None:
+            words += ["--motion", str(options.motion)]
         words += ["--seed", str(options.seed), "--start-at", str(start_at_ns)]
         run_to_end([executable("pose_sim", "generate"), *words, "-o", session])
         if start_at_ns - time.time_ns() >= 0.8 * lead_s * NS_PER_S:
@@ -166,7 +176,7 @@ def _run_recording(
             "bag": str(folder / "bag"),
             "start_at": str(start_at_ns),
             "imus": "false",
-            "view": str(options.view).lower(),
+            **_shown(options),
         }
         return start_at_ns, arguments
 
@@ -177,6 +187,15 @@ def _run_recording(
     return DemoRun(folder=folder, subject=options.recording.name, nodes=graph.nodes)
 
 
+def _shown(options: argparse.Namespace) -> dict[str, str]:
+    """Arguments of the launch file: the page, and the robot that follows."""
+    shown = {"view": str(options.view or options.teleop).lower()}
+    if options.teleop:
+        # The robot stands where the bodies to compare with would.
+        shown |= {"teleop": "true", "compare": "false"}
+    return shown
+
+
 def _output_folder(options: argparse.Namespace) -> Path:
     """The folder to make: the given one, or the first free name under ``out``."""
     if options.output is not None:
@@ -184,7 +203,9 @@ def _output_folder(options: argparse.Namespace) -> Path:
         if given.exists():
             raise InputError(f"{given} exists already: name another folder, or remove it first")
         return given
-    if options.recording is None:
+    if options.motion is not None:
+        name = options.motion.name.partition(".")[0]
+    elif options.recording is None:
         name = options.choreography
     else:
         name = options.recording.name.removesuffix(".gz").removesuffix(".csv")
@@ -217,6 +238,12 @@ def _parser() -> argparse.ArgumentParser:
         help="what the synthetic subject does (default: leg_lift_march)",
     )
     parser.add_argument(
+        "--motion",
+        type=Path,
+        metavar="FILE",
+        help="captured motion (.bvh, .bvh.gz) before the virtual sensors instead",
+    )
+    parser.add_argument(
         "--duration",
         type=_positive,
         metavar="S",
@@ -226,6 +253,12 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, help="of the synthetic subject (default: 1)")
     parser.add_argument(
         "--view", action="store_true", help="show it in the browser too, on http://127.0.0.1:8080"
+    )
+    parser.add_argument(
+        "--teleop",
+        action="store_true",
+        help="have a simulated robot's arm follow the subject's left arm, and show both in the "
+        "browser; needs ./pose build --teleop once",
     )
     parser.add_argument("--no-imu", action="store_true", help="leave the virtual IMUs out")
     parser.add_argument(

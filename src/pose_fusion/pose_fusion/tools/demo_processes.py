@@ -205,6 +205,10 @@ class LiveGraph:
             text = self._log.read_text(errors="replace")
             raise self._error("the graph did not stop cleanly", text)
 
+    def finish(self) -> None:
+        """Stop a graph whose processes may have died meanwhile."""
+        self._stop_all()
+
     def _stop_all(self) -> int:
         code = stop(self._process) if self._process else 0
         if self.monitor:

@@ -25,6 +25,7 @@ from pose_evaluation.tables import (
     evaluation_table,
 )
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
+from pose_fusion.tools.demo_robot import draw_robot
 from pose_fusion.watching.findings import STAGE
 from pose_fusion.watching.stages import STAGES
 from pose_io.bag_samples import read_body_series, read_extrinsics
@@ -55,7 +56,8 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
         save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")
         save_figure(errors_figure(evaluation), run.folder / "errors.png")
         _print_counts(bag, run, methods, console)
-    _print_files(run, ("angles.png", "errors.png"), ("evaluation.csv", "evaluation.md"), console)
+        plots = ("angles.png", "errors.png", *draw_robot(bag, run, console))
+    _print_files(run, plots, ("evaluation.csv", "evaluation.md"), console)
 
 
 def report_recording(run: DemoRun, console: Console) -> None:
@@ -78,7 +80,8 @@ def report_recording(run: DemoRun, console: Console) -> None:
             run.folder / "bone_lengths.png",
         )
         _print_counts(bag, run, methods, console)
-    _print_files(run, ("angles.png", "bone_lengths.png"), ("agreement.csv",), console)
+        plots = ("angles.png", "bone_lengths.png", *draw_robot(bag, run, console))
+    _print_files(run, plots, ("agreement.csv",), console)
 
 
 def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:

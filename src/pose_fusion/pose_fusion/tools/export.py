@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
+from pose_core.api import load_body_model
 from pose_core.errors import InputError
 from pose_io.bags import open_bag
 from pose_io.export.exporter import ExportOptions
@@ -16,6 +17,7 @@ from pose_io.export.motion import BodyMotion, read_motion
 from pose_io.export.opensim_coordinates import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import run_tool
+from pose_node.many import add_many_arguments, recordings_under, run_many
 
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
 NOTABLE_RESIDUAL = 0.001  # [m]
@@ -28,11 +30,15 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         description=__doc__,
         epilog="Conventions of each format: docs/export.md.",
     )
-    parser.add_argument("bag", type=Path, help="a bag with a fused pose (of a session, or fused)")
+    parser.add_argument("bag", type=Path, help="a bag with a fused pose, or a folder of bags")
     formats = "; ".join(f"{name}: {each.doc}" for name, each in EXPORTERS.items())
     parser.add_argument("--to", required=True, choices=EXPORTERS, metavar="FORMAT", help=formats)
     parser.add_argument(
-        "-o", "--output", type=Path, required=True, help="the file to write; replaced if it exists"
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        help="the file to write; replaced if it exists; of many bags, the files' folder",
     )
     parser.add_argument(
         "--body",
@@ -47,11 +53,17 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         "the bag's, rounded; csv and json: every instant as it is)",
     )
     parser.add_argument(
+        "--body-model",
+        metavar="FILE",
+        help="the body model that the bag was fused with, if it was one of your own",
+    )
+    parser.add_argument(
         "--opensim-model",
         choices=OPENSIM_MODELS,
         default="rajagopal2016",
         help="whose conventions the mot follows (default: rajagopal2016)",
     )
+    add_many_arguments(parser)
     return parser.parse_args(arguments)
 
 
@@ -110,9 +122,18 @@ def summary(
     return lines
 
 
-def run() -> None:
-    """The tool."""
+def run() -> int | None:
+    """The tool; returns the exit status."""
     arguments = parse_arguments()
+    recordings = recordings_under(arguments.bag)
+    if recordings:
+        return run_many(
+            arguments.bag,
+            arguments.output,
+            recordings,
+            lambda path: path.with_suffix(f".{arguments.to}"),
+            arguments,
+        )
     if not arguments.output.parent.is_dir() or arguments.output.is_dir():
         raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
     console = Console(stderr=True)
@@ -129,7 +150,10 @@ def run() -> None:
     ):
         task = progress.add_task("reading", total=1.0)
         recorded = read_motion(
-            bag, arguments.body, lambda share: progress.update(task, completed=share)
+            bag,
+            arguments.body,
+            lambda share: progress.update(task, completed=share),
+            load_body_model(arguments.body_model) if arguments.body_model else None,
         )
         progress.update(task, description="writing", total=None)
         rate = arguments.rate or max(SLOWEST, float(round(recorded.mean_rate)))
@@ -142,6 +166,7 @@ def run() -> None:
         write_whole(arguments.output, exporter.content(written, options))
     for line in summary(recorded, written, arguments, rate):
         print(line)
+    return None
 
 
 def main() -> None:

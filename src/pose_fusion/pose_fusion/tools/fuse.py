@@ -1,6 +1,7 @@
 """``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
 
 import argparse
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,13 +9,13 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
-from pose_calibration.imus.section import load_mountings_if_any
-from pose_calibration.session_calibration import calibrate
+from pose_calibration.imus.section import load_alignments_if_any
+from pose_calibration.session_calibration import calibrate_people
 from pose_core.api import (
     EstimateBlock,
     Extrinsics,
     FusionParameters,
-    FusionPipeline,
+    PeoplePipeline,
     body_model_of,
     extrinsics_from_map,
     load_body_shape,
@@ -34,12 +35,13 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.tools.compiling import prepare_visibly
-from pose_io.bag_samples import BagSamples, read_extrinsics
+from pose_io.bag_samples import BagFrames, read_extrinsics
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
 from pose_node.command_line import run_tool
+from pose_node.many import add_many_arguments, recordings_under, run_many
 
 TF_STATIC = "/tf_static"
 
@@ -47,13 +49,14 @@ TF_STATIC = "/tf_static"
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="pose fuse", description=__doc__)
-    parser.add_argument("in_bag", type=Path, help="a bag, or a recording of skeletons")
-    parser.add_argument("out_bag", type=Path, help="the bag to make")
+    parser.add_argument("in_bag", type=Path, help="a bag, a recording, or a folder of bags")
+    parser.add_argument("out_bag", type=Path, help="the bag to make; of many, their folder")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
     parser.add_argument(
         "--smooth", action="store_true", help="look ahead too: the estimator 'smoothed'"
     )
     parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
+    add_many_arguments(parser)
     add_arguments(parser.add_argument_group("parameters of the fusion"), FusionParameters)
     return parser.parse_args(arguments)
 
@@ -72,7 +75,7 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
         values["estimator"] = "smoothed"
     found = tuple(sensor_topics(bag))
     if not found:
-        BagSamples(bag)  # says what is missing
+        BagFrames(bag)  # says what is missing
     parameters = from_mapping(FusionParameters, values)
     if "sensors" not in values:
         return replace(parameters, sensors=found)
@@ -97,54 +100,75 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
         extrinsics = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
         return replace(extrinsics, clocks=clocks)
     console.print("extrinsics: none in the bag, estimating them from its motion")
-    return calibrate(BagSamples(bag, parameters.person), parameters.sensors).extrinsics
+    session = calibrate_people(BagFrames(bag), parameters.sensors)
+    if session.people > 1:
+        console.print(
+            f"{session.people} people at once: calibrated with the one whose views agree longest"
+        )
+    return session.extrinsics
 
 
 class EstimateWriter:
-    """Writes estimates into a bag, under the live topics' names."""
+    """Writes everybody's estimates into a bag, under the live topics' names."""
 
-    def __init__(self, writer: BagWriter, pipeline: FusionPipeline, extrinsics: Extrinsics) -> None:
+    def __init__(self, writer: BagWriter, parameters: FusionParameters) -> None:
         self._writer = writer
-        self._pipeline = pipeline
-        self._extrinsics = extrinsics
-        self._body_id = pipeline.parameters.subject
-        self._bytes: EstimateBytes | None = None
+        self._parameters = parameters
+        self._bytes: dict[str, EstimateBytes] = {}
+        self._urdf: dict[str, object] = {}  # the measures that were written last, by id
+        self.pipeline: PeoplePipeline | None = None
         writer.add_topic(TF_STATIC, "tf2_msgs/msg/TFMessage", latched=True)
-        writer.add_topic(urdf_topic(self._body_id), "std_msgs/msg/String", latched=True)
-        for topic, message_type in body_topics(self._body_id).items():
-            writer.add_topic(topic, type_name(message_type))
 
-    def write(self, block: EstimateBlock) -> None:
-        """Append all messages of estimates, stamped with their instants."""
-        if self._bytes is None:
-            self._write_latched(int(block.stamps_ns[0]))
-            model, typestore = self._pipeline.model, self._writer.typestore
-            self._bytes = EstimateBytes(model, self._body_id, typestore, block[0])
+    def write(self, body_id: str, block: EstimateBlock) -> None:
+        """Append all messages of one person's estimates, stamped with their instants."""
+        if self.pipeline is None:
+            raise RuntimeError("the pipeline is to be set first")
+        model, stamp_ns = self.pipeline.model, int(block.stamps_ns[0])
+        if not self._bytes:
+            self._write_places(self.pipeline, stamp_ns)
+        if body_id not in self._bytes:
+            self._writer.add_topic(urdf_topic(body_id), "std_msgs/msg/String", latched=True)
+            for topic, message_type in body_topics(body_id).items():
+                self._writer.add_topic(topic, type_name(message_type))
+            typestore = self._writer.typestore
+            self._bytes[body_id] = EstimateBytes(model, body_id, typestore, block[0])
+        shape = self.pipeline.shape_of(body_id)
+        if shape is not None and shape is not self._urdf.get(body_id):
+            self._urdf[body_id] = shape
+            urdf = make_urdf(model, shape, body_id)
+            self._append(urdf_topic(body_id), to_string(urdf), stamp_ns)
         latencies_s = (block.newest_ns - block.stamps_ns) / NS_PER_S
-        rows = [data for _, data in self._bytes.write(block, latencies_s)]
-        self._writer.write_rows(self._bytes.types, block.stamps_ns, rows)
+        to_bytes = self._bytes[body_id]
+        rows = list(to_bytes.write(block, latencies_s))
+        for index, stamp_ns in enumerate(block.stamps_ns.tolist()):
+            for topic, data in rows:
+                self._writer.write_serialized(
+                    topic, to_bytes.types[topic], data[index].tobytes(), stamp_ns
+                )
 
-    def _write_latched(self, stamp_ns: int) -> None:
-        sensors = self._pipeline.parameters.sensors
-        placed = {sensor: self._extrinsics.T_map_sensor(sensor) for sensor in sensors}
-        self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
-        if self._pipeline.shape is not None:
-            urdf = make_urdf(self._pipeline.model, self._pipeline.shape, self._body_id)
-            self._append(urdf_topic(self._body_id), to_string(urdf), stamp_ns)
+    def _write_places(self, pipeline: PeoplePipeline, stamp_ns: int) -> None:
+        extrinsics = pipeline.extrinsics
+        if extrinsics is not None:
+            sensors = self._parameters.sensors
+            placed = {sensor: extrinsics.T_map_sensor(sensor) for sensor in sensors}
+            self._append(TF_STATIC, to_static_tf(placed), stamp_ns)
 
     def _append(self, topic: str, message: object, stamp_ns: int) -> None:
         self._writer.write(topic, to_bag_message(message, self._writer.typestore), stamp_ns)
 
 
 def make_pipeline(
-    parameters: FusionParameters, extrinsics: Extrinsics, console: Console
-) -> FusionPipeline:
+    parameters: FusionParameters,
+    extrinsics: Extrinsics,
+    outlet: Callable[[str, EstimateBlock], None],
+    console: Console,
+) -> PeoplePipeline:
     """The chain, with what the parameters' files say."""
-    pipeline = FusionPipeline(parameters, extrinsics)
+    pipeline = PeoplePipeline(parameters, outlet, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
         pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
-    name, mountings = load_mountings_if_any(parameters.imus_file, parameters.extrinsics_file)
-    pipeline.use_mountings(mountings)
+    name, mountings = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+    pipeline.use_sensor_to_segment(mountings)
     if mountings:
         console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
     return pipeline
@@ -157,7 +181,7 @@ def fuse(
     *,
     storage: str = "mcap",
     console: Console | None = None,
-) -> FusionPipeline:
+) -> PeoplePipeline:
     """Fuse a bag into a new one.
 
     Returns:
@@ -169,42 +193,61 @@ def fuse(
     console = console or Console(stderr=True)
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
-    prepare_visibly(parameters.estimator, body_model_of(parameters).name, console)
+    prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     extrinsics = find_extrinsics(bag, parameters, console)
-    pipeline = make_pipeline(parameters, extrinsics, console)
     columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
         BagWriter(out_bag, storage) as writer,
         Progress(*columns, TimeRemainingColumn(), console=console) as progress,
     ):
-        output = EstimateWriter(writer, pipeline, extrinsics)
-        pipeline.outlet = output.write
+        output = EstimateWriter(writer, parameters)
+        pipeline = make_pipeline(parameters, extrinsics, output.write, console)
+        output.pipeline = pipeline
         task = progress.add_task("fusing", total=1.0)
-        samples = BagSamples(
-            bag, parameters.person, lambda share: progress.update(task, completed=share)
-        )
-        for sample in samples:
-            pipeline.add(sample)
+        for each in BagFrames(bag, lambda share: progress.update(task, completed=share)):
+            pipeline.add(each)
         pipeline.flush()
-        others = samples.person_counters["other_person"]
-        if others:
-            whom = parameters.person or "the one whom each sensor saw first"
-            console.print(f"person: {whom}; not used: {others} skeletons of others (--person ID)")
-        if pipeline.counters["estimates"] == 0:
+        if not pipeline.estimates:
             raise InputError(
-                f"{bag.path} gave no pose in {pipeline.counters['frames']} frames "
+                f"{bag.path} gave no pose in {pipeline.subject.counters['frames']} frames "
                 f"({pipeline.status}): the sensors must see the whole person for "
                 f"{parameters.shape_duration:g} s"
             )
-        path, shape = Path(parameters.shape_file), pipeline.shape
+        path, shape = Path(parameters.shape_file), pipeline.subject.shape
         if parameters.shape_file and shape is not None and not path.exists():
             save_body_shape(path, pipeline.model, shape, parameters.subject)
     return pipeline
 
 
-def run() -> None:
-    """The tool."""
+def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
+    """Who was there, whose pose was estimated; nothing where one person was alone."""
+    counts = pipeline.people_counts
+    came = counts["came"]
+    if came < 2:
+        return
+    for body_id, count in pipeline.estimates.items():
+        yield f"  {body_id}: {count} estimates"
+    others = counts["skeletons_of_others"]
+    rule = pipeline.parameters.person
+    if others:
+        yield (
+            f"  people: {came}; followed: {rule}; not used: {others} skeletons of others "
+            f"(--max-people {min(came, 6)}, or --person nearest, imus, a sensor's id)"
+        )
+
+
+def run() -> int | None:
+    """The tool; returns the exit status."""
     arguments = parse_arguments()
+    recordings = recordings_under(arguments.in_bag)
+    if recordings:
+        return run_many(
+            arguments.in_bag,
+            arguments.out_bag,
+            recordings,
+            lambda path: path.with_suffix(""),
+            arguments,
+        )
     console = Console(stderr=True)
     with open_bag(arguments.in_bag) as bag:
         parameters = read_parameters(arguments, bag)
@@ -216,13 +259,15 @@ def run() -> None:
         pipeline = fuse(
             bag, arguments.out_bag, parameters, storage=arguments.storage, console=console
         )
-    counts = pipeline.counters
     print(
-        f"{arguments.out_bag}: {counts['estimates']} estimates from "
-        f"{counts['skeletons']} skeletons and {counts['imu_samples']} IMU samples"
+        f"{arguments.out_bag}: {sum(pipeline.estimates.values())} estimates from "
+        f"{pipeline.skeletons} skeletons and {pipeline.imu_samples} IMU samples"
     )
+    for line in people_lines(pipeline):
+        print(line)
     for use in pipeline.imu_uses:
         print(f"  IMU {use}")
+    return None
 
 
 def main() -> None:

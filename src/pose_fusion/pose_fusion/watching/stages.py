@@ -14,21 +14,18 @@ class LatencyStages:
 
     def __init__(self) -> None:
         self._times_ms: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in STAGES}
-        self._taken_ns: dict[int, int] = {}
+        self._taken_ns: deque[int] = deque(maxlen=PENDING)
 
     def note_taken(self, stamp_ns: int, published_ns: int, now_ns: int) -> None:
         """A frame of this stamp, published at some time, is taken up."""
         self._times_ms[CAPTURE].append((published_ns - stamp_ns) * 1e-6)
         self._times_ms[TRANSPORT].append((now_ns - published_ns) * 1e-6)
-        self._taken_ns[stamp_ns] = now_ns
-        if len(self._taken_ns) > PENDING:
-            del self._taken_ns[next(iter(self._taken_ns))]
+        self._taken_ns.append(now_ns)
 
-    def note_told(self, stamp_ns: int, now_ns: int) -> None:
-        """The estimate of this instant goes out."""
-        taken_ns = self._taken_ns.pop(stamp_ns, None)
-        if taken_ns is not None:
-            self._times_ms[FUSION].append((now_ns - taken_ns) * 1e-6)
+    def note_output(self, now_ns: int) -> None:
+        """An estimate that the frames taken so far count in is published."""
+        while self._taken_ns:
+            self._times_ms[FUSION].append((now_ns - self._taken_ns.popleft()) * 1e-6)
 
     def as_dict(self) -> dict[str, str]:
         """Median and 99th percentile [ms] of each stage that is known."""

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import ImuBlock
-from pose_core.kernels.compiling import settled
+from pose_core.kernels.compiling import type_specialised
 from pose_io.cdr.kernels import read_imus
 
-_read_imus = settled(read_imus)
+_read_imus = type_specialised(read_imus)
 
 
 def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[np.intp]]:

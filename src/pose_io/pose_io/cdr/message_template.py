@@ -13,7 +13,7 @@ from rosbags.interfaces import Nodetype
 from rosbags.typesys.store import Typestore
 
 from pose_core.api import FloatArray
-from pose_core.kernels.compiling import settled
+from pose_core.kernels.compiling import type_specialised
 from pose_io.cdr.kernels import HEADER_SIZE, fill_rows
 
 MARGIN = 4  # [bytes] before the encapsulation
@@ -36,7 +36,7 @@ class MessageTemplate:
 
     def __init__(self, message: Any, typestore: Typestore) -> None:
         self._typestore = typestore
-        self._fill = settled(fill_rows)
+        self._fill = type_specialised(fill_rows)
         self._places: dict[str, list[int]] = {
             "float64": [],
             "float32": [],

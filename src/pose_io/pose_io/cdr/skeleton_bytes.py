@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pose_core.api import FloatArray, SkeletonSample
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.kernels.compiling import settled
+from pose_core.kernels.compiling import type_specialised
 from pose_io.cdr.kernels import (
     HEADER_SIZE,
     PersonPlaces,
@@ -27,9 +27,11 @@ from pose_io.cdr.layout import Walker
 WHAT = "pose_msgs/msg/SkeletonArray"
 BEST_STATE = int(max(TrackingState))
 FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
+FORM_BYTES_KEPT = 4_194_304  # [bytes] of all forms, whatever lengths and names arrive
+MAX_MESSAGE = 262_144  # [bytes] 200 persons of 25 joints
 
 Persons = list[SkeletonSample]
-_have_form, _read_person = settled(have_form), settled(read_person)
+_have_form, _read_person = type_specialised(have_form), type_specialised(read_person)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +52,7 @@ class SkeletonReader:
     def __init__(self, sensor: str) -> None:
         self._sensor = sensor
         self._forms: dict[int, list[_Form]] = defaultdict(list)
+        self._form_bytes = 0
 
     def read(self, datas: Sequence[bytes]) -> list[Persons | InputError]:
         """The persons of each message, or what is wrong with it.
@@ -73,9 +76,11 @@ class SkeletonReader:
     ) -> None:
         """Read messages of one length, form by form."""
         left = np.array(indices, np.intp)
-        if length <= len(b"\0\1\0\0"):
+        if not HEADER_SIZE < length <= MAX_MESSAGE:
             for index in indices:
-                result[index] = InputError(f"a {WHAT} has {length} bytes: expected more")
+                result[index] = InputError(
+                    f"a {WHAT} has {length} bytes: expected {HEADER_SIZE + 1} to {MAX_MESSAGE}"
+                )
             return
         joined = b"".join([datas[i] for i in indices])
         rows = np.frombuffer(joined, np.uint8).reshape(-1, length).copy()
@@ -99,6 +104,11 @@ class SkeletonReader:
 
     def _new_form(self, data: bytes) -> _Form:
         form = _form_of(data)
+        size = form.fixed.nbytes + form.texts.nbytes
+        if self._form_bytes + size > FORM_BYTES_KEPT:
+            self._forms.clear()
+            self._form_bytes = 0
+        self._form_bytes += size
         forms = self._forms[len(data)]
         forms.append(form)
         del forms[:-FORMS_KEPT]

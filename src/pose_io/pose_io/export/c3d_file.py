@@ -3,10 +3,10 @@
 import io
 import warnings
 
-import c3d
 import numpy as np
 
 from pose_core.joints import JOINTS
+from pose_io.c3d_library import c3d_library
 from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
 
@@ -16,7 +16,7 @@ UNKNOWN = -1.0  # residual of a point that was not seen
 
 def c3d_bytes(motion: BodyMotion, rate: float) -> bytes:
     """The file's content, at the constant rate [Hz]; unknown points are invalid."""
-    writer = c3d.Writer(point_rate=rate, point_units="mm")
+    writer = c3d_library().Writer(point_rate=rate, point_units="mm")
     writer.set_point_labels(list(JOINTS))
     writer.set_screen_axis("+X", "+Z")
     known = np.asarray(np.isfinite(motion.joints).all(axis=2))

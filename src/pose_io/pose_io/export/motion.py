@@ -118,7 +118,10 @@ class BodyMotion:
 
 
 def read_motion(
-    bag: BagReader, body: str = "", progress: Callable[[float], None] | None = None
+    bag: BagReader,
+    body: str = "",
+    progress: Callable[[float], None] | None = None,
+    model: BodyModel | None = None,
 ) -> BodyMotion:
     """The fused motion of a bag.
 
@@ -126,6 +129,7 @@ def read_motion(
         bag: An open bag with ``estimate`` and ``skeleton`` of a person.
         body: The person's id; the only one if empty.
         progress: Called now and then with the share that has been read.
+        model: The body model; if None the bundled one with the bag's joint angles.
 
     Raises:
         InputError: If the bag lacks either, holds several persons, or no body model fits.
@@ -150,7 +154,7 @@ def read_motion(
             skeletons.setdefault(sample.stamp_ns, sample)
         if progress is not None and index % 64 == 0:
             progress((message.stamp_ns - bag.start_ns) / span_ns)
-    return _assemble(bag, body, estimates, skeletons)
+    return _assemble(bag, body, estimates, skeletons, model)
 
 
 def chosen_body(bag: BagReader, body: str) -> str:
@@ -193,12 +197,16 @@ def model_of_angles(names: tuple[str, ...]) -> BodyModel:
             return model
     raise InputError(
         f"no body model has these {len(names)} joint angles, from '{names[0] if names else ''}' "
-        f"on: expected those of {' or '.join(available_models())}"
+        f"on: expected those of {' or '.join(available_models())}, or --body-model FILE"
     )
 
 
 def _assemble(
-    bag: BagReader, body: str, estimates: dict[int, Any], skeletons: dict[int, SkeletonSample]
+    bag: BagReader,
+    body: str,
+    estimates: dict[int, Any],
+    skeletons: dict[int, SkeletonSample],
+    model: BodyModel | None,
 ) -> BodyMotion:
     stamps = sorted(set(estimates) & set(skeletons))
     if len(stamps) < 2:
@@ -213,8 +221,14 @@ def _assemble(
             f"{bag.path}: the degrees of freedom of '{body}' change on the way: export the parts "
             "of one body model each"
         )
-    model = model_of_angles(names[ROOT_DOF:])
-    dof = np.array([estimates[stamp].position for stamp in stamps], float)
+    if model is None:
+        model = model_of_angles(names[ROOT_DOF:])
+    elif model.angle_names != names[ROOT_DOF:]:
+        raise InputError(
+            f"{bag.path} has the joint angles {', '.join(names[ROOT_DOF:])}: body model "
+            f"'{model.name}' has {', '.join(model.angle_names)}"
+        )
+    dof = _bridged(np.array([estimates[stamp].position for stamp in stamps], float))
     joints = np.stack([skeletons[stamp].positions for stamp in stamps])
     return BodyMotion(
         body=body,
@@ -226,6 +240,16 @@ def _assemble(
         is_gap=np.zeros(len(stamps), bool),
         offsets=measure_offsets(model, dof, joints),
     )
+
+
+def _bridged(dof: FloatArray) -> FloatArray:
+    """The degrees of freedom, (n, d), with those that were not known (NaN) interpolated."""
+    rows = np.arange(len(dof))
+    for column in dof.T:
+        known = np.isfinite(column)
+        if not known.all():
+            column[:] = np.interp(rows, rows[known], column[known]) if known.any() else 0.0
+    return dof
 
 
 def measure_offsets(model: BodyModel, dof: FloatArray, joints: FloatArray) -> FloatArray:

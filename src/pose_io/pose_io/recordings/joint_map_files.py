@@ -14,8 +14,8 @@ import numpy as np
 from pose_core.errors import InputError
 from pose_core.finite_numbers import finite_numbers
 from pose_core.joints import JOINTS
+from pose_core.plain_yaml import read_yaml
 from pose_io.recordings.joint_maps import ConfidenceLevels, FloatArray, JointMap
-from pose_io.recordings.safe_yaml import read_safe_yaml
 
 FOLDER = Path(__file__).parent / "joint_map_data"
 SHIPPED = tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
@@ -61,7 +61,7 @@ def shipped_joint_map(name: str) -> JointMap:
 
 def _with_base(path: Path, depth: int = 0) -> dict[str, Any]:
     """The file's values on top of those of the map that it is like."""
-    document = read_safe_yaml(path)
+    document = read_yaml(path, "the joint map")
     if not isinstance(document, dict):
         raise InputError(f"{path} holds no joint map: expected the keys {', '.join(KEYS)}")
     unknown = [str(key) for key in document if key not in KEYS]

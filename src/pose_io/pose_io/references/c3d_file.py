@@ -2,11 +2,12 @@
 
 import warnings
 from pathlib import Path
+from typing import Any
 
-import c3d
 import numpy as np
 
 from pose_core.errors import InputError
+from pose_io.c3d_library import c3d_library
 from pose_io.references.markers import METRES, MarkerSeries, plain
 
 
@@ -16,6 +17,7 @@ def read_c3d(path: Path) -> MarkerSeries:
     Raises:
         InputError: If it cannot be read, or holds no points.
     """
+    c3d = c3d_library()
     try:
         with path.open("rb") as handle, warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of analogue channels, which are not read
@@ -44,7 +46,7 @@ def read_c3d(path: Path) -> MarkerSeries:
     )
 
 
-def _unit(reader: c3d.Reader) -> str:
+def _unit(reader: Any) -> str:
     parameter = reader.get("POINT:UNITS")
     text = "" if parameter is None else str(parameter.string_value)
     return text.strip().lower() or "mm"  # c3d.org: millimetres where nothing is said

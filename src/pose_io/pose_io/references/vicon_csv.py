@@ -20,6 +20,7 @@ from pose_io.references.markers import METRES, MarkerSeries, plain
 from pose_io.references.reference import numbers_of, text_of
 
 SECTION = "trajectories"
+MAX_FRAME = 2**40  # [-] years of frames
 HEADER_LINES = 5  # name, rate, labels, axes, units
 
 
@@ -55,7 +56,7 @@ def _series(
 ) -> MarkerSeries:
     columns = {plain(cell): index for index, cell in enumerate(rows[2]) if plain(cell)}
     axes = [cell.strip().lower() for cell in rows[3]]
-    units = [cell.strip().lower() for cell in rows[4]]
+    units = [cell.strip().lower() for cell in rows[4]] + [""] * len(rows[2])
     columns = {label: k for label, k in columns.items() if axes[k : k + 3] == ["x", "y", "z"]}
     if not columns or not body:
         raise InputError(f"{path} holds {len(columns)} labels and {len(body)} frames")
@@ -66,6 +67,8 @@ def _series(
         )
     width = max(columns.values()) + 3
     table = np.array([(row + [np.nan] * width)[:width] for row in body])
+    if not (np.abs(table[:, 0]) < MAX_FRAME).all():  # nor a NaN
+        raise InputError(f"{path}: a frame's number is none: expected whole numbers that grow")
     frames = table[:, 0] - table[0, 0]
     return MarkerSeries(
         stamps_ns=np.round(1e9 * frames / rate).astype(np.int64),

@@ -13,7 +13,7 @@ from rclpy.exceptions import InvalidParameterTypeException, InvalidParameterValu
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from pose_core.errors import ParameterError
+from pose_core.errors import ParameterError, PoseError
 from pose_core.parameters import ParameterSpec, checked, from_mapping, refuse_unknown, specs
 
 T = TypeVar("T")
@@ -22,13 +22,19 @@ OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
 QOS_OVERRIDES = "qos_overrides."
 
 
-def declare_parameters(node: Node, parameters: type[T], changeable: Collection[str] = ()) -> T:
+def declare_parameters(
+    node: Node,
+    parameters: type[T],
+    changeable: Collection[str] = (),
+    of_others: Collection[str] = (),
+) -> T:
     """Declare each field as a ROS parameter and return the checked values.
 
     Args:
         node: The node to declare them on.
         parameters: The dataclass.
-        changeable: The ones that are not read-only; see :func:`accept_changes`.
+        changeable: The ones that are not read-only.
+        of_others: Names that the node declares elsewhere.
 
     Returns:
         The dataclass, filled.
@@ -40,13 +46,14 @@ def declare_parameters(node: Node, parameters: type[T], changeable: Collection[s
     given = node._parameter_overrides
     known = specs(parameters)
     given.update({name: as_declared(value, known) for name, value in given.items()})
-    ours = [n for n in given if n not in OF_EVERY_NODE and not n.startswith(QOS_OVERRIDES)]
+    elsewhere = {*OF_EVERY_NODE, *of_others}
+    ours = [n for n in given if n not in elsewhere and not n.startswith(QOS_OVERRIDES)]
     refuse_unknown(parameters, ours)
     values = {}
     for name, (default, spec) in known.items():
         plain = list(default) if isinstance(default, tuple) else default
         try:
-            descriptor = _descriptor(default, spec)
+            descriptor = descriptor_of(default, spec)
             descriptor.read_only = name not in changeable
             values[name] = node.declare_parameter(name, plain, descriptor).value
         except InvalidParameterTypeException as error:
@@ -54,7 +61,7 @@ def declare_parameters(node: Node, parameters: type[T], changeable: Collection[s
         except InvalidParameterValueException as error:
             checked(name, given[name].value, default, spec)  # says it in our words
             raise ParameterError(f"{name} is outside {spec.range_text}: {error}") from error
-    # `ros2 param set NODE rate 10`, too.
+    # `ros2 param set NODE rate 10`, too. One a node: what several of these return adds up.
     node.add_pre_set_parameters_callback(
         lambda changes: [as_declared(change, known) for change in changes]
     )
@@ -85,16 +92,17 @@ def accept_changes(
         ours = [change for change in changes if change.name in handlers]
         try:
             values = {c.name: checked(c.name, c.value, *known[c.name]) for c in ours}
-        except ParameterError as error:
+            for name, value in values.items():
+                handlers[name](value)
+        except PoseError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        for name, value in values.items():
-            handlers[name](value)
         return SetParametersResult(successful=True)
 
     node.add_on_set_parameters_callback(on_set)
 
 
-def _descriptor(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
+def descriptor_of(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
+    """What ROS is told of a parameter; read-only."""
     unit = "" if spec.unit == "-" else f" [{spec.unit}]"
     descriptor = ParameterDescriptor(
         description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True

@@ -27,13 +27,13 @@ class DiagnosticsPublisher:
     Args:
         node: The node that reports.
         report: Called once a second.
-        hardware_id: The device, if there is one.
+        hardware_id: The device, if there is one; may change.
     """
 
     def __init__(self, node: Node, report: Callable[[], Report], hardware_id: str = "") -> None:
         self._node = node
         self._report = report
-        self._hardware_id = hardware_id
+        self.hardware_id = hardware_id
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._timer = steady_timer(node, PERIOD_S, self.publish)
 
@@ -44,7 +44,7 @@ class DiagnosticsPublisher:
             level=bytes([report.level]),
             name=self._node.get_fully_qualified_name(),
             message=report.message,
-            hardware_id=self._hardware_id,
+            hardware_id=self.hardware_id,
             values=[KeyValue(key=key, value=str(value)) for key, value in report.values.items()],
         )
         message = DiagnosticArray(status=[status])

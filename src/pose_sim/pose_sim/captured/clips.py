@@ -2,11 +2,11 @@
 
 A clip is a ``.npz`` file: ``t`` (n,) [s] at 60 Hz, ``joints`` (15 names), ``positions``
 (n, 15, 3) [m], ``segments`` (s names) and ``rotations`` (n, s, 4) quaternions x y z w, world from
-segment, in a right-handed world with z up. The bundled ones are listed in ``clips/README.md``.
+segment, in a right-handed world with z up; or a BVH file. The bundled ones are listed in
+``clips/README.md``.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 
@@ -16,9 +16,10 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_sim.captured.bvh import is_bvh, read_bvh
+from pose_sim.captured.clip import RATE, Clip
 from pose_sim.rotations import FloatArray
 
-RATE = 60.0  # [Hz] of all clips
 BLEND_S = 0.5  # [s] between two clips
 SHORTEST_S = 0.5  # [s] of a clip that is worth chaining
 SPINS_DEG = (90.0, 180.0, 270.0, 360.0)
@@ -26,24 +27,14 @@ SPIN_S = (0.8, 2.0)  # [s] how long a spin takes
 REST_S = (1.5, 5.0)  # [s] between two spins
 
 
-@dataclass(frozen=True, kw_only=True)
-class Clip:
-    """Captured motion of one person, n frames at :data:`RATE`."""
-
-    name: str
-    positions: FloatArray  # (n, 15, 3) [m]
-    rotations: Mapping[str, Rotation]  # n of each segment: world from segment
-
-    def __len__(self) -> int:
-        return len(self.positions)
-
-
 def read_clip(path: Path) -> Clip:
-    """Read a clip.
+    """Read a clip, ``.npz``, ``.bvh`` or ``.bvh.gz``.
 
     Raises:
         InputError: If the file is none.
     """
+    if is_bvh(path):
+        return read_bvh(path)
     try:
         with np.load(path, allow_pickle=False) as data:
             names = [str(name) for name in data["joints"]]
@@ -60,10 +51,14 @@ def read_clip(path: Path) -> Clip:
     return Clip(name=path.stem, positions=positions, rotations=rotations)
 
 
+def clips_in(folder: Path) -> list[Path]:
+    """The clips of a folder, by name."""
+    return sorted(each for each in folder.iterdir() if each.suffix == ".npz" or is_bvh(each))
+
+
 def bundled_clips() -> list[Path]:
     """The clips that come with the package."""
-    folder = resources.files("pose_sim.captured") / "clips"
-    return sorted(Path(str(each)) for each in folder.iterdir() if each.name.endswith(".npz"))
+    return clips_in(Path(str(resources.files("pose_sim.captured") / "clips")))
 
 
 def chain(clips: Sequence[Clip], duration_s: float) -> Clip:

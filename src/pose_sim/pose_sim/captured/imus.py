@@ -1,16 +1,17 @@
 """Virtual IMUs on captured people: orientations as a bridge publishes them, crooked, drifting."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
-from pose_sim.captured.clips import RATE, Clip
+from pose_sim.captured.clip import RATE, Clip
 from pose_sim.captured.trackers import slow
 from pose_sim.rotations import FloatArray
 
-SEGMENTS = (
+NINE = (
     "torso",
     "left_upper_arm",
     "left_forearm",
@@ -21,7 +22,7 @@ SEGMENTS = (
     "right_thigh",
     "right_shank",
 )
-"""Nine IMUs."""
+"""Where nine IMUs are worn."""
 DIFFERENCE_S = 0.004  # [s] over which rates are taken
 
 
@@ -49,12 +50,14 @@ class ImuStream:
     heading: FloatArray  # (n,) [rad] true heading of map in the IMU's world
 
 
-def wear(clip: Clip, model: ImuModel, rng: np.random.Generator) -> list[ImuStream]:
-    """Let nine IMUs feel a motion; segments that the clip lacks are left out."""
+def wear(
+    clip: Clip, model: ImuModel, rng: np.random.Generator, segments: Sequence[str] = NINE
+) -> list[ImuStream]:
+    """Let IMUs feel a motion; segments that the clip lacks are left out."""
     north = rng.uniform(-np.pi, np.pi)
     return [
         _stream(clip.rotations[segment], segment, north, model, rng)
-        for segment in SEGMENTS
+        for segment in segments
         if segment in clip.rotations
     ]
 

@@ -1,15 +1,16 @@
 """A captured person before two cameras, with nine IMUs on: everything that sensors say of it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from pose_core.api import ImuSample, SkeletonSample
-from pose_sim.captured.clips import RATE, Clip, chain, heading, read_clip, spun
-from pose_sim.captured.imus import ImuModel, ImuStream, wear
-from pose_sim.captured.trackers import TRACKERS, TrackerFrames, track
+from pose_sim.captured.clip import RATE, Clip
+from pose_sim.captured.clips import chain, heading, read_clip, spun
+from pose_sim.captured.imus import NINE, ImuModel, ImuStream, wear
+from pose_sim.captured.trackers import TRACKERS, TrackerFrames, TrackerModel, track
 from pose_sim.rotations import FloatArray
 
 START_NS = 1_700_000_000_000_000_000
@@ -30,11 +31,28 @@ class CapturedSpec:
     spins: bool  # whether the person spins now and then
     seed: int
     duration_s: float = 45.0
+    condition: str = "known"  # what is known of the cameras, for whoever judges
+    delays_s: tuple[float, float] | None = None  # [s] of the trackers; None: each model's own
+    clock_offset_s: float = 0.0  # [s] how far the right camera's clock is ahead
+    worn: tuple[str, ...] = NINE  # segments with an IMU
+
+    @property
+    def models(self) -> tuple[TrackerModel, TrackerModel]:
+        """The trackers, with their delays."""
+        left, right = (TRACKERS[name] for name in self.trackers)
+        if self.delays_s is None:
+            return left, right
+        return replace(left, delay=self.delays_s[0]), replace(right, delay=self.delays_s[1])
+
+    @property
+    def mean_delay_s(self) -> float:
+        """Of the two trackers [s]."""
+        return 0.5 * sum(model.delay for model in self.models)
 
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedSession:
-    """What two cameras and nine IMUs say, and the truth."""
+    """What two cameras and the IMUs say, and the truth."""
 
     spec: CapturedSpec
     clip: Clip
@@ -43,18 +61,23 @@ class CapturedSession:
     imus: Sequence[ImuStream]
 
     def samples(self, *, imus: bool) -> list[SkeletonSample | ImuSample]:
-        """What the sensors say in the order of its stamps, as the fusion takes it."""
+        """What the sensors say in the order in which it arrives, as the fusion takes it."""
+        return [sample for _, sample in self.arrivals(imus=imus)]
+
+    def arrivals(self, *, imus: bool) -> list[tuple[int, SkeletonSample | ImuSample]]:
+        """The samples, each with when it arrives [ns]: a clock that is ahead delays nothing."""
         timed: list[tuple[int, SkeletonSample | ImuSample]] = []
         for sensor, frames in self.frames.items():
+            ahead_s = self.spec.clock_offset_s if sensor == SENSORS[1] else 0.0
             for row, stamp_s in enumerate(frames.stamps_s.tolist()):
                 sample = SkeletonSample(
-                    stamp_ns=stamp_of(stamp_s),
+                    stamp_ns=stamp_of(stamp_s + ahead_s),
                     sensor=sensor,
                     person="1",
                     positions=np.ascontiguousarray(frames.positions[row]),
                     tracking_state=frames.tracking_state[row],
                 )
-                timed.append((sample.stamp_ns, sample))
+                timed.append((stamp_of(stamp_s), sample))
         for stream in self.imus if imus else ():
             for row, stamp_s in enumerate(stream.stamps_s.tolist()):
                 felt = ImuSample(
@@ -65,7 +88,7 @@ class CapturedSession:
                     angular_velocity=stream.angular_velocity[row],
                 )
                 timed.append((felt.stamp_ns, felt))
-        return [sample for _, sample in sorted(timed, key=lambda each: each[0])]
+        return sorted(timed, key=lambda each: each[0])
 
 
 def stamp_of(seconds: float) -> int:
@@ -81,15 +104,15 @@ def make_captured_session(spec: CapturedSpec) -> CapturedSession:
         clip = spun(clip, rng)
     places = place_cameras(clip, rng)
     frames = {
-        sensor: track(clip.positions, places[sensor], TRACKERS[tracker], rng)
-        for sensor, tracker in zip(SENSORS, spec.trackers, strict=True)
+        sensor: track(clip.positions, places[sensor], model, rng)
+        for sensor, model in zip(SENSORS, spec.models, strict=True)
     }
     return CapturedSession(
         spec=spec,
         clip=clip,
         T_map_sensor=places,
         frames=frames,
-        imus=wear(clip, ImuModel(), rng),
+        imus=wear(clip, ImuModel(), rng, spec.worn),
     )
 
 

@@ -13,7 +13,10 @@ from scipy.signal import lfilter
 from scipy.special import ndtr
 
 from pose_core.joints import TrackingState
-from pose_sim.captured.clips import RATE, heading
+from pose_sim.captured.azure import NEAREST, as_published, azure_joints
+from pose_sim.captured.clip import RATE
+from pose_sim.captured.clips import heading
+from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
 from pose_sim.rotations import FloatArray
 
@@ -39,6 +42,9 @@ class TrackerModel:
     rate: float = 30.0  # [Hz]
     jitter: float = 0.002  # [s] of stamps
     smoothing: float = 0.0  # [s] time constant of the tracker's own filter
+    slowest_rate: float = 0.0  # [Hz] to which it falls now and then; 0: never below its rate
+    has_32_joints: bool = False  # Azure Kinect's, which a joint map makes 15 of
+    real_residuals: bool = False  # UI-PRMD's in place of the offsets
 
 
 TRACKERS = {
@@ -54,10 +60,19 @@ TRACKERS = {
     "facing": TrackerModel(
         facing=1.5, constant_offset=0.012, slow_offset=0.015, hidden_called_tracked=0.7
     ),
+    "azure": TrackerModel(
+        has_32_joints=True, has_confidence=False, hidden_error=0.08, smoothing=0.02
+    ),
+    "uiprmd": TrackerModel(
+        real_residuals=True, white=0.004, slow_offset=0.0, constant_offset=0.0, slowest_rate=15.0
+    ),
+    "uneven": TrackerModel(gross_share=0.01, hidden_called_tracked=0.8, slowest_rate=15.0),
 }
 """By name."""
 TUNED_ON = ("mixed", "late", "slow", "smoothing", "calm")
 """Those that tuning may look at."""
+JUDGED_ON = tuple(name for name in TRACKERS if name not in TUNED_ON)
+"""Those that it has not seen."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,28 +96,56 @@ def track(
         rng: Source of everything random.
     """
     times = np.arange(len(positions)) / RATE
-    first = rng.uniform(0.0, 1.0 / model.rate) + model.delay + 0.05
-    stamps = np.arange(first, times[-1], 1.0 / model.rate)
-    stamps = np.sort(stamps + model.jitter * rng.standard_normal(len(stamps)))
+    stamps = _stamps(times[-1], model, rng)
     seen = at(stamps - model.delay, times, _smoothed(positions, model))
     true = at(stamps - model.delay, times, positions)
     camera = T_map_camera[:3, 3]
     covered = hidden(true, camera, HEIGHT)
     covered = gaussian_filter1d(covered, 0.05 * model.rate, axis=0, mode="nearest")
-    shape = true.shape
+    unseen = covered
+    if model.has_32_joints:
+        seen, unseen = azure_joints(seen), covered[:, NEAREST]
+    shape = seen.shape
     size = model.hidden_error * rng.uniform(0.6, 1.4, (1, shape[1], 1))
-    wander = size * covered[..., None] * slow(shape, model.hidden_s, model.rate, rng)
-    noisy = seen + _offsets(true, camera, model, rng) + wander
+    wander = size * unseen[..., None] * slow(shape, model.hidden_s, model.rate, rng)
+    if model.real_residuals:
+        offsets = resampled_residuals(true, len(stamps) / (stamps[-1] - stamps[0]), rng)
+    else:
+        offsets = _offsets(true, shape[1], camera, model, rng)
+    noisy = seen + offsets + wander
     noisy += model.white * rng.standard_normal(shape)
     struck = rng.random(shape[:2]) < model.gross_share
     noisy += struck[..., None] * rng.uniform(-0.5, 0.5, shape)
-    state = np.full(shape[:2], int(TrackingState.TRACKED), np.uint8)
+    R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
+    optical = (noisy - t) @ R
+    if model.has_32_joints:
+        optical = as_published(optical)
+    state = _states(covered, model, rng)
+    return TrackerFrames(stamps_s=stamps, positions=optical, tracking_state=state)
+
+
+def _stamps(end_s: float, model: TrackerModel, rng: np.random.Generator) -> FloatArray:
+    """When frames are stamped, up to the session's end [s]."""
+    first = rng.uniform(0.0, 1.0 / model.rate) + model.delay + 0.05
+    stamps = np.arange(first, end_s, 1.0 / model.rate)
+    if model.slowest_rate:
+        # A tracker that is short of time leaves frames out, for a while.
+        busy = ndtr(slow(stamps.shape, 1.0, model.rate, rng))
+        left_out = (busy > 0.6) & (rng.random(len(stamps)) > model.slowest_rate / model.rate)
+        stamps = stamps[~left_out]
+    return np.sort(stamps + model.jitter * rng.standard_normal(len(stamps)))
+
+
+def _states(
+    covered: FloatArray, model: TrackerModel, rng: np.random.Generator
+) -> NDArray[np.uint8]:
+    """What the tracker calls the joints, (n, 15)."""
+    state = np.full(covered.shape, int(TrackingState.TRACKED), np.uint8)
     if model.has_confidence:
-        opinion = ndtr(slow(shape[:2], DECISION_S, model.rate, rng))
+        opinion = ndtr(slow(covered.shape, DECISION_S, model.rate, rng))
         noticed = (covered > 0.5) & (opinion > model.hidden_called_tracked)
         state[noticed] = int(TrackingState.INFERRED)
-    R, t = T_map_camera[:3, :3], T_map_camera[:3, 3]
-    return TrackerFrames(stamps_s=stamps, positions=(noisy - t) @ R, tracking_state=state)
+    return state
 
 
 def _smoothed(positions: FloatArray, model: TrackerModel) -> FloatArray:
@@ -114,11 +157,16 @@ def _smoothed(positions: FloatArray, model: TrackerModel) -> FloatArray:
 
 
 def _offsets(
-    true: FloatArray, camera: FloatArray, model: TrackerModel, rng: np.random.Generator
+    true: FloatArray,
+    joints: int,
+    camera: FloatArray,
+    model: TrackerModel,
+    rng: np.random.Generator,
 ) -> FloatArray:
-    """Where the tracker believes joints to lie in the body; they turn with its heading."""
-    offset = model.constant_offset * rng.standard_normal((1, *true.shape[1:]))
-    offset = offset + model.slow_offset * slow(true.shape, model.slow_s, model.rate, rng)
+    """Where the tracker believes its joints to lie in the body; they turn with its heading."""
+    shape = len(true), joints, 3
+    offset = model.constant_offset * rng.standard_normal((1, joints, 3))
+    offset = offset + model.slow_offset * slow(shape, model.slow_s, model.rate, rng)
     yaw = heading(true)
     c, s = np.cos(yaw), np.sin(yaw)
     if model.facing:

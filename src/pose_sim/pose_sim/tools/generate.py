@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pose_core.errors import InputError
 from pose_node.command_line import run_tool
+from pose_sim.captured.clips import read_clip
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS, make_session, read_overrides, settings_of
 from pose_sim.session_folder import note_of, write_session
@@ -25,6 +26,12 @@ def make_parser() -> argparse.ArgumentParser:
         "--choreography",
         default="leg_lift_march",
         help=f"one of {', '.join(CHOREOGRAPHIES)} (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--motion",
+        type=Path,
+        metavar="FILE",
+        help="perform the captured motion of a .bvh, .bvh.gz or .npz file instead",
     )
     parser.add_argument(
         "--duration", type=float, default=60.0, metavar="S", help="[s] (default: %(default)g)"
@@ -62,12 +69,14 @@ def run() -> None:
         )
     if arguments.start_at > LATEST_NS:
         raise InputError(f"start-at = {arguments.start_at} ns is no UNIX time [ns]: `date +%s%N`")
-    session = make_session(arguments.choreography, arguments.duration, arguments.seed, settings)
+    clip = read_clip(arguments.motion) if arguments.motion else None
+    name = clip.name if clip else arguments.choreography
+    session = make_session(name, arguments.duration, arguments.seed, settings, clip)
     print(note_of(session), file=sys.stderr)
     write_session(arguments.output, session, arguments.start_at)
     frames = {name: len(frames.host_time_ns) for name, frames in session.kinects.items()}
     print(
-        f"{arguments.output}: {arguments.duration:g} s, "
+        f"{arguments.output}: {session.duration:g} s, "
         + ", ".join(f"{count} frames of kinect_{name}" for name, count in frames.items())
         + f", {len(session.imus.due_ns)} of {len(session.mountings)} IMU nodes"
     )

@@ -10,9 +10,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from pose_core.errors import InputError
+from pose_core.plain_yaml import dump_yaml
 from pose_node.command_line import run_tool
 from pose_sim import imu_file
 from pose_sim.imu_devices import DEVICES, nodes_file
@@ -154,7 +154,7 @@ def _link(link: Path, segment: str | None) -> Path:
 def _write_nodes_file(arguments: argparse.Namespace) -> None:
     ports = {segment: str(_link(arguments.link, segment)) for segment in NODES.values()}
     try:
-        arguments.nodes_file.write_text(yaml.safe_dump(nodes_file(arguments.device, ports)))
+        arguments.nodes_file.write_text(dump_yaml(nodes_file(arguments.device, ports)))
     except OSError as error:
         raise InputError(f"cannot write {arguments.nodes_file}: {error.strerror}") from error
 

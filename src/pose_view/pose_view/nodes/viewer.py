@@ -16,6 +16,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rclpy.subscription import Subscription
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
+from visualization_msgs.msg import MarkerArray
 
 from pose_core.parameters import specs
 from pose_core.stamps import NS_PER_S, serialized_ns
@@ -67,7 +68,10 @@ class ViewerNode(Node):
         }
         self._diagnostics = DiagnosticsPublisher(self, self._report)
         self._timer = steady_timer(self, IDLE_NS / NS_PER_S, self._step)
-        self.get_logger().info(f"open {self.viewer.server.address} in a browser")
+        server = self.viewer.server
+        if server.opened:
+            self.get_logger().warning(server.opened)
+        self.get_logger().info(f"open {server.invitation} in a browser")
 
     # -- what the buttons ask for; called on the page's threads ---------------------------------
 
@@ -113,7 +117,7 @@ class ViewerNode(Node):
         """Subscribe to everything."""
         self._graph, self._newest = self._new_graph(), Newest()
         for body in self._settings.bodies:
-            prefix = f"/humans/bodies/{body}"
+            prefix = f"humans/bodies/{body}"
             self._subscribe(
                 Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body), raw=True
             )
@@ -127,8 +131,9 @@ class ViewerNode(Node):
                 qos_profile_sensor_data,
                 raw=True,
             )
-        self._subscribe(TFMessage, "/tf", self._on_tf, raw=True)
-        self._subscribe(TFMessage, "/tf_static", self._graph.add_static_tf, latched(50))
+        self._subscribe(TFMessage, "tf", self._on_tf, raw=True)
+        self._subscribe(MarkerArray, "arm/markers", self._graph.add_robot, latched(1))
+        self._subscribe(TFMessage, "tf_static", self._graph.add_static_tf, latched(50))
         self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
         self._pace(round(NS_PER_S / self._settings.rate))
 

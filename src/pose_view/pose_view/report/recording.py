@@ -144,16 +144,19 @@ def _estimate(
     progress: Callable[[float], None],
 ) -> _Estimated:
     """All methods: the sensors, their mean, the estimators, the bag's own result."""
-    own = methods_of_bag(bag, wanted.person, wanted.body, clocks={})
     sensors = tuple(sensor_topics(bag))
-    setups = known_setups(has_imus=has_imus)
-    _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
-    result = _Estimated(methods={name: own[name] for name in sensors})
+    extrinsics: Extrinsics | None = None
+    trouble = ""
     try:
         extrinsics = find_extrinsics(bag, sensors)
     except PoseError as error:
-        text = f"The sensors' places are unknown ({error}): no method joins them."
-        result.notes.append(text)
+        trouble = f"The sensors' places are unknown ({error}): no method joins them."
+    own = methods_of_bag(bag, wanted.person, wanted.body, {}, extrinsics)
+    setups = known_setups(has_imus=has_imus)
+    _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
+    result = _Estimated(methods={name: own[name] for name in sensors})
+    if extrinsics is None:
+        result.notes.append(trouble)
     else:
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
         result.methods = {
@@ -185,7 +188,7 @@ def _run(
     if not setups:
         return {}
     imus = any(setup.use_imus for setup in setups)
-    samples = BagSamples(bag, wanted.person, progress, imus=imus)
+    samples = BagSamples(bag, wanted.person, progress, extrinsics=extrinsics, imus=imus)
     return run_methods(samples, setups, extrinsics.sensors, extrinsics)
 
 

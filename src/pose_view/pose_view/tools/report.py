@@ -14,6 +14,7 @@ from pose_fusion.tools.fuse import find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool
+from pose_node.many import add_many_arguments, recordings_under, run_many
 from pose_view.report.analysis import Analysis, analyse
 from pose_view.report.recording import Wanted, read_recording
 
@@ -29,7 +30,9 @@ def make_parser() -> argparse.ArgumentParser:
         "With a reference, errors and correlations; without one, how well the methods agree.",
         epilog="References: docs/references.md says which files, labels and signs are understood.",
     )
-    parser.add_argument("bag", type=Path, help="a bag with kinect_<name>/skeletons")
+    parser.add_argument(
+        "bag", type=Path, help="a bag with kinect_<name>/skeletons, or a folder of bags"
+    )
     parser.add_argument(
         "--reference",
         type=Path,
@@ -71,14 +74,22 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--until", type=float, default=float("inf"), metavar="S", help="end of that stretch [s]"
     )
-    parser.add_argument("--person", default="", help="a sensor's id of the person to follow")
-    parser.add_argument("--body", default="", help="which fused body of the bag (default: first)")
+    parser.add_argument(
+        "--person",
+        default="first",
+        help="whom to report on: first, nearest (to the first sensor), imus (who wears them), or a "
+        "sensor's id (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--body", default="", help="which fused body of the bag (default: the subject)"
+    )
     parser.add_argument(
         "--extrinsics-file",
         default="",
         metavar="FILE",
         help="YAML of the calibration (default: the bag's, else found from its motion)",
     )
+    add_many_arguments(parser)
     return parser
 
 
@@ -101,9 +112,16 @@ def write_report(analysis: Analysis, joint: str, folder: Path) -> list[Path]:
     return [folder / name for name in files]
 
 
-def run() -> None:
-    """The tool."""
+def run() -> int | None:
+    """The tool; returns the exit status."""
     options = make_parser().parse_args()
+    recordings = recordings_under(options.bag)
+    if recordings:
+        if options.output is None:
+            raise InputError(f"{options.bag} is a folder of bags: name one for the reports by -o")
+        return run_many(
+            options.bag, options.output, recordings, lambda path: path.with_suffix(""), options
+        )
     folder = options.output or options.bag.with_name(f"{options.bag.name}-report")
     if folder.exists():
         raise InputError(f"{folder} exists already: name another folder, or remove it first")
@@ -143,6 +161,7 @@ def run() -> None:
         print(f"note: {note}", file=sys.stderr)
     print(f"{files[0]}{' (synthetic subject)' if analysis.is_synthetic else ''}")
     print(f"{folder}: {', '.join(path.name for path in files[1:])}")
+    return None
 
 
 def _name(bag: Path) -> str:

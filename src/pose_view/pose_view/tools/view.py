@@ -37,7 +37,9 @@ def view(words: Sequence[str]) -> int:
     parameters = from_arguments(ViewParameters, options)
     recorded = _read(options.bag, parameters, alone=options.alone)
     viewer = Viewer(parameters, recorded=recorded)
-    print(f"showing {options.bag} on {viewer.server.address} (Ctrl-C ends it)", flush=True)
+    if viewer.server.opened:
+        print(viewer.server.opened, flush=True)
+    print(f"showing {options.bag} on {viewer.server.invitation} (Ctrl-C ends it)", flush=True)
     try:
         _play(viewer, recorded, parameters.rate)
     finally:

@@ -58,6 +58,7 @@ class Avatar:
         self._place = place
         self._body = MeasuredBody()
         self._imus: tuple[str, ...] = ()
+        self._is_wanted = self._has_data = True
         self._frame = scene.add_frame(self._name, show_axes=False, position=np.asarray(offset))
         self._parts: list[MeshHandle] = []
         self._balls: dict[str, MeshHandle] = {}
@@ -94,8 +95,16 @@ class Avatar:
         self._label.position = (x - TITLE_BEFORE, y, 0.02)
 
     def set_visible(self, visible: bool) -> None:
-        """Show or hide all of it."""
-        self._frame.visible = visible
+        """Show or hide all of it, as the user wishes."""
+        self._is_wanted = visible
+        self._frame.visible = visible and self._has_data
+
+    def set_data(self, has_data: bool) -> None:
+        """Hide it while nothing is known of it, once it has been seen."""
+        has_data = has_data or not self._parts
+        if has_data != self._has_data:
+            self._has_data = has_data
+            self._frame.visible = self._is_wanted and has_data
 
     def _draw(self) -> None:
         """Make the surfaces anew: the body's measures have changed, or where it carries IMUs."""

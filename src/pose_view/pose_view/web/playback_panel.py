@@ -1,6 +1,7 @@
 """A recording's controls: play, pause, scrub, slow motion."""
 
 import time
+from html import escape
 from pathlib import Path
 
 import viser
@@ -32,7 +33,7 @@ class PlaybackPanel:
         self._clock = PlaybackClock(0, rate, paused=False, now_ns=time.monotonic_ns())
         self._written_s = self._touched_s = 0.0
         gui = server.gui
-        gui.add_markdown(f"**{path.name}**, {duration_s:.1f} s")
+        gui.add_html(f"<b>{escape(path.name)}</b>, {duration_s:.1f} s")
         self._slider = gui.add_slider(
             "Time [s]", 0.0, max(round(duration_s, 2), SLIDER_STEP_S), SLIDER_STEP_S, 0.0
         )

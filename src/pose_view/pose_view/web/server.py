@@ -3,20 +3,23 @@
 import contextlib
 import io
 import socket
+from collections.abc import Callable, Iterator
+from http import HTTPStatus
 from typing import Any
-from urllib.parse import urlsplit
 
 import viser
+import websockets.asyncio.server
 
 from pose_core.errors import PoseError
+from pose_view.web.guard import Guard
 
 
 class LocalServer(viser.ViserServer):
     """A viser server that hands nothing to anybody else.
 
     A page of another site that is open in the same browser could connect to a WebSocket on this
-    machine: such connections are closed. Nor can the view be shared
-    through viser's relay.
+    machine, and everybody in the network could where the page is opened: the :class:`Guard` refuses
+    both. Nor can the view be shared through viser's relay.
 
     Args:
         host: Address to bind to.
@@ -29,9 +32,9 @@ class LocalServer(viser.ViserServer):
 
     def __init__(self, host: str, port: int, title: str) -> None:
         _check_address(host)
-        with _quiet():
+        self._guard = Guard(host)
+        with _quiet(), _guarded(self._guard):
             super().__init__(host=host, port=port, label=title, verbose=False)
-        self._websock_server.on_client_connect(self._refuse_other_sites)
 
     @property
     def address(self) -> str:
@@ -42,6 +45,23 @@ class LocalServer(viser.ViserServer):
             f"http://[{host}]:{self.get_port()}"
             if ":" in host
             else (f"http://{host}:{self.get_port()}")
+        )
+
+    @property
+    def invitation(self) -> str:
+        """The same, with the token where one is needed: for the user alone, not for topics."""
+        if not self._guard.token:
+            return self.address
+        return f"{self.address}/?token={self._guard.token}"
+
+    @property
+    def opened(self) -> str:
+        """What to say of a page that others can reach; empty for one that they cannot."""
+        if not self._guard.token:
+            return ""
+        return (
+            f"the page is open to the network at host = {self.get_host()!r}, unencrypted: whoever"
+            " has the token sees the person and may press the buttons"
         )
 
     @property
@@ -58,15 +78,6 @@ class LocalServer(viser.ViserServer):
         with _quiet():
             super().stop()
 
-    async def _refuse_other_sites(self, connection: Any) -> None:
-        # viser has no setting for it, and its connection object carries no headers.
-        websocket = self._websock_server._live_connections[connection.client_id]
-        assert websocket.request is not None  # the handshake is over
-        headers = websocket.request.headers
-        origin = headers.get("Origin")
-        if origin is not None and urlsplit(origin).netloc != headers.get("Host"):
-            await websocket.close(1008, "a page of another site")
-
 
 def _check_address(host: str) -> None:
     """Viser would try a thousand ports of an address that does not exist."""
@@ -81,6 +92,30 @@ def _check_address(host: str) -> None:
             f"cannot serve pages on host = {host!r}: {error.strerror}: use 127.0.0.1 for this"
             " machine alone, 0.0.0.0 for everybody who can reach it"
         ) from error
+
+
+@contextlib.contextmanager
+def _guarded(guard: Guard) -> Iterator[None]:
+    """Viser has no setting for who may connect: the guard looks before its own handler does."""
+    serve = websockets.asyncio.server.serve
+
+    def serve_guarded(*args: Any, process_request: Callable[..., Any], **options: Any) -> Any:
+        def process(connection: Any, request: Any) -> Any:
+            refusal = guard.refusal(request.path, request.headers)
+            if refusal is not None:
+                return connection.respond(HTTPStatus.FORBIDDEN, refusal + "\n")
+            response = process_request(connection, request)
+            if response is not None and guard.token:
+                response.headers["Set-Cookie"] = guard.cookie()
+            return response
+
+        return serve(*args, process_request=process, **options)
+
+    websockets.asyncio.server.serve = serve_guarded  # type: ignore[assignment,misc]
+    try:
+        yield
+    finally:
+        websockets.asyncio.server.serve = serve  # type: ignore[misc]
 
 
 @contextlib.contextmanager

@@ -13,6 +13,7 @@ from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
 from pose_view.web.avatar import Avatar
 from pose_view.web.places import Place
+from pose_view.web.robot_avatar import RobotAvatar
 from pose_view.web.server import LocalServer
 
 SPACING = 1.5  # [m] between avatars, to the left and right of the middle one
@@ -89,6 +90,7 @@ class Stage:
         self._centre_body = places[len(places) // 2].body if places else ""
         self._sensors: dict[str, FloatArray] = {}
         self._ghosts: dict[str, LineSegmentsHandle] = {}
+        self._robot = RobotAvatar(scene)
         self._has_view = False
         self._half_width = SPACING * middle + ARM
         self._centre = np.array(EXPECTED_AT)
@@ -101,8 +103,11 @@ class Stage:
         """Draw a snapshot; all of it at once."""
         with self._server.atomic():
             for name, avatar in self.avatars.items():
+                avatar.set_data(name in snapshot.bodies)
                 if name in snapshot.bodies:
                     avatar.show(snapshot.bodies[name], snapshot.imus)
+            if snapshot.robot is not None:
+                self._robot.show(snapshot.robot)
             self._show_sensors(snapshot)
             self._show_ghosts(snapshot)
         if not self._has_view and snapshot.bodies:

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -16,6 +16,7 @@ from pose_core.errors import InputError
 from pose_io.recordings.formats.content import GZIP_MAGIC
 
 DIALECT: dict[str, Any] = {"skipinitialspace": True}
+MAX_TABLE_BYTES = 256 * 1024 * 1024  # [bytes] decompressed: three hours of two cameras
 MAX_NS = 2**62  # [ns] about 146 years around any epoch
 
 
@@ -83,12 +84,13 @@ class Table:
             InputError: If the cell is no finite number or does not fit.
         """
         try:
-            value = int(((Decimal(self.rows[row][column].strip()) - zero) * unit_ns).to_integral())
-        except (InvalidOperation, ValueError, OverflowError):
+            value = (Decimal(self.rows[row][column].strip()) - zero) * unit_ns
+            fits = abs(value) <= MAX_NS  # before it becomes an integer of as many digits
+        except (ArithmeticError, ValueError):
             raise self.bad_cell(row, column, "a time") from None
-        if abs(value) > MAX_NS:
+        if not fits:
             raise self.bad_cell(row, column, f"a time of at most {MAX_NS // 10**9} s")
-        return value
+        return int(value.to_integral())
 
     def bad_cell(self, row: int, column: int, expected: str) -> InputError:
         """The error for a cell that cannot be used."""
@@ -159,7 +161,8 @@ def _opened(path: Path) -> Iterator[TextIO]:
         with path.open("rb") as file:
             compressed = file.peek(2)[:2] == GZIP_MAGIC
             binary = gzip.GzipFile(fileobj=file) if compressed else file
-            with io.TextIOWrapper(binary, encoding="utf-8-sig", newline="") as stream:
+            bounded = io.BufferedReader(_Bounded(binary, path), 1 << 16)
+            with io.TextIOWrapper(bounded, encoding="utf-8-sig", newline="") as stream:
                 yield stream
     except FileNotFoundError:
         raise InputError(f"found no file {path}: give the path of a recording") from None
@@ -173,6 +176,30 @@ def _opened(path: Path) -> Iterator[TextIO]:
         ) from error
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
+
+
+class _Bounded(io.RawIOBase):
+    """A file of limited length, however long it becomes when it is decompressed."""
+
+    def __init__(self, binary: Any, path: Path) -> None:
+        self._binary, self._path = binary, path
+        self._left = MAX_TABLE_BYTES
+
+    def readable(self) -> bool:
+        """It is."""
+        return True
+
+    def readinto(self, buffer: Any) -> int:
+        """Read as much as fits."""
+        data = self._binary.read(len(buffer))
+        self._left -= len(data)
+        if self._left < 0:
+            raise InputError(
+                f"{self._path} holds more than {MAX_TABLE_BYTES // 1024**2} MB: cut the recording "
+                "into pieces"
+            )
+        buffer[: len(data)] = data
+        return len(data)
 
 
 def _listed(names: Sequence[str], shown: int = 5) -> str:

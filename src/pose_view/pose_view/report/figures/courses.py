@@ -1,16 +1,17 @@
 """Courses over time: what the papers' figures show, and more.
 
-Angles are li2020's figures 4 and 5, a joint's x, y, z its figures 3 and 6, pitch and yaw of the
-limbs zhang2015's figures 8 and 9; bone lengths come on top.
+Angles are li2020's figures 4 and 5, a joint's x, y, z its figures 3 and 6, pitch, yaw and
+roll of the limbs zhang2015's figures 8 and 9; bone lengths come on top.
 """
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from pose_core.api import ANGLES, FloatArray, SkeletonSeries, wrapped
 from pose_core.joints import JOINT_INDEX
-from pose_evaluation.limb_attitude import LIMBS, limb_attitude
+from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segment_rotations
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.plots import BONES_SHOWN
 from pose_evaluation.stability import bone_lengths
@@ -71,39 +72,58 @@ def attitude_sources(analysis: Analysis) -> dict[str, str]:
     """The methods that stand for Kinect alone, IMUs alone and fused, by that role."""
     names = analysis.recording.methods
     kinect = next((n for n in (MEAN, *analysis.recording.sensors) if n in names), None)
-    both = next((n for n in (FUSED, "default+imus", "li2020+imus") if n in names), None)
+    both = next((n for n in (FUSED, "default+imus", "zhang2015") if n in names), None)
     roles = {"Kinect": kinect, "IMU": "imu" if "imu" in names else None, "fused": both}
     return {role: name for role, name in roles.items() if name is not None}
 
 
 def attitude_figures(analysis: Analysis) -> FigureSet:
-    """Pitch and yaw of each limb by Kinect, IMU and both, as zhang2015's figures 8 and 9."""
+    """Pitch, yaw and roll of each limb by Kinect, IMU and both, as zhang2015's figures 8 and 9.
+
+    Joint positions show no roll, so the raw Kinect and a reference of positions have none.
+    """
     recording = analysis.recording
+    sources = attitude_sources(analysis)
     shown: dict[str, SkeletonSeries] = {}
-    for role, name in attitude_sources(analysis).items():
+    for role, name in sources.items():
         series = recording.in_map(name)
         if series is not None:
             shown[role] = series
     if analysis.compared is not None and analysis.compared.joints is not None:
         shown = {REFERENCE: analysis.compared.joints, **shown}
+    rolls = {
+        role: recording.estimates[name]
+        for role, name in sources.items()
+        if role != "Kinect" and name in recording.estimates
+    }
     pictures = []
     for limb in LIMBS:
-        with plot(rows=2, height=1.5 * HEIGHT) as (figure, (above, below)):
+        with plot(rows=3, height=2.1 * HEIGHT) as (figure, (above, middle, below)):
             attitudes = {role: limb_attitude(each.positions, limb) for role, each in shown.items()}
-            middle = _middle([yaw for _, yaw in attitudes.values()])
+            centre = _middle([yaw for _, yaw in attitudes.values()])
             for role, series in shown.items():
                 times = seconds(series.stamps_ns, recording.begin_ns)
                 pitch, yaw = attitudes[role]
-                yaw = without_wraps(np.degrees(middle + wrapped(yaw - middle)))
-                style = {"color": ROLE_COLOURS[role], "linewidth": 1.2 if role == "fused" else 0.9}
-                line(above, f"role {role}", times, np.degrees(pitch), style)
-                line(below, f"role {role}", times, yaw, style)
+                yaw = without_wraps(np.degrees(centre + wrapped(yaw - centre)))
+                line(above, f"role {role}", times, np.degrees(pitch), _role_style(role))
+                line(middle, f"role {role}", times, yaw, _role_style(role))
+            for role, estimates in rolls.items():
+                times = seconds(estimates.stamps_ns, recording.begin_ns)
+                R_map_segment = segment_rotations(estimates.names, estimates.position, limb)
+                roll = without_wraps(np.degrees(limb_roll(R_map_segment)))
+                line(below, f"role {role}", times, roll, _role_style(role))
             above.set(ylabel="pitch [deg]", xlim=(0.0, recording.duration_s))
-            below.set(xlabel=TIME, ylabel="yaw [deg]")
+            middle.set(ylabel="yaw [deg]")
+            below.set(xlabel=TIME, ylabel="roll [deg]")
             figure.align_ylabels()
             title = spoken(limb)
-            pictures.append(Picture(title=title, svg=svg(figure, f"pitch and yaw of {title}")))
+            picture = svg(figure, f"pitch, yaw and roll of {title}")
+            pictures.append(Picture(title=title, svg=picture))
     return FigureSet(caption="", pictures=pictures)
+
+
+def _role_style(role: str) -> dict[str, Any]:
+    return {"color": ROLE_COLOURS[role], "linewidth": 1.2 if role == "fused" else 0.9}
 
 
 def bone_figures(analysis: Analysis) -> FigureSet:

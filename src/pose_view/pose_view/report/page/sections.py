@@ -173,7 +173,7 @@ def _attitudes(analysis: Analysis) -> Section:
     if "IMU" not in roles:
         text += " There is no result of the IMUs alone in this recording."
     blocks: list[Block] = [text, attitude_figures(analysis)] if roles else [text]
-    return Section(anchor="attitudes", title="Pitch and yaw of the limbs", blocks=blocks)
+    return Section(anchor="attitudes", title="Pitch, yaw and roll of the limbs", blocks=blocks)
 
 
 def _joint(analysis: Analysis, joint: str) -> Section:

@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# What the image's user builds: the workspace with all that its services need, and the estimator's
+# kernels, compiled into NUMBA_CACHE_DIR (a volume: another processor compiles its own there).
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+
+options=()
+[ ! -f "$POSE_ROOT/requirements/teleop.in" ] || options+=(--teleop)
+"$POSE_ROOT/scripts/prepare.sh" "${options[@]}"
+enter_workspace
+python "$POSE_ROOT/scripts/warm_up.py"

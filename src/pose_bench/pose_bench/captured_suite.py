@@ -1,0 +1,83 @@
+"""The judged suite: which captured people, before which trackers, and what is known of them.
+
+Conditions follow each other from session to session, so that each has a third:
+
+    condition = CONDITIONS[index of the session mod 3]                                       (1)
+"""
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pose_core.errors import InputError
+from pose_sim.captured.clips import bundled_clips, clips_in
+from pose_sim.captured.session import CapturedSpec
+from pose_sim.captured.trackers import JUDGED_ON, TUNED_ON
+
+KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"
+CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
+"""``known``: the true extrinsics; ``calibrated``: found from the session, as ``./pose fuse`` does;
+``offset``: the same, and the right camera's clock is ahead."""
+CLOCK_OFFSETS_S = (-0.12, 0.08, 0.2)  # [s] one of which it is ahead by
+DELAYS_S = (0.0, 0.03, 0.06, 0.08)  # [s] of a judged tracker
+GROUPED = 16  # clips of a session, about
+
+
+def captured_specs(
+    motion: Path | None, *, judged: bool, seed: int, first: int = 0
+) -> list[CapturedSpec]:
+    """Sessions over a folder of clips: by its ``index.csv`` those of one person together.
+
+    Args:
+        motion: The folder; None: the clips that come with ``pose_sim``.
+        judged: Whether to use the trackers and delays that tuning has not seen.
+        seed: Of everything random.
+        first: Index of the first session, where others come before.
+
+    Raises:
+        InputError: If the folder holds no clips.
+    """
+    clips = bundled_clips() if motion is None else clips_in(motion)
+    if not clips:
+        raise InputError(f"{motion} holds no clips: expected .npz or .bvh files, see pose_sim")
+    trackers = (*JUDGED_ON, "mixed") if judged else TUNED_ON
+    rng = np.random.default_rng(seed)
+    specs: list[CapturedSpec] = []
+    for name, files in _groups(motion, clips):
+        order = rng.permutation(len(files))
+        delays = rng.choice(DELAYS_S, 2) if judged else None
+        clock_offset = float(rng.choice(CLOCK_OFFSETS_S))
+        index = first + len(specs)
+        condition = CONDITIONS[index % len(CONDITIONS)]  # (1)
+        pair = trackers[index % len(trackers)], trackers[(3 * index + 1) % len(trackers)]
+        specs.append(
+            CapturedSpec(
+                name=name,
+                clips=tuple(files[i] for i in order),
+                trackers=pair,
+                spins=index % 2 == 1,
+                seed=seed + index,
+                condition=condition,
+                delays_s=None if delays is None else (float(delays[0]), float(delays[1])),
+                clock_offset_s=clock_offset if condition == OFFSET else 0.0,
+            )
+        )
+    return specs
+
+
+def _groups(motion: Path | None, clips: Sequence[Path]) -> list[tuple[str, list[Path]]]:
+    """Clips of one person (as far as the index tells) together, in parts of a session's length."""
+    person: dict[str, str] = {}
+    if motion is not None and (motion / "index.csv").exists():
+        with (motion / "index.csv").open() as file:
+            person = {row["file"]: row["subject"] for row in csv.DictReader(file)}
+    groups: dict[str, list[Path]] = {}
+    for clip in clips:
+        groups.setdefault(person.get(clip.name, "clips"), []).append(clip)
+    parts = []
+    for name, files in sorted(groups.items()):
+        count = max(1, round(len(files) / GROUPED)) if len(files) > 3 else 1
+        parts += [(f"{name} {k + 1}", files[k::count]) for k in range(count)]
+    return parts

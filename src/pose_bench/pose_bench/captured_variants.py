@@ -1,0 +1,75 @@
+"""What of the judged suite is varied: which IMUs are worn, which parts of the filter are off."""
+
+from dataclasses import replace
+
+from pose_bench.captured import CapturedMethod
+from pose_core.filter.tuning import CameraNoise, FilterTuning, MotionPrior, PosturePrior
+from pose_core.joints import SEGMENTS
+from pose_sim.captured.imus import NINE
+
+FIVE = ("pelvis", "left_forearm", "right_forearm", "left_shank", "right_shank")
+ELEVEN = (*NINE, "pelvis", "head")
+IMU_SETS: dict[str, tuple[str, ...]] = {
+    "1: trunk": ("torso",),
+    "2: one arm": ("right_upper_arm", "right_forearm"),
+    "2: shanks": ("left_shank", "right_shank"),
+    "3: trunk, shanks": ("torso", "left_shank", "right_shank"),
+    "5: pelvis, forearms, shanks": FIVE,
+    "9: trunk, limbs": NINE,
+    "11: and pelvis, head": ELEVEN,
+    "13: and feet": (*ELEVEN, "left_foot", "right_foot"),
+    "15: and hands": SEGMENTS,
+}
+"""Segments with an IMU; 15 are all that there are names for."""
+
+
+def imu_set_methods() -> tuple[CapturedMethod, ...]:
+    """The default estimator with every set of IMUs; without any first."""
+    sets = (
+        CapturedMethod(name=name, use_imus=True, segments=segments)
+        for name, segments in IMU_SETS.items()
+    )
+    return CapturedMethod(name="none"), *sets
+
+
+def ablation_methods() -> tuple[CapturedMethod, ...]:
+    """The default estimator without IMUs, whole and without one part each; and with IMUs."""
+    methods = [CapturedMethod(name="default")]
+    for name, tuning in _ablations().items():
+        methods.append(CapturedMethod(name=f"without {name}", tuning=tuning))
+    methods.append(CapturedMethod(name="default+imus", use_imus=True))
+    no_delays = replace(FilterTuning(), camera=CameraNoise(delay_prior=1e12))
+    methods.append(CapturedMethod(name="+imus, without delays", use_imus=True, tuning=no_delays))
+    return tuple(methods)
+
+
+def _ablations() -> dict[str, FilterTuning]:
+    """The filter's tuning without one part each."""
+    whole = FilterTuning()
+    motion, camera, posture = MotionPrior(), CameraNoise(), PosturePrior()
+    cameras = {
+        "offsets of views": replace(camera, offset_stddev=1e-4),
+        "the body's own occlusion": replace(camera, occluded_stddev=0.0),
+        "noise along the line of sight": replace(camera, depth_stddev=0.0),
+        "noise that grows with speed": replace(camera, moving_stddev=0.0, lag_stddev=0.0),
+        "heavy tails": replace(camera, student_dof=1e6),
+    }
+    motions = {
+        "adapted process noise": replace(motion, most_adaptation=1.0),
+        "carried accelerations": replace(motion, carried=dict.fromkeys(motion.carried, 0.0)),
+    }
+    wide = dict.fromkeys(posture.twist_stddev, 30.0)
+    postures = {
+        "posture": replace(
+            posture,
+            hinge_stddev=30.0,
+            limit_stddev=30.0,
+            twist_stddev=wide,
+            waist_stddev=(30.0, 30.0, 30.0),
+        )
+    }
+    return (
+        {name: replace(whole, camera=each) for name, each in cameras.items()}
+        | {name: replace(whole, motion=each) for name, each in motions.items()}
+        | {name: replace(whole, posture=each) for name, each in postures.items()}
+    )

@@ -1,0 +1,47 @@
+"""What was heard of the graph while a session was replayed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.api import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Poses:
+    """n messages of one topic."""
+
+    stamps_ns: NDArray[np.int64]  # (n,)
+    arrived_ns: NDArray[np.int64]  # (n,)
+    values: FloatArray  # (n, joints) [rad], or (n, 15, 3) [m]
+
+    def between(self, begin_ns: int, end_ns: int) -> "Poses":
+        """Those that arrived in a stretch of time."""
+        rows = (self.arrived_ns >= begin_ns) & (self.arrived_ns < end_ns)
+        return Poses(
+            stamps_ns=self.stamps_ns[rows],
+            arrived_ns=self.arrived_ns[rows],
+            values=self.values[rows],
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Said:
+    """One node's report in ``/diagnostics``."""
+
+    arrived_ns: int
+    node: str
+    level: int
+    message: str
+    values: Mapping[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Heard:
+    """All of it."""
+
+    joints: Poses
+    bodies: Poses
+    said: Sequence[Said]

@@ -1,0 +1,168 @@
+"""What a fault did to the joint states, measured against the truth, and its bounds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_bench.faults.fault import Fault
+from pose_bench.faults.heard import Heard, Poses, Said
+from pose_core.api import ABDUCTION_OF, FloatArray, joint_angles, wrapped
+from pose_core.joints import JOINT_INDEX
+
+NS = 1_000_000_000
+RECOVERY_S = 5.0  # [s] that are watched after a fault
+MOST_STEP_DEG = 10.0  # [deg] beyond the truth's own, from one message to the next
+MOST_RATIO = 2.0  # [-] of the RMSE to that without what is lost
+MOST_SAID_S, MOST_RECOVERY_S = 1.0, 3.0
+AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival: clocks are read twice
+GAP_NS = 300_000_000  # [ns] after a longer silence, a pose begins anew
+BEFORE_S = 5.0  # [s] before a fault, whose warnings are none of it
+SIDEWAYS = np.radians(60.0)  # beyond such an abduction, flexion says nothing
+BONES = [("left_shoulder", "left_elbow"), ("left_elbow", "left_hand"), ("left_hip", "left_knee"),
+         ("left_knee", "left_foot"), ("right_shoulder", "right_elbow"),
+         ("right_elbow", "right_hand"), ("right_hip", "right_knee"),
+         ("right_knee", "right_foot"), ("torso", "neck"), ("left_hip", "right_hip")]  # fmt: skip
+
+
+@dataclass(frozen=True, kw_only=True)
+class Truth:
+    """The captured person: n instants."""
+
+    stamps_ns: NDArray[np.int64]  # (n,)
+    positions: FloatArray  # (n, 15, 3) [m]
+
+    def at(self, stamps_ns: NDArray[np.int64]) -> FloatArray:
+        """Positions at m instants, (m, 15, 3); before and after, those of the ends."""
+        begin = self.stamps_ns[0]
+        own, asked = (self.stamps_ns - begin) * 1e-9, (stamps_ns - begin) * 1e-9
+        flat = self.positions.reshape(len(own), -1)
+        columns = [np.interp(asked, own, column) for column in flat.T]
+        return np.stack(columns, axis=1).reshape(-1, *self.positions.shape[1:])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """One line of the table."""
+
+    fault: Fault
+    step_deg: float
+    ahead: int
+    backwards: int
+    repeated: int
+    rmse_deg: float  # NaN if nothing was published
+    reference_deg: float  # undisturbed, without what is lost
+    said_s: float  # after the beginning; NaN if never
+    said: str
+    recovery_s: float  # after the end; inf if not while it was watched
+    longest_gap_s: float
+
+    @property
+    def broken(self) -> tuple[str, ...]:
+        """The bounds that do not hold."""
+        fault = self.fault
+        holds = {
+            "step": self.step_deg <= MOST_STEP_DEG,
+            "ahead": self.ahead == 0,
+            "backwards": self.backwards == 0,
+            "repeated": self.repeated == 0,
+            "RMSE": fault.silent or self.rmse_deg <= MOST_RATIO * self.reference_deg,
+            "said": not fault.said or self.said_s <= MOST_SAID_S,
+            "recovery": self.recovery_s <= MOST_RECOVERY_S,
+        }
+        return tuple(name for name, does in holds.items() if not does)
+
+
+def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: int) -> Verdict:
+    """Measure one fault.
+
+    Args:
+        fault: Which.
+        heard: All that was heard of the session.
+        truth: Of the session.
+        reference: Bodies that were fused of the undisturbed samples without what is lost.
+        begin_ns: When it began.
+    """
+    end_ns = begin_ns + round(fault.lasts_s * NS)
+    over_ns = end_ns + round(RECOVERY_S * NS)
+    joints = heard.joints.between(begin_ns, over_ns)
+    steps_ns = np.diff(joints.stamps_ns)
+    said_s, said = _said(fault, heard.said, begin_ns, over_ns)
+    arrivals = np.concatenate([[begin_ns], joints.arrived_ns, [over_ns]])
+    return Verdict(
+        fault=fault,
+        step_deg=_step_deg(joints, truth),
+        ahead=int(np.sum(joints.stamps_ns > joints.arrived_ns + AHEAD_NS)),
+        backwards=int(np.sum(steps_ns < 0)),
+        repeated=int(np.sum(steps_ns == 0)),
+        rmse_deg=rmse_deg(heard.bodies.between(begin_ns, end_ns), truth),
+        reference_deg=_reference_deg(reference, truth, begin_ns, end_ns),
+        said_s=said_s,
+        said=said,
+        recovery_s=_recovery_s(heard.bodies, reference, truth, end_ns),
+        longest_gap_s=float(np.diff(arrivals).max()) / NS,
+    )
+
+
+def errors_deg(bodies: Poses, truth: Truth) -> FloatArray:
+    """Errors of the twelve angles, (n, 12) [deg]; NaN where they say nothing."""
+    found, expected = joint_angles(bodies.values), joint_angles(truth.at(bodies.stamps_ns))
+    errors = []
+    for name, angle in expected.items():
+        error = wrapped(found[name] - angle)
+        if name in ABDUCTION_OF:
+            error = np.where(np.abs(expected[ABDUCTION_OF[name]]) > SIDEWAYS, np.nan, error)
+        errors.append(np.degrees(error))
+    return np.stack(errors, axis=1) if len(bodies.stamps_ns) else np.empty((0, 12))
+
+
+def rmse_deg(bodies: Poses, truth: Truth) -> float:
+    """Over all angles and instants; NaN if there are none."""
+    squares = errors_deg(bodies, truth) ** 2
+    return float(np.sqrt(np.nanmean(squares))) if np.isfinite(squares).any() else float("nan")
+
+
+def _reference_deg(reference: Poses, truth: Truth, begin_ns: int, end_ns: int) -> float:
+    return rmse_deg(reference.between(begin_ns, end_ns), truth)
+
+
+def _step_deg(joints: Poses, truth: Truth) -> float:
+    """The largest step of an angle beyond how far a bone of the truth turned meanwhile."""
+    if len(joints.stamps_ns) < 2:
+        return 0.0
+    steps = np.degrees(np.abs(wrapped(np.diff(joints.values, axis=0)))).max(axis=1)
+    positions = truth.at(joints.stamps_ns)
+    ends = np.array([[JOINT_INDEX[a], JOINT_INDEX[b]] for a, b in BONES])
+    bones = positions[:, ends[:, 1]] - positions[:, ends[:, 0]]
+    bones /= np.linalg.norm(bones, axis=2, keepdims=True)
+    cosine = np.clip(np.sum(bones[1:] * bones[:-1], axis=2), -1.0, 1.0)
+    own = np.degrees(np.arccos(cosine)).max(axis=1)
+    near = np.diff(joints.arrived_ns) < GAP_NS
+    beyond = (steps - own)[near]
+    return float(max(beyond.max(initial=0.0), 0.0))
+
+
+def _said(fault: Fault, said: Sequence[Said], begin_ns: int, over_ns: int) -> tuple[float, str]:
+    """When a warning first had one of the words that it did not have before."""
+    warnings = [one for one in said if one.level > 0 and any(w in one.message for w in fault.said)]
+    before_ns = begin_ns - round(BEFORE_S * NS)
+    known = {one.message for one in warnings if before_ns <= one.arrived_ns < begin_ns}
+    for one in warnings:
+        if begin_ns <= one.arrived_ns < over_ns and one.message not in known:
+            return (one.arrived_ns - begin_ns) / NS, f"{one.node}: {one.message}"
+    return float("nan"), ""
+
+
+def _recovery_s(bodies: Poses, reference: Poses, truth: Truth, end_ns: int) -> float:
+    """From when on each half second is at most twice as far off as the undisturbed."""
+    half_ns = NS // 2
+    recovered = float("inf")
+    for k in reversed(range(round(RECOVERY_S * 2))):
+        begin_ns = end_ns + k * half_ns
+        found = rmse_deg(bodies.between(begin_ns, begin_ns + half_ns), truth)
+        expected = rmse_deg(reference.between(begin_ns, begin_ns + half_ns), truth)
+        if not found <= MOST_RATIO * expected + 1.0:  # nor a NaN; a half second scatters
+            return recovered
+        recovered = 0.5 * k
+    return recovered

@@ -1,0 +1,96 @@
+"""What sensors put on the wire, packet by packet, before it is serialised."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.api import FloatArray
+from pose_core.joints import JOINTS
+from pose_sim.captured.session import CapturedSession
+
+CAMERA_DELAY_S, IMU_DELAY_S = 0.02, 0.005  # [s] from capture to publication
+IMU_VARIANCES = (4e-4, 4e-4, 0.04)  # [rad²] of an orientation: tilt, tilt, heading
+NS = 1e9
+
+
+@dataclass(frozen=True, kw_only=True)
+class Person:
+    """One person in a frame."""
+
+    id: str
+    names: tuple[str, ...]
+    positions: FloatArray  # (n, 3) [m]
+    states: NDArray[np.uint8]  # (n,)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Packet:
+    """Something that is published: a camera's frame, an IMU's sample, or a note of a kind."""
+
+    at_s: float  # after the session's start [s]
+    source: str  # left, right; imu/<segment>; or the kind of a note
+    stamp_ns: int
+    raw: bytes | None = None  # instead of what follows
+    cut: int | None = None  # serialised bytes that are kept
+    flips: tuple[int, ...] = ()  # places [bytes] whose bits are turned over, modulo the length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frame(Packet):
+    """A camera's frame."""
+
+    persons: tuple[Person, ...]
+    frame_id: str | None = None  # None: the camera's own
+
+
+@dataclass(frozen=True, kw_only=True)
+class Imu(Packet):
+    """An IMU's sample."""
+
+    orientation: FloatArray  # (4,) x y z w
+    rate: FloatArray  # (3,) [rad/s]
+    acceleration: FloatArray = field(default_factory=lambda: np.zeros(3))  # (3,) [m/s²]
+    variances: tuple[float, float, float] = IMU_VARIANCES
+
+
+@dataclass(frozen=True, kw_only=True)
+class Note(Packet):
+    """A message of another kind: ``tf_static``, ``clock_offsets``, ``diagnostics``."""
+
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+
+def packets_of(session: CapturedSession, start_ns: int) -> list[Packet]:
+    """All that a session's sensors publish, undisturbed, in the order of publication."""
+    packets: list[Packet] = []
+    for sensor, frames in session.frames.items():
+        for row, stamp_s in enumerate(frames.stamps_s.tolist()):
+            person = Person(
+                id="1",
+                names=JOINTS,
+                positions=frames.positions[row],
+                states=frames.tracking_state[row],
+            )
+            packets.append(
+                Frame(
+                    at_s=stamp_s + CAMERA_DELAY_S,
+                    source=sensor,
+                    stamp_ns=start_ns + round(stamp_s * NS),
+                    persons=(person,),
+                )
+            )
+    for stream in session.imus:
+        for row, stamp_s in enumerate(stream.stamps_s.tolist()):
+            packets.append(
+                Imu(
+                    at_s=stamp_s + IMU_DELAY_S,
+                    source=f"imu/{stream.segment}",
+                    stamp_ns=start_ns + round(stamp_s * NS),
+                    orientation=stream.orientation[row],
+                    rate=stream.angular_velocity[row],
+                )
+            )
+    return sorted(packets, key=lambda packet: packet.at_s)

@@ -1,0 +1,69 @@
+"""The table of faults."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pose_bench.faults.judging import (
+    MOST_RATIO,
+    MOST_RECOVERY_S,
+    MOST_SAID_S,
+    MOST_STEP_DEG,
+    Verdict,
+)
+
+HEAD = (
+    "fault", "step", "RMSE", "without it", "stamps", "said", "recovery", "gap", "verdict",
+)  # fmt: skip
+
+
+def markdown(verdicts: Sequence[Verdict]) -> str:
+    """The table and what its columns mean."""
+    rows = [row(verdict) for verdict in verdicts]
+    lines = [f"| {' | '.join(HEAD)} |", "|---|" + "---:|" * 7 + "---|"]
+    lines += [f"| {' | '.join(cells)} |" for cells in rows]
+    holds = sum(not verdict.broken for verdict in verdicts)
+    lines += [
+        "",
+        f"{holds} of {len(verdicts)} faults keep all bounds.",
+        "",
+        "**step** [deg]: the largest change of a joint angle from one joint state to the next, "
+        f"beyond the truth's own; at most {MOST_STEP_DEG:g}. **RMSE** [deg] of the twelve angles "
+        "while the fault lasts, and that of an undisturbed run **without** the sensors that the "
+        f"fault makes unusable; at most {MOST_RATIO:g} times that. **stamps**: joint states ahead "
+        "of the clock / backwards / repeated; none. **said** [s]: until `/diagnostics` warns by "
+        f"name; at most {MOST_SAID_S:g}. **recovery** [s]: from the fault's end until every half "
+        "second is as "
+        f"good again; at most {MOST_RECOVERY_S:g}. **gap** [s]: the longest silence of the joint "
+        "states.",
+    ]
+    return "\n".join(lines)
+
+
+def row(verdict: Verdict) -> list[str]:
+    """One line."""
+    fault = verdict.fault
+    stamps = f"{verdict.ahead} / {verdict.backwards} / {verdict.repeated}"
+    if not verdict.broken:
+        judged = "holds"
+    else:
+        judged = "**" + ", ".join(verdict.broken) + "**"
+        if fault.known:
+            judged += f": {fault.known}"
+    return [
+        fault.name,
+        f"{verdict.step_deg:.1f}",
+        _number(verdict.rmse_deg),
+        _number(verdict.reference_deg),
+        "–" if stamps == "0 / 0 / 0" else stamps,
+        _number(verdict.said_s) if fault.said else "",
+        _number(verdict.recovery_s),
+        f"{verdict.longest_gap_s:.2f}",
+        judged,
+    ]
+
+
+def _number(value: float) -> str:
+    if np.isnan(value):
+        return "never"
+    return "not within 5" if np.isinf(value) else f"{value:.1f}"

@@ -1,0 +1,84 @@
+"""zhang2015's limbs: pitch and yaw by Kinect, IMU and both, while a limb is seen and while not."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_bench.methods import METHODS, run_method
+from pose_bench.sessions import BenchSession, SessionSpec, bench_session
+from pose_bench.tables import TextTable, number
+from pose_core.api import FloatArray, SkeletonSeries, wrapped
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_evaluation.limb_attitude import limb_attitude
+from pose_evaluation.scores import mean_known
+from pose_evaluation.stability import BONES
+
+CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
+ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
+SHOWN = ("left", "imu", "zhang2015", "default+imus")
+"""The one Kinect that zhang2015 has, the IMUs, the paper's fusion, ours with both Kinects."""
+
+
+def limb_table(seeds: Sequence[int], cache: Path | None) -> TextTable:
+    """RMS error of pitch and yaw of four arm segments, means over seeds."""
+    found = [_errors(seed, cache) for seed in seeds]
+    table = TextTable(
+        title="zhang2015, pitch and yaw of the arms: RMS error [°]",
+        header=["", "pitch, seen", "yaw, seen", "pitch, occluded", "yaw, occluded"],
+        note="Synthetic subject that raises its arms; orientations by Madgwick's filter; occluded: "
+        "the first Kinect calls an end of the limb inferred or not tracked. Yaw where the limb is "
+        "less than 75° steep.",
+    )
+    for name in SHOWN:
+        means = np.nanmean([each[name] for each in found], axis=0)
+        table.rows.append([name, *(number(each, 1) for each in means)])
+    return table
+
+
+def _errors(seed: int, cache: Path | None) -> dict[str, FloatArray]:
+    """By method: RMS error [°] of pitch and yaw, seen and occluded, shape (4,)."""
+    session = bench_session(
+        SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed),
+        cache=cache,
+        imu_filter="madgwick",
+    )
+    methods = {method.name: method for method in METHODS}
+    errors = {}
+    for name in SHOWN:
+        series = run_method(methods[name], session, session.extrinsics).series
+        limbs = [_limb_errors(series, session, limb) for limb in ARMS]
+        errors[name] = np.array([mean_known(list(column)) for column in zip(*limbs, strict=True)])
+    return errors
+
+
+def _limb_errors(
+    series: SkeletonSeries, session: BenchSession, limb: str
+) -> tuple[float, float, float, float]:
+    truth = session.judged_truth
+    stamps_ns, first, last = series.stamps_ns, truth.stamps_ns[0], truth.stamps_ns[-1]
+    rows = np.flatnonzero((stamps_ns >= first) & (stamps_ns <= last))
+    at = np.searchsorted(truth.stamps_ns, stamps_ns[rows])
+    found = limb_attitude(series.positions[rows], limb)
+    true = limb_attitude(truth.positions[at], limb)
+    occluded = _occluded(session, limb, stamps_ns[rows])
+    errors = [np.degrees(wrapped(a - b)) for a, b in zip(found, true, strict=True)]
+    seen_pitch, seen_yaw = (_rms(each[~occluded]) for each in errors)
+    hidden_pitch, hidden_yaw = (_rms(each[occluded]) for each in errors)
+    return seen_pitch, seen_yaw, hidden_pitch, hidden_yaw
+
+
+def _occluded(session: BenchSession, limb: str, stamps_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Whether the first Kinect's latest frame calls an end of the limb anything but tracked."""
+    frames = [each for each in session.skeletons if each.sensor == "left"]
+    ends = [JOINT_INDEX[joint] for joint in BONES[limb]]
+    hidden = np.array([(f.tracking_state[ends] != TrackingState.TRACKED).any() for f in frames])
+    stamps = np.array([each.stamp_ns for each in frames], np.int64)
+    latest = np.clip(np.searchsorted(stamps, stamps_ns, side="right") - 1, 0, None)
+    return np.asarray(hidden[latest])
+
+
+def _rms(values: FloatArray) -> float:
+    known = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")

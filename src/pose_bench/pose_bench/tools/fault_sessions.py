@@ -1,0 +1,235 @@
+"""Replays sessions with faults to a graph of real processes."""
+
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from pose_bench.faults.fault import Fault, Signal, Window
+from pose_bench.faults.heard import Poses
+from pose_bench.faults.judging import RECOVERY_S, Truth, Verdict, judge
+from pose_bench.faults.packets import Packet, packets_of
+from pose_bench.nodes.fault_player import FaultPlayer, new_player, planned
+from pose_bench.processes import descendants
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
+from pose_core.errors import InputError
+from pose_evaluation.offline import MethodSetup, run_methods
+from pose_fusion.tools.demo_processes import executable, start, stop
+from pose_sim.captured.clip import RATE
+from pose_sim.captured.clips import bundled_clips
+from pose_sim.captured.session import (
+    START_NS,
+    CapturedSession,
+    CapturedSpec,
+    make_captured_session,
+)
+
+NS = 1_000_000_000
+WARM_S = 14.0  # [s] before the first fault: calibrated, measured, IMUs aligned
+SESSION_S = 62.0  # [s] of captured motion
+LEAD_S = 4.0  # [s] from the plan's making to the first frame
+START_S = 900.0  # [s] for which the graph's start is waited for: it may have to compile
+FIRST_DOMAIN, DOMAINS = 1, 101  # above, ports reach into Linux's ephemeral range
+SETUP = MethodSetup(name="default", estimator="default", use_imus=True)
+SIGNALS = {"kill": signal.SIGKILL, "pause": signal.SIGSTOP, "resume": signal.SIGCONT}
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Slot:
+    """A fault and its beginning [s] in a session."""
+
+    fault: Fault
+    begin_s: float
+
+    @property
+    def end_s(self) -> float:
+        """Its end [s]."""
+        return self.begin_s + self.fault.lasts_s
+
+
+def captured_person() -> CapturedSession:
+    """The session that all faults are injected into."""
+    clips = bundled_clips()
+    order = np.random.default_rng(5).permutation(len(clips))
+    spec = CapturedSpec(
+        name="faults",
+        clips=tuple(clips[i] for i in order),
+        trackers=("mixed", "calm"),
+        spins=False,
+        seed=5,
+        duration_s=SESSION_S,
+    )
+    return make_captured_session(spec)
+
+
+def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:
+    """Faults one after the other, as many in a session as fit."""
+    found: list[list[Slot]] = []
+    at_s = SESSION_S
+    for fault in faults:
+        if at_s + fault.lasts_s + RECOVERY_S > SESSION_S:
+            found.append([])
+            at_s = WARM_S
+        found[-1].append(Slot(fault=fault, begin_s=at_s))
+        at_s += fault.lasts_s + RECOVERY_S
+    return found
+
+
+def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[Verdict]:
+    """Inject faults; verdicts come session by session.
+
+    Args:
+        faults: Which.
+        folder: Where the graphs' logs go.
+        say: Is told how it goes.
+    """
+    person = captured_person()
+    plan = sessions(faults)
+    # Nobody else's graph on this machine is disturbed, nor heard.
+    os.environ["ROS_DOMAIN_ID"] = str(FIRST_DOMAIN + os.getpid() % DOMAINS)
+    for number, slots in enumerate(plan):
+        names = ", ".join(slot.fault.name for slot in slots)
+        say(f"session {number + 1} of {len(plan)}: {names}")
+        yield from _run_session(person, slots, folder / f"session-{number:02d}", say)
+
+
+def _run_session(
+    person: CapturedSession, slots: Sequence[Slot], folder: Path, say: Progress
+) -> Iterator[Verdict]:
+    folder.mkdir(parents=True, exist_ok=True)
+    extrinsics = extrinsics_from_map(person.T_map_sensor)
+    save_extrinsics(folder / "session.yaml", extrinsics)
+    packets = _packets(person, slots)
+    plan = [planned(packet) for packet in packets]  # for a start at START_NS
+    player = new_player()
+    graph = _start_graph(folder)
+    try:
+        player.open(plan)
+        _await_graph(player, graph, folder)
+        start_ns = time.time_ns() + round(LEAD_S * NS)
+        plan = [planned(packet) for packet in _shifted(packets, start_ns - START_NS)]
+        late_s = (time.time_ns() - start_ns) / NS
+        if late_s > 0.0:
+            start_ns += round((late_s + 1.0) * NS)
+            plan = [planned(packet) for packet in _shifted(packets, start_ns - START_NS)]
+        acts = _acts(slots, graph.pid)
+        player.play(plan, acts, start_ns, slots[-1].end_s + RECOVERY_S)
+        heard = player.heard()
+    finally:
+        stop(graph)
+        player.close()
+    if player.latest_s > 0.05:
+        say(f"the machine was busy: replayed {player.latest_s * 1e3:.0f} ms late at worst")
+    truth = truth_of(person, start_ns)
+    reference = _reference(person, slots, start_ns)
+    for slot in slots:
+        yield judge(slot.fault, heard, truth, reference, start_ns + round(slot.begin_s * NS))
+
+
+def _packets(person: CapturedSession, slots: Sequence[Slot]) -> list[Packet]:
+    packets = packets_of(person, START_NS)
+    for slot in slots:
+        if slot.fault.change is not None:
+            seed = np.random.default_rng(abs(hash_of(slot.fault.name)))
+            window = Window(slot.begin_s, slot.end_s, seed)
+            packets = slot.fault.change(packets, window)
+    return packets
+
+
+def hash_of(name: str) -> int:
+    """A number that a name has in every run."""
+    return int.from_bytes(name.encode()[-8:], "little")
+
+
+def _shifted(packets: Sequence[Packet], by_ns: int) -> list[Packet]:
+    """The same with stamps of another start; those that are absolute lies stay."""
+    return [
+        replace(packet, stamp_ns=packet.stamp_ns + by_ns) if packet.stamp_ns else packet
+        for packet in packets
+    ]
+
+
+def _start_graph(folder: Path) -> "subprocess.Popen[str]":
+    arguments = {
+        "extrinsics_file": str(folder / "session.yaml"),
+        "bag": str(folder / "bag"),
+    }
+    words = [f"{name}:={value}" for name, value in arguments.items()]
+    with (folder / "graph.log").open("w") as log:
+        return start(
+            [executable("pose_launch", "up"), "fusion.launch.yaml", *words],
+            stdout=log,
+            stderr=subprocess.STDOUT,
+        )
+
+
+def _await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Path) -> None:
+    end_s = time.monotonic() + START_S
+    while not (player.has_said("/fusion") and player.has_said("/calibration")):
+        if graph.poll() is not None or time.monotonic() > end_s:
+            raise InputError(f"the graph did not start: see {folder / 'graph.log'}")
+        time.sleep(0.1)
+
+
+def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[], None]]]:
+    """What is done to processes, and when."""
+
+    def act(what: Signal) -> Callable[[], None]:
+        def do() -> None:
+            for pid in _pids(launcher, what.node):
+                os.kill(pid, SIGNALS[what.what])
+
+        return do
+
+    return [
+        (slot.begin_s + each.after_s, act(each)) for slot in slots for each in slot.fault.signals
+    ]
+
+
+def _pids(launcher: int, node: str) -> list[int]:
+    """The processes of a node."""
+    found = []
+    for pid in descendants(launcher):
+        try:
+            words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+        except OSError:
+            continue
+        if any(word.endswith(f"/lib/pose_fusion/{node}".encode()) for word in words):
+            found.append(pid)
+    return found
+
+
+def truth_of(person: CapturedSession, start_ns: int) -> Truth:
+    """The captured joints on the clock of a replay."""
+    positions = person.clip.positions
+    stamps = start_ns + np.round(np.arange(len(positions)) / RATE * NS).astype(np.int64)
+    return Truth(stamps_ns=stamps, positions=positions)
+
+
+def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) -> Poses:
+    """Bodies fused of the undisturbed samples, without what the faults make unusable."""
+
+    def is_left(sample: SkeletonSample | ImuSample) -> bool:
+        at_s = (sample.stamp_ns - START_NS) / NS
+        is_camera = isinstance(sample, SkeletonSample)
+        source = sample.sensor if isinstance(sample, SkeletonSample) else f"imu/{sample.segment}"
+        for slot in slots:
+            lost = slot.fault.lost
+            if slot.begin_s <= at_s < slot.end_s and (
+                source in lost or (not is_camera and "imus" in lost)
+            ):
+                return False
+        return True
+
+    samples = [sample for sample in person.samples(imus=True) if is_left(sample)]
+    extrinsics = extrinsics_from_map(person.T_map_sensor)
+    series = run_methods(samples, [SETUP], ("left", "right"), extrinsics)["default"].series
+    stamps_ns = series.stamps_ns - START_NS + start_ns
+    return Poses(stamps_ns=stamps_ns, arrived_ns=stamps_ns, values=series.positions)

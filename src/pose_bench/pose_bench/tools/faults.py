@@ -1,0 +1,60 @@
+"""``./pose bench faults``: faults injected into the live graph, one table."""
+
+import argparse
+import json
+import tempfile
+from pathlib import Path
+
+from pose_bench.faults.catalogue import FAULTS, chosen
+from pose_bench.faults.judging import Verdict
+from pose_bench.faults.table import markdown, row
+from pose_bench.tools.fault_sessions import run_faults
+
+SUMMARY = "inject faults into the live graph: steps, errors, stamps, warnings, recovery"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The command line's arguments."""
+    parser.add_argument(
+        "--only", metavar="NAME", default="", help="faults whose name contains this"
+    )
+    parser.add_argument(
+        "--tenth", metavar="K", type=int, help="every tenth fault, from the K-th on"
+    )
+    parser.add_argument("--list", action="store_true", help="the names of all faults")
+    parser.add_argument(
+        "-o", "--output", metavar="DIR", type=Path, help="also write the table here"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run; 1 if a bound is broken that is not known to be."""
+    faults = chosen(options.only, options.tenth)
+    if options.list:
+        print("\n".join(fault.name for fault in faults))
+        return 0
+    verdicts: list[Verdict] = []
+    with tempfile.TemporaryDirectory(prefix="pose-faults-") as scratch:
+        folder = options.output or Path(scratch)
+        folder.mkdir(parents=True, exist_ok=True)
+        for verdict in run_faults(faults, folder, lambda text: print(text, flush=True)):
+            verdicts.append(verdict)
+            print("  " + " | ".join(row(verdict)), flush=True)
+            if verdict.said:
+                print(f"    said: {verdict.said}", flush=True)
+            if options.output:
+                _write(options.output, verdicts)
+    print(markdown(verdicts))
+    unknown = [v.fault.name for v in verdicts if v.broken and not v.fault.known]
+    if unknown:
+        print(f"{len(unknown)} of {len(FAULTS)} faults break a bound: {', '.join(unknown)}")
+    return 1 if unknown else 0
+
+
+def _write(folder: Path, verdicts: list[Verdict]) -> None:
+    (folder / "reliability.md").write_text(markdown(verdicts) + "\n")
+    plain = [
+        {**vars(v), "fault": v.fault.name, "broken": v.broken}
+        for v in verdicts
+    ]  # fmt: skip
+    (folder / "reliability.json").write_text(json.dumps(plain, indent=1, default=str))

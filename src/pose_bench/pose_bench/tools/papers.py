@@ -1,0 +1,43 @@
+"""``./pose bench papers``: the papers' own tables beside what their methods give here."""
+
+import argparse
+from pathlib import Path
+
+from rich.console import Console
+
+from pose_bench.papers.li2020 import MOTIONS, motion_tables
+from pose_bench.papers.zhang2015 import limb_table
+from pose_bench.suite import LEVELS
+from pose_bench.tools.showing import document, output_folder, show
+
+SUMMARY = "li2020's tables 1 to 4 and zhang2015's limbs, as printed and as here"
+SEEDS = (101, 102)  # that no parameter was tuned on
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--levels",
+        nargs="+",
+        default=["typical", "hard"],
+        choices=LEVELS,
+        help="of the virtual Kinects' errors; figures are means (default: typical hard)",
+    )
+    parser.add_argument("--cache", type=Path, metavar="DIR", help="keeps the IMUs' orientations")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for papers.md")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Repeat the experiments and print the tables."""
+    tables = []
+    console = Console(stderr=True)
+    for motion in MOTIONS:
+        with console.status(f"li2020: {motion.title}"):
+            tables += motion_tables(motion, arguments.levels, SEEDS)
+    with console.status("zhang2015: attitudes of the arms"):
+        tables.append(limb_table(SEEDS, arguments.cache))
+    show(tables)
+    if arguments.output is not None:
+        with output_folder(arguments.output) as folder:
+            (folder / "papers.md").write_text(document("The papers' experiments", tables))
+    return 0

@@ -1,0 +1,260 @@
+r"""How all IMUs sit on their segments: one fit over a neutral stand and free movement.
+
+With the sensor's reading :math:`R_{ws}(t)`, its world turned against map by
+:math:`y + d\,t`, and its mounting :math:`M = R_{sensor,segment}`, the segment is
+
+.. math:: R(t) = R_z(y + d\,t)\; R_{ws}(t)\; M
+
+Sought are every IMU's :math:`y, d, M`, how far beside its place the cameras see its segment's long
+axis (:math:`b`, turning with the body), and the heading :math:`\psi` of the neutral stand, from
+
+- the neutral stand, :math:`R(0) = R_z(\psi)`: it gives the mounting's tilt, by gravity;
+- the long axes that the cameras see, :math:`R\,e_z + b = a`: they give the heading;
+- the lines of shoulders and hips, :math:`R\,e_y = l`;
+- knees, hinges that both neighbours carry: :math:`R_{thigh}\,e_y = R_{shank}\,e_y`;
+- elbows, about whose hinge the forearm bends while it turns about itself:
+  :math:`(R_{upper}\,e_y) \cdot (R_{forearm}\,e_z) = 0`.
+
+The last two need no camera (Seel, Schauer and Raisch (2012), IEEE MSC, for the hinge; Laidig,
+Müller and Seel (2017), Current Directions in Biomedical Engineering 3(2), for the elbow).
+Gauss-Newton with Huber's weights; the inverse of the normal matrix is the uncertainty, so an axis
+that no motion has excited keeps the neutral stand's.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
+from pose_core.api import FloatArray, SensorToSegment
+from pose_core.joints import SIDES
+
+AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction as the cameras see it
+TRUNK_STDDEV = math.radians(8.0)  # [rad] the same of the trunk, which bends
+LAG_S = 0.1  # [s] by which a tracker may lag behind a limb that turns
+BIAS_STDDEV = math.radians(4.0)  # [rad] of b
+LINE_STDDEV = math.radians(10.0)  # [rad] of the shoulders' and the hips' line
+HINGE_STDDEV = math.radians(2.0)  # [rad] of a knee
+ELBOW_STDDEV = math.radians(3.0)  # [rad] of an elbow's right angle
+TILT_STDDEV = math.radians(3.0)  # [rad] by which people stand beside the neutral pose
+ARM_TILT_STDDEV = math.radians(8.0)  # [rad] the same of arms, which hang aside and bent
+TURN_STDDEV = math.radians(8.0)  # [rad] the same about the vertical: toes and palms turned
+STAND_HEADING_STDDEV = math.radians(8.0)  # [rad] of ψ as the cameras see it
+DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of d
+CORRELATION_S = 0.8  # [s] over which errors stay alike
+LIMIT = 2.0  # [-] standard deviations beyond which a residual counts no more (Huber)
+ITERATIONS = 30
+SETTLED = 1e-5  # [rad] a smaller step ends the iteration
+OWN = 8  # [-] unknowns of an IMU: y, d, the mounting's turn (3), b (3)
+MOVING = slice(0, 5)  # y, d, the mounting: what moves the segment
+ARMS = ("upper_arm", "forearm")
+TRUNK = ("pelvis", "torso", "head")
+X, Y, Z = np.eye(3)
+KNEES = tuple((f"{side}_thigh", f"{side}_shank") for side in SIDES)
+ELBOWS = tuple((f"{side}_upper_arm", f"{side}_forearm") for side in SIDES)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Measured:
+    """One kind of residual at m instants, in units of its standard deviation."""
+
+    columns: NDArray[np.intp]  # (c,) the unknowns it depends on
+    residual: FloatArray  # (m, r)
+    jacobian: FloatArray  # (m, r, c)
+    share: float = 1.0  # [-] of an independent measurement that one instant is
+
+
+def fit_alignments(observations: ImuObservations) -> dict[str, SensorToSegment]:
+    """Find the mountings of all IMUs that were heard during the neutral stand, by segment.
+
+    Args:
+        observations: Of a neutral stand and the motion after it.
+    """
+    fit = _Fit(observations)
+    for _ in range(ITERATIONS):
+        if fit.step() < SETTLED:
+            break
+    return fit.alignments()
+
+
+def axis_stddev(segment: str) -> float:
+    """Standard deviation [rad] of a segment's long axis as the cameras see it at rest."""
+    return TRUNK_STDDEV if segment in TRUNK else AXIS_STDDEV
+
+
+class _Fit:
+    """The unknowns, and one step of the iteration."""
+
+    def __init__(self, o: ImuObservations) -> None:
+        self._o = o
+        heard = np.isfinite(o.R_world_sensor[o.is_neutral][:, :, 0, 0]).any(axis=0)
+        self._rows = np.flatnonzero(heard).tolist()
+        self._segments = [o.segments[i] for i in self._rows]
+        self._R_ws = o.R_world_sensor[:, self._rows]
+        standing = self._R_ws[o.is_neutral]
+        self._R_ws_neutral = np.stack([_mean_rotation(each) for each in standing.swapaxes(0, 1)])
+        self._psi = o.neutral_heading
+        count = len(self._segments)
+        self._y, self._d, self._b = np.zeros(count), np.zeros(count), np.zeros((count, 3))
+        for i, row in enumerate(self._rows):
+            u = self._R_ws_neutral[i].T @ Z
+            self._y[i] = _turn_between(self._R_ws[:, i] @ u, o.long_axis[:, row])
+        self._first_y = self._y.copy()
+        turn = _about_z(self._psi - self._y)
+        self._M = self._R_ws_neutral.swapaxes(1, 2) @ turn
+        self._normal = np.zeros((OWN * count + 1, OWN * count + 1))
+
+    def step(self) -> float:
+        """Improve all unknowns; returns the largest change [rad]."""
+        normal, gradient = np.zeros_like(self._normal), np.zeros(len(self._normal))
+        for m in self._measured():
+            size = np.linalg.norm(m.residual, axis=1)
+            weight = m.share * np.minimum(1.0, LIMIT / np.maximum(size, LIMIT))
+            weighted = weight[:, None, None] * m.jacobian
+            normal[np.ix_(m.columns, m.columns)] += np.einsum("kri,krj->ij", weighted, m.jacobian)
+            gradient[m.columns] += np.einsum("kri,kr->i", weighted, m.residual)
+        self._normal = normal
+        change = -np.linalg.solve(normal, gradient)
+        own = change[:-1].reshape(-1, OWN)
+        self._y += own[:, 0]
+        self._d += own[:, 1]
+        self._M = self._M @ Rotation.from_rotvec(own[:, 2:5]).as_matrix()
+        self._b += own[:, 5:]
+        self._psi += change[-1]
+        return float(np.abs(np.delete(own, 1, axis=1)).max())
+
+    def alignments(self) -> dict[str, SensorToSegment]:
+        """The result."""
+        stddev = np.sqrt(np.diag(np.linalg.inv(self._normal)))[:-1].reshape(-1, OWN)[:, 2:5]
+        seen = np.einsum("nij,sj->nsi", self._o.R_map_heading, self._b)
+        miss = self._rotations()[..., 2] + seen - self._o.long_axis[:, self._rows]
+        squares = np.sum(miss**2, axis=-1)
+        return {
+            segment: SensorToSegment(
+                R_sensor_segment=self._M[i],
+                stddev=stddev[i],
+                residual=_root_mean(squares[:, i]),
+            )
+            for i, segment in enumerate(self._segments)
+        }
+
+    def _rotations(self) -> FloatArray:
+        """Every segment's rotation in map at all instants, (n, s, 3, 3)."""
+        heading = self._y + self._d * self._o.times_s[:, None]
+        return np.asarray(_about_z(heading) @ self._R_ws @ self._M)
+
+    def _measured(self) -> Iterator[_Measured]:
+        R = self._rotations()
+        o, index = self._o, {segment: i for i, segment in enumerate(self._segments)}
+        for i, row in enumerate(self._rows):
+            yield self._long_axis(R, i, row)
+            if self._segments[i] in ("pelvis", "torso"):
+                residual = (R[:, i, :, 1] - o.line[:, row]) / LINE_STDDEV
+                jacobian = self._axis_jacobian(R[:, i], Y) / LINE_STDDEV
+                yield _seen(self._columns(i, MOVING), residual, jacobian)
+            yield self._neutral(i)
+            yield self._prior(i)
+        for upper, lower in KNEES:
+            if upper in index and lower in index:
+                yield self._knee(R, index[upper], index[lower])
+        for upper, lower in ELBOWS:
+            if upper in index and lower in index:
+                yield self._elbow(R, index[upper], index[lower])
+        heading = (self._psi - o.neutral_heading) / STAND_HEADING_STDDEV
+        yield _Measured(
+            columns=np.array([len(self._normal) - 1]),
+            residual=np.array([[heading]]),
+            jacobian=np.array([[[1.0 / STAND_HEADING_STDDEV]]]),
+        )
+
+    def _long_axis(self, R: FloatArray, i: int, row: int) -> _Measured:
+        o = self._o
+        stddev = np.hypot(axis_stddev(self._segments[i]), LAG_S * o.rate[:, row])[:, None]
+        residual = (R[:, i, :, 2] + o.R_map_heading @ self._b[i] - o.long_axis[:, row]) / stddev
+        moving = self._axis_jacobian(R[:, i], Z)
+        jacobian = np.concatenate([moving, o.R_map_heading], axis=2) / stddev[..., None]
+        return _seen(self._columns(i, slice(0, OWN)), residual, jacobian)
+
+    def _knee(self, R: FloatArray, upper: int, lower: int) -> _Measured:
+        residual = (R[:, upper, :, 1] - R[:, lower, :, 1]) / HINGE_STDDEV
+        first, second = (self._axis_jacobian(R[:, i], Y) for i in (upper, lower))
+        jacobian = np.concatenate([first, -second], axis=2) / HINGE_STDDEV
+        columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
+        return _seen(columns, residual, jacobian)
+
+    def _elbow(self, R: FloatArray, upper: int, lower: int) -> _Measured:
+        hinge, along = R[:, upper, :, 1], R[:, lower, :, 2]
+        residual = np.sum(hinge * along, axis=1, keepdims=True) / ELBOW_STDDEV
+        first = np.einsum("nr,nrc->nc", along, self._axis_jacobian(R[:, upper], Y))
+        second = np.einsum("nr,nrc->nc", hinge, self._axis_jacobian(R[:, lower], Z))
+        jacobian = np.concatenate([first, second], axis=1)[:, None] / ELBOW_STDDEV
+        columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
+        return _seen(columns, residual, jacobian)
+
+    def _neutral(self, i: int) -> _Measured:
+        tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
+        stddev = np.array([tilt, tilt, TURN_STDDEV])
+        R = _about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
+        up = R[2]  # where turns of the world about the vertical appear in the segment
+        jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
+        columns = np.append(self._columns(i, slice(0, OWN))[[0, 2, 3, 4]], len(self._normal) - 1)
+        residual = Rotation.from_matrix(R).as_rotvec() / stddev
+        return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
+
+    def _prior(self, i: int) -> _Measured:
+        stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
+        columns = self._columns(i, slice(0, OWN))[[0, 1, 5, 6, 7]]
+        heading = self._y[i] - self._first_y[i]  # of a segment that never leans, nothing tells it
+        residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
+        jacobian = np.diag(1.0 / stddev)
+        return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
+
+    def _axis_jacobian(self, R: FloatArray, axis: FloatArray) -> FloatArray:
+        """Change of R axis, by y, d and a turn of the mounting: (n, 3, 5)."""
+        a = R @ axis
+        by_heading = np.stack([-a[:, 1], a[:, 0], np.zeros(len(a))], axis=1)
+        by_mounting = R @ np.cross(np.eye(3), axis).T  # R (m x axis)
+        by_drift = by_heading * self._o.times_s[:, None]
+        return np.concatenate([by_heading[..., None], by_drift[..., None], by_mounting], axis=2)
+
+    def _columns(self, i: int, part: slice) -> NDArray[np.intp]:
+        return np.arange(OWN * i, OWN * (i + 1))[part]
+
+
+def _seen(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Measured:
+    """What was seen again and again, ``PERIOD_NS`` apart, where it was seen."""
+    known = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
+    return _Measured(
+        columns=columns,
+        residual=residual[known],
+        jacobian=jacobian[known],
+        share=PERIOD_NS * 1e-9 / CORRELATION_S,
+    )
+
+
+def _about_z(angle: FloatArray | float) -> FloatArray:
+    """Rotation matrices of turns [rad] about z, shape (...) to (..., 3, 3)."""
+    angle = np.asarray(angle, float)
+    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
+    rows = ((c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0))
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _mean_rotation(matrices: FloatArray) -> FloatArray:
+    known = np.isfinite(matrices[:, 0, 0])
+    return np.asarray(Rotation.from_matrix(matrices[known]).mean().as_matrix())
+
+
+def _turn_between(first: FloatArray, second: FloatArray) -> float:
+    """Turn [rad] about z that brings directions (n, 3) onto others; 0 if none is known."""
+    horizontal = [each[:, 0] + 1j * each[:, 1] for each in (first, second)]
+    return float(np.angle(np.nansum(horizontal[1] * np.conj(horizontal[0]))))
+
+
+def _root_mean(squares: FloatArray) -> float:
+    known = squares[np.isfinite(squares)]
+    return math.sqrt(float(known.mean())) if len(known) else math.nan

@@ -1,0 +1,1 @@
+"""Several people before sensors whose places are not known yet."""

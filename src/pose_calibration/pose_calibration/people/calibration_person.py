@@ -1,0 +1,172 @@
+"""Whom to calibrate with: the person whose views in the sensors agree."""
+
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import attrgetter
+
+from pose_calibration.people.view_matching import rough_places, views_of_sensor
+from pose_core.api import Extrinsics, PeopleTracker, SkeletonSample
+from pose_core.counters import Counters
+
+REMEMBERED = 2_400  # [frames] 40 s of two sensors
+GONE_S = 6.0  # [s] after which somebody else is calibrated with
+MATCHED_EVERY_S = 5.0  # [s] of several people in view, after which they are matched anew
+
+Frame = Sequence[SkeletonSample]
+
+
+@dataclass(frozen=True, kw_only=True)
+class MatchedPeople:
+    """Who is who in all sensors together."""
+
+    tracker: PeopleTracker  # in the reference's frame, roughly
+    samples: Mapping[int, list[SkeletonSample]]  # by person; seen longest by two sensors first
+
+
+def match_people(frames: Iterable[Frame], sensors: Sequence[str]) -> MatchedPeople:
+    """Find who is who in sensors of which it is not known how they stand.
+
+    Args:
+        frames: Of all sensors, each sensor's in the order of time.
+        sensors: Their names, the reference first.
+    """
+    by_sensor: dict[str, list[Frame]] = {name: [] for name in sensors}
+    for frame in frames:
+        if frame and frame[0].sensor in by_sensor:
+            by_sensor[frame[0].sensor].append(frame)
+    views = {name: views_of_sensor(ones) for name, ones in by_sensor.items()}
+    placed, clocks = rough_places(views, sensors[0])
+    tracker = PeopleTracker(placed, clocks)
+    ordered = sorted(
+        (frame for name in placed for frame in by_sensor[name]),
+        key=lambda frame: tracker.stamp_ns(frame[0]),
+    )
+    persons: dict[int, list[SkeletonSample]] = {}
+    for frame in ordered:
+        for number, sample in tracker.add(frame):
+            persons.setdefault(number, []).append(sample)
+    if len(sensors) > 1:
+        persons = {number: ones for number, ones in persons.items() if _in_common(ones)}
+    by_view = sorted(persons, key=lambda n: (_in_common(persons[n]), len(persons[n])), reverse=True)
+    return MatchedPeople(tracker=tracker, samples={number: persons[number] for number in by_view})
+
+
+def only_person(frames: Iterable[Frame]) -> bool:
+    """Whether no frame shows more than one."""
+    return all(len(frame) <= 1 for frame in frames)
+
+
+def with_id(frame: Frame, person: str) -> list[SkeletonSample]:
+    """Who has this id in a frame."""
+    return [sample for sample in frame if sample.person == person][:1]
+
+
+class CalibrationPerson:
+    """Finds the person to calibrate with while frames come in.
+
+    While every frame shows one person at most, that is the one. From the first frame with several
+    on, frames are held until the views of one person have been matched.
+
+    Args:
+        sensors: Their names, the reference first.
+        person: The id, in all sensors, of the person; empty: found as above.
+    """
+
+    def __init__(self, sensors: Sequence[str], person: str = "") -> None:
+        self.counters = Counters(
+            "nobody_seen", "followed", "other_person", "held_frames", "matched", "not_matched"
+        )
+        self._sensors = tuple(sensors)
+        self.person = person
+        self._held: deque[Frame] = deque(maxlen=REMEMBERED)
+        self._extrinsics: Extrinsics | None = None
+        self._tracker: PeopleTracker | None = None
+        self._number = 0  # of the person, in the tracker
+        self._is_several = False
+        self._next_match_ns: int | None = None
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether there are several people, and it is not known yet who is who."""
+        return self._is_several and self._tracker is None
+
+    def follow(self, person: str) -> None:
+        """From now on calibrate with the person of this id; empty: with whose views agree."""
+        self.person = person
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget who was seen."""
+        self._held.clear()
+        self._extrinsics = self._tracker = self._next_match_ns = None
+        self._is_several = False
+
+    def place_sensors(self, extrinsics: Extrinsics) -> None:
+        """It is known by now how the sensors stand."""
+        self._extrinsics = extrinsics
+        self._held.clear()
+
+    def select(self, frame: Frame) -> list[SkeletonSample]:
+        """The person's samples of a frame; none while it is not known who it is."""
+        if not frame:
+            self.counters.add("nobody_seen")
+            return []
+        chosen = self._select(frame)
+        self.counters.add("followed", len(chosen))
+        self.counters.add("other_person", len(frame) - min(len(chosen), 1))
+        return chosen
+
+    def _select(self, frame: Frame) -> list[SkeletonSample]:
+        if self.person:
+            return with_id(frame, self.person)
+        if len(frame) > 1 and not self._is_several:
+            self._is_several = True
+            self._next_match_ns = frame[0].stamp_ns + round(MATCHED_EVERY_S * 1e9)
+            if self._extrinsics is not None:
+                known = self._extrinsics
+                places = {name: known.T_map_sensor(name) for name in known.sensors}
+                self._tracker = PeopleTracker(places, known.clocks)
+        if self._tracker is not None:
+            return self._tracked(self._tracker, frame)
+        self._held.append(frame)
+        if self._is_several:
+            self.counters.add("held_frames")
+            return []
+        return list(frame)
+
+    def match(self, stamp_ns: int) -> list[SkeletonSample]:
+        """Match the views of those who were seen until now, if it is time.
+
+        Returns:
+            One person's samples of all the while, to begin the calibration anew with; none if
+            nobody's views agree.
+        """
+        if not self.is_waiting or self._next_match_ns is None or stamp_ns < self._next_match_ns:
+            return []
+        self._next_match_ns = stamp_ns + round(MATCHED_EVERY_S * 1e9)
+        matched = match_people(self._held, self._sensors)
+        if not matched.samples:
+            self.counters.add("not_matched")
+            return []
+        self.counters.add("matched")
+        self._tracker, self._number = matched.tracker, next(iter(matched.samples))
+        self._held.clear()
+        return sorted(matched.samples[self._number], key=attrgetter("stamp_ns"))
+
+    def _tracked(self, tracker: PeopleTracker, frame: Frame) -> list[SkeletonSample]:
+        """The person's samples; once they have gone for long, somebody else's."""
+        assigned = tracker.add(frame)
+        chosen = tracker.track(self._number)
+        if chosen is None or chosen.unseen_s(tracker.newest_ns) > GONE_S:
+            self._number = next((track.number for track in tracker.present), 0)
+        return [sample for number, sample in assigned if number == self._number]
+
+
+def _in_common(samples: Sequence[SkeletonSample]) -> int:
+    """In how many frames of a sensor the person is seen, that at least one other one sees too."""
+    counts: Mapping[str, int] = {
+        name: sum(sample.sensor == name for sample in samples)
+        for name in {sample.sensor for sample in samples}
+    }
+    return sum(counts.values()) - max(counts.values(), default=0)

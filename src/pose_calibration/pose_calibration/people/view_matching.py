@@ -1,0 +1,166 @@
+"""Which persons of two sensors are one, where it is not known how the sensors stand.
+
+Each pair of a person in one view and a person in the other is a hypothesis: were they one, the
+rigid transform that fits their joints best would be the sensors'. Two people move differently, so
+a wrong pair fits badly; and where two stand still, the transform of a wrong pair explains nobody
+else. The hypothesis counts that explains most of what both sensors see.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pose_calibration.clocks.motion_track import Track, track_of
+from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
+from pose_core.api import (
+    Clock,
+    Clocks,
+    FloatArray,
+    PeopleTracker,
+    SkeletonSample,
+    transformed,
+)
+from pose_core.joints import JOINTS
+
+SHIFTS_S = (0.0, -0.2, 0.2, -0.4, 0.4)  # [s] between the sensors' clocks, that are tried
+INSTANTS = 150  # [-] of a pair's common time, that are looked at
+LEAST_COMMON = 40  # [-] of them, in which both are seen
+SAME_M = 0.3  # [m] median distance of the joints of one person in both views
+LEAST_S = 1.0  # [s] for which somebody is seen
+BEST = 12  # [-] hypotheses that are compared by how much they explain
+STILL_FACTOR = 0.1  # [m] of travel that counts as much as none
+
+Views = Mapping[int, Sequence[SkeletonSample]]
+"""One sensor's samples by person, as numbered in that sensor's own view."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hypothesis:
+    """How a sensor stands to another if two views are of one person."""
+
+    T_target_source: FloatArray  # (4, 4)
+    shift_s: float  # [s] by which the source's stamps are later
+    median: float  # [m] distance of the joints
+    explained: float = 0.0  # [-] instants of joints' agreement, of everybody
+
+
+def views_of_sensor(frames: Sequence[Sequence[SkeletonSample]]) -> dict[int, list[SkeletonSample]]:
+    """Who is who in one sensor's frames alone; people seen for a moment are left out."""
+    by_person: dict[int, list[SkeletonSample]] = {}
+    if frames:
+        tracker = PeopleTracker({frames[0][0].sensor: np.eye(4)})
+        for frame in frames:
+            for number, sample in tracker.add(frame):
+                by_person.setdefault(number, []).append(sample)
+    return {
+        number: samples
+        for number, samples in by_person.items()
+        if samples[-1].stamp_ns - samples[0].stamp_ns > LEAST_S * 1e9
+    }
+
+
+def match_views(target: Views, source: Views) -> Hypothesis | None:
+    """Find how two sensors stand, from everybody that they see; None if nobody agrees.
+
+    Args:
+        target: The one sensor's samples by person, stamps ascending.
+        source: The other one's.
+    """
+    if not target or not source:
+        return None
+    begin_ns = min(samples[0].stamp_ns for samples in (*target.values(), *source.values()))
+    targets = [track_of(samples, begin_ns) for samples in target.values()]
+    sources = [track_of(samples, begin_ns) for samples in source.values()]
+    found = [
+        hypothesis
+        for a in targets
+        for b in sources
+        if (hypothesis := _hypothesis(a, b)) is not None and hypothesis.median < SAME_M
+    ]
+    best = sorted(found, key=lambda each: each.median)[:BEST]
+    judged = [replace(each, explained=_explained(each, targets, sources)) for each in best]
+    return max(judged, key=lambda each: each.explained, default=None)
+
+
+def rough_places(
+    views: Mapping[str, Views], reference: str
+) -> tuple[dict[str, FloatArray], Clocks]:
+    """Roughly how the sensors stand to the reference, and their clocks.
+
+    Sensors are joined one after the other to the one that explains most with them; those that
+    nobody links are left out.
+    """
+    placed: dict[str, FloatArray] = {reference: np.eye(4)}
+    shifts_s = {reference: 0.0}
+    known: dict[tuple[str, str], Hypothesis | None] = {}
+    while True:
+        for a in placed:
+            for b in views:
+                if b not in placed and (a, b) not in known:
+                    known[a, b] = match_views(views[a], views[b])
+        links = [
+            (link.explained, a, b, link)
+            for (a, b), link in known.items()
+            if link is not None and a in placed and b not in placed
+        ]
+        if not links:
+            break
+        _, a, b, link = max(links, key=lambda each: each[0])
+        placed[b] = placed[a] @ link.T_target_source
+        shifts_s[b] = shifts_s[a] + link.shift_s
+    clocks = {name: Clock(offset_ns=round(shift * 1e9)) for name, shift in shifts_s.items()}
+    return placed, {name: clock for name, clock in clocks.items() if clock.offset_ns}
+
+
+def _hypothesis(a: Track, b: Track) -> Hypothesis | None:
+    """The transform under which two views agree best, under any of the shifts."""
+    best: Hypothesis | None = None
+    if min(len(a.stamps), len(b.stamps)) < LEAST_COMMON:
+        return None
+    for shift_s in SHIFTS_S:
+        instants = _common_instants(a, b, shift_s)
+        at_target, at_source = a.at(instants), b.at(instants + shift_s)
+        known = np.asarray(np.isfinite(at_target + at_source).all(axis=2))
+        if known.any(axis=1).sum() < LEAST_COMMON:
+            continue
+        try:
+            fit = estimate_rigid_transform_robustly(at_source[known], at_target[known])
+        except CalibrationError:
+            continue
+        median = float(np.median(fit.residuals))
+        if best is None or median < best.median:
+            best = Hypothesis(T_target_source=fit.T_target_source, shift_s=shift_s, median=median)
+    return best
+
+
+def _common_instants(a: Track, b: Track, shift_s: float) -> FloatArray:
+    first = max(a.stamps[0], b.stamps[0] - shift_s)
+    last = min(a.stamps[-1], b.stamps[-1] - shift_s)
+    inside = a.stamps[(a.stamps >= first) & (a.stamps <= last)]
+    return inside[:: max(1, len(inside) // INSTANTS)]
+
+
+def _explained(hypothesis: Hypothesis, targets: Sequence[Track], sources: Sequence[Track]) -> float:
+    """In how many joints both sensors agree, over the instants of everybody; travel counts."""
+    total = 0.0
+    for a in targets:
+        scores = []
+        for b in sources:
+            instants = _common_instants(a, b, hypothesis.shift_s)
+            if len(instants) < LEAST_COMMON:
+                continue
+            at_target = a.at(instants)
+            moved = transformed(hypothesis.T_target_source, b.at(instants + hypothesis.shift_s))
+            distance = np.linalg.norm(at_target - moved, axis=2)
+            agrees = np.maximum(1.0 - distance / SAME_M, 0.0)
+            seconds = float(instants[-1] - instants[0]) / len(instants)
+            scores.append(float(np.nansum(agrees)) / len(JOINTS) * seconds * _travel(at_target))
+        total += max(scores, default=0.0)
+    return total
+
+
+def _travel(positions: FloatArray) -> float:
+    """How far the joints are spread over the room [m]: who stands still determines nothing."""
+    known = positions[np.isfinite(positions).all(axis=2)]
+    return STILL_FACTOR + float(np.sqrt(np.var(known, axis=0).sum())) if len(known) else 0.0

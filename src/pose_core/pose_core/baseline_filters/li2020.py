@@ -1,0 +1,214 @@
+"""The filter of li2020: 24 degrees of freedom and their rates, tracked by an unscented filter.
+
+State x = (DOF, rates) in R⁴⁸; F = [[I, Δt I], [0, I]] (11); h is forward kinematics; the
+measurement noise comes from the data (12), (13) and weights the sensors (14), (15).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
+from pose_core.baseline_filters.unscented import UnscentedTransform, kalman_update
+from pose_core.body.inverse_kinematics import dof_from_positions
+from pose_core.body.kinematics import ForwardKinematics, left_jacobian, rotation_from_vector
+from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.body.trunk import trunk_axes
+from pose_core.parameters import parameter
+from pose_core.streams.samples import FloatArray
+
+FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is made
+LARGEST_ANGLE_STDDEV = np.radians(60.0)  # an unseen turn grows no further: sigma points would wrap
+BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
+RE_REFERENCE_ANGLE = 1.0  # [rad] root rotation vectors stay well inside their chart
+
+
+@dataclass(frozen=True, kw_only=True)
+class Li2020Parameters:
+    """What a user may tune."""
+
+    root_acceleration: float = parameter(
+        5.0, unit="m/s²", low=0.1, high=100.0, doc="`li2020`: process noise of the root's position"
+    )
+    angular_acceleration: float = parameter(
+        25.0, unit="rad/s²", low=1.0, high=1000.0, doc="`li2020`: process noise of every rotation"
+    )
+    initial_position_stddev: float = parameter(
+        0.05, unit="m", low=0.001, high=1.0, doc="`li2020`: of the root, when the filter starts"
+    )
+    initial_angle_stddev: float = parameter(
+        0.2,
+        unit="rad",
+        low=0.01,
+        high=1.0,
+        doc="`li2020`: of every rotation, when the filter starts",
+    )
+    initial_rate_stddev: float = parameter(
+        0.5,
+        unit="rad/s",
+        low=0.01,
+        high=10.0,
+        doc="`li2020`: of every rate [m/s or rad/s] at the start",
+    )
+    alpha: float = parameter(
+        0.1,
+        low=0.01,
+        high=1.0,
+        doc="`li2020`: spread of the sigma points, in units of √n standard deviations",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FilterStep:
+    """What one update did with the measurements."""
+
+    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint's measurement
+    innovation: FloatArray  # (15,) [m] distance from prediction to fused measurement; NaN unseen
+
+
+class Li2020Filter:
+    """One person's degrees of freedom, rates and their covariance.
+
+    Args:
+        model: A body model.
+        shape: The person's measures.
+        parameters: The filter's tuning.
+    """
+
+    def __init__(self, model: BodyModel, shape: BodyShape, parameters: Li2020Parameters) -> None:
+        self.model = model
+        self._parameters = parameters
+        self._size = model.size
+        self.kinematics = ForwardKinematics(model, shape.offsets)
+        self._transform = UnscentedTransform(2 * model.size, alpha=parameters.alpha)
+        self._Q = self._process_noise()
+        self._turns = [
+            model.dof_index[link.dof[-1].name]
+            for link in model.links.values()
+            if len(link.dof) == BALL_JOINT
+        ]
+        self._mean = np.zeros(2 * model.size)
+        self._covariance = np.eye(2 * model.size)
+
+    @property
+    def dof(self) -> FloatArray:
+        """Root position [m], rotation vector from the reference [rad], angles [rad]."""
+        return self._mean[: self._size]
+
+    @property
+    def rates(self) -> FloatArray:
+        """Rates of ``dof``, [m/s] and [rad/s]."""
+        return self._mean[self._size :]
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of ``dof``, shape (d, d)."""
+        return self._covariance[: self._size, : self._size]
+
+    @property
+    def state(self) -> tuple[FloatArray, FloatArray]:
+        """Mean, (2 d,), and covariance, (2 d, 2 d), of ``dof`` and ``rates``."""
+        return self._mean.copy(), self._covariance.copy()
+
+    def start(self, positions: FloatArray) -> bool:
+        """Begin from one pose, shape (15, 3) [m]; False if its trunk is not seen."""
+        axes = trunk_axes(positions)
+        if not np.all(np.isfinite(axes)):
+            return False
+        p, d = self._parameters, self._size
+        self.kinematics.R_reference = axes
+        self._mean = np.zeros(2 * d)
+        self._mean[:d] = dof_from_positions(self.model, positions)
+        stddev = np.full(2 * d, p.initial_angle_stddev)
+        stddev[:3] = p.initial_position_stddev
+        stddev[d:] = p.initial_rate_stddev
+        self._covariance = np.diag(stddev**2)
+        return True
+
+    def step(self, dt_s: float, measured: FloatArray) -> FilterStep:
+        """Predict by ``dt_s`` and update with what the sensors saw at that instant.
+
+        Args:
+            dt_s: Time since the last step [s].
+            measured: Joints of each sensor in map, shape (sensors, 15, 3) [m]; NaN unseen.
+
+        Raises:
+            numpy.linalg.LinAlgError: If a covariance lost its positive definiteness.
+        """
+        d = self._size
+        points = self._transform.sigma_points(self._mean, self._covariance)
+        points[:, :d] += dt_s * points[:, d:]  # li2020 (11)
+        state = self._transform.moments(points)  # li2020 (3)
+        covariance = state.covariance + self._Q  # li2020 (4)
+
+        predicted = self.kinematics.pose(points[:, :d]).positions.reshape(len(points), -1)
+        measurement = self._transform.moments(predicted)  # li2020 (5)
+        z = measured.reshape(len(measured), -1)
+        noise = measurement_noise(z, measurement.mean, np.diag(measurement.covariance))
+        fused, R = fuse_measurements(z, noise, measurement.mean)
+
+        self._mean, self._covariance = kalman_update(
+            state.mean,
+            covariance,
+            self._transform.cross_covariance(state, measurement),
+            fused - measurement.mean,  # li2020 (7)
+            measurement.covariance + np.diag(R),  # li2020 (6)
+        )
+        self._bound_angles()
+        self._bound_turns()
+        self._re_reference()
+        return _describe_step(noise, fused - measurement.mean, measured.shape)
+
+    def _process_noise(self) -> FloatArray:
+        from filterpy.common import Q_discrete_white_noise  # loads scipy.stats, see unscented
+
+        d = self._size
+        acceleration = np.full(d, self._parameters.angular_acceleration)
+        acceleration[:3] = self._parameters.root_acceleration
+        block = Q_discrete_white_noise(dim=2, dt=FRAME_PERIOD_S, var=1.0)
+        return np.kron(block, np.diag(acceleration**2))
+
+    def _bound_angles(self) -> None:
+        """Keep an unobservable turn's uncertainty where sigma points still mean something."""
+        d = self._size
+        stddev = np.sqrt(np.diag(self._covariance)[ROOT_DOF:d])
+        scale = np.ones(2 * d)
+        scale[ROOT_DOF:d] = np.minimum(1.0, LARGEST_ANGLE_STDDEV / stddev)
+        if np.any(scale < 1.0):
+            self._covariance = np.outer(scale, scale) * self._covariance
+
+    def _bound_turns(self) -> None:
+        """Stop a limb's turn about itself at the joint's limits.
+
+        While the limb is straight nothing measures it, and a rate once guessed would wind it up.
+        """
+        d = self._size
+        lower, upper = self.model.limits[np.array(self._turns) - ROOT_DOF].T
+        bounded = np.clip(self._mean[self._turns], lower, upper)
+        is_beyond = bounded != self._mean[self._turns]
+        self._mean[self._turns] = bounded
+        self._mean[d + np.array(self._turns)[is_beyond]] = 0.0
+
+    def _re_reference(self) -> None:
+        """Move the root's rotation vector into the reference before it leaves its chart."""
+        vector = self.dof[3:6].copy()
+        if np.linalg.norm(vector) < RE_REFERENCE_ANGLE:
+            return
+        d = self._size
+        self.kinematics.R_reference = rotation_from_vector(vector) @ self.kinematics.R_reference
+        change = np.eye(2 * d)
+        change[3:6, 3:6] = change[d + 3 : d + 6, d + 3 : d + 6] = left_jacobian(vector)
+        self._mean = change @ self._mean
+        self._mean[3:6] = 0.0
+        covariance = change @ self._covariance @ change.T
+        self._covariance = 0.5 * (covariance + covariance.T)
+
+
+def _describe_step(noise: FloatArray, innovation: FloatArray, shape: tuple[int, ...]) -> FilterStep:
+    information = 1.0 / noise.reshape(shape).mean(axis=-1)
+    total = information.sum(axis=0)
+    seen = total > 0.0
+    weight = np.where(seen, information / np.where(seen, total, 1.0), 0.0)
+    distance = np.linalg.norm(innovation.reshape(shape[1:]), axis=-1)
+    return FilterStep(sensor_weight=weight, innovation=np.where(seen, distance, np.nan))

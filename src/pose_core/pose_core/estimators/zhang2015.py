@@ -1,0 +1,143 @@
+"""``zhang2015``: one Kinect's raw limbs and the IMUs', weighted; the paper's fusion to the letter.
+
+The first sensor's skeleton gives each limb's direction, its IMU the whole attitude. Both are
+weighted by (12) and (13), and the turn about a limb's own axis, which the Kinect does not see, is
+the IMU's. While a joint of the limb is inferred or not tracked, the weights are (0, 1), and they
+change back at once. Nothing is filtered.
+
+The paper does not say how an IMU's attitude becomes its limb's: here the sensor-to-segment
+alignment of :mod:`pose_core.imu.aligned_readings` does it. The mean of two attitudes is taken along
+the shortest way between them instead of angle by angle, which has no poles. For the paper's own
+attitudes the bridge of the IMUs runs Madgwick's filter (``filter: madgwick``).
+"""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+
+from pose_core.body.inverse_kinematics import vector_from_rotation
+from pose_core.body.joint_rotations import continuous_vector, link_angles
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import ROOT_DOF, BodyModel, Link
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.estimators.estimator import StepwiseEstimator
+from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
+from pose_core.filter.imu_use import ImuUse
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pose_block import FusedPose
+from pose_core.imu.aligned_readings import AlignedReadings
+from pose_core.imu.readings import SegmentReading
+from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.stamps import NS_PER_S
+
+BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
+
+
+class Zhang2015Estimator(StepwiseEstimator):
+    """The weighted mean of one Kinect and the IMUs at each of its frames."""
+
+    NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        parameters: FusionParameters,
+        counters: Counters,
+    ) -> None:
+        super().__init__(model, shape, parameters, counters)
+        self._raw = PoseOfJoints(model, shape)
+        self._kinematics = ForwardKinematics(model, shape.offsets)
+        self._imus = AlignedReadings(model)
+        self._previous: tuple[int, FusedPose] | None = None
+
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """What becomes of each IMU that was heard."""
+        return self._imus.uses
+
+    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+        """Take how IMUs sit from a calibration."""
+        self._imus.use_sensor_to_segment(mountings)
+
+    def update(self, observation: Observation) -> FusedPose | None:
+        """The fused pose at a frame of the first sensor; None at another's."""
+        if not observation.tracking_state[0].any():
+            return None
+        seen = np.zeros(observation.tracking_state.shape)
+        seen[0] = np.isfinite(observation.positions[0]).all(axis=1)
+        pose = self._raw.at(observation.stamp_ns, observation.positions[0], seen)
+        if pose is None:
+            return None
+        self._imus.observe(observation.stamp_ns, observation.readings, pose.rotations)
+        readings = {
+            self.model.segments[segment]: reading
+            for segment, reading in self._imus.read(observation.readings).items()
+            if segment in self.model.segments
+        }
+        if readings:
+            self._fuse(pose, observation, readings)
+        self._previous = observation.stamp_ns, pose
+        return pose
+
+    def _fuse(
+        self, pose: FusedPose, observation: Observation, readings: Mapping[str, SegmentReading]
+    ) -> None:
+        """Replace the links that carry an IMU, and read the angles off all links again."""
+        tracked = observation.tracking_state[0] == TrackingState.TRACKED
+        weights: dict[str, Weights] = {}
+        for index, link in enumerate(self.model.links.values()):
+            reading = readings.get(link.name)
+            if reading is None:
+                continue
+            ends = [JOINT_INDEX[joint] for joint in self.model.ends(link.name)]
+            weights[link.name] = weight = minimum_variance_weights(
+                self.parameters.kinect_attitude_stddev**2,
+                self.parameters.imu_attitude_stddev**2,
+                is_tracked=bool(tracked[ends].all()),
+            )
+            mean = fuse_trunk if link.parent is None else fuse_limb
+            pose.rotations[index] = mean(pose.rotations[index], reading.R_map_segment, weight.imu)
+        before = pose.position if self._previous is None else self._previous[1].position
+        pose.position[3:6] = continuous_vector(vector_from_rotation(pose.rotations[0]), before[3:6])
+        for index, link in enumerate(self.model.links.values()):
+            if link.name in weights or link.parent in weights:
+                self._read_link(pose, index, link, weights.get(link.name), before)
+        placed = self._kinematics.pose(pose.position)
+        pose.rotations, pose.joints = placed.rotations, placed.positions
+        if self._previous is not None:
+            step_s = (observation.stamp_ns - self._previous[0]) / NS_PER_S
+            if 0.0 < step_s <= LONGEST_STEP_S:
+                pose.velocity = (pose.position - before) / step_s
+
+    def _read_link(
+        self,
+        pose: FusedPose,
+        index: int,
+        link: Link,
+        weight: Weights | None,
+        before: np.ndarray,
+    ) -> None:
+        """One link's angles and, if it carries an IMU, where they come from."""
+        if link.parent is None:
+            dof = np.arange(3, ROOT_DOF)
+        else:
+            dof = np.array([self.model.dof_index[each.name] for each in link.dof])
+            parent = pose.rotations[self.model.link_names.index(link.parent)]
+            relative = parent.T @ pose.rotations[index]
+            pose.position[dof] = link_angles(link, relative, before[dof])
+        if weight is None:
+            return
+        pose.weight_kinect[dof], pose.weight_imu[dof] = weight.kinect, weight.imu
+        pose.variance[dof] = weight.variance
+        pose.source[dof] = Source.FUSED if weight.kinect > 0.0 else Source.IMU
+        if len(dof) == BALL_JOINT and link.parent is not None:  # roll is the IMU's alone
+            pose.weight_kinect[dof[-1]], pose.weight_imu[dof[-1]] = 0.0, 1.0
+            pose.variance[dof[-1]] = self.parameters.imu_attitude_stddev**2
+            pose.source[dof[-1]] = Source.IMU

@@ -1,0 +1,114 @@
+"""Second part of the pipeline: from observations to estimates, by the estimator of a name."""
+
+from collections.abc import Callable, Mapping
+
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.estimators.estimator import Estimator
+from pose_core.estimators.registry import estimator_class
+from pose_core.filter.imu_use import ImuUse
+from pose_core.fusion.estimates import EstimateBlock
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.output import Output
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pose_block import PoseBlock
+from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.sensor_to_segment import SensorToSegment
+
+EstimatorMaker = Callable[[BodyModel, BodyShape, FusionParameters, Counters], Estimator]
+
+
+def runner_counters(parameters: FusionParameters) -> tuple[str, ...]:
+    """Names of the counters of an :class:`EstimatorRunner`."""
+    return ("estimates", *estimator_class(parameters.estimator).COUNTERS)
+
+
+class EstimatorRunner:
+    """Runs the estimator that the parameters name, and makes estimates of its poses.
+
+    Args:
+        model: The body model.
+        parameters: See :class:`FusionParameters`.
+        counters: Declares :func:`runner_counters`.
+        make: Makes the estimator; its class if None.
+
+    Raises:
+        ParameterError: If the estimator cannot work with the parameters.
+    """
+
+    def __init__(
+        self,
+        model: BodyModel,
+        parameters: FusionParameters,
+        counters: Counters,
+        make: EstimatorMaker | None = None,
+    ) -> None:
+        kind = estimator_class(parameters.estimator)
+        kind.check(parameters)
+        self._make: EstimatorMaker = make or kind
+        self._model = model
+        self._parameters = parameters
+        self._counters = counters
+        self._output = Output(model, parameters)
+        self._shape: BodyShape | None = None
+        self._estimator: Estimator | None = None
+        self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
+
+    def update(self, observation: Observation) -> PoseBlock | None:
+        """The poses that an observation completes; a new body starts a new estimator."""
+        if self._estimator is None or observation.shape is not self._shape:
+            self._shape = observation.shape
+            self._estimator = self._make(
+                self._model, observation.shape, self._parameters, self._counters
+            )
+            self._estimator.use_sensor_to_segment(self._sensor_to_segment)
+        poses = self._estimator.track(observation)
+        if not poses:
+            return None
+        return self._estimator.block_of(poses, [observation.newest_ns] * len(poses))
+
+    def estimates(self, poses: PoseBlock | None) -> list[EstimateBlock]:
+        """What is published of poses: none or one block."""
+        if poses is None or self._shape is None:
+            return []
+        block = self._output.estimates(poses, self._shape)
+        if block is None:
+            return []
+        self._counters.add("estimates", len(block))
+        return [block]
+
+    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+        """Use sensor-to-segment rotations of a calibration."""
+        self._sensor_to_segment = mountings
+        if self._estimator is not None:
+            self._estimator.use_sensor_to_segment(mountings)
+
+    @property
+    def imu_uses(self) -> tuple[ImuUse, ...]:
+        """State of use of each IMU with samples."""
+        return () if self._estimator is None else self._estimator.imu_uses
+
+    def flush(self, newest_ns: int) -> list[EstimateBlock]:
+        """What is left to be published when the streams have ended: none or one block.
+
+        Args:
+            newest_ns: Stamp of the newest sample of any source [ns].
+        """
+        poses = [] if self._estimator is None else self._estimator.flush()
+        if self._estimator is None or not poses:
+            return []
+        return self.estimates(self._estimator.block_of(poses, [newest_ns] * len(poses)))
+
+    def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> list[EstimateBlock]:
+        """The estimate of a later instant, as far as it is known; the estimator stays as it is.
+
+        Args:
+            stamp_ns: The instant [ns].
+            newest_ns: Stamp of the newest sample of any source [ns].
+            readings: Of the IMUs at that instant, extrapolated by their gyroscopes.
+        """
+        pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, readings)
+        if self._estimator is None or pose is None:
+            return []
+        return self.estimates(self._estimator.block_of([pose], [newest_ns]))

@@ -1,0 +1,130 @@
+"""The chain's last part: from an estimator's poses to what is published of a person."""
+
+import numpy as np
+
+from pose_core.body.hinge_plane import hinges_of
+from pose_core.body.kinematics import model_arrays
+from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import BodyShape
+from pose_core.estimators.registry import estimator_class
+from pose_core.estimators.uncertainty import Trusts, numbers_of
+from pose_core.fusion.estimates import EstimateBlock
+from pose_core.fusion.joint_uncertainty import tracking_states
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pose_block import PoseBlock, StateBlock
+from pose_core.joints import JOINTS
+from pose_core.kernels.compiling import type_specialised
+from pose_core.kernels.output import OutputBody, PoseOutput, output_states
+from pose_core.kernels.output_blending import make_blending
+
+START_STDDEV = np.radians(30.0)  # [rad] of the angles, from which on a pose is published
+
+
+class Output:
+    """Makes estimates of poses; a body's angles go on from one block to the next.
+
+    Args:
+        model: The body model.
+        parameters: See :class:`FusionParameters`.
+    """
+
+    def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
+        self._model = model
+        self._sensors = parameters.sensors
+        self._trusts = estimator_class(parameters.estimator).TRUSTS
+        self._shape: BodyShape | None = None
+        self._states: _StateOutput | None = None
+
+    def estimates(self, block: PoseBlock, shape: BodyShape) -> EstimateBlock | None:
+        """What is published of poses; None before the pose is known.
+
+        Args:
+            block: Of one body.
+            shape: That body's; another one's angles begin anew.
+        """
+        if isinstance(block, EstimateBlock):
+            return block
+        if self._states is None or shape is not self._shape:
+            self._shape = shape
+            self._states = _StateOutput(self._model, shape, self._trusts, self._sensors)
+        return self._states.estimates(block)
+
+
+class _StateOutput:
+    """Turns a segment filter's states into the model's degrees of freedom, continuously.
+
+    Args:
+        model: The body model.
+        shape: The person's measures.
+        trusts: How much the filter's variances are worth.
+        sensors: Their names.
+    """
+
+    def __init__(
+        self, model: BodyModel, shape: BodyShape, trusts: Trusts, sensors: tuple[str, ...]
+    ) -> None:
+        self._model = model
+        self._sensors = sensors
+        self._offsets = shape.offsets
+        no_limits = np.tile([-np.inf, np.inf], (ROOT_DOF, 1))
+        self._body = OutputBody(
+            numbers=model_arrays(model, shape.offsets),
+            limits=np.concatenate([no_limits, np.asarray(model.limits, float)]),
+            hinges=hinges_of(SegmentTree(model, shape)),
+            variance_calibration=numbers_of(model, trusts),
+        )
+        self._output_states = type_specialised(output_states)
+        self._blending = make_blending(model.size)
+        # A straight limb's turn about itself need not be known.
+        self._must_be_known = np.array([not name.endswith("rotation") for name in model.dof_names])
+        self._has_begun = False
+
+    def estimates(self, block: StateBlock) -> EstimateBlock | None:
+        """What is published of states, from the first on that is known well enough."""
+        estimates = self._estimates(block)
+        if self._has_begun:
+            return estimates
+        stddev = estimates.position_stddev[:, self._must_be_known].max(axis=1)
+        known = np.flatnonzero(stddev <= START_STDDEV)
+        self._has_begun = len(known) > 0
+        return estimates.rows(slice(int(known[0]), None)) if self._has_begun else None
+
+    def _estimates(self, block: StateBlock) -> EstimateBlock:
+        model, size, links = self._model, self._model.size, len(self._model.link_names)
+        count, sensors = block.tracking_state.shape[:2]
+        position, velocity, variance, weight_kinect, weight_imu = np.empty((5, count, size))
+        output = PoseOutput(
+            position=position,
+            velocity=velocity,
+            variance=variance,
+            is_known=np.empty((count, size), np.bool_),
+            weight_kinect=weight_kinect,
+            weight_imu=weight_imu,
+            source=np.empty((count, size), np.uint8),
+            joints=np.empty((count, len(JOINTS), 3)),
+            T_map_link=np.empty((count, links, 4, 4)),
+            sensor_weight=np.empty((count, sensors, len(JOINTS))),
+        )
+        stamps_ns, states = block.stamps_ns, block.states
+        self._output_states(
+            self._body, stamps_ns, states, block.tracking_state, self._blending, output
+        )
+        return EstimateBlock(
+            stamps_ns=stamps_ns,
+            newest_ns=block.newest_ns,
+            dof_names=model.dof_names,
+            position=output.position,
+            velocity=output.velocity,
+            position_stddev=np.sqrt(output.variance),
+            is_known=output.is_known,
+            weight_kinect=output.weight_kinect,
+            weight_imu=output.weight_imu,
+            source=output.source,
+            joints=output.joints,
+            tracking_state=tracking_states(states, self._body.numbers),
+            link_names=model.link_names,
+            T_map_link=output.T_map_link,
+            sensors=self._sensors,
+            sensor_weight=output.sensor_weight,
+        )

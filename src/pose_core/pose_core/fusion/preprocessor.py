@@ -1,0 +1,233 @@
+"""First half of the pipeline: from samples to observations, and session calibration.
+
+There is no feedback from the estimator.
+"""
+
+from collections.abc import Iterator
+
+from pose_core.body.measurement import BodyMeasurement
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.estimators.registry import estimator_class
+from pose_core.fusion.frame_queue import FrameQueue
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.sample_buffer import SampleBuffer
+from pose_core.fusion.sensor_frames import SensorFrame, SensorsInMap
+from pose_core.imu.imu_history import NO_STATES, ImuStates
+from pose_core.imu.imu_set import ImuSet
+from pose_core.session.clocks import (
+    Clocks,
+    block_on_reference_clock,
+    on_reference_clock,
+)
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+
+COUNTERS = (
+    "skeletons",
+    "skeletons_before_extrinsics",
+    "skeletons_of_unknown_sensors",
+    "imu_samples",
+    "imu_samples_out_of_order",
+    "frames",
+    "frames_of_imus_alone",
+    "frames_measuring_the_body",
+)
+
+
+class Preprocessor:
+    """Transforms the sensors' samples to ``map``, orders them and measures the body.
+
+    Observations are generated one by one: session calibration on a frame is done when the next
+    frame is asked for, so that the frame's estimate is published before.
+
+    Args:
+        model: The body model.
+        parameters: See :class:`FusionParameters`.
+        counters: Declares :data:`COUNTERS`.
+    """
+
+    def __init__(self, model: BodyModel, parameters: FusionParameters, counters: Counters) -> None:
+        kind = estimator_class(parameters.estimator)
+        self._needs_aligned_frames = kind.NEEDS_ALIGNED_FRAMES
+        self.model = model
+        self.parameters = parameters
+        self.counters = counters
+        self.extrinsics: Extrinsics | None = None
+        self.clocks: Clocks = {}
+        self.shape: BodyShape | None = None
+        """The person's measures, once they are known."""
+        self.aligner = TimeAligner(
+            parameters.sensors,
+            max_skew_s=parameters.max_skew,
+            max_gap_s=parameters.max_gap,
+            max_wait_s=parameters.max_wait,
+        )
+        self.imus = ImuSet()
+        self._sensors = SensorsInMap(parameters.sensors, None)
+        self._measurement = BodyMeasurement(model, parameters.shape_duration)
+        self._pending: SensorFrame | None = None
+        self._frames = FrameQueue(self.aligner if self._needs_aligned_frames else None)
+        self._waiting = SampleBuffer()
+
+    def place_sensors(self, extrinsics: Extrinsics) -> None:
+        """Use these extrinsics, and their clocks, from now on.
+
+        The body is measured from the samples of the last half minute. Observations of the past are
+        not made.
+        """
+        self.calibrate_session()
+        self.clocks = extrinsics.clocks
+        self.extrinsics = extrinsics
+        self._sensors = SensorsInMap(self.parameters.sensors, extrinsics)
+        body = extrinsics.body
+        if self.shape is None and body is not None and body.model == self.model.name:
+            self.shape = body.shape
+        while self._waiting:
+            sample = self._waiting.popleft()
+            if isinstance(sample, SkeletonSample):
+                self._take_skeleton(sample)
+                self._catch_up()
+                continue
+            for _ in self._take_imus(sample):
+                self._catch_up()
+
+    def _catch_up(self) -> None:
+        ready = self._frames.ready
+        while ready and self._is_ready(ready[0].stamp_ns):
+            self._pending = self._transform(ready.popleft())
+            self.calibrate_session()
+
+    @property
+    def status(self) -> str:
+        """State of the pipeline, as text for people."""
+        if self.extrinsics is None:
+            return "waiting for extrinsics"
+        return self._measurement.status if self.shape is None else "tracking"
+
+    @property
+    def newest_ns(self) -> int:
+        """Stamp of the newest sample of any source [ns]."""
+        return self._frames.newest_ns
+
+    @property
+    def holds_frames(self) -> bool:
+        """Whether a frame waits for another sensor's that should come before it."""
+        return self._frames.holds_frames
+
+    def add(self, samples: SkeletonSample | ImuSample | ImuBlock) -> Iterator[Observation]:
+        """Take one person's joints from one sensor, or IMUs' orientations.
+
+        Yields:
+            The observations that these complete. They are to be taken before anything else is
+            added.
+        """
+        if isinstance(samples, SkeletonSample):
+            return self._add_skeleton(samples)
+        return self._add_imu(block_of(samples) if isinstance(samples, ImuSample) else samples)
+
+    def _add_skeleton(self, sample: SkeletonSample) -> Iterator[Observation]:
+        self.calibrate_session()
+        self.counters.add("skeletons")
+        if self.extrinsics is None:
+            self.counters.add("skeletons_before_extrinsics")
+            self._waiting.add(sample)
+            return
+        self._take_skeleton(sample)
+        yield from self._release()
+
+    def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
+        self.calibrate_session()
+        self.counters.add("imu_samples", len(block))
+        if self.extrinsics is None:
+            self._waiting.add(block)
+            return
+        for _ in self._take_imus(block):
+            yield from self._release()
+
+    def wait_no_longer(self) -> Iterator[Observation]:
+        """Go on without the frames that others wait for: a live caller's patience has ended."""
+        self._frames.release_all()
+        yield from self._release()
+
+    def flush(self) -> Iterator[Observation]:
+        """Wait for nothing more: the streams have ended."""
+        self._frames.flush()
+        yield from self._release(everything=True)
+        self.calibrate_session()
+
+    def calibrate_session(self) -> None:
+        """Calibrate the session with the last frame, whose estimate has been published before.
+
+        Otherwise done when the next sample comes: a live caller has it done while it waits. The
+        estimates are the same.
+        """
+        if self._pending is None:
+            return
+        frame, self._pending = self._pending, None
+        if self.shape is None:
+            self.counters.add("frames_measuring_the_body")
+            self.shape = self._measurement.add(
+                frame.stamp_ns, frame.positions, frame.tracking_state
+            )
+
+    def readings(self, stamp_ns: int) -> ImuStates:
+        """The IMUs' readings at an instant [ns]."""
+        return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_STATES
+
+    def _take_skeleton(self, sample: SkeletonSample) -> None:
+        sample = on_reference_clock(sample, self.clocks)
+        if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
+            self.counters.add("skeletons_of_unknown_sensors")
+            return
+        self._frames.add_skeleton(sample)
+
+    def _is_placed(self, sensor: str) -> bool:
+        return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
+
+    def _take_imus(self, block: ImuBlock) -> Iterator[None]:
+        """Take IMUs' samples; stops wherever frames may be ready, once at least."""
+        block = block_on_reference_clock(block, self.clocks)
+        start = 0
+        while start < len(block):
+            # While the cameras are silent, the IMUs alone give frames.
+            stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
+            part = block.rows(slice(start, stop)) if stop - start < len(block) else block
+            self.counters.add("imu_samples_out_of_order", self.imus.add(part))
+            self.counters.add("frames_of_imus_alone", self._frames.add_imus(part.stamps_ns))
+            start = stop
+            yield
+
+    def _release(self, everything: bool = False) -> Iterator[Observation]:
+        """Observations of the frames whose IMU samples have come, or need not be waited for."""
+        ready = self._frames.ready
+        while ready and (everything or self._is_ready(ready[0].stamp_ns)):
+            self.calibrate_session()
+            self._pending = frame = self._transform(ready.popleft())
+            if self.shape is not None:
+                yield self._observation(frame, self.shape)
+
+    def _is_ready(self, stamp_ns: int) -> bool:
+        if not self._needs_aligned_frames:
+            return True
+        waited_ns = self._frames.newest_ns - stamp_ns
+        return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
+
+    def _transform(self, frame: AlignedFrame) -> SensorFrame:
+        self.counters.add("frames")
+        return self._sensors.transform(frame)
+
+    def _observation(self, frame: SensorFrame, shape: BodyShape) -> Observation:
+        return Observation(
+            stamp_ns=frame.stamp_ns,
+            newest_ns=self._frames.newest_ns,
+            shape=shape,
+            positions=frame.positions,
+            tracking_state=frame.tracking_state,
+            cameras=self._sensors.places,
+            readings=self.readings(frame.stamp_ns),
+        )

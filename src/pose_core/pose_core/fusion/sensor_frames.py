@@ -1,0 +1,66 @@
+"""Frames of the sensors, transformed to map."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.joints import JOINTS
+from pose_core.kernels.camera_geometry import transform_to_map
+from pose_core.kernels.compiling import type_specialised
+from pose_core.session.extrinsics import Extrinsics
+from pose_core.streams.samples import FloatArray
+from pose_core.streams.time_alignment import AlignedFrame
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorFrame:
+    """Joints of all sensors at one instant, in map."""
+
+    stamp_ns: int  # [ns]
+    is_present: NDArray[np.bool_]  # (sensors,) which sensors have a frame
+    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where not observed
+    tracking_state: NDArray[np.uint8]  # (sensors, 15)
+
+
+class SensorsInMap:
+    """The sensors' poses in map, and their frames transformed by them.
+
+    Args:
+        sensors: Their names, in their order.
+        extrinsics: Their poses; None: not known yet.
+    """
+
+    def __init__(self, sensors: Sequence[str], extrinsics: Extrinsics | None) -> None:
+        self._index = {sensor: index for index, sensor in enumerate(sensors)}
+        self._T_map_sensor = np.full((len(sensors), 4, 4), np.nan)
+        if extrinsics is not None:
+            for sensor in extrinsics.T_reference_sensor.keys() & self._index.keys():
+                self._T_map_sensor[self._index[sensor]] = extrinsics.T_map_sensor(sensor)
+        self._into_map = type_specialised(transform_to_map)
+        self.places: FloatArray = np.ascontiguousarray(self._T_map_sensor[:, :3, 3])
+        """(sensors, 3) [m]; NaN those that the extrinsics do not place."""
+
+    def transform(self, frame: AlignedFrame) -> SensorFrame:
+        """Transform a frame, of some sensors or of none, to map."""
+        count = len(self._index)
+        positions = np.empty((count, len(JOINTS), 3))
+        positions.fill(np.nan)
+        state, is_present = np.zeros((count, len(JOINTS)), np.uint8), np.zeros(count, np.bool_)
+        for sensor, sample in frame.samples.items():
+            index = self._index[sensor]
+            is_present[index] = True
+            self._into_map(
+                self._T_map_sensor[index],
+                np.ascontiguousarray(sample.positions),
+                np.ascontiguousarray(sample.tracking_state),
+                positions[index],
+                state[index],
+            )
+        return SensorFrame(
+            stamp_ns=frame.stamp_ns,
+            is_present=is_present,
+            positions=positions,
+            tracking_state=state,
+        )

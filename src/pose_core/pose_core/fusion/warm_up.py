@@ -1,0 +1,143 @@
+"""Warm-up: run an estimator once on a synthetic body, so that its kernels are compiled and loaded.
+
+Compiling them, at the very first start, takes tens of seconds; loading them takes tenths of one.
+"""
+
+import numpy as np
+
+from pose_core.body.frames import BodyFrames
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.counters import Counters
+from pose_core.fusion.estimates import EstimateBlock
+from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
+from pose_core.fusion.observation import Observation
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.sensor_frames import SensorsInMap
+from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_set import ImuSet
+from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
+from pose_core.kernels.compiling import announce_compilation
+from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
+from pose_core.session.n_pose import shape_of
+from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
+from pose_core.streams.time_alignment import AlignedFrame
+
+NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: an average body
+    "head": (0.0, 0.0, 0.75),
+    "neck": (0.0, 0.0, 0.52),
+    "torso": (0.0, 0.0, 0.25),
+    "shoulder": (0.0, 0.18, 0.48),
+    "elbow": (0.0, 0.18, 0.2),
+    "hand": (0.0, 0.18, -0.05),
+    "hip": (0.0, 0.09, 0.0),
+    "knee": (0.0, 0.09, -0.43),
+    "foot": (0.0, 0.09, -0.85),
+}
+PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not rotated
+PERIOD_NS = 33_333_333
+FRAMES = 45  # enough for an IMU whose alignment is known to be aligned and used
+
+
+def neutral_pose() -> FloatArray:
+    """Joints of a body in the N-pose, shape (15, 3) [m]."""
+    joints = np.zeros((len(JOINTS), 3))
+    for joint, row in JOINT_INDEX.items():
+        side, _, name = joint.partition("_")
+        joints[row] = NEUTRAL[name or side]
+        if side == "right":
+            joints[row, 1] *= -1.0
+    return joints
+
+
+_warm: dict[tuple[str, str], EstimateBlock] = {}
+
+
+def warm_up(estimator: str, model: BodyModel) -> EstimateBlock:
+    """Compile or load an estimator's kernels; does nothing the second time.
+
+    Args:
+        estimator: Its name.
+        model: The body model.
+
+    Returns:
+        What was estimated last, as an example.
+    """
+    key = (estimator, model.name)
+    if key not in _warm:
+        _warm[key] = _run(estimator, model) or warm_up("default", model)
+    return _warm[key]
+
+
+def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
+    """Run an estimator over a still body; its last estimates, if it has any."""
+    announce_compilation()
+    shape = shape_of(model, neutral_pose())
+    # The estimator that shows one sensor alone wants its name among the sensors'.
+    parameters = FusionParameters(estimator=estimator, sensors=tuple(PLACES))
+    sensors = SensorsInMap(parameters.sensors, _extrinsics())
+    counters = Counters(*runner_counters(parameters))
+    runner = EstimatorRunner(model, parameters, counters)
+    segment = next(iter(model.segments))
+    known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
+    runner.use_sensor_to_segment({segment: known})
+    imus = ImuSet()
+    example: EstimateBlock | None = None
+    for frame in range(1, FRAMES + 1):
+        stamp_ns = frame * PERIOD_NS
+        imus.add(block_of(_imu_sample(segment, stamp_ns)))
+        poses = runner.update(_observation(sensors, shape, stamp_ns, imus.read(stamp_ns)))
+        for block in runner.estimates(poses):
+            example = block
+            instants = (block.T_map_link, block.position, block.joints)
+            BodyFrames(model, parameters.subject).places(*instants)
+    stamp_ns = (FRAMES + 1) * PERIOD_NS
+    for block in (
+        *runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns)),
+        *runner.flush(stamp_ns),
+    ):
+        example = block
+    return example
+
+
+def _extrinsics() -> Extrinsics:
+    T_map_sensor = {sensor: np.eye(4) for sensor in PLACES}
+    for sensor, place in PLACES.items():
+        T_map_sensor[sensor][:3, 3] = place
+    return extrinsics_from_map(T_map_sensor)
+
+
+def _imu_sample(segment: str, stamp_ns: int) -> ImuSample:
+    return ImuSample(
+        stamp_ns=stamp_ns,
+        segment=segment,
+        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+        orientation_stddev=np.full(3, 0.05),
+        angular_velocity=np.zeros(3),
+    )
+
+
+def _observation(
+    sensors: SensorsInMap, shape: BodyShape, stamp_ns: int, readings: ImuStates
+) -> Observation:
+    samples = {
+        sensor: SkeletonSample(
+            stamp_ns=stamp_ns,
+            sensor=sensor,
+            person="",
+            positions=neutral_pose() - PLACES[sensor],
+            tracking_state=np.full(len(JOINTS), int(TrackingState.TRACKED), np.uint8),
+        )
+        for sensor in PLACES
+    }
+    seen = sensors.transform(AlignedFrame(stamp_ns=stamp_ns, samples=samples))
+    return Observation(
+        stamp_ns=stamp_ns,
+        newest_ns=stamp_ns,
+        shape=shape,
+        positions=seen.positions,
+        tracking_state=seen.tracking_state,
+        cameras=sensors.places,
+        readings=readings,
+    )

@@ -1,0 +1,173 @@
+"""The recent samples of all IMUs, and their orientations at any instant within them."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.kernels.compiling import type_specialised
+from pose_core.kernels.imu_history import (
+    MAX_GAP_NS,
+    ImuRings,
+    append_samples,
+    have_reached,
+    read_states,
+)
+from pose_core.streams.samples import FloatArray, ImuBlock
+
+ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
+SAMPLES = 512  # of each IMU that are kept: half a second of the fastest
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImuState:
+    """An IMU's interpolated reading."""
+
+    R_world_sensor: FloatArray  # (3, 3)
+    angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
+    stddev: FloatArray  # (3,) [rad] about the world's axes
+    age_s: float = 0.0  # [s] for which it is extrapolated by the gyroscope
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImuStates(Mapping[str, ImuState]):
+    """Several IMUs' readings at one instant, a row each; also by segment."""
+
+    segments: tuple[str, ...]
+    R_world_sensor: FloatArray  # (n, 3, 3)
+    angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensors' frames
+    stddev: FloatArray  # (n, 3) [rad] about the world's axes
+    age_s: FloatArray  # (n,) [s]
+
+    def __getitem__(self, segment: str) -> ImuState:
+        if segment not in self.segments:
+            raise KeyError(segment)
+        row = self.segments.index(segment)
+        return ImuState(
+            R_world_sensor=self.R_world_sensor[row],
+            angular_velocity=self.angular_velocity[row],
+            stddev=self.stddev[row],
+            age_s=float(self.age_s[row]),
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.segments)
+
+    def __len__(self) -> int:
+        return len(self.segments)
+
+
+def states_of(states: Mapping[str, ImuState]) -> ImuStates:
+    """Single readings as rows."""
+    each = list(states.values())
+    return ImuStates(
+        segments=tuple(states),
+        R_world_sensor=np.array([state.R_world_sensor for state in each]).reshape(-1, 3, 3),
+        angular_velocity=np.array([state.angular_velocity for state in each]).reshape(-1, 3),
+        stddev=np.array([state.stddev for state in each]).reshape(-1, 3),
+        age_s=np.array([state.age_s for state in each], float),
+    )
+
+
+class ImuHistory:
+    """Keeps the last samples of every IMU, in the order of their stamps.
+
+    Between two samples a reading is interpolated; after the last one, it is integrated.
+    """
+
+    def __init__(self) -> None:
+        self.segments: list[str] = []
+        self._append_samples, self._read = (
+            type_specialised(append_samples),
+            type_specialised(read_states),
+        )
+        self._have_reached = type_specialised(have_reached)
+        self._rings = _make_rings(0)
+        self.gaps_ns: dict[
+            str, int
+        ] = {}  # [ns] gaps of the last block that are too long to interpolate
+        self._ring_rows: dict[tuple[str, ...], NDArray[np.int64]] = {}
+        self._order = np.zeros(0, np.int64)  # of the rings, by their segments' names
+        self._ordered: tuple[str, ...] = ()
+
+    def add(self, block: ImuBlock) -> int:
+        """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
+        imus = self._rings_of(block.segments)[block.imu]
+        gap_ns = np.zeros(len(self.segments), np.int64)
+        rejected = self._append_samples(
+            self._rings,
+            imus,
+            np.ascontiguousarray(block.stamps_ns),
+            np.ascontiguousarray(block.orientation),
+            np.ascontiguousarray(block.orientation_stddev),
+            np.ascontiguousarray(block.angular_velocity),
+            gap_ns,
+        )
+        long = np.flatnonzero(gap_ns > MAX_GAP_NS).tolist()
+        self.gaps_ns = {self.segments[i]: int(gap_ns[i]) for i in long}
+        return rejected
+
+    def have_reached(self, stamp_ns: int) -> bool:
+        """Whether every IMU that is alive has a sample at or after an instant."""
+        return self._have_reached(self._rings, stamp_ns, ALIVE_NS)
+
+    def at(self, stamp_ns: int) -> ImuStates:
+        """Every IMU's reading at an instant; IMUs without a sample nearby are left out.
+
+        Sorted by segment, so that the order of arrival does not change even the rounding.
+        """
+        count = len(self.segments)
+        R_world_sensor, rate, stddev = np.empty((count, 3, 3)), *np.empty((2, count, 3))
+        known, age_s = np.empty(count, np.bool_), np.empty(count)
+        readings = (R_world_sensor, rate, stddev, known, age_s)
+        known_count = self._read(self._rings, self._order, stamp_ns, *readings)
+        states = ImuStates(
+            segments=self._ordered,
+            R_world_sensor=R_world_sensor,
+            angular_velocity=rate,
+            stddev=stddev,
+            age_s=age_s,
+        )
+        return states if known_count == count else _rows(states, np.flatnonzero(known))
+
+    def _rings_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
+        """Which ring is whose."""
+        known = self._ring_rows.get(segments)
+        if known is None:
+            new = [name for name in segments if name not in self.segments]
+            if new:
+                self.segments += new
+                added = _make_rings(len(new))
+                pairs = zip(self._rings, added, strict=True)
+                self._rings = ImuRings(*(np.concatenate(pair) for pair in pairs))
+                self._order = np.argsort(self.segments)
+                self._ordered = tuple(sorted(self.segments))
+            known = np.array([self.segments.index(name) for name in segments], np.int64)
+            self._ring_rows[segments] = known
+        return known
+
+
+def _rows(states: ImuStates, chosen: NDArray[np.intp]) -> ImuStates:
+    return ImuStates(
+        segments=tuple(states.segments[row] for row in chosen.tolist()),
+        R_world_sensor=states.R_world_sensor[chosen],
+        angular_velocity=states.angular_velocity[chosen],
+        stddev=states.stddev[chosen],
+        age_s=states.age_s[chosen],
+    )
+
+
+def _make_rings(imus: int) -> ImuRings:
+    return ImuRings(
+        stamps_ns=np.zeros((imus, SAMPLES), np.int64),
+        orientation=np.zeros((imus, SAMPLES, 4)),
+        stddev=np.zeros((imus, SAMPLES, 3)),
+        rate=np.zeros((imus, SAMPLES, 3)),
+        newest=np.full(imus, -1, np.int64),
+        filled=np.zeros(imus, np.int64),
+    )
+
+
+NO_STATES = states_of({})
+"""Of no IMUs."""

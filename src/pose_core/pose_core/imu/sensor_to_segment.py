@@ -1,0 +1,19 @@
+"""Sensor-to-segment rotation of one IMU, with its uncertainty."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pose_core.streams.samples import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorToSegment:
+    """A sensor's orientation on its segment."""
+
+    R_sensor_segment: FloatArray  # (3, 3)
+    stddev: FloatArray  # (3,) [rad] about the segment's x, y, z
+    residual: float  # [rad] RMS angle between the segment's long axis by cameras and by the IMU
+
+
+SensorsToSegments = Mapping[str, SensorToSegment]
+"""Sensor-to-segment rotations by segment."""

@@ -1,0 +1,201 @@
+"""Ring buffers of several IMUs: append samples, interpolate or extrapolate to an instant."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.interpolation import interpolate, turn_on
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+HISTORY_NS = NS_PER_S  # further back than this, a clock was set back
+MAX_GAP_NS = 100_000_000  # a longer gap is not interpolated
+SLOPE_NS = 20_000_000  # over which a rate's slope is taken
+LONGEST_SLOPE_NS = 40_000_000  # for which a rate is extrapolated linearly
+
+
+class ImuRings(NamedTuple):
+    """The last samples of each IMU: ``size`` of them, the newest at ``newest``."""
+
+    stamps_ns: NDArray[np.int64]  # (imus, size) [ns]
+    orientation: FloatArray  # (imus, size, 4)
+    stddev: FloatArray  # (imus, size, 3) [rad]
+    rate: FloatArray  # (imus, size, 3) [rad/s]
+    newest: NDArray[np.int64]  # (imus,)
+    filled: NDArray[np.int64]  # (imus,) how many there are
+
+
+@compiled_in_place
+def append_samples(
+    rings: ImuRings,
+    imu: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    orientation: FloatArray,
+    stddev: FloatArray,
+    rate: FloatArray,
+    gap_ns: NDArray[np.int64],
+) -> int:
+    """Append samples to their IMUs' rings; return how many were rejected as out of order.
+
+    ``gap_ns``, shape (imus,), is raised to the longest time between two samples of each.
+    """
+    size = rings.stamps_ns.shape[1]
+    rejected = 0
+    for row in range(len(imu)):
+        i, stamp_ns = imu[row], stamps_ns[row]
+        if rings.filled[i] > 0:
+            newest_ns = rings.stamps_ns[i, rings.newest[i]]
+            if stamp_ns <= newest_ns:
+                if newest_ns - stamp_ns < HISTORY_NS:
+                    rejected += 1
+                    continue
+                rings.filled[i] = 0  # the clock was set back: begin anew
+            else:
+                gap_ns[i] = max(gap_ns[i], stamp_ns - newest_ns)
+        at = (rings.newest[i] + 1) % size
+        rings.stamps_ns[i, at] = stamp_ns
+        for k in range(4):
+            rings.orientation[i, at, k] = orientation[row, k]
+        for axis in range(3):
+            rings.stddev[i, at, axis] = stddev[row, axis]
+            rings.rate[i, at, axis] = rate[row, axis]
+        rings.newest[i] = at
+        rings.filled[i] = min(rings.filled[i] + 1, size)
+    return rejected
+
+
+@compiled_in_place
+def read_states(
+    rings: ImuRings,
+    order: NDArray[np.int64],
+    stamp_ns: int,
+    R_world_sensor: FloatArray,
+    rate: FloatArray,
+    stddev: FloatArray,
+    known: NDArray[np.bool_],
+    age_s: FloatArray,
+) -> int:
+    """Compute every IMU's reading at an instant.
+
+    Args:
+        rings: The samples.
+        order: Row of the ring for each output row, (imus,).
+        stamp_ns: The instant.
+        R_world_sensor: Filled, shape (imus, 3, 3).
+        rate: Filled, shape (imus, 3) [rad/s].
+        stddev: Filled, shape (imus, 3) [rad].
+        known: Filled, shape (imus,): whether there is a reading nearby.
+        age_s: Filled, shape (imus,) [s]: how far it is extrapolated, 0 between two samples.
+
+    Returns:
+        Number of known readings.
+    """
+    size, count = rings.stamps_ns.shape[1], 0
+    for row in range(len(order)):
+        i = order[row]
+        known[row], age_s[row] = False, 0.0
+        later = 0  # samples at or after the instant
+        while later < rings.filled[i]:
+            if rings.stamps_ns[i, (rings.newest[i] - later) % size] < stamp_ns:
+                break
+            later += 1
+        before = (rings.newest[i] - later) % size
+        after = (before + 1) % size
+        has_before, has_after = later < rings.filled[i], later > 0
+        if has_before and has_after:
+            share = _share(rings, i, before, after, stamp_ns)
+            known[row] = share >= 0.0
+            if known[row]:
+                _between(rings, i, before, share, R_world_sensor[row], rate[row], stddev[row])
+        elif has_before or has_after:
+            nearest = before if has_before else after
+            missing_ns = stamp_ns - rings.stamps_ns[i, nearest]
+            age_s[row] = abs(missing_ns) / NS_PER_S
+            known[row] = abs(missing_ns) <= MAX_GAP_NS
+            if known[row]:
+                _beyond(rings, i, nearest, missing_ns, R_world_sensor[row], rate[row], stddev[row])
+        count += known[row]
+    return count
+
+
+@compiled_in_place
+def have_reached(rings: ImuRings, stamp_ns: int, alive_ns: int) -> bool:
+    """Whether every IMU that is alive has a sample at or after an instant.
+
+    Args:
+        rings: The samples.
+        stamp_ns: The instant.
+        alive_ns: An IMU silent for longer counts as absent [ns].
+    """
+    for i in range(len(rings.newest)):
+        if rings.newest[i] >= 0:
+            newest_ns = rings.stamps_ns[i, rings.newest[i]]
+            if stamp_ns - alive_ns <= newest_ns < stamp_ns:
+                return False
+    return True
+
+
+@compiled_in_place
+def _share(rings: ImuRings, i: int, before: int, after: int, stamp_ns: int) -> float:
+    """Interpolation share [-] between two samples; −1 if they are too far apart."""
+    interval_ns = rings.stamps_ns[i, after] - rings.stamps_ns[i, before]
+    if interval_ns > MAX_GAP_NS:
+        return -1.0
+    return (stamp_ns - rings.stamps_ns[i, before]) / interval_ns
+
+
+@compiled_in_place
+def _between(
+    rings: ImuRings,
+    i: int,
+    before: int,
+    share: float,
+    R_world_sensor: FloatArray,
+    rate: FloatArray,
+    stddev: FloatArray,
+) -> None:
+    """Interpolate between a sample and the next."""
+    after = (before + 1) % rings.stamps_ns.shape[1]
+    interpolate(rings.orientation[i, before], rings.orientation[i, after], share, R_world_sensor)
+    for axis in range(3):
+        rate[axis] = (1.0 - share) * rings.rate[i, before, axis]
+        rate[axis] += share * rings.rate[i, after, axis]
+        stddev[axis] = rings.stddev[i, after, axis]
+
+
+@compiled_in_place
+def _beyond(
+    rings: ImuRings,
+    i: int,
+    nearest: int,
+    missing_ns: int,
+    R_world_sensor: FloatArray,
+    rate: FloatArray,
+    stddev: FloatArray,
+) -> None:
+    """Extrapolate from the nearest sample: rate linearly, orientation by its integral."""
+    size = rings.stamps_ns.shape[1]
+    earlier, per_s = nearest, 0.0  # the sample that the rate's slope is taken from
+    if missing_ns > 0:
+        for back in range(1, rings.filled[i]):
+            one = (nearest - back) % size
+            interval_ns = rings.stamps_ns[i, nearest] - rings.stamps_ns[i, one]
+            if interval_ns > LONGEST_SLOPE_NS:
+                break
+            if interval_ns >= SLOPE_NS:
+                earlier, per_s = one, NS_PER_S / interval_ns
+                break
+    missing_s = missing_ns / NS_PER_S
+    sloping_s = min(missing_ns, LONGEST_SLOPE_NS) / NS_PER_S
+    last = rings.rate[i, nearest]
+    for axis in range(3):
+        slope = (last[axis] - rings.rate[i, earlier, axis]) * per_s
+        rate[axis] = last[axis] + slope * sloping_s
+        stddev[axis] = rings.stddev[i, nearest, axis]
+    # The integral of a rate that changes linearly at first, then stays.
+    x = rate[0] * missing_s - (rate[0] - last[0]) * 0.5 * sloping_s
+    y = rate[1] * missing_s - (rate[1] - last[1]) * 0.5 * sloping_s
+    z = rate[2] * missing_s - (rate[2] - last[2]) * 0.5 * sloping_s
+    turn_on(rings.orientation[i, nearest], x, y, z, R_world_sensor)

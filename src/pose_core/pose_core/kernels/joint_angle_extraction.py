@@ -1,0 +1,300 @@
+"""Joint angles, rates and variances from links' rotations: the inverse of the chain."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.forward_kinematics import ModelArrays
+from pose_core.kernels.rotations import logarithm, transposed_product
+from pose_core.kernels.small_matrices import Symmetric, inverse
+from pose_core.kernels.vectors import dot
+from pose_core.streams.samples import FloatArray
+
+FULL_TURN = 2.0 * np.pi
+RATE_DAMPING = 0.05  # [-] of the rates where two axes of a joint nearly coincide
+VARIANCE_DAMPING = 0.1  # [-] likewise of an angle's variance
+BEYOND = 4.0  # [-] weight of a square beyond the limits, to one from the angles before
+NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a limb's tilt, below which its angles are plain
+
+
+class StateNumbers(NamedTuple):
+    """What of a segment filter's state is published; of n states: n rows of each."""
+
+    position: FloatArray  # (3,) [m] of the root
+    velocity: FloatArray  # (3,) [m/s]
+    rotations: FloatArray  # (links, 3, 3): R_map_link
+    rates: FloatArray  # (links, 3) [rad/s] in map
+    place_variance: FloatArray  # (3,) [m²] of the root's position
+    covariance: FloatArray  # (links, 3, 3) [rad²] of each link's turn, relative to its parent's
+    information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
+    scale: FloatArray  # (1,) [-] of the variances
+
+
+@compiled_in_place
+def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatArray) -> None:
+    """A joint's axes, (k, 3), in map, each moved by the turns [rad] before it; R: the parent's."""
+    for index in range(len(angles)):
+        x, y, z = axes[index, 0], axes[index, 1], axes[index, 2]
+        for before in range(index - 1, -1, -1):
+            x, y, z = turned(angles[before], axes[before], x, y, z)
+        for i in range(3):
+            out[index, i] = R[i, 0] * x + R[i, 1] * y + R[i, 2] * z
+
+
+@compiled_in_place
+def turned(
+    angle: float, axis: FloatArray, x: float, y: float, z: float
+) -> tuple[float, float, float]:
+    """A vector turned by an angle [rad] about a unit axis."""
+    sine, rest = np.sin(angle), 1.0 - np.cos(angle)
+    a, b, c = axis[0], axis[1], axis[2]
+    u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
+    x += sine * u + rest * (b * w - c * v)
+    y += sine * v + rest * (c * u - a * w)
+    z += sine * w + rest * (a * v - b * u)
+    return x, y, z
+
+
+@compiled_in_place
+def link_angles(
+    R_parent_link: FloatArray,
+    signs: FloatArray,
+    limits: FloatArray,
+    previous: FloatArray,
+    out: FloatArray,
+) -> None:
+    """A link's joint angles [rad]: of the equivalent answers, the nearest within the limits.
+
+    Of a ball joint's angles a, b, c about y, x and z, a + π, π − b, c + π is the same rotation.
+    Nearest is by the turn between the two, for which
+
+        Δ² = Δa² + Δb² + Δc² − 2 sin b Δa Δc                                               (1)
+
+    holds of small ones. Where b is a quarter turn, an arm stretched sideways, both answers meet:
+    there Δ is nothing, and the one within the limits is taken. A limb that hangs nearly as in the
+    neutral pose has one such answer only.
+
+    Args:
+        R_parent_link: The link's rotation in its parent, (3, 3).
+        signs: Of its axes: three (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
+        limits: Of its angles, lower and upper, (k, 2) [rad]; no range is a full turn.
+        previous: The angles that were published before.
+        out: The angles; beyond the limits where no answer lies within.
+    """
+    R, count = R_parent_link, len(signs)
+    if count == 1:
+        # Between the two bones, as a camera would measure it; never negative.
+        out[0] = np.arctan2(np.hypot(R[0, 2], R[1, 2]), R[2, 2])
+        return
+    about_x = np.arcsin(min(max(-R[1, 2], -1.0), 1.0))
+    about_y = np.arctan2(R[0, 2], R[2, 2])
+    if count == 2:
+        out[0] = turn_within_limits(signs[0] * about_y, limits[0], previous[0])
+        out[1] = turn_within_limits(signs[1] * about_x, limits[1], previous[1])
+        return
+    about_z = np.arctan2(R[1, 0], R[1, 1])
+    least = np.inf
+    for half_turns in range(2):
+        if half_turns == 1 and R[2, 2] > NEARLY_NEUTRAL:
+            break
+        x = about_x if half_turns == 0 else np.pi - about_x
+        y = turn_within_limits(signs[0] * (about_y + half_turns * np.pi), limits[0], previous[0])
+        x = turn_within_limits(signs[1] * x, limits[1], previous[1])
+        z = turn_within_limits(signs[2] * (about_z + half_turns * np.pi), limits[2], previous[2])
+        twist = signs[0] * signs[2] * np.sin(0.5 * signs[1] * (x + previous[1]))
+        dy, dx, dz = y - previous[0], x - previous[1], z - previous[2]
+        cost = dy * dy + dx * dx + dz * dz - 2.0 * twist * dy * dz  # (1)
+        squared = beyond(y, limits[0]) ** 2 + beyond(x, limits[1]) ** 2 + beyond(z, limits[2]) ** 2
+        cost += BEYOND * squared
+        if cost < least:
+            least = cost
+            out[0], out[1], out[2] = y, x, z
+
+
+@compiled_in_place
+def turn_within_limits(angle: float, limits: FloatArray, previous: float) -> float:
+    """The same angle [rad] within limits, (2,); where it is not, as near as can be to another."""
+    middle = nearest_turn(angle, 0.5 * (limits[0] + limits[1]))
+    return middle if beyond(middle, limits) == 0.0 else nearest_turn(angle, previous)
+
+
+@compiled_in_place
+def beyond(angle: float, limits: FloatArray) -> float:
+    """How far an angle is beyond its limits, (2,) [rad]."""
+    return max(limits[0] - angle, angle - limits[1], 0.0)
+
+
+@compiled_in_place
+def nearest_turn(angle: float, previous: float) -> float:
+    """The same angle [rad], by full turns as near to the previous one as can be."""
+    return angle + FULL_TURN * np.round((previous - angle) / FULL_TURN)
+
+
+@compiled_in_place
+def least_squares(A: FloatArray, B: FloatArray, damping: float, out: FloatArray) -> None:
+    """(A Aᵀ + damping² I)⁻¹ A B, damped where the rows of A, (k, 3), are nearly dependent."""
+    count, least = len(A), damping**2
+    xy = xz = yz = 0.0
+    yy = zz = 1.0
+    xx = dot(A[0], A[0]) + least
+    if count > 1:
+        xy, yy = dot(A[0], A[1]), dot(A[1], A[1]) + least
+    if count > 2:
+        xz, yz, zz = dot(A[0], A[2]), dot(A[1], A[2]), dot(A[2], A[2]) + least
+    N = inverse(Symmetric(xx, xy, xz, yy, yz, zz))
+    for column in range(B.shape[1]):
+        x = y = z = 0.0
+        for m in range(3):
+            x += A[0, m] * B[m, column]
+            if count > 1:
+                y += A[1, m] * B[m, column]
+            if count > 2:
+                z += A[2, m] * B[m, column]
+        out[0, column] = N.xx * x + N.xy * y + N.xz * z
+        if count > 1:
+            out[1, column] = N.xy * x + N.yy * y + N.yz * z
+        if count > 2:
+            out[2, column] = N.xz * x + N.yz * y + N.zz * z
+
+
+@compiled_in_place
+def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray) -> None:
+    """The rotation vector [rad] of the same rotation that lies nearest to the previous one."""
+    angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle == 0.0:
+        # Any direction will do for full turns: keep the previous one's.
+        length = np.sqrt(previous[0] ** 2 + previous[1] ** 2 + previous[2] ** 2)
+        turns = np.round(length / FULL_TURN)
+        for axis in range(3):
+            has_turned = turns != 0.0
+            out[axis] = previous[axis] / length * turns * FULL_TURN if has_turned else vector[axis]
+        return
+    along = 0.0
+    for axis in range(3):
+        along += vector[axis] / angle * previous[axis]
+    turns = np.round((along - angle) / FULL_TURN)
+    for axis in range(3):
+        out[axis] = (angle + turns * FULL_TURN) * vector[axis] / angle
+
+
+@compiled
+def extract_pose(
+    numbers: ModelArrays,
+    position: FloatArray,
+    rotations: FloatArray,
+    state: StateNumbers,
+    previous: FloatArray,
+    out: FloatArray,
+) -> None:
+    """All degrees of freedom.
+
+    Args:
+        numbers: The body model.
+        position: Of the root as it goes out, (3,) [m].
+        rotations: ``R_map_link`` as they go out, (links, 3, 3).
+        state: Rates, covariance and information.
+        previous: The degrees of freedom before, (d,).
+        out: (5, d): values, rates, variances, then each source's information.
+    """
+    work = make_workspace()
+    extract_root(numbers, position, rotations, state, previous, work, out)
+    for link in range(len(numbers.parents)):
+        if numbers.parents[link] >= 0:
+            extract_link(numbers, link, rotations, state, previous, work, out)
+
+
+class Workspace(NamedTuple):
+    """Intermediate values of one link."""
+
+    relative: FloatArray  # (3, 3) rotation in the parent
+    vector: FloatArray  # (3,) its vector
+    signs: FloatArray  # (3,) of the joint's axes
+    before: FloatArray  # (3,) [rad] the angles before
+    angles: FloatArray  # (3,) [rad]
+    omega: FloatArray  # (3, 1) [rad/s] in map
+    rates: FloatArray  # (3, 1) [rad/s]
+    axes: FloatArray  # (3, 3) in map
+    inverse: FloatArray  # (3, 3) of the axes
+    unit: FloatArray  # (3, 3) the unit matrix
+
+
+@compiled
+def make_workspace() -> Workspace:
+    """For one link after the other."""
+    return Workspace(
+        np.empty((3, 3)),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty(3),
+        np.empty((3, 1)),
+        np.empty((3, 1)),
+        np.empty((3, 3)),
+        np.empty((3, 3)),
+        np.eye(3),
+    )
+
+
+@compiled_in_place
+def extract_root(
+    numbers: ModelArrays,
+    position: FloatArray,
+    rotations: FloatArray,
+    state: StateNumbers,
+    previous: FloatArray,
+    work: Workspace,
+    out: FloatArray,
+) -> None:
+    """The degrees of freedom of the root, and its place; see :func:`extract_pose`."""
+    for axis in range(3):
+        out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
+        out[2, axis] = state.place_variance[axis]
+    for link in range(len(numbers.parents)):
+        if numbers.parents[link] >= 0:
+            continue
+        logarithm(rotations[link], work.vector)
+        continuous_vector(work.vector, previous[3:6], out[0, 3:6])
+        for axis in range(3):
+            out[1, 3 + axis] = state.rates[link, axis]
+            out[2, 3 + axis] = state.covariance[link, axis, axis]
+        for source in range(2):
+            own = state.information[source, link]
+            for at in range(6):
+                out[3 + source, at] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
+
+
+@compiled_in_place
+def extract_link(
+    numbers: ModelArrays,
+    link: int,
+    rotations: FloatArray,
+    state: StateNumbers,
+    previous: FloatArray,
+    work: Workspace,
+    out: FloatArray,
+) -> None:
+    """One link's degrees of freedom; see :func:`extract_pose`."""
+    count, parent = numbers.dof_count[link], numbers.parents[link]
+    dof, axes = numbers.dof[link, :count], numbers.axes[link, :count]
+    signs, before, angles = work.signs[:count], work.before[:count], work.angles[:count]
+    A, rates, inverted = work.axes[:count], work.rates[:count], work.inverse[:count]
+    for k in range(count):
+        signs[k], before[k] = axes[k, 0] + axes[k, 1] + axes[k, 2], previous[dof[k]]
+    transposed_product(rotations[parent], rotations[link], work.relative)
+    link_angles(work.relative, signs, numbers.limits[link, :count], before, angles)
+    moved_axes(rotations[parent], axes, angles, A)
+    for axis in range(3):
+        work.omega[axis, 0] = state.rates[link, axis] - state.rates[parent, axis]
+    least_squares(A, work.omega, RATE_DAMPING, rates)
+    least_squares(A, work.unit, VARIANCE_DAMPING, inverted)
+    for k in range(count):
+        variance = kinects = imus = 0.0
+        for a in range(3):
+            for b in range(3):
+                variance += inverted[k, a] * state.covariance[link, a, b] * inverted[k, b]
+                kinects += A[k, a] * state.information[0, link, a, b] * A[k, b]
+                imus += A[k, a] * state.information[1, link, a, b] * A[k, b]
+        at = dof[k]
+        out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
+        out[3, at], out[4, at] = kinects, imus

@@ -1,0 +1,78 @@
+"""Left/right swaps: a tracker that exchanges the person's sides, detected and undone.
+
+It happens when the person turns away or stands sideways, for a whole body or for the legs or arms
+alone, and the joints' tracking states do not show it. Arms and legs are swapped back, each for
+themselves, where that brings the observed joints clearly nearer to the predicted ones.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.kernels.compiling import compiled_in_place
+from pose_core.streams.samples import FloatArray
+
+LEAST_JOINTS = 3  # [-] observed joints of a group, below which its mean distance is not used
+LIMBS = (("shoulder", "elbow", "hand"), ("hip", "knee", "foot"))
+
+
+class SwapArrays(NamedTuple):
+    """The groups of joints that may be swapped, and the two thresholds of a swap."""
+
+    groups: NDArray[np.int64]  # (groups, n, 2) left and right joints
+    far: float  # [m] mean distance as observed, above which a swap is considered
+    clear: float  # [-] ratio of the distances, below which a group is swapped back
+
+
+SWAPS = SwapArrays(
+    groups=np.array(
+        [[[JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in limb] for limb in LIMBS],
+        np.int64,
+    ),
+    far=0.12,
+    clear=0.5,
+)
+
+
+@compiled_in_place
+def mean_distance(
+    observed: FloatArray, predicted: FloatArray, pairs: NDArray[np.int64], swapped: bool
+) -> float:
+    """Mean distance [m] of a group's observed joints from the predicted; NaN: too few observed.
+
+    Args:
+        observed: Joints [m], (15, 3); NaN where not observed.
+        predicted: Joints [m], (15, 3).
+        pairs: Left and right joints, (n, 2).
+        swapped: Whether to exchange left and right.
+    """
+    total, count = 0.0, 0
+    for pair in range(len(pairs)):
+        for side in range(2):
+            a = observed[pairs[pair, 1 - side if swapped else side]]
+            b = predicted[pairs[pair, side]]
+            squared = (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2
+            if np.isfinite(squared):
+                total += np.sqrt(squared)
+                count += 1
+    return total / count if count >= LEAST_JOINTS else np.nan
+
+
+@compiled_in_place
+def undo_swaps(
+    observed: FloatArray, predicted: FloatArray, arrays: SwapArrays, order: NDArray[np.int64]
+) -> int:
+    """Exchange the swapped groups in ``order``, (15,); return how many there are."""
+    count = 0
+    for group in range(len(arrays.groups)):
+        pairs = arrays.groups[group]
+        as_observed = mean_distance(observed, predicted, pairs, False)
+        if not as_observed > arrays.far:  # of NaN too
+            continue
+        if mean_distance(observed, predicted, pairs, True) < arrays.clear * as_observed:
+            for left, right in pairs:  # not of NaN
+                order[left], order[right] = order[right], order[left]
+            count += 1
+    return count

@@ -1,0 +1,254 @@
+"""What is published of states: joint angles, their rates and uncertainty, and the pose of these."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.kernels.camera_geometry import share_cameras
+from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
+from pose_core.kernels.hinge_plane import Hinges, turn_into_hinge_planes
+from pose_core.kernels.joint_angle_extraction import (
+    StateNumbers,
+    continuous_vector,
+    extract_pose,
+)
+from pose_core.kernels.joint_kinematics import Pose
+from pose_core.kernels.link_frames import compute_link_transforms
+from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
+from pose_core.kernels.rotations import logarithm, product_transposed, turn_by
+from pose_core.streams.samples import FloatArray
+
+NOTHING = 1e-6  # [1/rad²] information that is none
+
+
+class OutputBody(NamedTuple):
+    """What one body's poses are published with."""
+
+    numbers: ModelArrays
+    limits: FloatArray  # (d, 2) [rad] of the degrees of freedom; infinite of the root
+    hinges: Hinges
+    variance_calibration: FloatArray  # see :func:`published_variance`
+
+
+class PoseOutput(NamedTuple):
+    """What is published of n states: filled."""
+
+    position: FloatArray  # (n, d) [m] or [rad]
+    velocity: FloatArray  # (n, d)
+    variance: FloatArray  # (n, d)
+    is_known: NDArray[np.bool_]  # (n, d)
+    weight_kinect: FloatArray  # (n, d) [-]
+    weight_imu: FloatArray  # (n, d) [-]
+    source: NDArray[np.uint8]  # (n, d)
+    joints: FloatArray  # (n, joints, 3) [m]: of the pose that the degrees of freedom give
+    T_map_link: FloatArray  # (n, links, 4, 4): likewise
+    sensor_weight: FloatArray  # (n, s, joints) [-]
+
+
+@compiled_in_place
+def copy_state(
+    pose: Pose, P: FloatArray, parents: NDArray[np.int64], scale: float, out: StateNumbers
+) -> None:
+    """Copy what of a state is published, but for the information, which is its update's own.
+
+    Args:
+        pose: The state.
+        P: Its covariance.
+        parents: Of its links, (links,); −1 of the root.
+        scale: See :func:`published_variance`.
+        out: Filled.
+    """
+    out.scale[0] = scale
+    for axis in range(3):
+        out.position[axis], out.velocity[axis] = pose.position[axis], pose.velocity[axis]
+        out.place_variance[axis] = P[axis, axis]
+    for link in range(len(parents)):
+        own, above = 3 + 3 * link, 3 + 3 * parents[link]
+        for a in range(3):
+            out.rates[link, a] = pose.rates[link, a]
+            for b in range(3):
+                out.rotations[link, a, b] = pose.rotations[link, a, b]
+                relative = P[own + a, own + b]
+                if parents[link] >= 0:
+                    relative += P[above + a, above + b]
+                    relative -= P[own + a, above + b] + P[above + a, own + b]
+                out.covariance[link, a, b] = relative
+
+
+@compiled
+def output_states(
+    body: OutputBody,
+    stamps_ns: NDArray[np.int64],
+    states: StateNumbers,
+    tracking_state: NDArray[np.uint8],
+    blending: Blending,
+    output: PoseOutput,
+) -> None:
+    """Publish n states of one body, one after the other.
+
+    Args:
+        body: Whose.
+        stamps_ns: (n,) [ns].
+        states: A row each.
+        tracking_state: (n, s, joints).
+        blending: What was published before; updated.
+        output: Filled.
+    """
+    of_dof = np.empty((5, len(blending.position)))
+    rotations = np.empty(states.rotations.shape[1:])
+    for n in range(len(states.position)):
+        state = StateNumbers(
+            states.position[n],
+            states.velocity[n],
+            states.rotations[n],
+            states.rates[n],
+            states.place_variance[n],
+            states.covariance[n],
+            states.information[n],
+            states.scale[n],
+        )
+        rotations[:] = state.rotations
+        turn_into_hinge_planes(rotations, body.hinges)
+        extract_pose(body.numbers, state.position, rotations, state, blending.position, of_dof)
+        share_out(of_dof[3:], NOTHING, of_dof[3:], output.source[n])
+        blend(body, int(stamps_ns[n]), rotations[0], blending, of_dof, output.is_known[n])
+        published_variance(
+            of_dof[2],
+            blending.velocity,
+            of_dof[4],
+            state.scale[0],
+            body.variance_calibration,
+            output.variance[n],
+        )
+        output.position[n], output.velocity[n] = blending.position, blending.velocity
+        output.weight_kinect[n], output.weight_imu[n] = of_dof[3], of_dof[4]
+        compute_links(
+            body.numbers,
+            np.eye(3),
+            blending.position.reshape((1, -1)),
+            rotations.reshape((1, len(rotations), 3, 3)),
+            output.joints[n : n + 1],
+        )
+        compute_link_transforms(
+            blending.position,
+            rotations,
+            output.joints[n],
+            body.numbers.turns_about,
+            output.T_map_link[n],
+        )
+        share_cameras(tracking_state[n], output.sensor_weight[n])
+
+
+@compiled
+def blend(
+    body: OutputBody,
+    stamp_ns: int,
+    R_map_root: FloatArray,
+    blending: Blending,
+    of_dof: FloatArray,
+    is_known: NDArray[np.bool_],
+) -> None:
+    """Blend one state's degrees of freedom into what is published.
+
+    Args:
+        body: Whose.
+        stamp_ns: [ns].
+        R_map_root: The root's rotation, (3, 3).
+        blending: What was published before; updated.
+        of_dof: The filter's values, rates and variances, (3 or more, d); the variances are updated.
+        is_known: Filled, (d,).
+    """
+    dt_s = elapsed_s(blending, stamp_ns)
+    blend_root(dt_s, R_map_root, blending, of_dof)
+    is_known[:ROOT_DOF] = True
+    target = np.empty(3)
+    for at in range(ROOT_DOF, len(is_known)):
+        for row in range(3):
+            target[row] = of_dof[row, at]
+        is_known[at] = blend_angle(blending, at, dt_s, target, body.limits[at])
+        of_dof[2, at] = target[2]
+    blending.stamp_ns[0] = stamp_ns
+
+
+@compiled
+def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: FloatArray) -> None:
+    """The same of the root: its place, and its rotation in the group; see :func:`blend`."""
+    R, apart, turn = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
+    R[:] = R_map_root
+    if dt_s > 0.0:
+        for axis in range(3):
+            v, w = of_dof[1, axis], of_dof[1, 3 + axis]
+            e = blending.position[axis] - (of_dof[0, axis] - v * dt_s)
+            e, e_rate = decay(e, blending.velocity[axis] - v, BLEND_S, dt_s)
+            of_dof[0, axis] += e
+            of_dof[1, axis] += e_rate
+            of_dof[2, axis] += e**2
+        w_x, w_y, w_z = of_dof[1, 3], of_dof[1, 4], of_dof[1, 5]
+        turn_by(-dt_s * w_x, -dt_s * w_y, -dt_s * w_z, R)
+        product_transposed(blending.R_map_root, R, apart)
+        logarithm(apart, turn)
+        for axis in range(3):
+            w = of_dof[1, 3 + axis]
+            turn[axis], e_rate = decay(turn[axis], blending.velocity[3 + axis] - w, BLEND_S, dt_s)
+            of_dof[1, 3 + axis] += e_rate
+            of_dof[2, 3 + axis] += turn[axis] ** 2
+        R[:] = R_map_root
+        turn_by(turn[0], turn[1], turn[2], R)
+        logarithm(R, turn)
+        continuous_vector(turn, blending.position[3:6], of_dof[0, 3:6])
+    blending.R_map_root[:] = R
+    for at in range(ROOT_DOF):
+        blending.position[at], blending.velocity[at] = of_dof[0, at], of_dof[1, at]
+
+
+@compiled_in_place
+def share_out(
+    information: FloatArray, least: float, share: FloatArray, source: NDArray[np.uint8]
+) -> None:
+    """Each source's share of what an update knew, and the name for it.
+
+    Args:
+        information: Of Kinects and of IMUs, (2, d).
+        least: Information that counts.
+        share: Filled, (2, d) [-]; may be the information itself.
+        source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
+    """
+    for at in range(len(source)):
+        kinects, imus = information[0, at], information[1, at]
+        total = kinects + imus
+        share[0, at] = kinects / total if total > least else 0.0
+        share[1, at] = imus / total if total > least else 0.0
+        source[at] = (1 if kinects > least else 0) + (2 if imus > least else 0)
+
+
+@compiled_in_place
+def published_variance(
+    variance: FloatArray,
+    velocity: FloatArray,
+    weight_imu: FloatArray,
+    scale: float,
+    calibration: FloatArray,
+    out: FloatArray,
+) -> None:
+    """Variances that errors keep to; see :mod:`pose_core.estimators.uncertainty`.
+
+    Args:
+        variance: The filter's, (d,).
+        velocity: (d,).
+        weight_imu: Share of the IMUs, (d,) [-].
+        scale: Of the variances [-].
+        calibration: Factor [-], lateness [s] and deviation, by Kinects alone and with an IMU,
+            (2, 3, d).
+        out: Filled, (d,); may be the filter's.
+    """
+    for at in range(len(out)):
+        which = 1 if weight_imu[at] > 0.0 else 0
+        factor, late_s, stddev = (
+            calibration[which, 0, at],
+            calibration[which, 1, at],
+            calibration[which, 2, at],
+        )
+        moved = late_s * velocity[at]
+        out[at] = factor * scale * variance[at] + moved**2 + stddev**2

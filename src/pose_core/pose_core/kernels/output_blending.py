@@ -1,0 +1,115 @@
+r"""Output blending: the published pose follows the filter's without a step.
+
+A measurement update, a source that comes or goes, a filter that starts anew: each makes the
+filter's pose jump. The published pose keeps its value and its rate, and the difference e to the
+filter's dies out critically damped,
+
+.. math:: \ddot e + 2 k \dot e + k^2 e = 0, \quad q = q^* + e, \quad \dot q = \dot q^* + \dot e  (1)
+
+so that the published rate is the derivative of what is published. 1/k is short where the filter is
+sure of an angle and long where it is not, as of a straight limb's turn about itself; a large
+difference is travelled at a bounded rate. Angles stay within the limits of the body model.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.kernels.compiling import compiled_in_place
+from pose_core.streams.samples import FloatArray
+
+BLEND_S = 0.005  # [s] 1/k of what the filter is sure of
+LONGEST_BLEND_S = 0.12  # [s] 1/k of what it hardly knows
+SURE_STDDEV = np.radians(16.0)  # [rad] of an angle, up to which it is sure
+LARGEST_TRAVEL = 8.0  # [rad/s], [m/s] by which a difference is made up at most
+LARGEST_RATE = 40.0  # [rad/s] of the filter's that counts
+UNKNOWN_BEYOND = np.radians(15.0)  # [rad] beyond its limits an angle is not known
+UNKNOWN_APART = np.radians(45.0)  # [rad] likewise, of the published angle from the filter's
+UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of the deviation of an angle that is not known
+LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
+LONGEST_GAP_S = 0.5  # [s] after a longer silence the output goes on from rest
+AFTER_GAP_S = 0.01  # [s] that count as elapsed then
+
+
+class Blending(NamedTuple):
+    """What was published last, over d degrees of freedom; updated in place."""
+
+    stamp_ns: NDArray[np.int64]  # (1,) [ns]; 0: nothing
+    position: FloatArray  # (d,) [m], [rad]
+    velocity: FloatArray  # (d,) [m/s], [rad/s]
+    unknown_s: FloatArray  # (d,) [s] for which each has not been known
+    R_map_root: FloatArray  # (3, 3)
+
+
+def make_blending(size: int) -> Blending:
+    """Nothing has been published."""
+    return Blending(
+        np.zeros(1, np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.eye(3)
+    )
+
+
+@compiled_in_place
+def elapsed_s(blending: Blending, stamp_ns: int) -> float:
+    """Time since the last output [s]; 0 if this is the first. After a silence it is at rest."""
+    dt_s = (stamp_ns - blending.stamp_ns[0]) * 1e-9
+    if blending.stamp_ns[0] == 0 or dt_s <= 0.0:
+        return 0.0
+    if dt_s <= LONGEST_GAP_S:
+        return dt_s
+    for at in range(len(blending.velocity)):
+        blending.velocity[at] = 0.0
+    return AFTER_GAP_S
+
+
+@compiled_in_place
+def decay(e: float, rate: float, blend_s: float, dt_s: float) -> tuple[float, float]:
+    """A difference and its rate after some time, by (1)."""
+    k = min(1.0 / blend_s, LARGEST_TRAVEL * np.e / max(abs(e), 1e-9))
+    drive = rate + k * e
+    keep = np.exp(-k * dt_s)
+    return (e + drive * dt_s) * keep, (rate - k * drive * dt_s) * keep
+
+
+@compiled_in_place
+def blend_angle(
+    blending: Blending,
+    at: int,
+    dt_s: float,
+    target: FloatArray,
+    limits: FloatArray,
+) -> bool:
+    """Publish one joint angle; whether it is known.
+
+    Args:
+        blending: The angle and its rate are updated.
+        at: Which degree of freedom.
+        dt_s: See :func:`elapsed_s`.
+        target: The filter's value [rad], rate [rad/s] and variance [rad²], (3,); the variance
+            becomes the one of what is published, as far as that differs.
+        limits: Lower and upper, (2,) [rad].
+    """
+    before, rate_before = blending.position[at], blending.velocity[at]
+    goal = min(max(target[0], limits[0]), limits[1])
+    rate = min(max(target[1], -LARGEST_RATE), LARGEST_RATE)
+    excess = abs(target[0] - goal)
+    is_known = excess <= UNKNOWN_BEYOND
+    if not is_known and dt_s > 0.0:
+        goal = before
+    if (excess > 0.0 and rate * (target[0] - goal) > 0.0) or not is_known:
+        rate = 0.0
+    e = e_rate = 0.0
+    if dt_s > 0.0:
+        unsure = target[2] / SURE_STDDEV**2
+        blend_s = min(BLEND_S * max(unsure, 1.0), LONGEST_BLEND_S)
+        e, e_rate = before - (goal - rate * dt_s), rate_before - rate
+        e, e_rate = decay(e, e_rate, blend_s, dt_s)
+    value = min(max(goal + e, limits[0]), limits[1])
+    is_stopped = value != goal + e
+    blending.position[at] = value
+    blending.velocity[at] = (value - before) / dt_s if is_stopped else rate + e_rate
+    is_known = is_known and abs(e) <= UNKNOWN_APART
+    blending.unknown_s[at] = 0.0 if is_known else blending.unknown_s[at] + dt_s
+    grown = min(excess + UNKNOWN_GROWTH * blending.unknown_s[at], LARGEST_UNKNOWN)
+    target[2] += grown**2 + e**2
+    return is_known

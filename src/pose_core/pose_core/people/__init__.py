@@ -1,0 +1,1 @@
+"""Several people before several sensors: who is who, whom to follow, a pose for each."""

@@ -1,0 +1,102 @@
+"""Whom to follow where one person is wanted."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pose_core.people.distances import centre
+from pose_core.people.person_track import PersonTrack, Presence
+from pose_core.streams.samples import FloatArray
+
+FIRST, NEAREST, IMUS = "first", "nearest", "imus"
+KEPT_S = 6.0  # [s] out of sight, a person stays the chosen one
+NEARER_M = 0.5  # [m] by which somebody must be nearer to be chosen instead
+NEARER_FOR_S = 1.0  # [s] for which
+
+
+class PersonChoice:
+    """Chooses one person by a rule, and stays with them while they are known.
+
+    - ``first`` (or empty): who came first of those who are there;
+    - ``nearest``: who stands nearest to the first sensor, by half a metre for a second;
+    - ``imus``: who wears the IMUs;
+    - anything else: whom a sensor gives this id.
+
+    Somebody who leaves stays chosen for six seconds; then the rule chooses anew.
+
+    Args:
+        rule: One of the above.
+    """
+
+    def __init__(self, rule: str = FIRST) -> None:
+        self.rule = rule or FIRST
+        self.number: int | None = None  # of the chosen person
+        self._nearer: tuple[int, int] | None = None  # who, and since when [ns]
+
+    def follow(self, rule: str) -> None:
+        """Choose anew, by another rule."""
+        self.rule, self.number, self._nearer = rule or FIRST, None, None
+
+    def update(
+        self,
+        tracks: Sequence[PersonTrack],
+        stamp_ns: int,
+        place: FloatArray,
+        wearer: int | None,
+    ) -> None:
+        """Choose.
+
+        Args:
+            tracks: Everybody who is known.
+            stamp_ns: Now [ns].
+            place: Of the first sensor, (3,) [m].
+            wearer: Who wears the IMUs, where that is known.
+        """
+        if self.rule == IMUS and wearer is not None:
+            self.number = wearer
+        chosen = next((track for track in tracks if track.number == self.number), None)
+        if chosen is not None and chosen.unseen_s(stamp_ns) > KEPT_S:
+            chosen = None
+        present = [track for track in tracks if track.presence is Presence.PRESENT]
+        if chosen is None:
+            chosen = self._best(present, place)
+        elif self.rule == NEAREST:
+            chosen = self._still_nearest(chosen, present, stamp_ns, place)
+        self.number = None if chosen is None else chosen.number
+
+    def _best(self, present: Sequence[PersonTrack], place: FloatArray) -> PersonTrack | None:
+        if not present or self.rule == IMUS:
+            return None
+        if self.rule == FIRST:
+            return min(present, key=lambda track: (track.born_ns, track.number))
+        if self.rule == NEAREST:
+            return min(present, key=lambda track: _distance(track, place))
+        named = (
+            track
+            for track in present
+            if any(view.person == self.rule for view in track.views.values())
+        )
+        return next(named, None)
+
+    def _still_nearest(
+        self,
+        chosen: PersonTrack,
+        present: Sequence[PersonTrack],
+        stamp_ns: int,
+        place: FloatArray,
+    ) -> PersonTrack:
+        nearest = self._best(present, place)
+        if (
+            nearest is None
+            or nearest is chosen
+            or _distance(nearest, place) > _distance(chosen, place) - NEARER_M
+        ):
+            self._nearer = None
+            return chosen
+        if self._nearer is None or self._nearer[0] != nearest.number:
+            self._nearer = nearest.number, stamp_ns
+        return nearest if stamp_ns - self._nearer[1] > NEARER_FOR_S * 1e9 else chosen
+
+
+def _distance(track: PersonTrack, place: FloatArray) -> float:
+    return float(np.linalg.norm(centre(track.positions) - place))

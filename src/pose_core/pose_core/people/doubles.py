@@ -1,0 +1,56 @@
+"""One person who is taken for two: a tracker's ghost beside them, or a second sensor's view."""
+
+from collections.abc import Iterator, Sequence
+
+from pose_core.people.distances import joint_distances
+from pose_core.people.person_track import PersonTrack
+
+GHOST_M = 0.25  # [m] mean distance of the joints: nearer than two bodies can be
+SAME_M = 0.2  # [m]
+SAME_FOR_S = 0.5  # [s]
+SEES_S = 0.3  # [s] since its last frame of them, a sensor sees a person
+
+
+class Doubles:
+    """Watches for persons who are one."""
+
+    def __init__(self) -> None:
+        self._since_ns: dict[tuple[int, int], int] = {}
+
+    def is_double(self, track: PersonTrack, present: Sequence[PersonTrack], stamp_ns: int) -> bool:
+        """Whether somebody new stands inside of somebody in sight."""
+        place = track.expected(stamp_ns)[None]
+        return any(
+            joint_distances(other.expected(stamp_ns)[None], place)[0][0, 0] < GHOST_M
+            for other in present
+        )
+
+    def found(
+        self, present: Sequence[PersonTrack], stamp_ns: int
+    ) -> Iterator[tuple[PersonTrack, PersonTrack]]:
+        """Persons who have been one for a while and whom no sensor sees apart: younger, older."""
+        since_ns: dict[tuple[int, int], int] = {}
+        ended = []
+        for index, younger in enumerate(present):
+            for older in present[:index]:
+                key = younger.number, older.number
+                distance, _ = joint_distances(
+                    younger.expected(stamp_ns)[None], older.expected(stamp_ns)[None]
+                )
+                if distance[0, 0] > SAME_M or _seen_apart(younger, older, stamp_ns):
+                    continue
+                since_ns[key] = min(self._since_ns.get(key, stamp_ns), stamp_ns)
+                if stamp_ns - since_ns[key] > SAME_FOR_S * 1e9:
+                    ended.append((younger, older))
+                    break
+        self._since_ns = since_ns
+        return iter(ended)
+
+
+def _seen_apart(one: PersonTrack, other: PersonTrack, stamp_ns: int) -> bool:
+    """Whether a sensor sees both."""
+    seeing = [
+        {name for name, view in t.views.items() if stamp_ns - view.stamp_ns < SEES_S * 1e9}
+        for t in (one, other)
+    ]
+    return bool(seeing[0] & seeing[1])

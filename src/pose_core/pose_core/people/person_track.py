@@ -1,0 +1,105 @@
+"""One person as the sensors have seen them so far."""
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from pose_core.people.body_size import BodySize
+from pose_core.people.distances import centre
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, SkeletonSample
+
+SMOOTHING = 0.6  # [-] weight of a new frame in the joints' places
+VELOCITY_OVER_NS = 150_000_000  # [ns] over which the velocity is taken
+FASTEST = 3.5  # [m/s] of a person
+KEEPS_MOVING_S = 0.5  # [s] for which somebody who is not seen keeps their velocity
+
+
+class Presence(Enum):
+    """What is known of where a person is."""
+
+    TENTATIVE = "tentative"  # seen for a moment: a person, or a tracker's ghost
+    PRESENT = "present"
+    AWAY = "away"  # known, but not seen
+
+
+@dataclass
+class SensorView:
+    """What one sensor calls a person."""
+
+    person: str  # the sensor's own id
+    stamp_ns: int  # [ns] of its last frame
+    unchecked: int = 0  # [frames] that were believed by the id alone
+
+
+@dataclass
+class PersonTrack:
+    """A person: where they are, how large, what the sensors call them."""
+
+    number: int
+    presence: Presence
+    born_ns: int  # [ns]
+    seen_ns: int  # [ns]
+    positions: FloatArray  # (15, 3) [m], NaN where never seen
+    velocity: FloatArray = field(default_factory=lambda: np.zeros(3))  # [m/s]
+    size: BodySize = field(default_factory=BodySize)
+    fresh: BodySize | None = None  # measured since they came back, until they are recognised
+    returned_ns: int = 0  # [ns]
+    views: dict[str, SensorView] = field(default_factory=dict)  # by sensor
+    held: list[SkeletonSample] = field(default_factory=list)  # of a tentative person
+    frames: int = 0
+    _updated_ns: int = 0
+    _anchor: tuple[int, FloatArray] | None = None  # where the velocity is measured from
+
+    def expected(self, stamp_ns: int) -> FloatArray:
+        """Where the joints are at an instant [ns], (15, 3) [m]."""
+        ahead_s = max(0.0, (stamp_ns - self._updated_ns) / NS_PER_S)
+        way_s = KEEPS_MOVING_S * (1.0 - np.exp(-ahead_s / KEEPS_MOVING_S))
+        return self.positions + self.velocity * way_s
+
+    def unseen_s(self, stamp_ns: int) -> float:
+        """For how long nobody has seen them [s]."""
+        return max(0, stamp_ns - self.seen_ns) / NS_PER_S
+
+    def unplaced_s(self, stamp_ns: int) -> float:
+        """For how long nobody has looked where they are [s]."""
+        return max(0, stamp_ns - self._updated_ns) / NS_PER_S
+
+    def move(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
+        """Take joints in the common frame, (15, 3) [m]; ``anew``: where they were says nothing."""
+        expected = seen if anew else self.expected(stamp_ns)
+        blended = expected + SMOOTHING * (seen - expected)
+        place = np.where(np.isfinite(blended), blended, np.where(np.isfinite(seen), seen, expected))
+        if anew:
+            self._anchor, self.velocity = None, np.zeros(3)
+        self._measure_velocity(stamp_ns, place)
+        self.positions = np.asarray(place)
+        self._updated_ns = max(self._updated_ns, stamp_ns)
+
+    def note(self, sample: SkeletonSample, stamp_ns: int) -> None:
+        """A sensor has seen them, under this id."""
+        self.seen_ns = max(self.seen_ns, stamp_ns)
+        self.frames += 1
+        self.views[sample.sensor] = SensorView(sample.person, stamp_ns)
+
+    def exchange(self, other: "PersonTrack") -> None:
+        """Each is the other person: who they are changes, where they are does not."""
+        self.number, other.number = other.number, self.number
+        self.size, other.size = other.size, self.size
+        self.fresh = other.fresh = None
+
+    def _measure_velocity(self, stamp_ns: int, positions: FloatArray) -> None:
+        here = centre(positions)
+        if self._anchor is None:
+            self._anchor = stamp_ns, here
+            return
+        since_ns = stamp_ns - self._anchor[0]
+        if since_ns < VELOCITY_OVER_NS:
+            return
+        velocity = (here - self._anchor[1]) * (NS_PER_S / since_ns)
+        if np.isfinite(velocity).all():
+            speed = float(np.linalg.norm(velocity))
+            velocity *= min(1.0, FASTEST / max(speed, 1e-9))
+            self.velocity = 0.5 * (self.velocity + velocity)
+        self._anchor = stamp_ns, here

@@ -1,0 +1,149 @@
+"""Who came back, and who only stands where somebody else stood.
+
+Somebody who has just left is recognised by size and by how far they can have come; later by their
+size alone. For a while after each return, and now and then afterwards, their size is measured
+afresh and compared with what is known: who is clearly smaller or larger is somebody else.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pose_core.counters import Counters
+from pose_core.people.assignment import assign
+from pose_core.people.body_size import BodySize
+from pose_core.people.distances import centre
+from pose_core.people.person_track import PersonTrack, Presence
+from pose_core.streams.samples import FloatArray, SkeletonSample
+
+JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back
+REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
+SAME_SIZE = 3.2  # [-] disagreement of the sizes of one person who has just left
+SAME_SIZE_LATER = 2.0  # [-] the same, of one who left long ago
+OTHER_SIZE = 2.4  # [-] disagreement on which somebody in sight is somebody else
+EXCHANGED = 1.5  # [-] by which two sizes must agree better with each other's person
+UNKNOWN_SIZE = 0.9  # [-] in place of a disagreement that is not known
+KNOWN_ID = 0.5  # [-] by which an id that a sensor gave them speaks for a person
+WINDOW_S = 1.5  # [s] of measurements that are compared with what is known
+WINDOW_MEASUREMENTS = 30  # [-] at least
+WINDOWS = 2  # [-] in a row, that have to speak against somebody who never left
+SETTLED = 120  # [-] measurements
+REMEMBERED = 12  # [-] persons who left
+
+
+class Recognition:
+    """Compares people with those who are known.
+
+    Args:
+        counters: Of the tracker.
+    """
+
+    def __init__(self, counters: Counters) -> None:
+        self._counters = counters
+        self._doubts: dict[int, int] = {}  # windows in a row that spoke against a person
+
+    def recognise(
+        self, ripe: Sequence[PersonTrack], away: Sequence[PersonTrack], stamp_ns: int
+    ) -> list[tuple[PersonTrack, PersonTrack | None]]:
+        """Which of those who are away each newcomer is; None: somebody new."""
+        cost = np.array([[self._cost(n, a, stamp_ns) for a in away] for n in ripe])
+        known = dict(assign(cost.reshape(len(ripe), len(away))))
+        return [(track, away[known[i]] if i in known else None) for i, track in enumerate(ripe)]
+
+    def _cost(self, newcomer: PersonTrack, away: PersonTrack, stamp_ns: int) -> float:
+        """How little speaks for them being one; infinite: they are two."""
+        off = newcomer.size.disagreement(away.size)
+        gone_s = (newcomer.born_ns - away.seen_ns) * 1e-9
+        has_just_left = gone_s < JUST_LEFT_S
+        if off > (SAME_SIZE if has_just_left else SAME_SIZE_LATER):
+            return float("inf")
+        cost = UNKNOWN_SIZE if np.isnan(off) else off
+        if has_just_left:
+            way = float(np.linalg.norm(centre(newcomer.positions) - centre(away.positions)))
+            cost += way / (REACH_M + REACH_SPEED * max(gone_s, 0.0))
+        same_id = any(
+            name in away.views and away.views[name].person == view.person
+            for name, view in newcomer.views.items()
+        )
+        return cost - KNOWN_ID * same_id
+
+    def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
+        """Whether the only person who is known can have come here since they were seen."""
+        gone_s = (stamp_ns - away.seen_ns) * 1e-9
+        way = float(np.linalg.norm(centre(joints) - centre(away.positions)))
+        return gone_s < JUST_LEFT_S and way < REACH_M + REACH_SPEED * max(gone_s, 0.0)
+
+    def welcome(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
+        """Somebody is back; until their size has been compared, not for certain."""
+        self._counters.add("came_back")
+        track.presence = Presence.PRESENT
+        track.move(stamp_ns, joints, anew=True)
+        track.fresh, track.returned_ns = BodySize(), stamp_ns
+        self._doubts[track.number] = WINDOWS
+
+    def return_as(self, known: PersonTrack, newcomer: PersonTrack, stamp_ns: int) -> None:
+        """A newcomer is a known person."""
+        self.welcome(known, newcomer.positions, stamp_ns)
+        known.velocity = newcomer.velocity
+        known.views = {**known.views, **newcomer.views}
+        known.seen_ns = newcomer.seen_ns
+        known.fresh = newcomer.size
+
+    def settle(self, track: PersonTrack) -> None:
+        """They are gone: what was measured of them last is not compared any more."""
+        track.fresh = None
+        self._doubts.pop(track.number, None)
+
+    def measure(self, track: PersonTrack, sample: SkeletonSample, stamp_ns: int) -> bool:
+        """Take a measurement of a person in sight; whether they are somebody else by now."""
+        if track.fresh is None:
+            track.fresh, track.returned_ns = BodySize(), stamp_ns
+        track.fresh.add(sample)
+        too_early = stamp_ns - track.returned_ns < WINDOW_S * 1e9
+        if too_early or track.fresh.measurements < WINDOW_MEASUREMENTS:
+            return False
+        off = track.fresh.disagreement(track.size)
+        if off > OTHER_SIZE:
+            self._doubts[track.number] = self._doubts.get(track.number, 0) + 1
+            if self._doubts[track.number] >= WINDOWS:
+                return True
+        else:
+            track.size.merge(track.fresh)
+            self._doubts.pop(track.number, None)
+        track.fresh = None
+        return False
+
+    def doubt(self, track: PersonTrack, stamp_ns: int) -> None:
+        """They have been so near to somebody that they may be the other one by now."""
+        track.fresh, track.returned_ns = BodySize(), stamp_ns
+        self._doubts[track.number] = WINDOWS
+
+    def are_exchanged(self, one: PersonTrack, other: PersonTrack) -> bool:
+        """Whether two who met have each other's size since."""
+        if one.fresh is None or other.fresh is None:
+            return False
+        as_they_are = one.fresh.disagreement(one.size) + other.fresh.disagreement(other.size)
+        exchanged = one.fresh.disagreement(other.size) + other.fresh.disagreement(one.size)
+        return bool(exchanged + EXCHANGED < as_they_are)
+
+    def is_settled(self, track: PersonTrack) -> bool:
+        """Whether a person is known well, and nothing speaks against them."""
+        return track.size.measurements > SETTLED and track.number not in self._doubts
+
+    def split(self, track: PersonTrack, number: int, stamp_ns: int) -> PersonTrack:
+        """Take the one who is in sight off the track, as a person of their own."""
+        other = PersonTrack(
+            number=number,
+            presence=Presence.PRESENT,
+            born_ns=track.returned_ns,
+            seen_ns=track.seen_ns,
+            positions=track.positions,
+            velocity=track.velocity,
+            size=track.fresh or BodySize(),
+            views=track.views,
+            frames=track.frames,
+        )
+        other.move(stamp_ns, track.positions, anew=True)
+        track.presence, track.views = Presence.AWAY, {}
+        self.settle(track)
+        return other

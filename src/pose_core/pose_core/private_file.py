@@ -1,0 +1,34 @@
+"""Writing what is about a person: whole or not at all, and for its owner's eyes alone."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from pose_core.errors import InputError
+
+
+def write_private(path: Path, text: str, what: str) -> None:
+    """Write a file of mode 0600, whatever the umask; one that exists is replaced in one step.
+
+    It is on the disk before it has its name: a power cut leaves the old file or the new one.
+
+    Args:
+        path: The file.
+        text: Its content.
+        what: What it is, for the error: "the calibration".
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    temporary = ""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.partial-", dir=path.parent)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        raise InputError(f"cannot write {what} {path}: {error.strerror}") from error

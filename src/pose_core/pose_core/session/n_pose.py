@@ -1,0 +1,206 @@
+"""N-pose: a standing person's measures, and each tracker's offset at every joint.
+
+In the N-pose every joint angle is zero by definition: the limbs hang straight down, left and right
+are alike. Where a sensor observes a joint elsewhere, its tracker has a constant offset there.
+"""
+
+import itertools
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.body.joint_angles import joint_angles
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import BodyModel
+from pose_core.body.shape import BodyShape
+from pose_core.body.trunk import mid_hip, standing_heading
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+DURATION_NS = 3 * NS_PER_S // 2
+CHECK_EVERY_NS = NS_PER_S // 5
+LEAST_SAMPLES = 15  # [-] of a joint by a sensor
+STILL_STDDEV = 0.03  # [m] a joint that spreads further moves
+MOST_MOVING = 2  # [-] joints that may: a tracker loses one now and then
+BENT = {"elbow_flexion": np.radians(60.0)}  # half hidden, hanging arms seem bent
+NOT_BENT = np.radians(30.0)
+LARGEST_OFFSET = 0.12  # [m] beyond which it is no offset but a mistake
+
+TRACKERS_BLAME = (0.03, 0.06)  # [m] a joint that is this far from its neutral place, as all sensors
+# see it, is wholly the trackers' mistake, or wholly the posture of a person who stands otherwise
+LEAST_SENSORS = 2  # [-] for that; what one alone says may as well be the posture
+
+CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class NPose:
+    """What is measured in the N-pose."""
+
+    stamp_ns: int  # [ns] of its end
+    shape: BodyShape
+    offsets: FloatArray  # (sensors, 15, 3) [m] in heading axes (x forward, z up); zero where unseen
+
+
+class NPoseDetector:
+    """Detects the N-pose.
+
+    Args:
+        model: The body model.
+    """
+
+    def __init__(self, model: BodyModel) -> None:
+        self._model = model
+        self._samples: deque[tuple[int, FloatArray]] = deque()
+        self._checked_ns = 0
+
+    def add(
+        self,
+        stamp_ns: int,
+        positions: FloatArray,
+        tracking_state: NDArray[np.uint8],
+        shape: BodyShape | None = None,
+    ) -> NPose | None:
+        """Take the sensors' joints of one instant.
+
+        Args:
+            stamp_ns: The instant.
+            positions: In map, shape (sensors, 15, 3) [m]; NaN where not observed.
+            tracking_state: Shape (sensors, 15).
+            shape: The person's measures, where they are known already: they are kept.
+
+        Returns:
+            The measures, once the pose has been held for long enough.
+        """
+        if self._samples and abs(stamp_ns - self._samples[-1][0]) > NS_PER_S:
+            self._samples.clear()
+        observed = (tracking_state != TrackingState.NOT_TRACKED)[..., None]
+        self._samples.append((stamp_ns, np.where(observed, positions, np.nan)))
+        while stamp_ns - self._samples[0][0] > DURATION_NS:
+            self._samples.popleft()
+        is_long = stamp_ns - self._samples[0][0] > 0.9 * DURATION_NS
+        if not is_long or abs(stamp_ns - self._checked_ns) < CHECK_EVERY_NS:
+            return None
+        self._checked_ns = stamp_ns
+        return self._n_pose(stamp_ns, shape)
+
+    def _n_pose(self, stamp_ns: int, shape: BodyShape | None) -> NPose | None:
+        views = np.stack([positions for _, positions in self._samples])  # (n, sensors, 15, 3)
+        count = np.isfinite(views[..., 0]).sum(axis=0)
+        with np.errstate(invalid="ignore"):
+            known = (count >= LEAST_SAMPLES)[..., None]
+            median = np.where(known, _nan_median(views), np.nan)
+            spread = np.where(known, _nan_spread(views, median), np.nan)
+        moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
+        if np.sum(moving > STILL_STDDEV) > MOST_MOVING:
+            return None
+        mean = _nan_mean(median)
+        if not np.all(np.isfinite(mean)) or not is_n_pose(mean):
+            return None
+        heading, root = _placed(mean)
+        neutral = n_pose_joints((mean - root) @ heading)
+        if shape is not None:
+            upright = np.zeros(self._model.size)
+            neutral = ForwardKinematics(self._model, shape.offsets).pose(upright).positions
+        shift = np.mean((mean - root) @ heading - neutral, axis=0)
+        own = (median - mean) @ heading
+        common = (mean - root) @ heading - shift - neutral
+        nearest, farthest = TRACKERS_BLAME
+        distance = np.linalg.norm(common, axis=1, keepdims=True)
+        share = np.clip((farthest - distance) / (farthest - nearest), 0.0, 1.0)
+        share[np.isfinite(median[..., 0]).sum(axis=0) < LEAST_SENSORS] = 0.0
+        offsets = own + share * common
+        is_offset = np.linalg.norm(offsets, axis=-1) < LARGEST_OFFSET  # false of NaN
+        return NPose(
+            stamp_ns=stamp_ns,
+            shape=shape or shape_of(self._model, neutral),
+            offsets=np.where(is_offset[..., None], offsets, 0.0),
+        )
+
+
+def is_n_pose(joints: FloatArray) -> bool:
+    """Whether joint positions, shape (15, 3) [m] in map, are those of the N-pose."""
+    for name, values in joint_angles(joints[None]).items():
+        limit = next((angle for key, angle in BENT.items() if key in name), NOT_BENT)
+        if not abs(float(values[0])) < limit:
+            return False
+    return True
+
+
+def n_pose_joints(observed: FloatArray) -> FloatArray:
+    """The exact N-pose of a body that is observed about in that pose.
+
+    Args:
+        observed: Joint positions in heading axes, from the middle of the hips, shape (15, 3) [m].
+
+    Returns:
+        Symmetric, trunk upright, limbs of the observed lengths straight down; shape (15, 3) [m].
+    """
+    mirror = np.array([1.0, -1.0, 1.0])
+    joints = observed.copy()
+    for name in {joint.split("_", 1)[1] for joint in JOINTS if "_" in joint}:
+        left, right = (JOINT_INDEX[f"{side}_{name}"] for side in SIDES)
+        joints[left] = 0.5 * (observed[left] + mirror * observed[right])
+        joints[right] = mirror * joints[left]
+    lengths = {
+        (upper, lower): float(
+            np.linalg.norm(
+                joints[JOINT_INDEX[f"left_{lower}"]] - joints[JOINT_INDEX[f"left_{upper}"]]
+            )
+        )
+        for chain in CHAINS
+        for upper, lower in itertools.pairwise(chain)
+    }
+    for name in ("neck", "head", "torso"):
+        joints[JOINT_INDEX[name], :2] = 0.0
+    for side in SIDES:
+        joints[JOINT_INDEX[f"{side}_hip"], [0, 2]] = 0.0
+        joints[JOINT_INDEX[f"{side}_shoulder"], 0] = 0.0
+        for chain in CHAINS:
+            for upper, lower in itertools.pairwise(chain):
+                down = np.array([0.0, 0.0, -lengths[upper, lower]])
+                joints[JOINT_INDEX[f"{side}_{lower}"]] = (
+                    joints[JOINT_INDEX[f"{side}_{upper}"]] + down
+                )
+    return joints
+
+
+def shape_of(model: BodyModel, neutral: FloatArray) -> BodyShape:
+    """A body's measures from its joints in the N-pose, shape (15, 3) [m]."""
+    offsets = neutral.copy()
+    for name, place in model.joints.items():
+        joint = model.links[place.link].joint
+        if joint is not None:
+            offsets[JOINT_INDEX[name]] -= neutral[JOINT_INDEX[joint]]
+    return BodyShape(offsets=offsets)
+
+
+def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Heading axes ``R_map_heading`` and the middle of the hips [m] of a standing body."""
+    heading = standing_heading(joints)
+    y = np.array([-np.sin(heading), np.cos(heading), 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    return np.stack([np.cross(y, up), y, up], axis=1), mid_hip(joints)
+
+
+def _nan_median(views: FloatArray) -> FloatArray:
+    filled = np.where(np.isfinite(views), views, np.inf)
+    ordered = np.sort(filled, axis=0)
+    count = np.isfinite(views).sum(axis=0)
+    middle = np.maximum(count - 1, 0) // 2
+    return np.asarray(np.take_along_axis(ordered, middle[None], axis=0)[0])
+
+
+def _nan_spread(views: FloatArray, center: FloatArray) -> FloatArray:
+    """Median distance from a center, made a standard deviation."""
+    return np.asarray(1.4826 * _nan_median(np.abs(views - center)))
+
+
+def _nan_mean(views: FloatArray) -> FloatArray:
+    known = np.isfinite(views)
+    total = np.where(known, views, 0.0).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(total / known.sum(axis=0))

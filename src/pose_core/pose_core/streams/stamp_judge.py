@@ -1,0 +1,212 @@
+"""Judges each source's stamps against their arrival before anything uses them.
+
+A stamp says when a sample was captured; it cannot be later than its arrival, not much earlier, and
+not before the stamp before it. A source that breaks this is set aside. If its clock has leapt, and
+then runs steadily for a second, the source is taken in again under the new offset: what remains of
+the difference is the usual lag. A source whose stamps lag by what a slow network may cost stays
+aside: its samples may really be that old.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.counters import Counters
+from pose_core.session.clocks import IMUS, Clock, Clocks, block_on_reference_clock
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import ImuBlock, SkeletonSample
+
+CAMERA_LAG_NS = NS_PER_S // 2  # [ns] a camera's sample that arrives later is too old to use
+IMU_LAG_NS = NS_PER_S // 5  # [ns] likewise an IMU's
+LARGEST_LEAD_NS = NS_PER_S // 10  # [ns] by which clocks may differ without being noticed
+SLOWEST_NS = 2 * NS_PER_S  # [ns] lag up to which samples may really be old
+STEADY_NS = NS_PER_S  # [ns] for which a clock that has leapt must run steadily
+STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] by which its lag may vary meanwhile
+SAME_OFFSET_NS = NS_PER_S // 4  # [ns] by which two sources' offsets differ that have one clock
+FEWEST = 8  # [samples] of a clock that runs steadily
+TOLERATED = 3  # [samples] in a row that may be wrong before the source is set aside
+USUAL_LAG_NS = 30_000_000  # [ns] of a source that has just begun
+LAG_MEMORY = 0.05  # [-] weight of a new lag in the usual one
+CAMERA_RATE, IMU_RATE = 120.0, 1000.0  # [Hz] to which floods are thinned
+BURST_S = 0.1  # [s] of samples that may come at once
+COUNTS = (
+    "stamps_repeated",
+    "stamps_backwards",
+    "stamps_ahead",
+    "stamps_too_old",
+    "samples_thinned",
+    "samples_set_aside",
+    "clocks_set_aside",
+    "clocks_taken_in_again",
+)
+
+
+@dataclass
+class _Source:
+    """What is known of one source's clock."""
+
+    rate: float  # [Hz] to which it is thinned
+    largest_lag_ns: int
+    offset_ns: int = 0  # added to its stamps
+    usual_lag_ns: float = USUAL_LAG_NS
+    last_ns: int | None = None  # newest used stamp, with the offset
+    tokens: float = 0.0  # [samples] that may come at once
+    wrong: int = 0  # samples in a row
+    reason: str = ""  # why it is set aside
+    is_behind: bool = False  # whether that is since its samples are too old
+    trial_stamp_ns: int | None = None  # newest stamp of the steady run, as it came
+    trial_since_ns: int = 0  # [ns] arrival at which the run began
+    trial_lags_ns: list[int] = field(default_factory=list)  # of the run, without the offset
+
+
+class StampJudge:
+    """Lets through the samples whose stamps can be true, on the host's clock."""
+
+    def __init__(self) -> None:
+        self.counters = Counters(*COUNTS)
+        self._sources: dict[str, _Source] = {}
+
+    @property
+    def set_aside(self) -> Mapping[str, str]:
+        """Why, by source."""
+        return {name: each.reason for name, each in self._sources.items() if each.reason}
+
+    @property
+    def offsets_s(self) -> Mapping[str, float]:
+        """By which the stamps of sources whose clocks have leapt are put right [s]."""
+        sources = self._sources.items()
+        return {name: each.offset_ns / NS_PER_S for name, each in sources if each.offset_ns}
+
+    def skeleton(
+        self, sample: SkeletonSample, arrival_ns: int, clocks: Clocks
+    ) -> SkeletonSample | None:
+        """A camera's sample with its stamp put right, or None.
+
+        Args:
+            sample: The sample.
+            arrival_ns: When it came [ns], on the host's clock.
+            clocks: By which stamps are put right afterwards.
+        """
+        clock = clocks.get(sample.sensor, Clock())
+        stamps_ns = np.array([clock.to_reference(sample.stamp_ns)])
+        source = self._source(sample.sensor, CAMERA_RATE, CAMERA_LAG_NS)
+        is_used, offset_ns = self._judge_all(source, stamps_ns, arrival_ns)
+        if not is_used[0]:
+            return None
+        return replace(sample, stamp_ns=sample.stamp_ns + offset_ns) if offset_ns else sample
+
+    def imus(self, block: ImuBlock, arrival_ns: int, clocks: Clocks) -> ImuBlock:
+        """IMUs' samples with their stamps put right; see :meth:`skeleton`."""
+        on_reference_ns = block_on_reference_clock(block, clocks).stamps_ns
+        stamps_ns, is_used = block.stamps_ns.copy(), np.zeros(len(block), np.bool_)
+        for index, segment in enumerate(block.segments):
+            rows = np.flatnonzero(block.imu == index)
+            if len(rows):
+                source = self._source(f"{IMUS}/{segment}", IMU_RATE, IMU_LAG_NS)
+                found = self._judge_all(source, on_reference_ns[rows], arrival_ns)
+                is_used[rows], offset_ns = found
+                stamps_ns[rows] += offset_ns
+        block = replace(block, stamps_ns=stamps_ns)
+        return block if is_used.all() else block.rows(np.flatnonzero(is_used))
+
+    def _source(self, name: str, rate: float, largest_lag_ns: int) -> _Source:
+        if name not in self._sources:
+            self._sources[name] = _Source(rate, largest_lag_ns, tokens=rate * BURST_S)
+        return self._sources[name]
+
+    def _judge_all(
+        self, source: _Source, stamps_ns: NDArray[np.int64], arrival_ns: int
+    ) -> tuple[NDArray[np.bool_], int]:
+        """Which samples may be used, (n,), and what is to be added to their stamps [ns]."""
+        used = [self._judge(source, stamp_ns, arrival_ns) for stamp_ns in stamps_ns.tolist()]
+        return np.array(used), source.offset_ns
+
+    def _judge(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
+        stamp = stamp_ns + source.offset_ns
+        lag_ns = arrival_ns - stamp
+        fault = self._fault(source, stamp, lag_ns)
+        if fault == "stamps_repeated" and not source.reason and source.wrong < TOLERATED:
+            source.wrong += 1
+            self.counters.add(fault)
+            return False
+        if not fault and source.is_behind:
+            source.reason = ""
+        if fault or source.reason:
+            self._note_fault(source, fault, lag_ns)
+            return self._try_again(source, stamp_ns, arrival_ns)
+        source.wrong = 0
+        source.trial_stamp_ns = None
+        elapsed_s = 0.0 if source.last_ns is None else (stamp - source.last_ns) / NS_PER_S
+        source.tokens = min(source.tokens + elapsed_s * source.rate, source.rate * BURST_S)
+        source.last_ns = stamp
+        if source.tokens < 1.0:
+            self.counters.add("samples_thinned")
+            return False
+        source.tokens -= 1.0
+        source.usual_lag_ns += LAG_MEMORY * (lag_ns - source.usual_lag_ns)
+        return True
+
+    def _fault(self, source: _Source, stamp: int, lag_ns: int) -> str:
+        if lag_ns < -LARGEST_LEAD_NS:
+            return "stamps_ahead"
+        if lag_ns > source.largest_lag_ns:
+            return "stamps_too_old"
+        if source.last_ns is not None and stamp <= source.last_ns:
+            return "stamps_repeated" if stamp == source.last_ns else "stamps_backwards"
+        return ""
+
+    def _note_fault(self, source: _Source, fault: str, lag_ns: int) -> None:
+        self.counters.add(fault or "samples_set_aside")
+        source.wrong += 1
+        if source.wrong < TOLERATED or not fault:
+            return
+        if not source.reason:
+            self.counters.add("clocks_set_aside")
+        text = {
+            "stamps_ahead": f"stamps are {-lag_ns / NS_PER_S:.1f} s ahead of their arrival",
+            "stamps_too_old": f"stamps are {lag_ns / NS_PER_S:.1f} s behind their arrival",
+            "stamps_repeated": "stamps stand still",
+            "stamps_backwards": "stamps run backwards",
+        }
+        source.reason, source.is_behind = text[fault], fault == "stamps_too_old"
+
+    def _try_again(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
+        """Whether the clock has run steadily for long enough: then its new offset counts."""
+        lags_ns, before_ns = source.trial_lags_ns, source.trial_stamp_ns
+        lag_ns = arrival_ns - stamp_ns
+        is_steady = (
+            before_ns is not None
+            and stamp_ns > before_ns
+            and max(*lags_ns, lag_ns) - min(*lags_ns, lag_ns) <= STEADY_SPREAD_NS
+        )
+        source.trial_stamp_ns = stamp_ns
+        if not is_steady:
+            source.trial_since_ns = arrival_ns
+            source.trial_lags_ns = [lag_ns]
+            return False
+        lags_ns.append(lag_ns)
+        if arrival_ns - source.trial_since_ns < STEADY_NS or len(lags_ns) < FEWEST:
+            return False
+        least_ns = min(lags_ns)
+        if source.largest_lag_ns < least_ns <= SLOWEST_NS:
+            del lags_ns[: len(lags_ns) // 2]
+            return False
+        self._append_samples(source, least_ns)
+        return False
+
+    def _append_samples(self, source: _Source, least_lag_ns: int) -> None:
+        """Take a source in again under the offset that its stamps show now."""
+        if -LARGEST_LEAD_NS <= least_lag_ns <= source.largest_lag_ns:
+            offset_ns = 0  # its clock is right again
+        else:
+            offset_ns = least_lag_ns - round(source.usual_lag_ns)
+            for other in self._sources.values():
+                if other.offset_ns and abs(other.offset_ns - offset_ns) < SAME_OFFSET_NS:
+                    offset_ns = other.offset_ns
+        self.counters.add("clocks_taken_in_again")
+        source.offset_ns, source.reason, source.wrong = offset_ns, "", 0
+        source.last_ns = source.trial_stamp_ns = None
+        source.trial_lags_ns = []
+        source.tokens = source.rate * BURST_S

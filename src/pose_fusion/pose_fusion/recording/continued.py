@@ -1,0 +1,140 @@
+"""A recording that goes on: in the next bag when one is long enough, or once the disk has room."""
+
+import shutil
+import time
+from collections import deque
+from pathlib import Path
+
+from rosbags.interfaces import Qos, QosDurability
+
+from pose_core.errors import PoseError
+from pose_fusion.recording.recorder_parameters import RecorderParameters
+from pose_fusion.recording.recording import Recording, free_path
+
+RETRY_S = 2.0  # [s] after which a recording that had to end is begun anew
+LATCHED_KEPT = 50  # messages of a latched topic with which the next bag begins
+BYTES_PER_MB = 1_000_000
+
+
+class ContinuedRecording:
+    """A row of bags: ``bag``, ``bag-2``, …, each whole by itself.
+
+    A disk that is full, or a folder that has gone, ends a bag, not the recording: it is said in
+    :attr:`trouble` and tried again.
+
+    Args:
+        path: The first folder to make; it must not exist.
+        settings: Format, limits.
+
+    Raises:
+        InputError: If the folder exists or cannot be made.
+    """
+
+    def __init__(self, path: Path, settings: RecorderParameters) -> None:
+        self._first = path
+        self._settings = settings
+        self._least_free = int(settings.least_free_space * BYTES_PER_MB)
+        self._topics: dict[str, tuple[str, list[Qos]]] = {}
+        self._latched: dict[str, deque[bytes]] = {}
+        self._newest_ns = 0
+        self._retry_s = 0.0
+        self._messages_before = 0
+        self.trouble = ""
+        self.bags = 1
+        self._recording = self._begin(path)
+
+    def _begin(self, path: Path) -> Recording:
+        self._begun_s = time.monotonic()
+        return Recording(path, self._settings.storage, least_free=self._least_free)
+
+    @property
+    def path(self) -> Path:
+        """The current bag."""
+        return self._recording.path
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Messages by topic, of the current bag."""
+        return self._recording.counts
+
+    @property
+    def message_count(self) -> int:
+        """Messages in all bags."""
+        return self._messages_before + self._recording.message_count
+
+    def add_topic(self, topic: str, msgtype: str, offered: list[Qos]) -> None:
+        """Declare a topic, see :meth:`Recording.add_topic`."""
+        self._topics[topic] = (msgtype, offered)
+        if any(one.durability == QosDurability.TRANSIENT_LOCAL for one in offered):
+            self._latched.setdefault(topic, deque(maxlen=LATCHED_KEPT))
+        if not self._recording.is_over:
+            self._recording.add_topic(topic, msgtype, offered)
+
+    def write(self, topic: str, data: bytes, stamp_ns: int) -> None:
+        """Append a message; nothing while there is trouble."""
+        if topic in self._latched:
+            self._latched[topic].append(data)
+        self._newest_ns = stamp_ns
+        if self.trouble:
+            return
+        try:
+            self._recording.write(topic, data, stamp_ns)
+        except PoseError as error:
+            self._suffer(error)
+
+    def flush(self) -> None:
+        """Complete on disk what has come so far; begin the next bag if it is time to."""
+        if self.trouble:
+            self._retry()
+            return
+        try:
+            self._recording.flush()
+            if self._is_long_enough():
+                self._go_on()
+        except PoseError as error:
+            self._suffer(error)
+
+    def close(self) -> None:
+        """Complete the last bag.
+
+        Raises:
+            RecordingError: If the disk cannot take the rest.
+        """
+        self._recording.close()
+
+    def _is_long_enough(self) -> bool:
+        size = self._settings.split_size * BYTES_PER_MB
+        duration_s = self._settings.split_duration
+        lasted_s = time.monotonic() - self._begun_s
+        is_large, is_long = 0.0 < size < self._recording.size, 0.0 < duration_s < lasted_s
+        return self._recording.message_count > 0 and (is_large or is_long)
+
+    def _go_on(self) -> None:
+        """Begin the next bag: all topics, and what latched ones said before."""
+        self._recording.close()
+        self._messages_before += self._recording.message_count
+        self._recording = self._begin(free_path(self._first))
+        self.bags += 1
+        for topic, (msgtype, offered) in self._topics.items():
+            self._recording.add_topic(topic, msgtype, offered)
+            for data in self._latched.get(topic, ()):
+                self._recording.write(topic, data, self._newest_ns)
+
+    def _suffer(self, error: PoseError) -> None:
+        self.trouble = str(error)
+        self._retry_s = time.monotonic() + RETRY_S
+
+    def _retry(self) -> None:
+        """Record again, once there is room."""
+        if time.monotonic() < self._retry_s:
+            return
+        self._retry_s = time.monotonic() + RETRY_S
+        try:
+            self._first.parent.mkdir(parents=True, exist_ok=True)
+            if shutil.disk_usage(self._first.parent).free <= self._least_free:
+                return
+            self._go_on()
+        except (PoseError, OSError) as error:
+            self.trouble = str(error)
+        else:
+            self.trouble = ""

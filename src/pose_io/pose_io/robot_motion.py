@@ -1,0 +1,55 @@
+"""What a bag holds of tele-operation: a robot's joints, as asked for, commanded and measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.api import FloatArray
+from pose_io.bags import BagReader
+from pose_io.skeleton_messages import stamp_ns
+
+TARGET, COMMAND, ROBOT = "arm/target", "arm/command", "arm/joint_states"
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointMotion:
+    """One topic's joints over time: n messages, d joints."""
+
+    joints: tuple[str, ...]
+    stamps_ns: NDArray[np.int64]  # (n,) of the messages
+    recorded_ns: NDArray[np.int64]  # (n,) when they were received
+    position: FloatArray  # (n, d) [rad]
+    velocity: FloatArray  # (n, d) [rad/s]; NaN where the message has none
+
+
+def read_joint_motion(bag: BagReader, ending: str) -> JointMotion | None:
+    """The joint states on a topic of this ending, in any namespace; None if there are none."""
+    topics = [
+        each
+        for each in sorted(bag.topics_of_type("sensor_msgs/msg/JointState"))
+        if each.endswith(f"/{ending}")
+    ]
+    if not topics:
+        return None
+    stamps, recorded, position, velocity = [], [], [], []
+    joints: tuple[str, ...] = ()
+    for message in bag.messages(topics[:1]):
+        content = bag.deserialize(message)
+        joints = joints or tuple(content.name)
+        if tuple(content.name) != joints:
+            continue
+        stamps.append(stamp_ns(content.header))
+        recorded.append(message.stamp_ns)
+        position.append(np.asarray(content.position, float))
+        known = len(content.velocity) == len(joints)
+        velocity.append(np.asarray(content.velocity) if known else np.full(len(joints), np.nan))
+    if not stamps:
+        return None
+    return JointMotion(
+        joints=joints,
+        stamps_ns=np.array(stamps, np.int64),
+        recorded_ns=np.array(recorded, np.int64),
+        position=np.array(position),
+        velocity=np.array(velocity),
+    )

@@ -1,0 +1,215 @@
+"""A tool over a folder of recordings: a process for each, on all cores or on a Dask cluster.
+
+Each output is written into a hidden folder beside its place and moved when it is whole. So nothing
+is half there, nothing is made twice, and what was interrupted goes on where it stopped.
+"""
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import time
+import uuid
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import as_completed as threads_completed
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from pose_core.errors import InputError, PoseError, one_line
+from pose_node.plain_console import plain_console
+
+BAG_FILES = (".mcap", ".db3")
+SHOWN = 40  # rows of the summary; beyond, only failures and the totals
+INSTALL_DASK = "pip install 'dask[distributed]'"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """One recording; ``command`` has :data:`OUTPUT` where the output's name belongs."""
+
+    recording: str
+    output: str
+    command: tuple[str, ...]
+    run: str  # the run's own name, in what it leaves half made
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """What became of a job."""
+
+    job: Job
+    state: str  # done, there already, failed
+    message: str  # the tool's last line
+    duration_s: float  # [s]
+
+
+OUTPUT = "{output}"
+
+
+def add_many_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of a run over many recordings."""
+    group = parser.add_argument_group("a folder of recordings")
+    group.add_argument(
+        "--jobs", type=int, default=os.cpu_count() or 1, metavar="N", help="at once (all cores)"
+    )
+    group.add_argument(
+        "--dask", metavar="ADDRESS", help="of a Dask scheduler whose workers see the same files"
+    )
+
+
+def recordings_under(folder: Path) -> list[Path]:
+    """All bags below a folder that is none itself, in the order of their names; else empty."""
+    if not folder.is_dir() or _is_bag(folder):
+        return []
+    return sorted(path for path in folder.rglob("*") if _is_bag(path) and not _is_bag(path.parent))
+
+
+def _is_bag(path: Path) -> bool:
+    if path.name.startswith("."):
+        return False
+    if path.is_dir():
+        return (path / "metadata.yaml").exists()
+    return path.suffix in BAG_FILES
+
+
+def run_many(
+    source: Path,
+    target: Path,
+    recordings: Sequence[Path],
+    name_of: Callable[[Path], Path],
+    arguments: argparse.Namespace,
+    arguments_given: Sequence[str] | None = None,
+) -> int:
+    """Run this very tool on each recording; the exit status.
+
+    Args:
+        source: The folder that was given, as it stands in the arguments.
+        target: The folder of the outputs, as it stands in the arguments.
+        recordings: Of :func:`recordings_under`.
+        name_of: The output's name of a recording, both relative.
+        arguments: Parsed, with those of :func:`add_many_arguments`.
+        arguments_given: As they were given; ``sys.argv`` if None.
+    """
+    given = list(sys.argv if arguments_given is None else arguments_given)
+    run = uuid.uuid4().hex[:8]
+    jobs = [
+        Job(
+            run=run,
+            recording=str(recording),
+            output=str(target.absolute() / name_of(recording.relative_to(source))),
+            command=tuple(_command(given, source, target, recording.absolute())),
+        )
+        for recording in recordings
+    ]
+    outcomes = []
+    console = Console(stderr=True)
+    with Progress(console=console) as progress:
+        task = progress.add_task(f"{len(jobs)} recordings", total=len(jobs))
+        for outcome in run_jobs(jobs, arguments.jobs, arguments.dask):
+            outcomes.append(outcome)
+            if outcome.state == "failed":
+                console.print(f"{outcome.job.recording}: {outcome.message}", markup=False)
+            progress.advance(task)
+    remove_leftovers(jobs)
+    plain_console().print(summary(outcomes))
+    return int(any(outcome.state == "failed" for outcome in outcomes))
+
+
+def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iterator[Outcome]:
+    """Run jobs side by side; outcomes come as they end.
+
+    Raises:
+        PoseError: If Dask is wanted and is not installed, or no scheduler answers.
+    """
+    if dask is None:
+        with ThreadPoolExecutor(max(workers, 1)) as pool:
+            for done in threads_completed([pool.submit(run_job, job) for job in jobs]):
+                yield done.result()
+        return
+    client, completed = _dask_client(dask)
+    with client:
+        # A worker that dies takes its jobs with it: the scheduler gives them to another.
+        futures = {client.submit(run_job, job, pure=False, retries=2): job for job in jobs}
+        for future in completed(futures):
+            if future.status == "finished":
+                yield future.result()
+            else:
+                message = one_line(future.exception())
+                yield Outcome(job=futures[future], state="failed", message=message, duration_s=0.0)
+
+
+def run_job(job: Job) -> Outcome:
+    """Run one job in a process of its own."""
+    output, begin = Path(job.output), time.monotonic()
+    if output.exists():
+        return Outcome(job=job, state="there already", message="", duration_s=0.0)
+    folder = output.parent / f".part-{job.run}-{uuid.uuid4().hex[:8]}"
+    folder.mkdir(parents=True)
+    part = folder / output.name
+    command = [str(part) if word == OUTPUT else word for word in job.command]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    lines = (ended.stdout if ended.returncode == 0 else ended.stderr).strip().splitlines()
+    message = lines[-1] if lines else f"exit status {ended.returncode}"
+    state = "done" if ended.returncode == 0 and part.exists() else "failed"
+    if state == "done" and not output.exists():
+        part.rename(output)
+    shutil.rmtree(folder, ignore_errors=True)
+    duration_s = time.monotonic() - begin
+    return Outcome(job=job, state=state, message=message, duration_s=duration_s)
+
+
+def remove_leftovers(jobs: Sequence[Job]) -> None:
+    """Remove what workers that died had half made; every job has ended."""
+    for folder, run in {(Path(job.output).parent, job.run) for job in jobs}:
+        for part in folder.glob(f".part-{run}-*"):
+            shutil.rmtree(part, ignore_errors=True)
+
+
+def summary(outcomes: Sequence[Outcome]) -> Table:
+    """What became of all recordings; of many, the failures and the totals."""
+    counts = {
+        state: sum(each.state == state for each in outcomes)
+        for state in ("done", "there already", "failed")
+    }
+    table = Table("recording", "", "[s]", "", box=None)
+    table.caption = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
+    for each in sorted(outcomes, key=lambda each: each.job.recording):
+        if len(outcomes) <= SHOWN or each.state == "failed":
+            table.add_row(each.job.recording, each.state, f"{each.duration_s:.1f}", each.message)
+    return table
+
+
+def _command(given: Sequence[str], source: Path, target: Path, recording: Path) -> Iterator[str]:
+    """The tool's own command for one recording, without what concerns many."""
+    yield sys.executable
+    words = iter(given)
+    for word in words:
+        name, has_value, _ = word.partition("=")
+        if name in ("--jobs", "--dask"):
+            if not has_value:
+                next(words, None)
+        elif Path(word) == source:
+            yield str(recording)
+        else:
+            yield OUTPUT if Path(word) == target else word
+
+
+def _dask_client(address: str) -> tuple[Any, Any]:
+    try:
+        from distributed import Client, as_completed
+    except ImportError as error:
+        raise PoseError(f"--dask needs Dask, which is not installed: {INSTALL_DASK}") from error
+    try:
+        return Client(address, timeout="10s"), as_completed
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at {address}: {one_line(error)}; start one with "
+            "'dask scheduler', and 'dask worker' where ./pose build has been run"
+        ) from error

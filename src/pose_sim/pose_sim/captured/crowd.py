@@ -1,0 +1,250 @@
+"""Several captured people before two cameras, who cross, hide one another, leave and come back.
+
+Each moves as they were captured, but on a path of their own through the room. A camera loses whom
+another person hides; whoever appears again has their former id, a new one, or that of the person
+who hid them: what a tracker's ids are worth.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
+
+from pose_core.api import SkeletonSample
+from pose_sim.captured.clips import RATE, Clip, chain, heading, mid_hip, read_clip
+from pose_sim.captured.session import SENSORS, looking_at, stamp_of
+from pose_sim.captured.trackers import TRACKERS, TrackerFrames, at, track
+from pose_sim.rotations import FloatArray
+
+ROOM_M = 1.7  # [m] half the side of the square that people walk in
+WAY_M = 0.45  # [m] at which two people step aside for each other
+SPEED = (0.6, 1.4)  # [m/s]
+AWAY_S = (1.0, 5.0)  # [s] of an absence
+HIDES_M = 0.3  # [m] beside the line of sight to a person's middle, that another person hides
+APPEARS_S = 0.15  # [s] in view before a tracker sees somebody again
+SCALES = (0.86, 1.08)  # [-] sizes of the people, of the captured one's
+CAMERA_DISTANCE = 3.6  # [m] from the middle of the room
+KEEPS_ID, NEW_ID = 0.5, 0.3  # [-] share of the returns; in the rest, the other one's id
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrowdSpec:
+    """Which scene."""
+
+    clips: tuple[Path, ...]  # one a person
+    seed: int
+    duration_s: float = 60.0
+    tracker: str = "mixed"
+    leaves: bool = True  # people leave the room now and then
+    one_size: bool = False  # all of them are equally large
+
+
+@dataclass(frozen=True, kw_only=True)
+class CrowdFrame:
+    """All that one camera sees at one instant, and who it is."""
+
+    persons: tuple[SkeletonSample, ...]
+    truth: tuple[int, ...]  # index of each one
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crowd:
+    """What the cameras say, and the truth."""
+
+    spec: CrowdSpec
+    T_map_sensor: Mapping[str, FloatArray]  # (4, 4)
+    people: Sequence[Clip]  # on their paths
+    frames: Sequence[CrowdFrame]  # in the order of their stamps
+    absences: Sequence[NDArray[np.bool_]]  # of each person, at :data:`RATE`
+
+
+def make_crowd(spec: CrowdSpec) -> Crowd:
+    """Make a scene; the same spec gives the same one."""
+    rng = np.random.default_rng(spec.seed)
+    count = round(spec.duration_s * RATE)
+    paths = _paths(len(spec.clips), count, rng)
+    scales = np.ones(len(spec.clips))
+    if not spec.one_size:
+        scales = rng.permutation(np.linspace(*SCALES, len(spec.clips)))
+    people = [
+        _on_path(chain([read_clip(clip)] * 40, spec.duration_s), path, float(scale))
+        for clip, path, scale in zip(spec.clips, paths, scales, strict=True)
+    ]
+    absences = [_absences(count, rng) if spec.leaves else np.zeros(count, bool) for _ in people]
+    places = {
+        sensor: looking_at(_camera_place(index, rng), np.array([0.0, 0.0, 0.9]))
+        for index, sensor in enumerate(SENSORS)
+    }
+    frames = [
+        frame
+        for sensor, place in places.items()
+        for frame in _camera_frames(spec, sensor, place, people, absences, rng)
+    ]
+    frames.sort(key=lambda frame: frame.persons[0].stamp_ns)
+    return Crowd(spec=spec, T_map_sensor=places, people=people, frames=frames, absences=absences)
+
+
+def _camera_place(index: int, rng: np.random.Generator) -> FloatArray:
+    angle = np.radians((-35.0, 35.0)[index]) + rng.uniform(-0.1, 0.1)
+    place = CAMERA_DISTANCE * np.array([np.cos(angle), np.sin(angle), 0.0])
+    place[2] = rng.uniform(1.2, 1.8)
+    return place
+
+
+def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
+    """Places on the floor, (people, count, 2) [m]: from goal to goal, around one another."""
+    place = rng.uniform(-ROOM_M, ROOM_M, (people, 2))
+    goal = rng.uniform(-ROOM_M, ROOM_M, (people, 2))
+    speed = rng.uniform(*SPEED, people)
+    paths = np.empty((people, count, 2))
+    for step in range(count):
+        arrived = np.linalg.norm(goal - place, axis=1) < 0.2
+        goal[arrived] = rng.uniform(-ROOM_M, ROOM_M, (int(arrived.sum()), 2))
+        velocity = goal - place
+        velocity *= (speed / np.maximum(np.linalg.norm(velocity, axis=1), 1e-9))[:, None]
+        apart = place[:, None] - place[None]
+        distance = np.linalg.norm(apart, axis=2) + np.eye(people)
+        push = np.maximum(WAY_M - distance, 0.0) / WAY_M * (1.0 - np.eye(people))
+        velocity += (apart / distance[..., None] * push[..., None]).sum(axis=1) * 6.0
+        place = place + velocity / RATE
+        paths[:, step] = place
+    return np.asarray(gaussian_filter1d(paths, 0.15 * RATE, axis=1, mode="nearest"))
+
+
+def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
+    """The motion carried along a path, (m, 2) [m], facing where it leads."""
+    reps = -(-len(path) // len(clip))
+    positions = np.concatenate([clip.positions, clip.positions[::-1]] * reps)[: len(path)] * scale
+    step = np.gradient(path, axis=0)
+    yaw = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
+    yaw = gaussian_filter1d(yaw, 0.2 * RATE) - np.unwrap(heading(positions))
+    root = mid_hip(positions) * [1.0, 1.0, 0.0]
+    turn = Rotation.from_euler("z", yaw[:, None])
+    here = np.column_stack([path, np.zeros(len(path))])
+    moved = [turn.apply(positions[:, j] - root) + here for j in range(positions.shape[1])]
+    rotations = {}
+    for name, each in clip.rotations.items():
+        order = np.concatenate([np.arange(len(each)), np.arange(len(each))[::-1]])
+        rotations[name] = turn * each[np.tile(order, reps)[: len(path)]]
+    return Clip(name=clip.name, positions=np.stack(moved, axis=1), rotations=rotations)
+
+
+def _absences(count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """When somebody is not in the room, (count,)."""
+    away = np.zeros(count, bool)
+    start = round(rng.uniform(5.0, 15.0) * RATE)
+    while start < count - 6 * RATE:
+        length = round(rng.uniform(*AWAY_S) * RATE)
+        away[start : start + length] = True
+        start += length + round(rng.uniform(8.0, 20.0) * RATE)
+    return away
+
+
+def _camera_frames(
+    spec: CrowdSpec,
+    sensor: str,
+    place: FloatArray,
+    people: Sequence[Clip],
+    absences: Sequence[NDArray[np.bool_]],
+    rng: np.random.Generator,
+) -> list[CrowdFrame]:
+    """What one camera sees of everybody, frame by frame."""
+    model = TRACKERS[spec.tracker]
+    seed = int(rng.integers(2**31))
+    # Frames count as of the first person's instants: others are off by up to one frame.
+    seen = [
+        track(clip.positions, place, model, np.random.default_rng([seed, 0, i]))
+        for i, clip in enumerate(people)
+    ]
+    stamps = seen[0].stamps_s
+    times = np.arange(len(people[0])) / RATE
+    middles = np.stack([at(stamps, times, mid_hip(clip.positions)) for clip in people])
+    visible = ~np.stack([np.interp(stamps, times, away) > 0.5 for away in absences])
+    hider = _hiders(middles, place[:3, 3], visible)
+    in_view = visible & (hider < 0)
+    frames = []
+    ids = _Ids(len(people), rng)
+    for row, stamp_s in enumerate(stamps.tolist()):
+        names = ids.named(in_view[:, row], hider[:, row])
+        shown = [i for i in range(len(people)) if names[i] and row < len(seen[i].stamps_s)]
+        shown = [int(i) for i in rng.permutation(shown)]
+        if shown:
+            samples = [_sample(sensor, stamp_s, seen[i], row, names[i]) for i in shown]
+            frames.append(CrowdFrame(persons=tuple(samples), truth=tuple(shown)))
+    return frames
+
+
+def _sample(
+    sensor: str, stamp_s: float, seen: TrackerFrames, row: int, name: str
+) -> SkeletonSample:
+    return SkeletonSample(
+        stamp_ns=stamp_of(stamp_s),
+        sensor=sensor,
+        person=name,
+        positions=np.ascontiguousarray(seen.positions[row]),
+        tracking_state=seen.tracking_state[row],
+    )
+
+
+def _hiders(
+    middles: FloatArray, camera: FloatArray, visible: NDArray[np.bool_]
+) -> NDArray[np.int_]:
+    """Who hides each person from a camera; (people, frames), -1: nobody."""
+    sight = middles - camera
+    distance = np.linalg.norm(sight[..., :2], axis=2)
+    hider = np.full(distance.shape, -1)
+    for i in range(len(middles)):
+        for j in range(len(middles)):
+            if i == j:
+                continue
+            cross = sight[i, :, 0] * sight[j, :, 1] - sight[i, :, 1] * sight[j, :, 0]
+            beside = np.abs(cross) / distance[i]  # of the one before, from the line to the other
+            hides = (distance[j] < distance[i]) & (beside < HIDES_M) & visible[j]
+            hider[i, hides & visible[i]] = j
+    return hider
+
+
+class _Ids:
+    """A tracker's ids of those it sees."""
+
+    def __init__(self, people: int, rng: np.random.Generator) -> None:
+        self._names = [""] * people
+        self._former = [""] * people
+        self._hider = [-1] * people
+        self._in_view = np.zeros(people, int)
+        self._rng = rng
+        self._next = 1
+
+    def named(self, in_view: NDArray[np.bool_], hider: NDArray[np.int_]) -> list[str]:
+        """The id of each person who is seen at this instant, empty of the others."""
+        for i, sees in enumerate(in_view.tolist()):
+            self._in_view[i] = self._in_view[i] + 1 if sees else 0
+            if hider[i] >= 0:
+                self._hider[i] = int(hider[i])
+            if not sees and self._names[i]:
+                self._former[i], self._names[i] = self._names[i], ""
+            elif not self._names[i] and self._in_view[i] > APPEARS_S * 30.0:
+                self._appear(i)
+        return self._names
+
+    def _appear(self, i: int) -> None:
+        share, other = self._rng.random(), self._hider[i]
+        self._hider[i] = -1
+        if share < KEEPS_ID and self._former[i] and self._former[i] not in self._names:
+            self._names[i] = self._former[i]
+        elif share > KEEPS_ID + NEW_ID and other >= 0 and self._names[other] and self._former[i]:
+            taken = self._former[i] not in self._names
+            self._names[i], self._names[other] = (
+                self._names[other],
+                (self._former[i] if taken else self._new()),
+            )
+        else:
+            self._names[i] = self._new()
+
+    def _new(self) -> str:
+        self._next += 1
+        return str(self._next - 1)

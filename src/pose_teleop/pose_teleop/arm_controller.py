@@ -1,0 +1,172 @@
+"""A robot's arm that follows a person's: mapping, limits and supervision in one step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.api import FloatArray
+from pose_core.stamps import NS_PER_S
+from pose_teleop.arm_mapping import ArmMapping, JointMapping, WristMapping
+from pose_teleop.input_monitor import InputMonitor, Now
+from pose_teleop.motion_limiter import JERK_OF_ACCELERATION, Motion, MotionLimiter, MotionLimits
+from pose_teleop.parameters import ArmParameters
+from pose_teleop.robot_arm import RobotArm
+from pose_teleop.robot_files import load_robot
+from pose_teleop.supervisor import Fault, Situation, State, Supervisor
+
+STOP_STEP_S = 0.02  # [s] between the points of the way to a stop
+LONGEST_STEP_S = 0.03  # [s] after a longer pause of the process the command moves on as after this
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmCommand:
+    """Where the robot's joints should go, and how they come to a stop if nothing more is heard."""
+
+    stamp_ns: int  # capture of the person's pose that is followed
+    times_s: FloatArray  # (k,) [s] from now
+    motions: tuple[Motion, ...]  # (k,) the next one, then the way to a stop
+
+
+def robot_side(side: str, mirror: bool) -> str:
+    """The robot's arm for a person's."""
+    return {"left": "right", "right": "left"}[side] if mirror else side
+
+
+class ArmController:
+    """What the node does, without ROS.
+
+    Attributes:
+        supervisor: State and reason.
+        monitor: Of the person.
+        limiter: Of the command.
+
+    Args:
+        parameters: The node's.
+
+    Raises:
+        PoseError: If the robot or a parameter is not what it should be.
+    """
+
+    def __init__(self, parameters: ArmParameters) -> None:
+        self._parameters = p = parameters
+        side = robot_side(p.side, p.mirror)
+        self.robot = RobotArm(load_robot(p.robot, side, p.urdf))
+        limits = command_limits(self.robot, p)
+        self.limiter = MotionLimiter(limits)
+        self.monitor = InputMonitor(
+            side=p.side,
+            max_age_s=p.max_age,
+            max_deviation_m=p.max_deviation,
+            max_jump=p.max_jump,
+        )
+        self.supervisor = Supervisor(
+            settle_s=p.settle_time,
+            soft_velocity=p.soft_velocity,
+            full_velocity=float(limits.velocity.max()),
+            soft_tolerance=p.soft_tolerance,
+            ramp_s=p.ramp_time,
+            must_let_go=p.dead_man != "none",
+        )
+        self._mapping: ArmMapping | None = None
+        if p.mode == "joints":
+            self._mapping = JointMapping(self.robot)
+        self._robot_position: tuple[int, FloatArray] | None = None
+        self._before_ns: int | None = None
+        self._target: tuple[FloatArray, FloatArray] | None = None
+
+    def add_urdf(self, text: str, now: Now) -> None:
+        """The person's tree."""
+        self.monitor.add_urdf(text, now)
+        if self._parameters.mode == "wrist":
+            assert self.monitor.arm is not None
+            p = self._parameters
+            self._mapping = WristMapping(self.robot, self.monitor.arm, p.mirror, p.scale)
+
+    def add_robot(self, position: FloatArray, now: Now) -> None:
+        """Where the robot's joints are [rad], (n,)."""
+        if np.isfinite(position).all():
+            self._robot_position = now.steady_ns, np.asarray(position, float)
+
+    def step(self, now: Now, is_held: bool) -> ArmCommand | None:
+        """Judge and move on; the command, None while the robot is not commanded."""
+        self._target = None
+        state = self.supervisor.update(
+            Situation(
+                now_ns=now.steady_ns,
+                fault=self._fault(now),
+                is_held=is_held,
+                is_at_rest=self.limiter.motion.is_at_rest,
+                distance=self._distance,
+            )
+        )
+        since_s = (now.steady_ns - (self._before_ns or now.steady_ns)) / NS_PER_S
+        self._before_ns = now.steady_ns
+        if state is State.WAITING:
+            self._begin_at_robot()
+            return None
+        period_s = min(max(since_s, 0.0), LONGEST_STEP_S)
+        if state in (State.SOFT_START, State.FOLLOWING):
+            target, rate = self._wanted()
+            self.limiter.follow(target, rate, period_s, self.supervisor.fastest)
+        else:
+            self.limiter.brake(period_s)
+        return self._command()
+
+    @property
+    def target(self) -> FloatArray | None:
+        """What the person's pose asks for [rad], (n,); None while nobody is followed."""
+        return None if self._target is None else self._target[0]
+
+    def _command(self) -> ArmCommand:
+        """The motion of now, and the way from it to a stop."""
+        motions = [self.limiter.motion, *self.limiter.way_to_stop(STOP_STEP_S)]
+        times_s = np.array(
+            [1.0 / self._parameters.rate + STOP_STEP_S * i for i in range(len(motions))]
+        )
+        return ArmCommand(stamp_ns=self.monitor.stamp_ns, times_s=times_s, motions=tuple(motions))
+
+    def _fault(self, now: Now) -> Fault | None:
+        if self._robot_position is None:
+            return Fault.NO_ROBOT
+        heard_ns, position = self._robot_position
+        if now.steady_ns - heard_ns > self._parameters.max_age * NS_PER_S:
+            return Fault.NO_ROBOT
+        if self.supervisor.state is not State.WAITING:
+            lag = np.abs(position - self.limiter.motion.position).max()
+            if lag > self._parameters.max_lag:
+                return Fault.LAGS
+        return self.monitor.fault(now)
+
+    def _begin_at_robot(self) -> None:
+        if self._robot_position is not None:
+            self.limiter.reset(self._robot_position[1])
+        if self._mapping is not None:
+            self._mapping.reset()
+
+    def _wanted(self) -> tuple[FloatArray, FloatArray]:
+        if self._target is None:
+            assert self._mapping is not None
+            angles, rates = self.monitor.angles, self.monitor.rates
+            self._target = self._mapping.target_and_rate(angles, rates)
+        return self._target
+
+    def _distance(self) -> float:
+        """How far the command is from the person's pose [rad]."""
+        target, _ = self._wanted()
+        limits = self.limiter.limits
+        inside = np.clip(target, limits.lower, limits.upper)
+        return float(np.abs(inside - self.limiter.motion.position).max())
+
+
+def command_limits(robot: RobotArm, p: ArmParameters) -> MotionLimits:
+    """What commands keep to."""
+    count = len(robot.joints)
+    acceleration = p.max_acceleration or robot.file.max_acceleration
+    jerk = p.max_jerk or JERK_OF_ACCELERATION * acceleration
+    return MotionLimits(
+        lower=robot.lower + p.position_margin,
+        upper=robot.upper - p.position_margin,
+        velocity=p.velocity_share * robot.max_velocity,
+        acceleration=np.full(count, acceleration),
+        jerk=np.full(count, jerk),
+    )

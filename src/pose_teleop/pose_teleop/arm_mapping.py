@@ -1,0 +1,132 @@
+"""From a person's arm to a robot's: joint by joint, or by where the hand is."""
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from pose_core.api import FloatArray
+from pose_core.errors import InputError
+from pose_teleop.inverse_kinematics import ArmGoal, InverseKinematics
+from pose_teleop.person_arm import ANGLES, PersonArm
+from pose_teleop.robot_arm import RobotArm
+
+MODES = ("joints", "wrist")
+AHEAD_S = 0.01  # [s] over which the target's rate is taken
+FIRST_ITERATIONS = 200  # from the rest posture
+ITERATIONS = 3  # from the target before
+
+
+class ArmMapping(ABC):
+    """Where a robot's n joints should be for a person's four arm angles."""
+
+    @abstractmethod
+    def target(self, angles: FloatArray) -> FloatArray:
+        """The robot's joints [rad], (n,), within limits, for the person's angles [rad], (4,)."""
+
+    @abstractmethod
+    def reset(self) -> None:
+        """Forget the target before: the next one may be far from it."""
+
+    def target_and_rate(
+        self, angles: FloatArray, rates: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The target [rad] and its rate [rad/s], (n,), for angles [rad] and rates [rad/s], (4,)."""
+        now = self.target(angles)
+        return now, (self.ahead(angles + AHEAD_S * rates) - now) / AHEAD_S
+
+    def ahead(self, angles: FloatArray) -> FloatArray:
+        """A target that is not remembered."""
+        return self.target(angles)
+
+
+class JointMapping(ArmMapping):
+    """Each robot joint follows one angle: ``scale * angle + offset``; the others stay at rest.
+
+    Args:
+        arm: The robot's arm, whose file has the rules.
+
+    Raises:
+        InputError: If it has none, or one of a joint or angle that does not exist.
+    """
+
+    def __init__(self, arm: RobotArm) -> None:
+        self._arm = arm
+        rules = arm.file.rules
+        if not rules:
+            raise InputError(
+                f"robot {arm.file.name} has no map from joint to joint: use mode:=wrist"
+            )
+        unknown = [r.angle for r in rules if r.angle not in ANGLES]
+        unknown += [r.joint for r in rules if r.joint not in arm.joints]
+        if unknown:
+            known = ", ".join(ANGLES)
+            raise InputError(f"map of {arm.file.name}: unknown {', '.join(unknown)}; from {known}")
+        self._rows = [arm.joints.index(rule.joint) for rule in rules]
+        self._columns = [ANGLES.index(rule.angle) for rule in rules]
+        self._scale = np.array([rule.scale for rule in rules])
+        self._offset = np.array([rule.offset for rule in rules])
+
+    def reset(self) -> None:
+        """Nothing is remembered."""
+
+    def target(self, angles: FloatArray) -> FloatArray:
+        """See :meth:`ArmMapping.target`."""
+        q = self._arm.rest.copy()
+        q[self._rows] = self._scale * angles[self._columns] + self._offset
+        return np.clip(q, self._arm.lower, self._arm.upper)
+
+
+class WristMapping(ArmMapping):
+    """The tool is to its shoulder as the hand to the person's, scaled by the arms' lengths.
+
+    The elbow and the forearm's direction are followed as far as the tool's place leaves them free.
+
+    Args:
+        arm: The robot's arm.
+        person: The person's arm.
+        mirror: Exchange left and right.
+        scale: Of the tool's distance, times the ratio of the arms' lengths [-].
+    """
+
+    def __init__(self, arm: RobotArm, person: PersonArm, mirror: bool, scale: float) -> None:
+        self._arm, self._person = arm, person
+        self._solver = InverseKinematics(arm)
+        self._R_root_trunk = _rotation(arm.file.mount).T @ np.diag([1.0, -1.0 if mirror else 1, 1])
+        self._scale = scale
+        self._before: FloatArray | None = None
+
+    def reset(self) -> None:
+        """See :meth:`ArmMapping.reset`."""
+        self._before = None
+
+    def target(self, angles: FloatArray) -> FloatArray:
+        """See :meth:`ArmMapping.target`."""
+        start, count = self._before, ITERATIONS
+        if start is None:
+            start, count = self._arm.rest, FIRST_ITERATIONS
+        self._before = self._solver.solve(self.goal(angles), start, count)
+        return self._before
+
+    def ahead(self, angles: FloatArray) -> FloatArray:
+        """See :meth:`ArmMapping.ahead`."""
+        assert self._before is not None
+        return self._solver.solve(self.goal(angles), self._before, 1)
+
+    def goal(self, angles: FloatArray) -> ArmGoal:
+        """What the robot should reach for the person's angles [rad], (4,)."""
+        pose, (upper, fore) = self._person.pose(angles), self._arm.segments
+        shoulder, _ = self._arm.place(self._arm.file.shoulder)
+        turned = self._R_root_trunk @ np.stack([pose.elbow, pose.hand, pose.hand - pose.elbow]).T
+        ratio = self._scale * (upper + fore) / (self._person.upper + self._person.fore)
+        return ArmGoal(
+            elbow=shoulder + turned[:, 0] / self._person.upper * upper,
+            tool=shoulder + turned[:, 1] * ratio,
+            direction=turned[:, 2] / np.linalg.norm(turned[:, 2]),
+        )
+
+
+def _rotation(rpy: tuple[float, ...]) -> FloatArray:
+    """Matrix of roll, pitch, yaw [rad] about fixed axes, as in URDF."""
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_euler("xyz", rpy).as_matrix())

@@ -1,0 +1,164 @@
+"""Messages of tele-operation, and what they are inside."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import Point, Pose, Quaternion, Transform, TransformStamped, Vector3
+from sensor_msgs.msg import JointState
+from std_msgs.msg import ColorRGBA, Header
+from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from visualization_msgs.msg import Marker, MarkerArray
+
+from pose_core.api import FloatArray
+from pose_core.stamps import NS_PER_S, nanoseconds
+from pose_node.conversions import ns_to_stamp
+from pose_teleop.arm_controller import ArmCommand
+from pose_teleop.input_monitor import Estimate, JointStates
+from pose_teleop.motion_limiter import Motion
+from pose_teleop.retargeting import NamedPoses
+from pose_teleop.robot_dynamics import TrajectoryPoints
+
+ROBOT_COLOR = (0.83, 0.85, 0.88)
+
+
+def header(stamp_ns: int, frame: str = "") -> Header:
+    """A header."""
+    return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame)
+
+
+def to_joint_states(message: JointState) -> JointStates:
+    """A person's joint states; velocities are zero where there are none."""
+    velocity = message.velocity if len(message.velocity) == len(message.name) else []
+    return JointStates(
+        stamp_ns=nanoseconds(message.header.stamp),
+        position=dict(zip(message.name, message.position, strict=False)),
+        velocity=dict(zip(message.name, velocity, strict=False)),
+    )
+
+
+def to_estimate(message: Any) -> Estimate:
+    """What the fusion knows of the person."""
+    return Estimate(
+        stamp_ns=nanoseconds(message.header.stamp),
+        person=message.id,
+        position=dict(zip(message.name, message.position, strict=False)),
+        stddev=dict(zip(message.name, message.position_stddev, strict=False)),
+    )
+
+
+def to_robot_position(message: JointState, joints: Sequence[str]) -> FloatArray | None:
+    """A robot's joint angles [rad] in our order; None if one is missing or not a number."""
+    known = dict(zip(message.name, message.position, strict=False))
+    found = np.array([known.get(joint, np.nan) for joint in joints], float)
+    return found if np.isfinite(found).all() else None
+
+
+def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> JointTrajectory:
+    """The command as a joint trajectory controller takes it; its last point stands still."""
+    return JointTrajectory(
+        header=header(now_ns),
+        joint_names=list(joints),
+        points=[
+            JointTrajectoryPoint(
+                positions=motion.position.tolist(),
+                velocities=motion.velocity.tolist(),
+                accelerations=motion.acceleration.tolist(),
+                time_from_start=_duration(time_s),
+            )
+            for time_s, motion in zip(command.times_s.tolist(), command.motions, strict=True)
+        ],
+    )
+
+
+def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoints | None:
+    """A command as the simulated robot takes it; None if it is none for these joints."""
+    if set(message.joint_names) != set(joints) or not message.points:
+        return None
+    order = [list(message.joint_names).index(joint) for joint in joints]
+    times = [p.time_from_start.sec + p.time_from_start.nanosec * 1e-9 for p in message.points]
+    position = np.array([p.positions for p in message.points], float)[:, order]
+    velocity = np.array([p.velocities for p in message.points], float)[:, order]
+    if not (np.diff(times) > 0.0).all() or not np.isfinite(position).all():
+        return None
+    return TrajectoryPoints(times_s=np.array(times), position=position, velocity=velocity)
+
+
+def to_display(motion: Motion, joints: Sequence[str], stamp_ns: int) -> JointState:
+    """Where joints should be."""
+    return JointState(
+        header=header(stamp_ns),
+        name=list(joints),
+        position=motion.position.tolist(),
+        velocity=motion.velocity.tolist(),
+    )
+
+
+def to_pose(position: FloatArray, xyzw: FloatArray) -> Pose:
+    """A pose."""
+    x, y, z = map(float, position)
+    qx, qy, qz, qw = map(float, xyzw)
+    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+
+
+def fill_named_poses(
+    message: Any, poses: NamedPoses, names: Sequence[str], stamp_ns: int, frame: str
+) -> Any:
+    """Fill a message that has the fields of NVIDIA's ``NamedPoseArray``."""
+    message.header = header(stamp_ns, frame)
+    message.name = list(names)
+    message.pose = [to_pose(p, q) for p, q in zip(poses.position, poses.xyzw, strict=True)]
+    message.is_valid = list(poses.is_valid)
+    return message
+
+
+def to_link_tf(
+    links: dict[str, tuple[FloatArray, FloatArray]], root: str, stamp_ns: int
+) -> TFMessage:
+    """Links of a robot in the frame of its root."""
+    return TFMessage(
+        transforms=[
+            transform(root, f"{root}/{name}", position, xyzw, stamp_ns)
+            for name, (position, xyzw) in links.items()
+        ]
+    )
+
+
+def transform(
+    parent: str, child: str, position: FloatArray, xyzw: FloatArray, stamp_ns: int
+) -> TransformStamped:
+    """One transform."""
+    pose = to_pose(position, xyzw)
+    p = pose.position
+    return TransformStamped(
+        header=header(stamp_ns, parent),
+        child_frame_id=child,
+        transform=Transform(translation=Vector3(x=p.x, y=p.y, z=p.z), rotation=pose.orientation),
+    )
+
+
+def to_robot_markers(meshes: Sequence[tuple[str, FloatArray, Any]], root: str) -> MarkerArray:
+    """A robot's shape, each mesh in the frame of its link."""
+    red, green, blue = ROBOT_COLOR
+    markers = []
+    for number, (link, vertices, faces) in enumerate(meshes):
+        marker = Marker(
+            header=Header(frame_id=f"{root}/{link}"),
+            ns=root,
+            id=number,
+            type=Marker.TRIANGLE_LIST,
+            frame_locked=True,
+            color=ColorRGBA(r=red, g=green, b=blue, a=1.0),
+        )
+        marker.pose.orientation.w = marker.scale.x = marker.scale.y = marker.scale.z = 1.0
+        corners = np.round(vertices[faces].reshape(-1, 3), 4).tolist()
+        marker.points = [Point(x=x, y=y, z=z) for x, y, z in corners]
+        markers.append(marker)
+    return MarkerArray(markers=markers)
+
+
+def _duration(seconds: float) -> Duration:
+    whole, rest = divmod(round(seconds * NS_PER_S), NS_PER_S)
+    return Duration(sec=int(whole), nanosec=int(rest))

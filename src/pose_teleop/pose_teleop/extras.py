@@ -1,0 +1,54 @@
+"""What only tele-operation needs: imported when used, with an error that tells how to get it."""
+
+import os
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from pose_core.errors import InputError
+
+INSTALL = "run './pose build --teleop', or 'pip install -r requirements.txt' in src/pose_teleop"
+_DISTRIBUTIONS = {"pinocchio": "pin", "ruckig": "ruckig"}
+
+
+def require(module: str) -> Any:
+    """A module of an optional requirement.
+
+    Raises:
+        InputError: If it is not installed, with the line that installs it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        name = _DISTRIBUTIONS.get(module, module)
+        raise InputError(
+            f"tele-operation needs the Python package '{name}', which cannot be imported"
+            f" ({error}): {INSTALL}"
+        ) from error
+
+
+def share_folders() -> list[Path]:
+    """Where packages of robots are: ROS's prefixes, Python's, and that of pinocchio's wheels."""
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) + [sys.prefix]
+    prefixes += [str(Path(entry) / "cmeel.prefix") for entry in sys.path if entry]
+    folders = (Path(prefix) / "share" for prefix in prefixes if prefix)
+    return [folder for folder in folders if folder.is_dir()]
+
+
+def in_package(path: str) -> Path:
+    """The file of a ``package://NAME/PATH`` address, or a plain path.
+
+    Raises:
+        InputError: If there is no such file.
+    """
+    if not path.startswith("package://"):
+        found = Path(path).expanduser()
+        if not found.is_file():
+            raise InputError(f"found no robot description {found}: give the path of a URDF file")
+        return found
+    name, _, rest = path.removeprefix("package://").partition("/")
+    for folder in share_folders():
+        if (folder / name / rest).is_file():
+            return folder / name / rest
+    raise InputError(f"found no {rest} of the package '{name}': {INSTALL}")

@@ -1,0 +1,56 @@
+"""A person's frames, as the fusion sends them on ``/tf``: body in map, all others in the body."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_core.api import FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class BodyPlaces:
+    """Frames of one instant, n of them.
+
+    Attributes:
+        names: Without the person's id.
+        position: [m] (n, 3) in the frame asked for.
+        rotation: n rotations into that frame.
+    """
+
+    names: tuple[str, ...]
+    position: FloatArray
+    rotation: Rotation
+
+    @property
+    def index(self) -> Mapping[str, int]:
+        """Row by name."""
+        return {name: row for row, name in enumerate(self.names)}
+
+
+def body_places(
+    names: Sequence[str], position: FloatArray, xyzw: FloatArray, subject: str, in_body: bool
+) -> BodyPlaces:
+    """The frames of one person.
+
+    Args:
+        names: Of n frames, the body's first.
+        position: [m] (n, 3): the body in map, all others in the body.
+        xyzw: Quaternions (n, 4), alike.
+        subject: The person's id, with which all names end.
+        in_body: Ask for the person's own frame; else for map.
+    """
+    rotation = Rotation.from_quat(xyzw)
+    short = tuple(name.removesuffix(f"_{subject}") for name in names)
+    if in_body:
+        inside = np.vstack([np.zeros(3), position[1:]])
+        return BodyPlaces(
+            names=short,
+            position=inside,
+            rotation=Rotation.concatenate([Rotation.identity(), rotation[1:]]),
+        )
+    body = rotation[0]
+    in_map = np.vstack([position[0], body.apply(position[1:]) + position[0]])
+    turned = Rotation.concatenate([body, body * rotation[1:]])
+    return BodyPlaces(names=short, position=in_map, rotation=turned)

@@ -1,0 +1,198 @@
+"""REP 155's model of a human: its joints, signs and frames, from our joint angles.
+
+The model is that of ROS4HRI's package ``human_description`` (``urdf/human-tpl.xacro``): 20
+revolute joints named ``<joint>_<id>``. Where it turns a segment about other axes than ours, angles
+come from the segment's rotation matrix: shoulders by z, x, z; hips by z, x, y; the head by x, z, y.
+What it has no joint for is left out: lateral bending and rotation of the waist. Its limits are
+narrower than a squat needs; those that are published are not.
+"""
+
+from collections.abc import Mapping
+from xml.etree import ElementTree
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_core.api import FloatArray
+from pose_core.joints import SIDES
+
+HANGING = 0.02  # [rad] of a shoulder's abduction, below which its two rotations are one
+PI = float(np.pi)
+LARGEST_EFFORT = 1000.0  # [N m] URDF wants a number
+LARGEST_RATE = 50.0  # [rad/s] likewise
+
+
+def _side(letter: str) -> float:
+    return 1.0 if letter == "l" else -1.0
+
+
+def joint_axes() -> dict[str, tuple[int, int, int]]:
+    """Axis of each joint by its name without the id, in the model's order."""
+    axes = {"waist": (0, 1, 0), "r_head": (1, 0, 0), "y_head": (0, 0, 1), "p_head": (0, -1, 0)}
+    for letter in ("l", "r"):
+        s = int(_side(letter))
+        axes[f"{letter}_y_shoulder"] = (0, 0, -s)
+        axes[f"{letter}_p_shoulder"] = (s, 0, 0)
+        axes[f"{letter}_r_shoulder"] = (0, 0, s)
+        axes[f"{letter}_elbow"] = (0, -1, 0)
+    for letter in ("l", "r"):
+        s = int(_side(letter))
+        axes[f"{letter}_y_hip"] = (0, 0, -1)
+        axes[f"{letter}_p_hip"] = (s, 0, 0)
+        axes[f"{letter}_r_hip"] = (0, -1, 0)
+        axes[f"{letter}_knee"] = (0, -1, 0)
+    return axes
+
+
+class HumanAngles:
+    """Our joint angles as the model's, without steps: of two solutions the nearer to the last."""
+
+    def __init__(self) -> None:
+        self._before: dict[str, FloatArray] = {}
+
+    def convert(self, angles: Mapping[str, float]) -> dict[str, float]:
+        """The 20 angles [rad], in the model's order, for ours by name."""
+        found = {"waist": angles.get("waist_flexion", 0.0), **self._head(angles)}
+        for side in SIDES:
+            letter = side[0]
+            found.update(self._shoulder(letter, _limb(angles, side, "shoulder")))
+            found[f"{letter}_elbow"] = angles[f"{side}_elbow_flexion"]
+            found.update(self._hip(letter, _limb(angles, side, "hip")))
+            found[f"{letter}_knee"] = -angles[f"{side}_knee_flexion"]
+        return {name: float(found[name]) for name in joint_axes()}
+
+    def _head(self, angles: Mapping[str, float]) -> dict[str, float]:
+        flexion, bending = angles["neck_flexion"], angles["neck_lateral_bending"]
+        R = Rotation.from_euler("YX", [flexion, bending])
+        x, z, y = self._nearest("head", _euler("XZY", R, "head"))
+        return {"r_head": x, "y_head": z, "p_head": -y}
+
+    def _shoulder(self, letter: str, R: Rotation) -> dict[str, float]:
+        s, name = _side(letter), f"{letter}_shoulder"
+        z1, x, z2 = self._nearest(name, self._zxz(name, R, s))
+        return {
+            f"{letter}_y_shoulder": -s * z1,
+            f"{letter}_p_shoulder": s * x,
+            f"{letter}_r_shoulder": s * z2,
+        }
+
+    def _hip(self, letter: str, R: Rotation) -> dict[str, float]:
+        s, name = _side(letter), f"{letter}_hip"
+        z, x, y = self._nearest(name, _euler("ZXY", R, name))
+        return {f"{letter}_y_hip": -z, f"{letter}_p_hip": s * x, f"{letter}_r_hip": -y}
+
+    def _zxz(self, name: str, R: Rotation, s: float) -> list[FloatArray]:
+        """Both solutions; where the arm hangs, the one that keeps the first rotation."""
+        M = R.as_matrix()
+        middle = float(np.arccos(np.clip(M[2, 2], -1.0, 1.0)))
+        if middle < HANGING:
+            first = self._before[name][0] if name in self._before else -s * PI / 2.0
+            whole = np.arctan2(M[1, 0], M[0, 0])
+            return [np.array([first, s * middle, whole - first])]
+        first, last = np.arctan2(M[0, 2], -M[1, 2]), np.arctan2(M[2, 0], M[2, 1])
+        return [np.array([first, middle, last]), np.array([first + PI, -middle, last + PI])]
+
+    def _nearest(self, name: str, solutions: list[FloatArray]) -> FloatArray:
+        """The solution and the turns that are nearest to the last, at first to zero."""
+        before = self._before.get(name, np.zeros(3))
+        unrolled = [each - 2.0 * PI * np.round((each - before) / (2.0 * PI)) for each in solutions]
+        if name in self._before:
+            best = min(unrolled, key=lambda each: float(np.abs(each - before).sum()))
+        else:
+            # REP 155 counts abduction as positive.
+            s = _side(name[0])
+            outward = [each for each in unrolled if "shoulder" not in name or s * each[1] >= 0.0]
+            best = min(outward or unrolled, key=lambda each: float(np.abs(each).sum()))
+        self._before[name] = best
+        return best
+
+
+def _euler(order: str, R: Rotation, name: str) -> list[FloatArray]:
+    a, b, c = R.as_euler(order)
+    return [np.array([a, b, c]), np.array([a + PI, PI - b, c + PI])]
+
+
+def _limb(angles: Mapping[str, float], side: str, joint: str) -> Rotation:
+    """Of a limb in its parent: R_y(−flexion) R_x(±abduction) R_z(∓rotation)."""
+    s = 1.0 if side == SIDES[0] else -1.0
+    flexion, abduction, rotation = (
+        angles[f"{side}_{joint}_{each}"] for each in ("flexion", "abduction", "rotation")
+    )
+    return Rotation.from_euler("YXZ", [-flexion, s * abduction, -s * rotation])
+
+
+def human_urdf(offsets: Mapping[str, FloatArray], body: str) -> str:
+    """The model as URDF, with a person's measures.
+
+    Args:
+        offsets: Where joints are in their parents' axes [m], by the names of ``joint_offsets``.
+        body: The body's id, with which all names end.
+    """
+    robot = ElementTree.Element("robot", name=f"human_{body}")
+    ElementTree.SubElement(robot, "link", name=f"body_{body}")
+    axes, zero = joint_axes(), np.zeros(3)
+
+    def add(joint: str, parent: str, child: str, origin: FloatArray) -> str:
+        kind = "revolute" if joint in axes else "fixed"
+        ElementTree.SubElement(robot, "link", name=f"{child}_{body}")
+        found = ElementTree.SubElement(robot, "joint", name=f"{joint}_{body}", type=kind)
+        ElementTree.SubElement(found, "parent", link=f"{parent}_{body}")
+        ElementTree.SubElement(found, "child", link=f"{child}_{body}")
+        ElementTree.SubElement(found, "origin", xyz=" ".join(f"{x:.5g}" for x in origin))
+        if kind == "revolute":
+            ElementTree.SubElement(found, "axis", xyz=" ".join(map(str, axes[joint])))
+            limit = ElementTree.SubElement(found, "limit")
+            limit.set("lower", f"{-2 * PI:.5f}")
+            limit.set("upper", f"{2 * PI:.5f}")
+            limit.set("effort", f"{LARGEST_EFFORT:g}")
+            limit.set("velocity", f"{LARGEST_RATE:g}")
+        return child
+
+    def chain(parent: str, origin: FloatArray, *links: tuple[str, str]) -> str:
+        for joint, child in links:
+            parent, origin = add(joint, parent, child, origin), zero
+        return parent
+
+    waist = chain("body", offsets["torso"], ("waist", "waist"))
+    torso = chain(waist, offsets["neck"], ("torso", "torso"))
+    head = [(f"{axis}_head", f"{axis}_head") for axis in "ryp"]
+    chain(torso, zero, *head, ("head", "head"))
+    for side in SIDES:
+        a = side[0]
+        arm = [(f"{a}_{axis}_shoulder", f"{a}_{axis}_shoulder") for axis in "yp"]
+        shoulder = offsets[f"{side}_shoulder"] - offsets["neck"]  # the torso's frame is at the neck
+        link = chain(torso, shoulder, *arm, (f"{a}_r_shoulder", f"{a}_shoulder"))
+        link = chain(link, offsets[f"{side}_elbow"], (f"{a}_elbow", f"{a}_elbow"))
+        chain(link, offsets[f"{side}_hand"], (f"{a}_wrist", f"{a}_wrist"))
+        leg = [(f"{a}_{axis}_hip", f"{a}_{axis}_hip") for axis in "yp"]
+        link = chain("body", offsets[f"{side}_hip"], *leg, (f"{a}_r_hip", f"{a}_hip"))
+        link = chain(link, offsets[f"{side}_knee"], (f"{a}_knee", f"{a}_knee"))
+        chain(link, offsets[f"{side}_foot"], (f"{a}_ankle", f"{a}_ankle"))
+    ElementTree.indent(robot)
+    return '<?xml version="1.0"?>\n' + ElementTree.tostring(robot, encoding="unicode") + "\n"
+
+
+def joint_offsets(urdf: str, subject: str) -> dict[str, FloatArray]:
+    """Where our joints are in their parents [m], from the URDF that the fusion publishes."""
+    root = ElementTree.fromstring(urdf)
+    origins = {}
+    for element in root.findall("joint"):
+        origin = element.find("origin")
+        xyz = "0 0 0" if origin is None else origin.get("xyz", "0 0 0")
+        origins[element.get("name", "")] = np.array(xyz.split(), float)
+    zero = np.zeros(3)
+    found = {
+        "torso": origins.get("waist_flexion", zero),  # a body without a waist has none
+        "neck": origins["neck_flexion"],
+    }
+    for side in SIDES:
+        for joint, name in (
+            ("shoulder", "shoulder_flexion"),
+            ("elbow", "elbow_flexion"),
+            ("hip", "hip_flexion"),
+            ("knee", "knee_flexion"),
+        ):
+            found[f"{side}_{joint}"] = origins[f"{side}_{name}"]
+        for joint in ("hand", "foot"):
+            found[f"{side}_{joint}"] = origins[f"{side}_{joint}_joint_{subject}"]
+    return found

@@ -1,0 +1,161 @@
+"""Whether what is known of the person can be followed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.api import FloatArray
+from pose_core.counters import Counters
+from pose_core.stamps import NS_PER_S
+from pose_teleop.person_arm import PersonArm, angle_names, bone_lengths
+from pose_teleop.supervisor import Fault
+
+AHEAD_NS = 20_000_000  # [ns] a stamp may be ahead of the clock
+SAME_PERSON = 0.02  # [m] bones of one person differ by less between two measurements
+TROUBLE_NS = 200_000_000  # [ns] for which a jump, or a stamp that ran back, is a fault
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointStates:
+    """Angles of a person."""
+
+    stamp_ns: int  # of the capture, on the host's clock
+    position: Mapping[str, float]  # [rad] by name
+    velocity: Mapping[str, float]  # [rad/s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """How sure the angles are."""
+
+    stamp_ns: int
+    person: str
+    position: Mapping[str, float]  # [rad] by name; NaN: unknown
+    stddev: Mapping[str, float]  # [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Now:
+    """The clocks at one instant."""
+
+    steady_ns: int  # never jumps
+    ros_ns: int  # the stamps' clock, which may
+
+
+class InputMonitor:
+    """Takes messages in; says what is wrong.
+
+    Attributes:
+        angles, rates: The arm's [rad], [rad/s], (4,), of the last good joint states.
+        stamp_ns: Of the last joint states.
+        arm: The person's arm, once its URDF is known.
+
+    Args:
+        side: The person's arm.
+        max_age_s: [s] of joint states and estimates.
+        max_deviation_m: [m] of the hand's place.
+        max_jump: [rad] of an angle between two joint states.
+    """
+
+    def __init__(
+        self, *, side: str, max_age_s: float, max_deviation_m: float, max_jump: float
+    ) -> None:
+        self._names = angle_names(side)
+        self._side = side
+        self._max_age_ns = round(max_age_s * NS_PER_S)
+        self._max_deviation_m, self._max_jump = max_deviation_m, max_jump
+        self.counters = Counters("joint_states", "estimates", *(f.name.lower() for f in Fault))
+        self.arm: PersonArm | None = None
+        self.angles: FloatArray = np.zeros(4)
+        self.rates: FloatArray = np.zeros(4)
+        self.stamp_ns = 0
+        self.deviation_m = np.nan
+        self._bones: FloatArray | None = None
+        self._person: str | None = None
+        self._angles_at: Now | None = None
+        self._estimate_at: tuple[Now, int] | None = None
+        self._content: dict[str, Fault | None] = {"angles": None, "estimate": None}
+        self._troubles: dict[Fault, int] = {}  # steady time at which each ends
+
+    def add_urdf(self, text: str, now: Now) -> bool:
+        """The person's tree; whether it is another than before."""
+        bones = bone_lengths(text)
+        before, self._bones = self._bones, bones
+        self.arm = PersonArm(text, self._side)
+        if before is None:
+            return True
+        if before.shape != bones.shape or np.abs(bones - before).max() > SAME_PERSON:
+            self._trouble(Fault.PERSON_CHANGED, now)
+        return True
+
+    def add_joint_states(self, states: JointStates, now: Now) -> None:
+        """The person's angles."""
+        self.counters.add("joint_states")
+        before, before_ns, self.stamp_ns = self._angles_at, self.stamp_ns, states.stamp_ns
+        self._angles_at = now
+        if states.stamp_ns < before_ns:
+            self._trouble(Fault.CLOCK, now)
+        if any(name not in states.position for name in self._names):
+            self._content["angles"] = Fault.INCOMPLETE
+            return
+        angles = np.array([states.position[name] for name in self._names], float)
+        rates = np.array([states.velocity.get(name, 0.0) for name in self._names], float)
+        if not (np.isfinite(angles).all() and np.isfinite(rates).all()):
+            self._content["angles"] = Fault.NOT_FINITE
+            return
+        is_fresh = before is not None and not self._is_old(before, now)
+        if is_fresh and np.abs(angles - self.angles).max() > self._max_jump:
+            self._trouble(Fault.JUMPED, now)
+        self._content["angles"] = None
+        self.angles, self.rates = angles, rates
+
+    def add_estimate(self, estimate: Estimate, now: Now) -> None:
+        """How sure they are."""
+        self.counters.add("estimates")
+        self._estimate_at = now, estimate.stamp_ns
+        if self._person is not None and estimate.person != self._person:
+            self._trouble(Fault.PERSON_CHANGED, now)
+        self._person = estimate.person
+        known = np.array([estimate.position.get(name, np.nan) for name in self._names], float)
+        stddev = np.array([estimate.stddev.get(name, np.nan) for name in self._names], float)
+        if not np.isfinite(stddev).all():
+            self._content["estimate"] = Fault.NOT_FINITE
+            return
+        if self.arm is not None:
+            # An angle that is not known is held in the joint states, and its deviation grows.
+            held = np.where(np.isfinite(known), known, self.angles)
+            self.deviation_m = self.arm.hand_deviation(held, stddev)
+        too_much = self.deviation_m > self._max_deviation_m
+        self._content["estimate"] = Fault.UNCERTAIN if too_much else None
+
+    def fault(self, now: Now) -> Fault | None:
+        """What is wrong now; counted."""
+        found = self._find(now)
+        if found is not None:
+            self.counters.add(found.name.lower())
+        return found
+
+    def _find(self, now: Now) -> Fault | None:
+        if self.arm is None:
+            return Fault.NO_URDF
+        if self._angles_at is None or self._estimate_at is None:
+            return Fault.LOST
+        estimate_at, estimate_stamp_ns = self._estimate_at
+        for fault, until_ns in self._troubles.items():
+            if now.steady_ns < until_ns:
+                return fault
+        if self._is_old(self._angles_at, now) or self._is_old(estimate_at, now):
+            return Fault.STALE
+        stamps = (self.stamp_ns, estimate_stamp_ns)
+        if max(stamps) - now.ros_ns > AHEAD_NS:
+            return Fault.CLOCK
+        if now.ros_ns - min(stamps) > self._max_age_ns:
+            return Fault.STALE
+        return self._content["angles"] or self._content["estimate"]
+
+    def _is_old(self, heard: Now, now: Now) -> bool:
+        return now.steady_ns - heard.steady_ns > self._max_age_ns
+
+    def _trouble(self, fault: Fault, now: Now) -> None:
+        self._troubles[fault] = now.steady_ns + TROUBLE_NS

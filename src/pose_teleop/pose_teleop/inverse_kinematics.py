@@ -1,0 +1,85 @@
+r"""Inverse kinematics of an arm by damped least squares.
+
+Minimises :math:`\sum_i w_i^2 \|e_i(q)\|^2 + w_r^2 \|q - q_{rest}\|^2` within the joints' limits,
+where :math:`e` are the differences of the tool's place, the elbow's place and the tool's direction.
+Each iteration solves :math:`(J^T W J + (w_r^2 + \lambda^2) I)\,\Delta q = J^T W e + w_r^2 (q_{rest}
+- q)`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.api import FloatArray
+from pose_teleop.robot_arm import RobotArm
+
+ELBOW_WEIGHT = 0.25  # [-] of the elbow's place, where the tool's is 1
+DIRECTION_WEIGHT = 0.05  # [m/rad] of the tool's direction
+REST_WEIGHT = 0.02  # [m/rad] of the distance to the rest posture
+DAMPING = 0.02  # [m/rad]
+LARGEST_STEP = 0.3  # [rad] of a joint in an iteration
+CONVERGED = 1e-4  # [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmGoal:
+    """What the arm should reach, in the robot's root."""
+
+    elbow: FloatArray  # [m] (3,)
+    tool: FloatArray  # [m] (3,)
+    direction: FloatArray  # (3,) unit vector along the forearm
+
+
+class InverseKinematics:
+    """Joint angles that bring an arm to a goal, near to those before.
+
+    Args:
+        arm: The robot's arm.
+    """
+
+    def __init__(self, arm: RobotArm) -> None:
+        self._arm = arm
+        self._axis = np.array(arm.file.tool_axis)
+
+    def solve(self, goal: ArmGoal, start: FloatArray, iterations: int) -> FloatArray:
+        """The angles [rad], (n,), after at most so many iterations from a start, (n,)."""
+        arm = self._arm
+        q = np.clip(start, arm.lower, arm.upper)
+        for _ in range(iterations):
+            step = self._step(goal, q)
+            largest = np.abs(step).max()
+            moved = np.clip(q + step * min(1.0, LARGEST_STEP / (largest + 1e-12)), *self._limits)
+            done = np.abs(moved - q).max() < CONVERGED
+            q = moved
+            if done:
+                break
+        return q
+
+    @property
+    def _limits(self) -> tuple[FloatArray, FloatArray]:
+        return self._arm.lower, self._arm.upper
+
+    def _step(self, goal: ArmGoal, q: FloatArray) -> FloatArray:
+        arm, frames = self._arm, self._arm.file
+        arm.update(q)
+        tool, R = arm.place(frames.tool)
+        elbow, _ = arm.place(frames.elbow)
+        axis = R @ self._axis
+        J_tool, J_elbow = arm.jacobian(frames.tool), arm.jacobian(frames.elbow)
+        errors = np.concatenate(
+            [
+                goal.tool - tool,
+                ELBOW_WEIGHT * (goal.elbow - elbow),
+                DIRECTION_WEIGHT * _cross(axis, goal.direction),  # the turn that aligns them
+            ]
+        )
+        J = np.vstack([J_tool[:3], ELBOW_WEIGHT * J_elbow[:3], DIRECTION_WEIGHT * J_tool[3:]])
+        H = J.T @ J + (REST_WEIGHT**2 + DAMPING**2) * np.eye(len(q))
+        gradient = J.T @ errors + REST_WEIGHT**2 * (arm.rest - q)
+        return np.asarray(np.linalg.solve(H, gradient))
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """The product of two vectors; ``numpy.cross`` takes as long as all else."""
+    (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -1,0 +1,165 @@
+"""The node: a robot's arm follows a person's, within limits, and stops when it should."""
+
+import time
+from collections import deque
+from functools import partial
+from typing import Any
+
+import numpy as np
+from pose_msgs.msg import PoseEstimate
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from trajectory_msgs.msg import JointTrajectory
+
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S, nanoseconds
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
+from pose_teleop.arm_controller import ArmCommand, ArmController
+from pose_teleop.conversions import (
+    header,
+    to_display,
+    to_estimate,
+    to_joint_states,
+    to_robot_position,
+    to_trajectory,
+)
+from pose_teleop.input_monitor import Now
+from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
+from pose_teleop.nodes.dead_man_input import DeadManInput
+from pose_teleop.parameters import ArmParameters
+from pose_teleop.supervisor import State
+
+LATE_SHARE = 1.5  # [-] of a period without joint states, after which the timer steps
+
+
+class ArmNode(Node):
+    """Steps an :class:`ArmController` with every joint states, or by itself if none come.
+
+    Args:
+        **options: As for ``rclpy.node.Node``.
+
+    Raises:
+        PoseError: If the robot or a parameter is not what it should be.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("arm", **options)
+        parameters = declare_parameters(self, ArmParameters)
+        self.controller = ArmController(parameters)
+        self._counters = Counters("commands", "malformed_urdf", "malformed_robot_states")
+        self._latencies_ms: deque[float] = deque(maxlen=500)
+        self._late_ns = round(LATE_SHARE * NS_PER_S / parameters.rate)
+        self._stepped_ns = 0
+        self._said: tuple[State, object] | None = None
+        self._trajectories = self.create_publisher(JointTrajectory, "arm/joint_trajectory", 10)
+        self._display = self.create_publisher(JointState, "arm/command", 10)
+        self._target = self.create_publisher(JointState, "arm/target", 10)
+        self._dead_man = DeadManInput(self, parameters)
+        topic = partial(body_topic, parameters.subject)
+        self.create_subscription(String, topic("urdf"), self._on_urdf, LATCHED)
+        self.create_subscription(PoseEstimate, topic("estimate"), self._on_estimate, NEWEST)
+        self.create_subscription(JointState, topic("joint_states"), self._on_states, NEWEST)
+        self.create_subscription(JointState, "arm/joint_states", self._on_robot, NEWEST)
+        steady_timer(self, 1.0 / parameters.rate, self._on_timer)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    def _now(self) -> Now:
+        ros_ns = int(self.get_clock().now().nanoseconds)
+        return Now(steady_ns=time.monotonic_ns(), ros_ns=ros_ns)
+
+    def _on_urdf(self, message: String) -> None:
+        try:
+            self.controller.add_urdf(message.data, self._now())
+        except InputError as error:
+            self._counters.add("malformed_urdf")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+
+    def _on_estimate(self, message: PoseEstimate) -> None:
+        self.controller.monitor.add_estimate(to_estimate(message), self._now())
+
+    def _on_states(self, message: JointState) -> None:
+        now = self._now()
+        self.controller.monitor.add_joint_states(to_joint_states(message), now)
+        self._step(now)
+        if self.controller.supervisor.state in (State.SOFT_START, State.FOLLOWING):
+            ros_ns = int(self.get_clock().now().nanoseconds)
+            self._latencies_ms.append((ros_ns - nanoseconds(message.header.stamp)) * 1e-6)
+
+    def _on_robot(self, message: JointState) -> None:
+        position = to_robot_position(message, self.controller.robot.joints)
+        if position is None:
+            self._counters.add("malformed_robot_states")
+        else:
+            self.controller.add_robot(position, self._now())
+
+    def _on_timer(self) -> None:
+        now = self._now()
+        if now.steady_ns - self._stepped_ns > self._late_ns:
+            self._step(now)
+
+    def _step(self, now: Now) -> None:
+        self._stepped_ns = now.steady_ns
+        command = self.controller.step(now, self._dead_man.is_held)
+        if command is not None:
+            self._publish(command, now.ros_ns)
+        supervisor = self.controller.supervisor
+        said = (supervisor.state, supervisor.fault)
+        if said != self._said:
+            self._said = said
+            self.get_logger().info(self._sentence())
+            self._diagnostics_now()
+
+    def _publish(self, command: ArmCommand, now_ns: int) -> None:
+        self._counters.add("commands")
+        joints = self.controller.robot.joints
+        self._trajectories.publish(to_trajectory(command, joints, now_ns))
+        self._display.publish(to_display(command.motions[0], joints, command.stamp_ns))
+        target = self.controller.target
+        if target is not None:
+            stamped = JointState(header=header(command.stamp_ns), name=list(joints))
+            stamped.position = target.tolist()
+            self._target.publish(stamped)
+
+    def _sentence(self) -> str:
+        supervisor = self.controller.supervisor
+        reason = "" if supervisor.fault is None else f": {supervisor.fault.value}"
+        return f"{supervisor.state.value}{reason}"
+
+    def _diagnostics_now(self) -> None:
+        diagnostics = getattr(self, "_diagnostics", None)
+        if diagnostics is not None:
+            diagnostics.publish()
+
+    def _report(self) -> Report:
+        controller = self.controller
+        moves = controller.supervisor.state in (State.SOFT_START, State.FOLLOWING)
+        fault = controller.supervisor.fault
+        median, p99 = np.nan, np.nan
+        if self._latencies_ms:
+            median, p99 = np.percentile(self._latencies_ms, [50.0, 99.0])
+        return Report(
+            level=Level.OK if moves else Level.WARN,
+            message=self._sentence(),
+            values={
+                "state": controller.supervisor.state.name.lower(),
+                "reason": "none" if fault is None else fault.name.lower(),
+                "robot": controller.robot.file.name,
+                "hand_deviation_m": f"{controller.monitor.deviation_m:.3f}",
+                "latency_ms": f"{median:.1f}",
+                "latency_p99_ms": f"{p99:.1f}",
+                **self._counters.as_dict(),
+                **controller.limiter.counters.as_dict(),
+                **controller.monitor.counters.as_dict("input/"),
+            },
+        )
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(ArmNode, parameters=ArmParameters)

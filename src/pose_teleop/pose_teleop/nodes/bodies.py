@@ -1,0 +1,13 @@
+"""Where the fusion publishes a person."""
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+NEWEST = QoSProfile(depth=1, reliability=ReliabilityPolicy.RELIABLE)
+LATCHED = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+
+
+def body_topic(body: str, name: str) -> str:
+    """A topic of a body; relative, so that a namespace holds all of a graph."""
+    return f"humans/bodies/{body}/{name}"

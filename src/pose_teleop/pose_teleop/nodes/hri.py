@@ -1,0 +1,117 @@
+"""The node: the person as REP 155 has it, for the tools of ROS4HRI."""
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
+
+from pose_core.counters import Counters
+from pose_core.stamps import NS_PER_S, nanoseconds
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
+from pose_teleop.conversions import header
+from pose_teleop.human_model import HumanAngles, human_urdf, joint_offsets
+from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
+from pose_teleop.nodes.message_types import message_class
+from pose_teleop.parameters import HriParameters
+
+LOOK_S = 0.1  # [s] between looks for a person who has gone
+
+
+class HriNode(Node):
+    """Publishes joint states, tree, root frame and the list of tracked bodies.
+
+    Args:
+        **options: As for ``rclpy.node.Node``.
+
+    Raises:
+        PoseError: If hri_msgs is not installed, or a parameter is not what it should be.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("hri", **options)
+        self._settings = parameters = declare_parameters(self, HriParameters)
+        self._ids = message_class(parameters.ids_type)
+        self._angles = HumanAngles()
+        self._counters = Counters("joint_states", "incomplete", "not_finite", "malformed_urdf")
+        self._heard_ns: int | None = None
+        ours, theirs = (partial(body_topic, b) for b in (parameters.subject, parameters.id))
+        self._states = self.create_publisher(JointState, theirs("joint_states"), 10)
+        self._urdf = self.create_publisher(String, theirs("urdf"), LATCHED)
+        self._tf = self.create_publisher(TFMessage, "tf", 10)
+        self._tracked = self.create_publisher(self._ids, "humans/bodies/tracked", LATCHED)
+        self._announced: tuple[str, ...] | None = None
+        self.create_subscription(JointState, ours("joint_states"), self._on_states, NEWEST)
+        self.create_subscription(String, ours("urdf"), self._on_urdf, LATCHED)
+        self.create_subscription(TFMessage, "tf", self._on_tf, 20)
+        steady_timer(self, LOOK_S, self._look)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    def _on_states(self, message: JointState) -> None:
+        angles = dict(zip(message.name, message.position, strict=False))
+        if not np.isfinite(list(angles.values())).all():
+            self._counters.add("not_finite")
+            return
+        try:
+            found = self._angles.convert(angles)
+        except KeyError:
+            self._counters.add("incomplete")
+            return
+        self._counters.add("joint_states")
+        self._heard_ns = int(self.get_clock().now().nanoseconds)
+        body = self._settings.id
+        self._states.publish(
+            JointState(
+                header=header(nanoseconds(message.header.stamp), f"body_{body}"),
+                name=[f"{name}_{body}" for name in found],
+                position=list(found.values()),
+            )
+        )
+        self._look()
+
+    def _on_urdf(self, message: String) -> None:
+        try:
+            offsets = joint_offsets(message.data, self._settings.subject)
+        except (KeyError, ValueError, SyntaxError) as error:
+            self._counters.add("malformed_urdf")
+            self.get_logger().warning(f"the person's urdf is not the fusion's: {error!r}")
+            return
+        self._urdf.publish(String(data=human_urdf(offsets, self._settings.id)))
+
+    def _on_tf(self, message: TFMessage) -> None:
+        """The root under the model's name; the frames below it are its state publisher's."""
+        transforms = message.transforms
+        if transforms and transforms[0].child_frame_id == f"body_{self._settings.subject}":
+            root = transforms[0]
+            root.child_frame_id = f"body_{self._settings.id}"
+            self._tf.publish(TFMessage(transforms=[root]))
+
+    def _look(self) -> None:
+        """Announce who is tracked, when that changes."""
+        now_ns = int(self.get_clock().now().nanoseconds)
+        heard = self._heard_ns
+        is_there = heard is not None and now_ns - heard < self._settings.timeout * NS_PER_S
+        tracked = (self._settings.id,) if is_there else ()
+        if tracked != self._announced:
+            self._announced = tracked
+            self._tracked.publish(self._ids(header=header(now_ns), ids=list(tracked)))
+
+    def _report(self) -> Report:
+        tracked = bool(self._announced)
+        return Report(
+            level=Level.OK if tracked else Level.WARN,
+            message=f"body {self._settings.id} is tracked" if tracked else "nobody is tracked",
+            values=self._counters.as_dict(),
+        )
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(HriNode, parameters=HriParameters)

@@ -1,0 +1,105 @@
+"""The node: a robot's arm that is simulated; it listens as a joint trajectory controller does."""
+
+import time
+from typing import Any
+
+import numpy as np
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectory
+from visualization_msgs.msg import MarkerArray
+
+from pose_core.counters import Counters
+from pose_core.stamps import NS_PER_S
+from pose_node.level import Level
+from pose_node.nodes.declaring import declare_parameters
+from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.running import run_node
+from pose_node.nodes.steady_timer import steady_timer
+from pose_teleop.conversions import header, to_link_tf, to_points, to_robot_markers, transform
+from pose_teleop.nodes.bodies import LATCHED, NEWEST
+from pose_teleop.parameters import SimulatedRobotParameters
+from pose_teleop.robot_arm import RobotArm
+from pose_teleop.robot_dynamics import STEP_S, SimulatedArm
+from pose_teleop.robot_files import load_robot
+
+DRAWN_S = 0.04  # [s] between transforms of its links
+CELL_M = 0.012  # [m] details of its shape that are kept
+ROOT = "robot"  # its frame, and the prefix of its links'
+LONGEST_S = 0.1  # [s] of a pause of the process that is made up for
+
+
+class SimulatedRobot(Node):
+    """Steps a :class:`SimulatedArm`.
+
+    Args:
+        **options: As for ``rclpy.node.Node``.
+
+    Raises:
+        PoseError: If the robot or a parameter is not what it should be.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__("simulated_robot", **options)
+        parameters = declare_parameters(self, SimulatedRobotParameters)
+        self.arm = RobotArm(load_robot(parameters.robot, parameters.side, parameters.urdf))
+        self.simulated = SimulatedArm(self.arm, parameters.mass_error)
+        self._place = np.array([parameters.x, parameters.y, parameters.z])
+        self._mount = self.arm.mount_quaternion(parameters.yaw)
+        self._counters = Counters("commands", "malformed_commands")
+        self._stepped_ns = self._drawn_ns = time.monotonic_ns()
+        self._states = self.create_publisher(JointState, "arm/joint_states", 10)
+        self._tf = self.create_publisher(TFMessage, "tf", 10)
+        self._shape = self.create_publisher(MarkerArray, "arm/markers", LATCHED)
+        self._shape.publish(to_robot_markers(self.arm.meshes(CELL_M), ROOT))
+        self.create_subscription(JointTrajectory, "arm/joint_trajectory", self._on_command, NEWEST)
+        steady_timer(self, 1.0 / parameters.rate, self._step)
+        self._diagnostics = DiagnosticsPublisher(self, self._report)
+
+    def _on_command(self, message: JointTrajectory) -> None:
+        points = to_points(message, self.arm.joints)
+        if points is None:
+            self._counters.add("malformed_commands")
+            return
+        self._counters.add("commands")
+        self._advance()
+        self.simulated.command(points)
+
+    def _advance(self) -> None:
+        now_ns = time.monotonic_ns()
+        since_s = (now_ns - self._stepped_ns) / NS_PER_S
+        if since_s >= STEP_S:
+            steps = int(since_s / STEP_S)
+            self.simulated.advance(min(steps * STEP_S, LONGEST_S))
+            self._stepped_ns += round(steps * STEP_S * NS_PER_S)
+
+    def _step(self) -> None:
+        self._advance()
+        stamp_ns = int(self.get_clock().now().nanoseconds)
+        self._states.publish(
+            JointState(
+                header=header(stamp_ns),
+                name=list(self.arm.joints),
+                position=self.simulated.position.tolist(),
+                velocity=self.simulated.velocity.tolist(),
+            )
+        )
+        now_ns = time.monotonic_ns()
+        if now_ns - self._drawn_ns > DRAWN_S * NS_PER_S:
+            self._drawn_ns = now_ns
+            links = to_link_tf(self.arm.links(self.simulated.position), ROOT, stamp_ns)
+            root = transform("map", ROOT, self._place, self._mount, stamp_ns)
+            self._tf.publish(TFMessage(transforms=[root, *links.transforms]))
+
+    def _report(self) -> Report:
+        return Report(
+            level=Level.OK,
+            message=f"simulating {self.arm.file.name}",
+            values=self._counters.as_dict(),
+        )
+
+
+def main() -> None:
+    """Run the node."""
+    run_node(SimulatedRobot, parameters=SimulatedRobotParameters)

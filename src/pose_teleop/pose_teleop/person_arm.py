@@ -1,0 +1,107 @@
+"""The person's arm: from joint angles to where elbow and hand are, seen from the shoulder."""
+
+from dataclasses import dataclass
+from xml.etree import ElementTree
+
+import numpy as np
+
+from pose_core.api import FloatArray
+from pose_core.errors import InputError
+from pose_teleop.extras import require
+
+ANGLES = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
+
+
+def angle_names(side: str) -> tuple[str, ...]:
+    """The four joint angles of an arm, in the order of every (4,) array."""
+    return tuple(f"{side}_{angle}" for angle in ANGLES)
+
+
+def bone_lengths(urdf: str) -> FloatArray:
+    """How far every joint of a person's URDF is from its parent [m], to tell persons apart.
+
+    Raises:
+        InputError: If it is no URDF.
+    """
+    try:
+        root = ElementTree.fromstring(urdf)
+        origins = [each.get("xyz", "0 0 0").split() for each in root.findall("joint/origin")]
+        return np.linalg.norm(np.array(origins, float).reshape(-1, 3), axis=1)
+    except (ElementTree.ParseError, ValueError) as error:
+        raise InputError(f"the person's urdf is no URDF: {error}") from error
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmPose:
+    """Seen from the shoulder, in the trunk's axes (x forward, y left, z up), [m]."""
+
+    elbow: FloatArray  # (3,)
+    hand: FloatArray  # (3,)
+
+
+class PersonArm:
+    """An arm of the tree that the fusion publishes as ``urdf``.
+
+    Attributes:
+        upper, fore: Lengths of upper arm and forearm [m].
+
+    Args:
+        urdf: The document.
+        side: ``left`` or ``right``.
+
+    Raises:
+        InputError: If the tree has no such arm.
+    """
+
+    def __init__(self, urdf: str, side: str) -> None:
+        pin = require("pinocchio")
+        self._pin = pin
+        try:
+            self._model = pin.buildModelFromXML(urdf)
+        except (ValueError, RuntimeError) as error:
+            raise InputError(f"the person's urdf is no URDF: {error}") from error
+        names = angle_names(side)
+        missing = [name for name in names if not self._model.existJointName(name)]
+        hands = [f.name for f in self._model.frames if f.name.startswith(f"{side}_hand_joint_")]
+        if missing or not hands:
+            found = ", ".join(missing) or f"{side}_hand_joint"
+            raise InputError(f"the person's urdf has no {found}: expected the fusion's")
+        self._data = self._model.createData()
+        joints = [self._model.getJointId(name) for name in names]
+        self._columns = [self._model.joints[joint].idx_q for joint in joints]
+        self._shoulder, self._elbow = joints[0], joints[3]
+        self._hand = self._model.getFrameId(hands[0], pin.FrameType.BODY)
+        straight = self.pose(np.zeros(4))
+        self.upper = float(np.linalg.norm(straight.elbow))
+        self.fore = float(np.linalg.norm(straight.hand - straight.elbow))
+        if not (self.upper > 0.0 and self.fore > 0.0):
+            raise InputError("the person's urdf has an arm without length")
+
+    def pose(self, angles: FloatArray) -> ArmPose:
+        """Where elbow and hand are at angles [rad], (4,)."""
+        data = self._data
+        # All other joints at zero: the trunk's axes are then the root's.
+        self._pin.computeJointJacobians(self._model, data, self._posture(angles))
+        self._pin.updateFramePlacements(self._model, data)
+        shoulder = data.oMi[self._shoulder].translation
+        return ArmPose(
+            elbow=data.oMi[self._elbow].translation - shoulder,
+            hand=data.oMf[self._hand].translation - shoulder,
+        )
+
+    def hand_deviation(self, angles: FloatArray, deviations: FloatArray) -> float:
+        """Standard deviation of the hand's place [m] for those of the angles [rad], (4,).
+
+        Angles that do not move the hand, as the rotation of a straight arm, do not count.
+        """
+        self.pose(angles)
+        J = self._pin.getFrameJacobian(
+            self._model, self._data, self._hand, self._pin.LOCAL_WORLD_ALIGNED
+        )[:3, self._columns]
+        variances = (J * deviations) ** 2  # the angles taken as independent
+        return float(np.sqrt(variances.sum()))
+
+    def _posture(self, angles: FloatArray) -> FloatArray:
+        posture = np.zeros(self._model.nq)
+        posture[self._columns] = angles
+        return posture

@@ -1,0 +1,116 @@
+"""A simulated arm: rigid-body dynamics under a controller that misjudges its masses.
+
+Forward dynamics by the articulated-body algorithm (Featherstone 2008, chapter 7), joint torques by
+computed torque with the URDF's effort limits, semi-implicit Euler steps.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pose_core.api import FloatArray
+from pose_teleop.extras import require
+from pose_teleop.robot_arm import RobotArm
+
+STEP_S = 0.002  # [s] of the integration
+STIFFNESS = 40.0**2  # [1/s2] of the controller, on the joint's inertia
+DAMPING = 2.0 * 40.0  # [1/s] critical
+ROTOR_INERTIA = 0.02  # [kg m2] of every motor behind its gear; URDF does not know it
+FEED_FORWARD = 2.0  # [-] of the acceleration limit that the controller takes for meant
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrajectoryPoints:
+    """A command: k points of n joints."""
+
+    times_s: FloatArray  # (k,) from when it was received, increasing
+    position: FloatArray  # [rad] (k, n)
+    velocity: FloatArray  # [rad/s] (k, n)
+
+
+class SimulatedArm:
+    """Follows trajectories as a joint trajectory controller does; at their end it stands still.
+
+    Attributes:
+        position, velocity: Of the joints [rad], [rad/s], (n,).
+
+    Args:
+        arm: The robot's arm.
+        mass_error: By how much its controller misjudges the masses [-].
+        step_s: Of the integration [s].
+    """
+
+    def __init__(self, arm: RobotArm, mass_error: float = 0.0, step_s: float = STEP_S) -> None:
+        self._step_s = step_s
+        self._pin = require("pinocchio")
+        self._arm = arm
+        self._model = arm.model.copy()
+        self._model.armature = np.full(self._model.nv, ROTOR_INERTIA)
+        self._data = self._model.createData()
+        self._assumed = self._model.copy()
+        for inertia in self._assumed.inertias:
+            inertia.mass *= 1.0 + mass_error
+            inertia.inertia = inertia.inertia * (1.0 + mass_error)
+        self._assumed_data = self._assumed.createData()
+        self.position, self.velocity = arm.rest.copy(), np.zeros(len(arm.rest))
+        self._reference = arm.rest.copy(), np.zeros(len(arm.rest))
+        self._points: TrajectoryPoints | None = None
+        self._begun_s = 0.0
+        self._time_s = 0.0
+
+    def command(self, points: TrajectoryPoints) -> None:
+        """Leave the former trajectory for this one."""
+        position, velocity = self._reference
+        self._points = TrajectoryPoints(
+            times_s=np.concatenate([[0.0], points.times_s]),
+            position=np.vstack([position, points.position]),
+            velocity=np.vstack([velocity, points.velocity]),
+        )
+        self._begun_s = self._time_s
+
+    def advance(self, duration_s: float) -> None:
+        """Let time pass."""
+        for _ in range(max(1, round(duration_s / self._step_s))):
+            self._time_s += self._step_s
+            self._step()
+
+    def _step(self) -> None:
+        before, rate_before = self._reference
+        wanted, rate = self._referred()
+        # A command that comes late must not make the controller's own reference leap.
+        most_step = self._arm.max_velocity * self._step_s
+        wanted = before + np.clip(wanted - before, -most_step, most_step)
+        rate = np.clip(rate, -self._arm.max_velocity, self._arm.max_velocity)
+        self._reference = wanted, rate
+        top = FEED_FORWARD * self._arm.file.max_acceleration
+        acceleration = np.clip((rate - rate_before) / self._step_s, -top, top)
+        wished = (
+            acceleration + STIFFNESS * (wanted - self.position) + DAMPING * (rate - self.velocity)
+        )
+        arm, pin = self._arm, self._pin
+        q, v = arm.model_order(self.position), arm.model_order(self.velocity)
+        torque = pin.rnea(self._assumed, self._assumed_data, q, v, arm.model_order(wished))
+        most = arm.model_order(arm.max_effort)
+        pin.aba(self._model, self._data, q, v, np.clip(torque, -most, most))
+        self.velocity = self.velocity + self._step_s * arm.our_order(self._data.ddq)
+        moved = self.position + self._step_s * self.velocity
+        self.position = np.clip(moved, arm.lower, arm.upper)  # the joints' stops
+        self.velocity = np.where(moved == self.position, self.velocity, 0.0)
+
+    def _referred(self) -> tuple[FloatArray, FloatArray]:
+        """Position and velocity that the trajectory asks for now: cubic between its points."""
+        points = self._points
+        if points is None:
+            return self._reference[0], np.zeros_like(self._reference[1])
+        t = self._time_s - self._begun_s
+        last = len(points.times_s) - 1
+        if t >= points.times_s[last]:
+            return points.position[last], np.zeros(points.position.shape[1])
+        i = int(np.searchsorted(points.times_s, t, side="right")) - 1
+        h = points.times_s[i + 1] - points.times_s[i]
+        s = (t - points.times_s[i]) / h
+        (p0, p1), (v0, v1) = points.position[i : i + 2], points.velocity[i : i + 2]
+        d = p1 - p0
+        a, b = 3.0 * d - h * (2.0 * v0 + v1), -2.0 * d + h * (v0 + v1)
+        position = p0 + s * (h * v0 + s * (a + s * b))
+        return position, v0 + s * (2.0 * a + 3.0 * s * b) / h

@@ -1,0 +1,112 @@
+"""Robots: what of a URDF stands for a person's arm; ``robots/*.yaml`` or a file of the user's."""
+
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from pose_core.errors import InputError
+from pose_core.joints import SIDES
+from pose_teleop.extras import in_package
+
+Vector = tuple[float, ...]
+_FOLDER = files("pose_teleop") / "robots"
+_REQUIRED = ("urdf", "joints", "shoulder", "elbow", "tool", "rest")
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointRule:
+    """``robot angle = scale * person's angle + offset`` [rad]."""
+
+    joint: str
+    angle: str  # of the person's arm, without its side
+    scale: float
+    offset: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotFile:
+    """A robot's arm, of one side; n joints."""
+
+    name: str
+    urdf: Path
+    joints: tuple[str, ...]
+    shoulder: str  # frames
+    elbow: str
+    tool: str
+    tool_axis: Vector  # in the tool's frame, out of the forearm
+    mount: Vector  # [rad] roll, pitch, yaw of the robot's root in the person's trunk
+    rest: Vector  # [rad] (n,)
+    rules: tuple[JointRule, ...]
+    max_velocity: float  # [rad/s] 0: the URDF's alone
+    max_acceleration: float  # [rad/s2]
+
+
+def shipped_robots() -> tuple[str, ...]:
+    """The names of the robots that come with the package."""
+    names = (Path(str(entry)).name for entry in _FOLDER.iterdir())
+    return tuple(sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml")))
+
+
+def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
+    """A shipped robot by its name, or one of the user's by the path of its YAML file.
+
+    Args:
+        name: Name or path.
+        side: The robot's side: ``left`` or ``right``.
+        urdf: Another URDF than the file's, if not empty.
+
+    Raises:
+        InputError: If there is no such robot, or its file is not what it should be.
+    """
+    path = Path(name).expanduser()
+    if name in shipped_robots():
+        text = (_FOLDER / f"{name}.yaml").read_text()
+    elif path.is_file():
+        text = path.read_text()
+    else:
+        known = ", ".join(shipped_robots())
+        raise InputError(f"found no robot '{name}': expected one of {known}, or a YAML file")
+    try:
+        content = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise InputError(f"{name} is not YAML: {str(error).splitlines()[0]}") from error
+    missing = [key for key in _REQUIRED if key not in (content or {})]
+    if missing:
+        raise InputError(f"robot {name} lacks {', '.join(missing)}: see robots/g1.yaml")
+    try:
+        return _robot(path.stem, content, side, urdf)
+    except (TypeError, ValueError, KeyError, AttributeError, IndexError) as error:
+        raise InputError(f"robot {name} is not as robots/g1.yaml: {error!r}") from error
+
+
+def _robot(name: str, content: dict[str, Any], side: str, urdf: str) -> RobotFile:
+    sign = 1.0 if side == SIDES[0] else -1.0
+    rest = np.array(content["rest"], float)
+    rest[content.get("rest_flips", [])] *= sign
+    mounts = content.get("mount", {})
+    return RobotFile(
+        name=name,
+        urdf=in_package(urdf or content["urdf"]),
+        joints=tuple(joint.format(side=side) for joint in content["joints"]),
+        shoulder=content["shoulder"].format(side=side),
+        elbow=content["elbow"].format(side=side),
+        tool=content["tool"].format(side=side),
+        tool_axis=tuple(map(float, content.get("tool_axis", (0, 0, 1)))),
+        mount=tuple(map(float, mounts.get(side, (0, 0, 0)))),
+        rest=tuple(rest.tolist()),
+        rules=tuple(
+            JointRule(
+                joint=joint.format(side=side),
+                angle=rule["of"],
+                scale=float(rule.get("scale", 1.0)) * (sign if rule.get("flips") else 1.0),
+                offset=float(rule.get("offset", 0.0)),
+            )
+            for joint, rule in content.get("map", {}).items()
+        ),
+        max_velocity=float(content.get("max_velocity", 0.0)),
+        max_acceleration=float(content.get("max_acceleration", 10.0)),
+    )

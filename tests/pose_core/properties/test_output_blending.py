@@ -1,0 +1,110 @@
+"""What is published has no steps, stays within limits, and its rate is its derivative."""
+
+import numpy as np
+import pytest
+
+from pose_core.fusion.output_grid import OutputGrid
+from pose_core.kernels.output_blending import blend_angle, make_blending
+
+MS = 1_000_000
+LIMITS = np.radians([-110.0, 110.0])
+PERIOD_S = 0.01
+
+
+def publish(targets, rates, stddev_deg=2.0):
+    """Angles, rates, whether known, variances of a filter's angles at 100 Hz, all [rad]."""
+    blending = make_blending(1)
+    rows = []
+    for k, (value, rate) in enumerate(zip(targets, rates, strict=True)):
+        target = np.array([value, rate, np.radians(stddev_deg) ** 2])
+        is_known = blend_angle(blending, 0, PERIOD_S if k else 0.0, target, LIMITS)
+        rows.append((blending.position[0], blending.velocity[0], is_known, target[2]))
+    position, velocity, known, variance = (np.array(each) for each in zip(*rows, strict=True))
+    return position, velocity, known, variance
+
+
+def unexplained(position, velocity):
+    return np.abs(np.diff(position) - 0.5 * (velocity[1:] + velocity[:-1]) * PERIOD_S)
+
+
+def test_the_first_pose_is_the_filters():
+    position, velocity, known, _ = publish([0.3], [1.5])
+    assert (position[0], velocity[0], known[0]) == (0.3, 1.5, True)
+
+
+@pytest.mark.parametrize("jump_deg", [3.0, 30.0, 85.0, -180.0])
+def test_a_jump_of_the_filter_is_blended_out_and_the_deviation_says_so(jump_deg):
+    jump = np.radians(jump_deg)
+    start = -0.5 * jump
+    targets = np.where(np.arange(150) < 50, start, start + jump)
+    position, velocity, _, variance = publish(targets, np.zeros(150))
+    assert np.degrees(unexplained(position, velocity).max()) < 3.0
+    assert np.degrees(np.abs(np.diff(position)).max()) < 10.0
+    np.testing.assert_allclose(position[-1], targets[-1], atol=1e-6)
+    apart = np.abs(position - targets)
+    assert (np.sqrt(variance[51:]) >= apart[51:]).all()
+
+
+def test_a_filter_that_is_right_is_followed_without_lag():
+    t = np.arange(300) * PERIOD_S
+    true, rate = 0.8 * np.sin(4.0 * t), 3.2 * np.cos(4.0 * t)
+    position, velocity, known, _ = publish(true, rate)
+    assert np.degrees(np.abs(position - true).max()) < 0.1
+    assert np.degrees(np.abs(velocity - rate).max()) < 4.0
+    assert known.all()
+
+
+def test_nothing_leaves_the_limits_and_what_is_far_beyond_is_held_and_unknown():
+    t = np.arange(300) * PERIOD_S
+    targets = np.radians(60.0) * t  # to 180 degrees
+    position, velocity, known, variance = publish(targets, np.full(300, np.radians(60.0)))
+    assert position.max() <= LIMITS[1]
+    assert known[targets < LIMITS[1] + np.radians(14.0)].all()
+    assert not known[targets > LIMITS[1] + np.radians(16.0)].any()
+    assert np.ptp(position[-50:]) < np.radians(0.1)
+    assert np.abs(velocity[-50:]).max() < 0.01
+    assert variance[-1] > variance[-50] > np.radians(20.0) ** 2
+    assert np.degrees(unexplained(position, velocity).max()) < 1.0
+
+
+def test_saw_teeth_of_two_sources_have_no_steps():
+    saw = np.where(np.arange(400) // 2 % 2, np.radians(1.5), np.radians(-1.5))
+    position, velocity, *_ = publish(saw, np.zeros(400))
+    assert np.degrees(unexplained(position, velocity).max()) < 1.2
+    assert np.ptp(position[100:]) < np.ptp(saw)
+
+
+def test_the_grid_gives_each_instant_once_of_a_recording():
+    grid = OutputGrid(100.0, 1.0)
+    given = [
+        instant
+        for stamp_ns in (1_003 * MS, 1_020 * MS, 1_020 * MS + 1, 5_000 * MS, 5_015 * MS)
+        for instant in grid.before(stamp_ns)
+    ]
+    assert given[:2] == [1_010 * MS, 1_020 * MS]
+    assert (np.diff(given) > 0).all()
+    assert given[-2:] == [5_000 * MS, 5_010 * MS]
+    assert len(given) == 2 + 100 + 2 - 1 or len(given) == 2 + 100 + 2
+
+
+@pytest.mark.parametrize("rate", [30.0, 100.0, 200.0])
+def test_live_every_period_gives_one_instant_however_the_timer_jitters(rate):
+    grid, rng = OutputGrid(rate, 1.0), np.random.default_rng(3)
+    period_ns = 10**9 / rate
+    given = []
+    for k in range(1000):
+        now_ns = 10**18 + round(k * period_ns + rng.uniform(-0.2, 0.6) * period_ns)
+        instants, skipped = grid.until(now_ns, 50 * MS)
+        assert skipped == 0
+        assert all(instant <= now_ns for instant in instants)
+        given += instants
+    assert (np.diff(given) == round(period_ns)).all()
+    assert len(given) == pytest.approx(1000, abs=2)
+
+
+def test_of_a_backlog_the_newest_are_given_and_the_rest_is_counted():
+    grid = OutputGrid(100.0, 1.0)
+    grid.until(10**18, 50 * MS)
+    instants, skipped = grid.until(10**18 + 8_000 * MS, 50 * MS)
+    assert (len(instants), skipped) == (5, 795)
+    assert 0 <= 10**18 + 8_000 * MS - instants[-1] < 10 * MS

@@ -1,0 +1,98 @@
+"""A pose for each of several people (walking people, drawn)."""
+
+import numpy as np
+import pytest
+from crowd_of_people import frames_of, walker
+from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
+from walking_person import POSES
+
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.people.pipeline import PeoplePipeline
+from pose_core.session.extrinsics import extrinsics_from_map
+
+PLACED = extrinsics_from_map(POSES)
+TWO = [
+    walker((2.5, -1.2), (0.0, 0.5)),
+    walker((3.0, 1.2), (0.0, -0.5), scale=0.85, phase=1.5),
+]
+
+
+def fused(frames, **values):
+    """The estimates by id, and the chain."""
+    blocks = {}
+    parameters = FusionParameters(output_rate=0.0, **values)
+    pipeline = PeoplePipeline(
+        parameters, lambda body_id, block: blocks.setdefault(body_id, []).append(block), PLACED
+    )
+    for persons, _ in frames:
+        pipeline.add(persons)
+    pipeline.flush()
+    return blocks, pipeline
+
+
+@pytest.fixture(scope="module")
+def two():
+    return frames_of(TWO, 5.0)
+
+
+def thigh_m(pipeline, body_id):
+    return pipeline.shape_of(body_id).bone_lengths()["left_knee"]
+
+
+def test_of_one_person_the_estimates_are_the_single_chains_to_the_last_bit():
+    _, dof = motion(4.0)
+    rng = np.random.default_rng(7)
+    samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.005)
+    parameters = FusionParameters(output_rate=0.0)
+    single = FusionPipeline(parameters, extrinsics())
+    expected = [e for sample in samples for e in single.add_skeleton(sample)] + single.flush()
+    blocks = []
+    people = PeoplePipeline(parameters, lambda _, block: blocks.append(block), extrinsics())
+    for sample in samples:
+        people.add([sample])
+    people.flush()
+    estimates = [estimate for block in blocks for estimate in block]
+    assert len(estimates) == len(expected) > 0
+    np.testing.assert_array_equal(estimates[-1].position, expected[-1].position)
+
+
+def test_everybody_wanted_has_an_id_and_bones_of_their_own(two):
+    blocks, pipeline = fused(two, max_people=6)
+    assert set(blocks) == {"subject", "person_2"}
+    assert pipeline.people == ("subject", "person_2")
+    lengths = sorted(thigh_m(pipeline, body_id) for body_id in blocks)
+    assert lengths[0] == pytest.approx(0.85 * lengths[1], rel=0.05)
+
+
+def test_where_one_is_wanted_the_others_are_counted(two):
+    blocks, pipeline = fused(two)
+    assert set(blocks) == {"subject"}
+    assert pipeline.others == 1
+    assert pipeline.people_counts["skeletons_of_others"] > 200
+
+
+def test_a_smaller_person_who_takes_over_has_bones_of_their_own():
+    def there(_, index, time_s):
+        return time_s < 4.0 if index == 0 else time_s > 5.0
+
+    people = [walker((2.5, 0.0), (0.0, 0.0)), walker((2.5, 0.0), (0.0, 0.0), scale=0.8)]
+    before, _ = fused(frames_of(people[:1], 4.0))
+    blocks, pipeline = fused(frames_of(people, 17.0, there=there))
+    assert pipeline.people_counts["subject_changed"] == 1
+    assert thigh_m(pipeline, "subject") == pytest.approx(0.8 * 0.43, rel=0.06)
+    assert before
+    assert blocks
+
+
+def test_samples_of_before_the_extrinsics_are_not_lost(two):
+    blocks = {}
+    parameters = FusionParameters(output_rate=0.0, max_people=2)
+    pipeline = PeoplePipeline(parameters, lambda i, block: blocks.setdefault(i, []).append(block))
+    for persons, _ in two[:200]:
+        pipeline.add(persons)
+    assert not blocks
+    pipeline.place_sensors(PLACED)
+    for persons, _ in two[200:]:
+        pipeline.add(persons)
+    assert set(blocks) == {"subject", "person_2"}

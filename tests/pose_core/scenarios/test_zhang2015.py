@@ -1,0 +1,77 @@
+"""The paper's fusion on a synthetic body: one Kinect's raw limbs and IMUs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fusing import fused
+from synthetic_body import MODEL, extrinsics
+from worn_imus import START_NS, merged, moving_wearer, truth_at
+
+from pose_core.fusion.estimates import Source
+from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pipeline import FusionPipeline
+from pose_core.joints import JOINT_INDEX, TrackingState
+
+KNEE = MODEL.dof_index["left_knee_flexion"]
+HIDDEN_FROM_NS = START_NS + 24 * 10**9
+
+
+@pytest.fixture(scope="module")
+def session():
+    return moving_wearer(27.0)
+
+
+def run(samples, estimator="zhang2015"):
+    pipeline = FusionPipeline(FusionParameters(estimator=estimator), extrinsics())
+    return pipeline, fused(pipeline, samples)
+
+
+def with_foot(skeletons, state, aside=0.0):
+    """The skeletons; late ones with a foot that is hidden, and elsewhere [m]."""
+    changed = []
+    for sample in skeletons:
+        if sample.stamp_ns > HIDDEN_FROM_NS:
+            states, positions = sample.tracking_state.copy(), sample.positions.copy()
+            states[JOINT_INDEX["left_foot"]] = state
+            positions[JOINT_INDEX["left_foot"], 0] += aside
+            sample = replace(sample, tracking_state=states, positions=positions)
+        changed.append(sample)
+    return changed
+
+
+def test_the_weights_are_the_papers_and_roll_is_the_imus(session):
+    _, _, skeletons, imus = session
+    pipeline, estimates = run(merged(skeletons, imus))
+    last = estimates[-1]
+    assert any(use.is_aligned for use in pipeline.imu_uses)
+    assert last.weight_kinect[KNEE] == pytest.approx(0.8)
+    assert last.weight_imu[KNEE] == pytest.approx(0.2)
+    assert last.source[KNEE] == Source.FUSED
+    assert last.source[MODEL.dof_index["left_hip_rotation"]] == Source.IMU
+
+
+@pytest.mark.parametrize("state", [TrackingState.INFERRED, TrackingState.NOT_TRACKED])
+def test_an_occluded_limb_is_the_imus_at_once_and_then_shared_again(state, session):
+    t, dof, skeletons, imus = session
+    _, estimates = run(merged(with_foot(skeletons, state, aside=0.3), imus))
+    hidden = [e for e in estimates if e.stamp_ns > HIDDEN_FROM_NS]
+    assert all((e.weight_kinect[KNEE], e.weight_imu[KNEE]) == (0.0, 1.0) for e in hidden)
+    errors = [np.degrees(e.position[KNEE] - truth_at(e, t, dof)[KNEE]) for e in hidden]
+    assert np.sqrt(np.mean(np.square(errors))) < 12.0  # the Kinect's own would be 30 and more
+
+
+def test_only_the_first_sensor_counts(session):
+    _, _, skeletons, imus = session
+    _, both = run(merged(skeletons, imus))
+    _, left = run(merged([s for s in skeletons if s.sensor == "left"], imus))
+    frames = {s.stamp_ns for s in skeletons if s.sensor == "left"}
+    assert {e.stamp_ns for e in both} <= frames
+    assert {e.stamp_ns for e in left} <= frames
+
+
+def test_li2020_names_every_imu_that_it_does_not_use(session):
+    _, _, skeletons, imus = session
+    pipeline, _ = run(merged(skeletons[:200], imus[:500]), "li2020")
+    assert pipeline.imu_uses
+    assert all("li2020 knows no IMUs" in use.reason for use in pipeline.imu_uses)

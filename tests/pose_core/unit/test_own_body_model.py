@@ -1,0 +1,110 @@
+"""Body models of the user's own: honoured, or refused in one line."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+import yaml
+
+from pose_core.api import FusionParameters, InputError, body_model_of, load_body_model
+from pose_core.body.joint_rotations import link_angles
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import ROOT_DOF, available_models
+
+DEFAULT = resources.files("pose_core.body") / "body_models" / "default.yaml"
+
+
+def written(tmp_path, change):
+    document = yaml.safe_load(DEFAULT.read_text())
+    document["name"] = "own"
+    change(document)
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump(document, sort_keys=False))
+    return str(path)
+
+
+def add_neck_rotation(document):
+    document["links"]["head"]["dof"].append(["neck_rotation", [0, 0, 1], -80, 80])
+    document["order"].append("neck_rotation")
+
+
+def test_a_file_is_named_by_its_path(tmp_path):
+    path = written(tmp_path, add_neck_rotation)
+    model = body_model_of(FusionParameters(body_model=path))
+    assert model.name == "own"
+    assert model.angle_names[-1] == "neck_rotation"
+
+
+def test_angles_that_a_model_adds_are_extracted_as_forward_kinematics_takes_them(tmp_path):
+    model = load_body_model(written(tmp_path, add_neck_rotation))
+    angles = np.array([0.4, -0.3, 0.7])
+    dof = np.zeros(model.size)
+    names = ("neck_flexion", "neck_lateral_bending", "neck_rotation")
+    dof[[model.dof_index[name] for name in names]] = angles
+    R = ForwardKinematics(model, np.zeros((15, 3))).pose(dof).rotations
+    head, trunk = (model.link_names.index(name) for name in ("head", "trunk"))
+    found = link_angles(model.links["head"], R[trunk].T @ R[head], np.zeros(3))
+    np.testing.assert_allclose(found, angles, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", available_models())
+def test_every_bundled_models_angles_are_extracted_as_forward_kinematics_takes_them(name):
+    model = load_body_model(name)
+    lower, upper = model.limits.T
+    rng = np.random.default_rng(7)
+    dof = np.zeros(model.size)
+    dof[ROOT_DOF:] = rng.uniform(np.maximum(lower, 0.0), np.minimum(upper, 1.0))
+    R = ForwardKinematics(model, np.zeros((15, 3))).pose(dof).rotations
+    for link in model.links.values():
+        if link.parent is None:
+            continue
+        own, parent = (model.link_names.index(each) for each in (link.name, link.parent))
+        which = [model.dof_index[each.name] for each in link.dof]
+        found = link_angles(link, R[parent].T @ R[own], np.zeros(len(which)))
+        np.testing.assert_allclose(found, dof[which], atol=1e-9, err_msg=link.name)
+
+
+def other_axis(document):
+    document["links"]["left_forearm"]["dof"][0][1] = [0, 0, 1]
+
+
+def other_order(document):
+    document["links"]["left_thigh"]["dof"].reverse()
+
+
+def other_link(document):
+    document["links"]["tail"] = {"parent": "pelvis", "joint": "torso", "dof": []}
+
+
+def crossed_limits(document):
+    document["links"]["left_shank"]["dof"][0][2:] = [160, -10]
+
+
+def other_bone(document):
+    document["joints"]["left_knee"]["direction"] = [1, 0, 0]
+
+
+def no_joints(document):
+    del document["joints"]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (other_axis, r"left_elbow_flexion turns about \[0, 0, 1\]: expected \[0, -1, 0\]"),
+        (other_order, "'left_thigh' turns in another order"),
+        (other_link, "link 'tail': expected one of pelvis, trunk"),
+        (crossed_limits, "left_knee_flexion is limited to 160 to -10 degrees"),
+        (other_bone, r"the bone to left_knee points along \[1, 0, 0\]"),
+        (no_joints, "lacks a field"),
+        (lambda document: document.update(name="default"), "named 'default' as a bundled one"),
+    ],
+)
+def test_what_would_not_be_honoured_is_refused(tmp_path, change, message):
+    with pytest.raises(InputError, match=message):
+        load_body_model(written(tmp_path, change))
+
+
+def test_a_file_that_is_not_there_is_refused():
+    with pytest.raises(InputError, match=r"found no body model 'nowhere\.yaml'"):
+        load_body_model("nowhere.yaml")

@@ -1,0 +1,132 @@
+"""Who is who, across sensors, crossings and absences (walking people, drawn)."""
+
+import numpy as np
+from crowd_of_people import frames_of, numbers_of, walker
+from walking_person import POSES
+
+from pose_core.people.distances import OTHER_SIDE
+from pose_core.people.tracker import PeopleTracker
+from pose_core.session.clocks import Clock
+
+TO_THE_LEFT = walker((2.5, -1.5), (0.0, 1.0))
+TO_THE_RIGHT = walker((2.9, 1.5), (0.0, -1.0), scale=0.95, phase=1.5)
+
+
+def standing(place, **options):
+    return walker(place, (0.0, 0.0), **options)
+
+
+def tracker():
+    return PeopleTracker(POSES)
+
+
+def test_a_person_alone_is_followed_from_the_first_frame():
+    frames = frames_of([TO_THE_LEFT], 1.0)
+    people = tracker()
+    given = [people.add(persons) for persons, _ in frames]
+    assert all(len(each) == 1 for each in given)
+    assert {number for each in given for number, _ in each} == {1}
+
+
+def test_two_who_cross_keep_their_numbers_in_both_sensors():
+    given = numbers_of(tracker(), frames_of([TO_THE_LEFT, TO_THE_RIGHT], 3.0))
+    assert {len(numbers) for numbers in given.values()} == {1}
+    assert given[0] != given[1]
+
+
+def test_they_keep_them_where_a_sensor_exchanges_its_ids_as_they_cross():
+    def ids(sensor, index, time_s):
+        return str((index + (time_s > 1.5)) % 2)
+
+    given = numbers_of(tracker(), frames_of([TO_THE_LEFT, TO_THE_RIGHT], 3.0, ids=ids))
+    assert {len(numbers) for numbers in given.values()} == {1}
+
+
+def test_ids_that_differ_from_sensor_to_sensor_mean_nothing():
+    def ids(sensor, index, _):
+        return str(index if sensor == "left" else 1 - index)
+
+    given = numbers_of(tracker(), frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0, ids=ids))
+    assert {len(numbers) for numbers in given.values()} == {1}
+
+
+def test_who_leaves_for_five_seconds_is_the_same_under_a_new_id():
+    def there(_, index, time_s):
+        return index == 1 or not 2.0 < time_s < 7.0
+
+    def ids(_, index, time_s):
+        return str(index) if time_s < 4.0 else str(index + 10)
+
+    people = [standing((2.2, -0.6)), standing((3.0, 0.7), scale=0.9)]
+    given = numbers_of(tracker(), frames_of(people, 10.0, there=there, ids=ids))
+    assert {len(numbers) for numbers in given.values()} == {1}
+
+
+def test_a_smaller_person_in_the_same_place_is_somebody_else():
+    def there(_, index, time_s):
+        return time_s < 3.0 if index == 0 else time_s > 4.0
+
+    people = [standing((2.5, 0.0)), standing((2.5, 0.0), scale=0.8)]
+    given = numbers_of(tracker(), frames_of(people, 9.0, there=there))
+    assert given[1][-1] != given[0][0]
+
+
+def test_who_is_seen_for_a_moment_beside_others_is_nobody():
+    def there(_, index, time_s):
+        return index == 0 or 1.0 < time_s < 1.2
+
+    frames = frames_of([standing((2.5, 0.0)), standing((3.0, 1.0))], 3.0, there=there)
+    people = tracker()
+    assert 1 not in numbers_of(people, frames)
+    assert people.counters["ghosts"] == 1
+
+
+def test_a_second_skeleton_inside_of_a_person_is_a_double():
+    beside = standing((2.55, 0.05))
+    people = tracker()
+    given = numbers_of(people, frames_of([standing((2.5, 0.0)), beside], 3.0))
+    assert len({number for numbers in given.values() for number in numbers}) == 1
+    assert people.counters["doubles"] > 0
+
+
+def test_the_order_of_the_skeletons_in_a_frame_means_nothing():
+    frames = frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0)
+    turned = [(persons[::-1], truth[::-1]) for persons, truth in frames]
+    given = numbers_of(tracker(), frames)
+    also = numbers_of(tracker(), turned)
+    assert [len(numbers) for numbers in given.values()] == [len(each) for each in also.values()]
+
+
+def test_a_sensors_clock_is_taken_into_account():
+    frames = [
+        ([one if one.sensor == "left" else _later(one) for one in persons], truth)
+        for persons, truth in frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0)
+    ]
+    people = PeopleTracker(POSES, {"right": Clock(offset_ns=2_000_000_000)})
+    assert {len(numbers) for numbers in numbers_of(people, frames).values()} == {1}
+
+
+def test_a_skeleton_whose_sides_are_exchanged_is_of_the_same_person():
+    people = tracker()
+    frames = frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0)
+    mirrored = [
+        ([_mirrored(one) if one.sensor == "right" else one for one in persons], truth)
+        for persons, truth in frames
+    ]
+    assert {len(numbers) for numbers in numbers_of(people, mirrored).values()} == {1}
+
+
+def test_a_recording_that_begins_anew_finds_its_people_again():
+    frames = frames_of([standing((2.2, -0.6)), standing((3.0, 0.7), scale=0.9)], 4.0)
+    people = tracker()
+    first, again = numbers_of(people, frames), numbers_of(people, frames)
+    assert first == again
+
+
+def _later(sample):
+    return type(sample)(**{**vars(sample), "stamp_ns": sample.stamp_ns + 2_000_000_000})
+
+
+def _mirrored(sample):
+    positions = np.ascontiguousarray(sample.positions[OTHER_SIDE])
+    return type(sample)(**{**vars(sample), "positions": positions})

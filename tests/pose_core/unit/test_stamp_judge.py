@@ -1,0 +1,145 @@
+"""Stamps that cannot be true are not used; a clock that leaps is found out."""
+
+import numpy as np
+import pytest
+
+from pose_core.joints import JOINTS
+from pose_core.session.clocks import Clock
+from pose_core.streams.samples import ImuBlock, SkeletonSample
+from pose_core.streams.stamp_judge import StampJudge
+
+MS = 1_000_000
+S = 1000 * MS
+START = 1_700_000_000 * S
+PERIOD = 33 * MS
+LAG = 30 * MS
+
+
+def sample(stamp_ns, sensor="left"):
+    return SkeletonSample(
+        stamp_ns=stamp_ns,
+        sensor=sensor,
+        person="1",
+        positions=np.zeros((len(JOINTS), 3)),
+        tracking_state=np.zeros(len(JOINTS), np.uint8),
+    )
+
+
+def feed(judge, seconds, stamp_of, *, start_s=0.0, period_ns=PERIOD, sensor="left"):
+    """Samples whose stamp is a function of the true instant; those used, by true instant [s]."""
+    used = {}
+    for k in range(round(seconds * S / period_ns)):
+        true_ns = START + round(start_s * S) + k * period_ns
+        result = judge.skeleton(sample(stamp_of(true_ns), sensor), true_ns + LAG, {})
+        if result is not None:
+            used[(true_ns - START) / S] = result.stamp_ns - true_ns
+    return used
+
+
+def test_true_stamps_pass_as_they_are():
+    judge = StampJudge()
+    used = feed(judge, 3.0, lambda true_ns: true_ns)
+    assert len(used) == 91
+    assert set(used.values()) == {0}
+    assert not judge.set_aside
+    assert sum(judge.counters.as_dict().values()) == 0
+
+
+@pytest.mark.parametrize("leap_s", [5.0, -5.0, 31_536_000.0, 0.2])
+def test_a_clock_that_leaps_is_set_aside_and_taken_in_again_under_its_offset(leap_s):
+    judge = StampJudge()
+    feed(judge, 2.0, lambda true_ns: true_ns)
+    used = feed(judge, 3.0, lambda true_ns: true_ns + round(leap_s * S), start_s=2.0)
+    assert min(used) == pytest.approx(3.0, abs=0.15)  # a second later
+    assert max(abs(error_ns) for error_ns in used.values()) < 20 * MS
+    assert judge.counters["clocks_taken_in_again"] == 1
+    back = feed(judge, 3.0, lambda true_ns: true_ns, start_s=5.0)
+    assert set(back.values()) == {0}
+    assert not judge.set_aside
+    assert not judge.offsets_s
+
+
+@pytest.mark.parametrize(
+    ("stamp_of", "reason"),
+    [
+        (lambda true_ns: 2 * START + 2 * S - true_ns, "behind"),
+        (lambda true_ns: 0, "behind"),
+        (lambda true_ns: -true_ns, "behind"),
+        (lambda true_ns: true_ns - S, "1.0 s behind"),
+        (lambda true_ns: 2 * true_ns - START - 2 * S, "ahead"),
+    ],
+)
+def test_stamps_that_cannot_be_true_keep_a_source_aside_and_name_it(stamp_of, reason):
+    judge = StampJudge()
+    feed(judge, 2.0, lambda true_ns: true_ns)
+    used = feed(judge, 5.0, stamp_of, start_s=2.0)
+    assert all(abs(error_ns) <= 500 * MS for error_ns in used.values())
+    assert all(at_s < 2.6 for at_s in used)
+    assert reason in judge.set_aside["left"]
+    assert judge.counters["clocks_set_aside"] == 1
+    assert feed(judge, 3.0, lambda true_ns: true_ns, start_s=7.0)
+
+
+def test_a_single_wrong_stamp_costs_itself_alone():
+    judge = StampJudge()
+    feed(judge, 1.0, lambda true_ns: true_ns)
+    assert judge.skeleton(sample(START + 400 * S), START + S, {}) is None
+    assert len(feed(judge, 1.0, lambda true_ns: true_ns, start_s=1.0)) == 30
+    assert judge.counters["stamps_ahead"] == 1
+
+
+def test_a_flood_is_thinned_to_120_frames_a_second_and_repeated_stamps_are_dropped():
+    judge = StampJudge()
+    used = feed(judge, 2.0, lambda true_ns: true_ns, period_ns=MS)
+    assert len(used) == pytest.approx(2 * 120 + 12, abs=2)
+    repeated = feed(
+        judge, 1.0, lambda true_ns: true_ns // PERIOD * PERIOD, start_s=3.0, period_ns=MS
+    )
+    assert len(repeated) <= 31
+
+
+def test_late_frames_are_used_again_as_soon_as_they_are_in_time():
+    judge = StampJudge()
+    feed(judge, 1.0, lambda true_ns: true_ns)
+    feed(judge, 1.0, lambda true_ns: true_ns - S, start_s=1.0)
+    assert judge.set_aside
+    assert len(feed(judge, 1.0, lambda true_ns: true_ns, start_s=2.0)) == 30
+    assert not judge.set_aside
+
+
+def test_sources_of_one_clock_that_leaps_get_the_same_offset():
+    judge = StampJudge()
+    for sensor in ("left", "right"):
+        feed(judge, 1.0, lambda true_ns: true_ns, sensor=sensor)
+    for sensor, jitter_ns in (("left", 0), ("right", 12 * MS)):
+        feed(
+            judge,
+            2.0,
+            lambda true_ns, more=jitter_ns: true_ns + 5 * S - more,
+            start_s=1.0,
+            sensor=sensor,
+        )
+    assert judge.offsets_s["left"] == judge.offsets_s["right"]
+
+
+def test_a_known_clock_offset_is_no_leap():
+    judge = StampJudge()
+    clocks = {"left": Clock(offset_ns=3 * S)}
+    assert judge.skeleton(sample(START + 3 * S), START + LAG, clocks) is not None
+
+
+def test_an_imu_that_lags_is_set_aside_and_the_others_stay():
+    judge = StampJudge()
+    for k in range(100):
+        now_ns = START + k * 10 * MS
+        block = ImuBlock(
+            segments=("torso", "left_thigh"),
+            imu=np.array([0, 1]),
+            stamps_ns=np.array([now_ns - 400 * MS, now_ns - 5 * MS]),
+            orientation=np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)),
+            orientation_stddev=np.zeros((2, 3)),
+            angular_velocity=np.zeros((2, 3)),
+            linear_acceleration=np.zeros((2, 3)),
+        )
+        assert judge.imus(block, now_ns, {}).imu.tolist() == [1]
+    assert list(judge.set_aside) == ["imus/torso"]

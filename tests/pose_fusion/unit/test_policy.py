@@ -1,0 +1,40 @@
+"""The SROS 2 policy of a graph."""
+
+from xml.etree import ElementTree
+
+from pose_fusion.watching.policy import NodeUse, policy_xml
+
+
+def test_each_node_may_do_what_it_does_and_nothing_else():
+    nodes = {
+        ("/", "fusion"): NodeUse(
+            publishes=["/tf", "/humans/bodies/subject/joint_states"],
+            subscribes=["/kinect_left/skeletons"],
+            replies=["/fusion/set_parameters"],
+        ),
+        ("/lab", "viewer"): NodeUse(subscribes=["/lab/a", "/tf"], requests=["/lab/r/start"]),
+    }
+
+    policy = ElementTree.fromstring(policy_xml(nodes, "/pose").split("\n", 1)[1])
+
+    (enclave,) = policy.iter("enclave")
+    assert enclave.get("path") == "/pose"
+    fusion, viewer = policy.iter("profile")
+    assert (fusion.get("ns"), fusion.get("node")) == ("/", "fusion")
+    said = [(rule.tag, rule.attrib, [each.text for each in rule]) for rule in fusion]
+    assert said == [
+        ("topics", {"publish": "ALLOW"}, ["humans/bodies/subject/joint_states", "tf"]),
+        ("topics", {"subscribe": "ALLOW"}, ["kinect_left/skeletons"]),
+        ("services", {"reply": "ALLOW"}, ["fusion/set_parameters"]),
+    ]
+    said = [(rule.tag, rule.attrib, [each.text for each in rule]) for rule in viewer]
+    assert said == [
+        ("topics", {"subscribe": "ALLOW"}, ["/tf", "a"]),
+        ("services", {"request": "ALLOW"}, ["r/start"]),
+    ]
+
+
+def test_names_of_others_are_escaped():
+    text = policy_xml({("/", 'a"<b>'): NodeUse(publishes=["/<x>&"])}, "/pose")
+
+    assert ElementTree.fromstring(text.split("\n", 1)[1]).find(".//topic").text == "<x>&"

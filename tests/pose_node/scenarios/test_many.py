@@ -1,0 +1,87 @@
+"""A tool over many recordings: whole outputs, made once, resumed, on cores and on a cluster."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from distributed import LocalCluster
+
+from pose_node.many import (
+    OUTPUT,
+    Job,
+    recordings_under,
+    remove_leftovers,
+    run_job,
+    run_jobs,
+    summary,
+)
+
+COPY = "import shutil, sys; shutil.copy(*sys.argv[1:3]); print('copied')"
+SLOW_COPY = "import time; time.sleep(0.3); " + COPY
+BROKEN = "import sys; open(sys.argv[2], 'w').write('half'); sys.exit('error: damaged')"
+
+
+def bags(folder, count):
+    for index in range(count):
+        path = folder / f"day{index % 2}" / f"walk{index}"
+        path.mkdir(parents=True)
+        (path / "metadata.yaml").write_text(f"bag {index}")
+    return recordings_under(folder)
+
+
+def jobs_of(recordings, out, code=COPY):
+    return [
+        Job(
+            recording=str(each),
+            run="test",
+            output=str(out / each.parent.name / each.name),
+            command=(sys.executable, "-c", code, str(each / "metadata.yaml"), OUTPUT),
+        )
+        for each in recordings
+    ]
+
+
+def written(out):
+    return sorted(path.name for path in out.rglob("*") if path.is_file())
+
+
+def test_bags_are_found_at_any_depth_and_a_bag_is_no_folder_of_bags(tmp_path):
+    found = bags(tmp_path / "in", 4)
+    assert [each.name for each in found] == ["walk0", "walk2", "walk1", "walk3"]
+    assert recordings_under(found[0]) == []
+    assert recordings_under(tmp_path / "nothing") == []
+
+
+def test_a_second_run_makes_only_what_is_missing(tmp_path):
+    jobs = jobs_of(bags(tmp_path / "in", 5), tmp_path / "out")
+    assert [each.state for each in run_jobs(jobs, 2)] == ["done"] * 5
+    Path(jobs[2].output).unlink()
+    states = {each.job.output: each.state for each in run_jobs(jobs, 2)}
+    assert states.pop(jobs[2].output) == "done"
+    assert set(states.values()) == {"there already"}
+    assert written(tmp_path / "out") == sorted(Path(each.output).name for each in jobs)
+
+
+def test_a_failure_is_told_and_leaves_nothing_half_made(tmp_path):
+    (job,) = jobs_of(bags(tmp_path / "in", 1), tmp_path / "out", BROKEN)
+    outcome = run_job(job)
+    assert (outcome.state, outcome.message) == ("failed", "error: damaged")
+    assert written(tmp_path / "out") == []
+    assert summary([outcome]).caption == "1 failed"
+
+
+@pytest.mark.timeout(120)
+def test_a_worker_that_is_killed_half_way_loses_nothing_and_makes_nothing_twice(tmp_path):
+    jobs = jobs_of(bags(tmp_path / "in", 12), tmp_path / "out", SLOW_COPY)
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
+    ) as cluster:
+        outcomes = []
+        for outcome in run_jobs(jobs, 2, cluster.scheduler_address):
+            outcomes.append(outcome)
+            if len(outcomes) == 4:
+                cluster.workers[0].process.process.kill()
+    remove_leftovers(jobs)
+    assert sorted(each.job.output for each in outcomes) == sorted(each.output for each in jobs)
+    assert {each.state for each in outcomes} <= {"done", "there already"}
+    assert written(tmp_path / "out") == sorted(Path(each.output).name for each in jobs)
