@@ -94,7 +94,6 @@ def exchanged(session):
     return uses_of(run(merged(skeletons, wrong))[0])
 
 
-@pytest.mark.xfail(reason="was: the one on the thigh is aligned", strict=False)
 def test_imus_of_exchanged_segments_are_all_named(exchanged):
     assert {name for name, use in exchanged.items() if use.reason} == set(EXCHANGED)
 
@@ -120,7 +119,7 @@ def test_an_estimator_that_takes_no_imus_says_so(session, estimator):
     assert len(pipeline.imu_uses) == len({s.segment for s in imus[:1000]})
 
 
-@pytest.mark.xfail(reason="was: 24 ms are found after 26 s", strict=False)
+@pytest.mark.xfail(reason="24 ms are found after 26 s")
 def test_trackers_that_are_60_ms_late_are_found_within_15_ms(session):
     _, _, skeletons, imus = session
     late = [replace(s, stamp_ns=s.stamp_ns + 60 * MS) for s in skeletons]

@@ -113,11 +113,7 @@ def test_the_body_of_the_imus_alone_says_how_little_it_knows_while_they_are_lost
     assert pipeline.imus.counters["imu_readings_missing"] > 100
 
 
-# TODO: strict again, or gone, once it has been run with headings that a gap frees
-BELIEVED = pytest.mark.xfail(reason="was wrong by up to 80 degrees after a gap", strict=False)
-
-
-@pytest.mark.parametrize("estimator", [pytest.param("default", marks=BELIEVED), "imu"])
+@pytest.mark.parametrize("estimator", ["default", "imu"])
 def test_an_imu_without_north_that_begins_anew_turned_is_not_believed(estimator, session):
     """After half a second without samples its world has turned by a right angle."""
     t, dof, skeletons, imus = session

@@ -15,12 +15,12 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
-from pose_calibration.inertial.imu_motion import BONES
 from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
 from pose_core.errors import InputError
+from pose_core.joints import SEGMENT_ENDS
 from pose_fusion.conversions import (
     sensor_frame,
     to_clock_messages,
@@ -92,7 +92,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self.create_subscription(
             Imu, f"kinect_{sensors[0]}/imu", self._on_acceleration, qos_profile_sensor_data
         )
-        topics = {segment: f"imu_{segment}/data" for segment in BONES}
+        topics = {segment: f"imu_{segment}/data" for segment in SEGMENT_ENDS}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
         steady_timer(self, PERIOD_S, self._take)
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
