@@ -109,7 +109,7 @@ def imu_groups(
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:
     """The joints when a frame was captured: everything goes back at its present rate."""
-    pose, tau_s = state.pose, frame.late_s + state.delay[frame.sensor]
+    pose, tau_s = state.pose, frame.late_s
     back = Rotation.from_rotvec(-tau_s * pose.rates)
     rotations = (back * Rotation.from_matrix(pose.rotations)).as_matrix()
     levers = levers_of(constants.body, rotations, pose.slides)

@@ -82,6 +82,8 @@ class DefaultEstimator(StepwiseEstimator):
         self._predict, self._take_imus = type_specialised(predict), type_specialised(take_imus)
         self._take_frame = type_specialised(take_frame)
         self._state: FilterState | None = None
+        self._delay = np.full(len(parameters.sensors), self._constants.known_delay_s)
+        self._delay_sums = np.zeros((len(parameters.sensors), 2))
         self._stamp_ns = 0
         self._strayed_since_ns: int | None = None
         self._fit = np.full(1, CONSISTENT_NIS)
@@ -93,6 +95,11 @@ class DefaultEstimator(StepwiseEstimator):
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """What becomes of each IMU that was heard."""
         return self._alignments.uses
+
+    @property
+    def tracker_delays_s(self) -> FloatArray | None:
+        """Delay of each sensor's tracker, (sensors,) [s]; as told, until IMUs show it."""
+        return self._delay
 
     def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
@@ -173,7 +180,7 @@ class DefaultEstimator(StepwiseEstimator):
         rotations = kinematics.pose(dof).rotations
         sensors = len(self.parameters.sensors)
         self._state = start_state(self._layout, sensors, self.tuning, dof[:3], rotations)
-        self._state.delay[:] = self._constants.known_delay_s
+        self._state = self._state._replace(delay=self._delay, delay_sums=self._delay_sums)
         self._alignments.restart()
         self._stamp_ns = observation.stamp_ns
         self._strayed_since_ns = None
@@ -185,10 +192,11 @@ class DefaultEstimator(StepwiseEstimator):
         """Correct the state by all that an observation holds; None if that broke it."""
         assert self._state is not None
         self._alignments.hear(observation.stamp_ns, observation.readings, self._state)
-        readings = self._alignments.readings(observation.readings)
-        if not self._take_imus(self._constants, self._state, readings, information[1]):
-            self._break()
-            return None
+        if late_s == 0.0:
+            readings = self._alignments.readings(observation.readings)
+            if not self._take_imus(self._constants, self._state, readings, information[1]):
+                self._break()
+                return None
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
             if not self._looks_at(sensor):

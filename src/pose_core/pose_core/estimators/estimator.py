@@ -14,6 +14,7 @@ from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses, timed
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.streams.samples import FloatArray
 
 
 class Estimator(ABC):
@@ -64,6 +65,11 @@ class Estimator(ABC):
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """What becomes of each IMU that was heard; empty where none are used."""
         return ()
+
+    @property
+    def tracker_delays_s(self) -> FloatArray | None:
+        """Delay of each sensor's tracker, (sensors,) [s], by which its stamps are taken back."""
+        return None
 
     def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; most estimators use none."""

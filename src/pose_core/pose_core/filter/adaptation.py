@@ -4,8 +4,9 @@ Two cameras see a joint at places that differ slowly. The difference is estimate
 each view, by a scalar gain and with a mean of zero over the cameras: what all of them see alike is
 the pose's. So the output does not follow the cameras in turn.
 
-Where IMUs measure the rates, a tracker's delay shows as a residual along the velocity. It is a
-robust regression over the bones that carry an IMU, with a prior at what is known of it.
+A frame's stamp is first taken back by its tracker's delay. Where IMUs measure the rates, what is
+left of the delay shows as a residual along the velocity: a robust regression over the bones that
+carry an IMU, with a prior at what is known of it.
 
 Where all cameras find a joint farther from its prediction than the covariance allows, the process
 noise of its link grows until they agree again.
@@ -97,7 +98,7 @@ def learn_delay(
         memory_s: Time constant of the sums [s].
         state: The state; delay and sums are updated.
         frame: The frame, in time.
-        view: Its prediction, with the delay so far.
+        view: Its prediction, for a stamp taken back by the delay so far.
         rows: Of the update, with the residuals before it; those of joints come first.
         weights: Of the groups.
         group_of: Room for the group of each joint, (joints,).

@@ -1,13 +1,13 @@
 r"""Measurement model of a camera's joints.
 
-A frame of camera c, stamped ``late`` before the filter's instant and delayed by the tracker's
-:math:`\tau_c`, shows joint j where it was then, with the view's slow offset b:
+A frame of camera c, captured ``late`` before the filter's instant (usually at it), shows joint j
+where it was then, with the view's slow offset b:
 
-.. math:: z_{cj} = p_j(t - \mathrm{late} - \tau_c) + R_z(\mathrm{heading})\,b_{cj} + n, \quad
+.. math:: z_{cj} = p_j(t - \mathrm{late}) + R_z(\mathrm{heading})\,b_{cj} + n, \quad
           p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
 
 Its derivative by a link's rotation error is :math:`-[R_l o_{jl}]_\times`, by the rates
-:math:`-(\mathrm{late} + \tau_c)` times that by the pose. The noise n grows along the line of sight,
+:math:`-\mathrm{late}` times that by the pose. The noise n grows along the line of sight,
 with speed, where a limb points at the camera, for inferred joints and where the body hides the
 joint (``occlusion``).
 """
@@ -87,7 +87,7 @@ def is_seen(frame: CameraFrame, joint: int) -> bool:
 def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> View:
     """Where the joints were when a frame was captured, and what hides them."""
     pose, joints, links = state.pose, len(frame.positions), len(state.heading)
-    tau_s = frame.late_s + state.delay[frame.sensor]
+    tau_s = frame.late_s
     rotations = np.empty_like(pose.rotations)
     turn_all(pose.rates, -tau_s, pose.rotations, rotations)
     position = pose.position - tau_s * pose.velocity

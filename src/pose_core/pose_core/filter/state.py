@@ -22,7 +22,7 @@ class FilterState(NamedTuple):
 
     pose: Pose
     P: FloatArray  # (n, n) covariance of the error, in the order of Layout
-    delay: FloatArray  # (sensors,) [s] of each tracker
+    delay: FloatArray  # (sensors,) [s] of each tracker; frames are taken for so much earlier
     delay_sums: FloatArray  # (sensors, 2) [m²/s², m²/s] see pose_core.filter.adaptation
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
     heading: FloatArray  # (links,) [rad] of the IMU's world in map, about z

@@ -15,6 +15,7 @@ from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import PoseBlock
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.stamps import NS_PER_S
 
 EstimatorMaker = Callable[[BodyModel, BodyShape, FusionParameters, Counters], Estimator]
 
@@ -83,6 +84,17 @@ class EstimatorRunner:
         self._sensor_to_segment = mountings
         if self._estimator is not None:
             self._estimator.use_sensor_to_segment(mountings)
+
+    @property
+    def tracker_delays_ns(self) -> dict[str, int]:
+        """Delay of each sensor's tracker [ns], by which its stamps are to be taken back."""
+        delays_s = None if self._estimator is None else self._estimator.tracker_delays_s
+        if delays_s is None:
+            return {}
+        return {
+            sensor: round(delay_s * NS_PER_S)
+            for sensor, delay_s in zip(self._parameters.sensors, delays_s.tolist(), strict=True)
+        }
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:

@@ -18,6 +18,7 @@ from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, r
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.output_grid import OutputGrid
 from pose_core.fusion.parameters import FusionParameters
+from pose_core.fusion.pose_block import PoseBlock
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.imu_set import ImuSet
@@ -210,13 +211,18 @@ class FusionPipeline:
         estimates: list[BodyEstimate] = []
         for observation in observations:
             if self._grid is None:
-                poses = self._runner.update(observation)
+                poses = self._update(observation)
                 estimates += self._published(self._runner.estimates(poses))
                 continue
             if not self._is_live:
                 estimates += self._output_before(observation.stamp_ns)
-            self._runner.update(observation)
+            self._update(observation)
         return estimates
+
+    def _update(self, observation: Observation) -> PoseBlock | None:
+        poses = self._runner.update(observation)
+        self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
+        return poses
 
     def _output_before(self, stamp_ns: int) -> list[BodyEstimate]:
         assert self._grid is not None

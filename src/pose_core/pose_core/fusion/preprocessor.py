@@ -1,9 +1,10 @@
 """First half of the pipeline: from samples to observations, and session calibration.
 
-There is no feedback from the estimator.
+The trackers' delays are all that the estimator feeds back.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 from pose_core.body.measurement import BodyMeasurement
 from pose_core.body.model import BodyModel
@@ -59,6 +60,8 @@ class Preprocessor:
         self.counters = counters
         self.extrinsics: Extrinsics | None = None
         self.clocks: Clocks = {}
+        self.tracker_delays_ns: Mapping[str, int] = {}
+        """By which each sensor's stamps are taken back: a frame counts for when it was captured."""
         self.shape: BodyShape | None = None
         """The person's measures, once they are known."""
         self.aligner = TimeAligner(
@@ -184,7 +187,8 @@ class Preprocessor:
         if sample.sensor not in self.parameters.sensors or not self._is_placed(sample.sensor):
             self.counters.add("skeletons_of_unknown_sensors")
             return
-        self._frames.add_skeleton(sample)
+        delay_ns = self.tracker_delays_ns.get(sample.sensor, 0)
+        self._frames.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns - delay_ns))
 
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
