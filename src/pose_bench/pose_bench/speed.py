@@ -158,10 +158,14 @@ def aligned_filter(scene: Scene, sensors: int, imus: int) -> tuple[FilterConstan
     """The default estimator's filter at the first pose, with IMUs that are aligned."""
     tree, tuning = SegmentTree(scene.model, scene.shape), FilterTuning()
     layout = make_layout(len(tree.parents), len(tree.sliding_links))
-    state = start_state(layout, sensors, tuning, scene.dof[0, :3], scene.rotations[0])
+    constants = make_constants(tree, tuning)
+    slide_variance = constants.motion.slide_variance
+    state = start_state(
+        layout, sensors, tuning, slide_variance, scene.dof[0, :3], scene.rotations[0]
+    )
     for link in range(imus):
         state = with_imu(state, link, np.eye(3), 0.0, 0.01 * np.eye(4))
-    return make_constants(tree, tuning), state
+    return constants, state
 
 
 def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:

@@ -47,7 +47,8 @@ def random_state(rng, sensors=2, imus=(), dof=None):
     """A started state, with IMUs aligned; and the degrees of freedom it stands at."""
     dof = rng.normal(0.0, 0.3, MODEL.size) if dof is None else dof
     pose = pose_of(dof)
-    state = start_state(LAYOUT, sensors, FilterTuning(), dof[:3], pose.rotations)
+    slide_variance = CONSTANTS.motion.slide_variance
+    state = start_state(LAYOUT, sensors, FilterTuning(), slide_variance, dof[:3], pose.rotations)
     state.delay[:] = CONSTANTS.known_delay_s
     for link in imus:
         mounting = Rotation.random(random_state=rng).as_matrix()

@@ -125,7 +125,7 @@ class ReferenceFilter:
         Q[place, place], Q[rate, rate] = dt_s**3 / 3.0 * shared, dt_s * shared
         Q[place, rate] = Q[rate, place] = dt_s**2 / 2.0 * shared
         for i in range(slides, velocity):
-            Q[i, i] = motion.slide_variance * (1.0 - keep_slide**2)
+            Q[i, i] = motion.slide_variance[(i - slides) // 3] * (1.0 - keep_slide**2)
         walk = [*3 * [motion.mounting_walk], motion.heading_walk]
         for own in state.imu_column[state.imu_column >= 0]:
             Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)

@@ -179,7 +179,10 @@ class DefaultEstimator(StepwiseEstimator):
         dof = dof_from_positions(self.model, mean)
         rotations = kinematics.pose(dof).rotations
         sensors = len(self.parameters.sensors)
-        self._state = start_state(self._layout, sensors, self.tuning, dof[:3], rotations)
+        slide_variance = self._constants.motion.slide_variance
+        self._state = start_state(
+            self._layout, sensors, self.tuning, slide_variance, dof[:3], rotations
+        )
         self._state = self._state._replace(delay=self._delay, delay_sums=self._delay_sums)
         self._alignments.restart()
         self._stamp_ns = observation.stamp_ns

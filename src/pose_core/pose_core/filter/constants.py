@@ -91,7 +91,9 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
         path=path,
         rate_memory_s=motion.rate_memory,
         slide_memory_s=motion.slide_memory,
-        slide_variance=motion.slide_stddev**2,
+        slide_variance=np.array(
+            [motion.slide_stddev[without_side(joint)] ** 2 for joint in tree.model.sliding]
+        ),
         offset_memory_s=tuning.camera.offset_memory,
         offset_variance=tuning.camera.offset_stddev**2,
         mounting_walk=tuning.imu.mounting_walk**2,

@@ -29,7 +29,7 @@ class MotionConstants(NamedTuple):
     path: FloatArray  # (links, links) share of each link's acceleration in each link's
     rate_memory_s: float
     slide_memory_s: float
-    slide_variance: float  # [m²]
+    slide_variance: FloatArray  # (slides,) [m²]
     offset_memory_s: float
     offset_variance: float  # [m²]
     mounting_walk: float  # [rad²/s]
@@ -135,7 +135,7 @@ def add_process_noise(
     slide = 3 + 3 * links
     velocity = slide + 3 * len(state.pose.slides)
     for i in range(slide, velocity):
-        P[i, i] += constants.slide_variance * (1.0 - keep_slide**2)
+        P[i, i] += constants.slide_variance[(i - slide) // 3] * (1.0 - keep_slide**2)
     add_white_acceleration(P, 0, 0, velocity, power[0], dt_s)
     for first in range(links):
         for second in range(links):

@@ -45,6 +45,7 @@ def start_state(
     layout: Layout,
     sensors: int,
     tuning: FilterTuning,
+    slide_variance: FloatArray,
     position: FloatArray,
     R_map_links: FloatArray,
 ) -> FilterState:
@@ -54,6 +55,7 @@ def start_state(
         layout: Of the error.
         sensors: Number of cameras.
         tuning: How sure it is.
+        slide_variance: Of the joints that slide, (slides,) [m²].
         position: Of the root in map, (3,) [m].
         R_map_links: (links, 3, 3).
     """
@@ -61,7 +63,7 @@ def start_state(
     stddev = np.zeros(layout.imus)
     stddev[:3] = tuning.start.position
     stddev[3 : layout.slide] = tuning.start.rotation
-    stddev[layout.slide : layout.velocity] = tuning.motion.slide_stddev
+    stddev[layout.slide : layout.velocity] = np.repeat(np.sqrt(slide_variance), 3)
     stddev[layout.velocity : layout.velocity + 3] = tuning.start.velocity
     stddev[layout.velocity + 3 :] = tuning.start.rate
     return FilterState(

@@ -33,7 +33,9 @@ class MotionPrior:
         }
     )
     rate_memory: float = 0.3  # [s] time constant with which rates decay
-    slide_stddev: float = 0.0089  # [m] of the joints that slide
+    slide_stddev: Mapping[str, float] = field(  # [m] of the joints that slide, without their side
+        default_factory=lambda: {"shoulder": 0.015, "hip": 0.0089, "knee": 0.0105, "foot": 0.0105}
+    )
     slide_memory: float = 0.5  # [s]
     most_adaptation: float = 6.0  # [-] factor of an acceleration while all cameras disagree
     adapted_distance: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
@@ -50,7 +52,7 @@ class CameraNoise:
     lag_stddev: float = 0.0062  # [s] more along the velocity
     foreshortened_stddev: float = 0.02  # [m] more where the limb points at the camera
     inferred_stddev: float = 0.08  # [m] more for a joint that the tracker calls inferred
-    occluded_stddev: float = 0.18  # [m] more where the body itself hides the joint
+    occluded_stddev: float = 0.1  # [m] more where the body itself hides the joint
     correlation_factor: float = 1.5  # [-] errors are slow: factor of all of these
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
     least_weight: float = 0.02  # [-] of a sample, however far it lies
