@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.clocks.motion_track import Track
 from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus
-from pose_calibration.inertial.imu_motion import BONES, Felt, View, measure_imu_delay
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_calibration.inertial.imu_motion import Felt, View, measure_imu_delay
+from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENT_ENDS
 
 UP = np.array([0.10, -0.98, -0.17]) / np.linalg.norm([0.10, -0.98, -0.17])
 SEGMENTS = ("left_upper_arm", "right_upper_arm", "left_thigh", "right_thigh")
@@ -31,7 +31,7 @@ def swinging(delay_s=0.0, moves=True, noise=0.005):
             return Rotation.from_rotvec(np.stack([forwards, 0.0 * times, sideways], axis=1))
 
         hanging = np.array([0.0, 1.0, 0.0])
-        start, end = (JOINT_INDEX[name] for name in BONES[segment])
+        start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
         joints[:, start] = [0.2 * index, 0.0, 2.5]
         joints[:, end] = joints[:, start] + 0.35 * limb(camera).apply(hanging)
         mounting = Rotation.from_rotvec(rng.normal(size=3))

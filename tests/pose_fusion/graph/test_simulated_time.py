@@ -1,5 +1,7 @@
 """A graph that goes by a bag's clock: at any pace, looped, sought back, it gives the same poses."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
@@ -89,14 +91,13 @@ class Graph:
         return states
 
     def round_as(self, offline):
-        """A round whose states are the offline ones; a busy machine may hold one up, not three."""
-        for attempts_left in (2, 1, 0):
-            try:
-                return assert_same(self.round(last_of(offline)), offline)
-            except AssertionError:
-                if not attempts_left:
-                    raise
-                self.until_back(min(offline) + SETTLED_NS)
+        """Expect the offline states in a round; a busy machine may hold up two, not three."""
+        for _ in range(2):
+            with suppress(AssertionError):
+                assert_same(self.round(last_of(offline)), offline)
+                return
+            self.until_back(min(offline) + SETTLED_NS)
+        assert_same(self.round(last_of(offline)), offline)
 
     def until_back(self, before_ns):
         """Spin until states of before come again."""

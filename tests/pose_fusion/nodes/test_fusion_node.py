@@ -126,7 +126,7 @@ def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor
     rng = np.random.default_rng(41)
     pairs = [seen[k : k + 2] for k in range(0, len(seen), 2)]
     feed(fusion, [pair[i] for pair in pairs for i in rng.permutation(2)])
-    counts = fusion.pipeline.counters
+    counts = fusion.pipeline.subject.counters
     told = len(seen) - counts["frames_measuring_the_body"]
     ros_context.spin_until(lambda: len(states) >= told - 1, what="a joint state of each frame")
     stamps = [stamp_to_ns(state.header.stamp) for state in states]

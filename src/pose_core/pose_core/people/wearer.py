@@ -33,11 +33,6 @@ class WearerSearch:
         self._sums: dict[tuple[int, str], FloatArray] = {}  # normal equations, (5, 5)
         self._last_ns: dict[int, int] = {}
 
-    @property
-    def has_imus(self) -> bool:
-        """Whether an IMU has spoken."""
-        return bool(self._felt)
-
     def add_imus(self, block: ImuBlock) -> None:
         """Take what IMUs felt; of each the newest counts."""
         newest = {int(imu): row for row, imu in enumerate(block.imu)}

@@ -123,7 +123,7 @@ class EstimateWriter:
         """Append all messages of one person's estimates, stamped with their instants."""
         if self.pipeline is None:
             raise RuntimeError("the pipeline is to be set first")
-        model, stamp_ns = self.pipeline.model, int(block.stamps_ns[0])
+        model, stamp_ns = self.pipeline.subject.model, int(block.stamps_ns[0])
         if not self._bytes:
             self._write_places(self.pipeline, stamp_ns)
         if body_id not in self._bytes:
@@ -166,7 +166,7 @@ def make_pipeline(
     """The chain, with what the parameters' files say."""
     pipeline = PeoplePipeline(parameters, outlet, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
-        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
+        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.subject.model))
     name, mountings = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
     pipeline.use_sensor_to_segment(mountings)
     if mountings:
@@ -215,7 +215,7 @@ def fuse(
             )
         path, shape = Path(parameters.shape_file), pipeline.subject.shape
         if parameters.shape_file and shape is not None and not path.exists():
-            save_body_shape(path, pipeline.model, shape, parameters.subject)
+            save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
     return pipeline
 
 
@@ -265,7 +265,7 @@ def run() -> int | None:
     )
     for line in people_lines(pipeline):
         print(line)
-    for use in pipeline.imu_uses:
+    for use in pipeline.subject.imu_uses:
         print(f"  IMU {use}")
     return None
 
