@@ -98,11 +98,6 @@ class ObservationRecorder:
         return tuple(sorted(s for s in self._tracks.segments if s in self._model.segments))
 
     @property
-    def unknown_segments(self) -> tuple[str, ...]:
-        """Segments with an IMU that the body model does not have."""
-        return tuple(sorted(s for s in self._tracks.segments if s not in self._model.segments))
-
-    @property
     def moved_s(self) -> float:
         """Time [s] that has been kept since the neutral stand."""
         return len(self._moving) * PERIOD_NS / NS_PER_S

@@ -108,10 +108,6 @@ class Monitor:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def with_value(self, key: str) -> dict[str, NodeStatus]:
-        """The nodes that report a value of this name."""
-        return {name: node for name, node in self.nodes.items() if key in node.values}
-
     def stop(self) -> None:
         """End the process."""
         stop(self._process)
