@@ -150,7 +150,7 @@ def calibrate_people(
 def _sorted(
     samples: Iterable[SkeletonSample | ImuBlock], sensors: Sequence[str]
 ) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
-    """The samples by sensor, stamps ascending, and what the IMUs felt."""
+    """The samples by sensor, stamps ascending, and the IMUs' orientations."""
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
     memory = ImuMemory()
     for sample in samples:

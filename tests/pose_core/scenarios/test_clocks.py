@@ -73,9 +73,9 @@ def test_clocks_may_come_while_it_runs(samples):
     pipeline = FusionPipeline(FusionParameters(estimator="li2020"), extrinsics())
     half = len(late) // 2
     for one in late[:half]:
-        pipeline.add_skeleton(one)
+        pipeline.add(one)
     pipeline.use_clocks(CLOCKS)
-    estimates = [each for one in late[half:] for each in pipeline.add_skeleton(one)]
+    estimates = [each for one in late[half:] for each in pipeline.add(one)]
     stamps = [each.stamp_ns for each in estimates]
     assert stamps == sorted(set(stamps))
     assert len(estimates) > 0.4 * half

@@ -17,7 +17,7 @@ WITH_CAMERAS = [name for name in ESTIMATORS if name != "imu"]
 
 def run(name, samples):
     pipeline = FusionPipeline(FusionParameters(estimator=name), extrinsics())
-    estimates = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    estimates = [e for sample in samples for e in pipeline.add(sample)]
     return estimates + pipeline.flush()
 
 

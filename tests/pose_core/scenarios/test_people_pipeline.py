@@ -50,7 +50,7 @@ def test_of_one_person_the_estimates_are_the_single_chains_to_the_last_bit():
     samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.005)
     parameters = FusionParameters(output_rate=0.0)
     single = FusionPipeline(parameters, extrinsics())
-    expected = [e for sample in samples for e in single.add_skeleton(sample)] + single.flush()
+    expected = [e for sample in samples for e in single.add(sample)] + single.flush()
     blocks = []
     people = PeoplePipeline(parameters, lambda _, block: blocks.append(block), extrinsics())
     for sample in samples:

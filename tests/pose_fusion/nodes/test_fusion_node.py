@@ -98,7 +98,7 @@ def test_live_output_is_the_offline_chains_to_the_last_bit(
     feed(fusion, samples)
 
     pipeline = FusionPipeline(FusionParameters(output_rate=0.0), fusion.pipeline.extrinsics)
-    offline = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    offline = [e for sample in samples for e in pipeline.add(sample)]
     ros_context.spin_until(lambda: len(states) == len(offline), what="all joint states")
     ros_context.spin_until(lambda: len(estimates) == len(skeletons) == len(states))
     for state, estimate, expected in zip(states, estimates, offline, strict=True):

@@ -50,12 +50,12 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
     return found
 
 
-def remarks_on(mountings: Mapping[str, SensorToSegment]) -> list[Finding]:
+def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
     """What is unusual, and taken into account: sensors the other way up than the others."""
-    if len(mountings) < LEAST_TO_COMPARE:
+    if len(alignments) < LEAST_TO_COMPARE:
         return []
-    names = list(mountings)
-    along = np.stack([mountings[name].R_sensor_segment[:, 2] for name in names])
+    names = list(alignments)
+    along = np.stack([alignments[name].R_sensor_segment[:, 2] for name in names])
     cosine = along @ along.T
     usual = [i for i in range(len(names)) if np.median(cosine[i]) > ALIKE]
     if len(usual) <= len(names) // 2:
@@ -72,17 +72,17 @@ def remarks_on(mountings: Mapping[str, SensorToSegment]) -> list[Finding]:
     ]
 
 
-def uncertain(mountings: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
-    """Mountings that motion could have told better than ``enough`` [rad]."""
+def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
+    """Alignments that motion could have told better than ``enough`` [rad]."""
     return [
         Finding(
             segments=(segment,),
-            text=f"{segment} is known to {np.degrees(wanted_stddev(segment, mounting)):.0f} deg "
+            text=f"{segment} is known to {np.degrees(wanted_stddev(segment, alignment)):.0f} deg "
             f"only: calibrate again and {how_to_move(segment)}",
             is_fault=False,
         )
-        for segment, mounting in mountings.items()
-        if wanted_stddev(segment, mounting) > enough
+        for segment, alignment in alignments.items()
+        if wanted_stddev(segment, alignment) > enough
     ]
 
 

@@ -94,9 +94,9 @@ class DefaultEstimator(StepwiseEstimator):
         """What becomes of each IMU that was heard."""
         return self._alignments.uses
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
-        self._alignments.use_sensor_to_segment(mountings)
+        self._alignments.use_sensor_to_segment(alignments)
 
     def update(self, observation: Observation) -> StateNumbers | None:
         """One step; None while there is no pose, and for a frame of the past."""

@@ -148,13 +148,13 @@ class PeoplePipeline:
     def add(self, sample: Frame | ImuSample | ImuBlock) -> None:
         """Take a frame with everybody in it, or IMU samples."""
         if isinstance(sample, ImuSample):
-            self.add_imu(block_of(sample))
+            self._add_imu(block_of(sample))
         elif isinstance(sample, ImuBlock):
-            self.add_imu(sample)
+            self._add_imu(sample)
         else:
-            self.add_frame(sample)
+            self._add_frame(sample)
 
-    def add_frame(self, frame: Frame) -> None:
+    def _add_frame(self, frame: Frame) -> None:
         """Take all skeletons that a sensor saw at one instant."""
         self.frames += 1
         if self.extrinsics is None and frame:
@@ -163,7 +163,7 @@ class PeoplePipeline:
         else:
             self._take_frame(frame)
 
-    def add_imu(self, block: ImuBlock) -> None:
+    def _add_imu(self, block: ImuBlock) -> None:
         """Take IMU samples: the subject wears the IMUs."""
         self.imu_samples += len(block)
         if self.extrinsics is not None:
@@ -194,11 +194,11 @@ class PeoplePipeline:
     def _take_imus(self, block: ImuBlock) -> None:
         if self._tracker.uses_imus:
             self._wearer.add_imus(block)
-        self.subject.add_imu(block)
+        self.subject.add(block)
 
     def _take_frame(self, frame: Frame) -> None:
         if frame and frame[0].sensor not in self._people.T_common_sensor:
-            self.subject.add_skeleton(frame[0])  # is counted there
+            self.subject.add(frame[0])  # is counted there
             return
         assigned = self._tracker.add(frame)
         subject = self.choice.number
@@ -210,7 +210,7 @@ class PeoplePipeline:
                 self._counters.add("skeletons_of_others")
                 continue
             self.skeletons += 1
-            pipeline.add_skeleton(sample)
+            pipeline.add(sample)
             track = self._people.track(number)
             if track is not None:
                 self._pipelines.check_given_shape(track)

@@ -180,7 +180,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         read = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
         # After a pause each queue holds many: in the order of their stamps, not camera by camera.
         for persons in sorted(read, key=lambda persons: persons[0].stamp_ns if persons else 0):
-            self.pipeline.add_frame(persons)
+            self.pipeline.add(persons)
         if self.pipeline.holds_frames:
             self._patience.reset()
         self._calibrate_session()
@@ -229,7 +229,7 @@ class FusionNode(ManagedNode[FusionParameters]):
                 now_ns = self.get_clock().now().nanoseconds
                 block = self._judge.imus(block, now_ns, self.pipeline.clocks)
             if len(block):
-                self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns)))
+                self.pipeline.add(block.rows(np.argsort(block.stamps_ns)))
 
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:

@@ -108,9 +108,9 @@ def residual_table(result: ImuCalibrationResult) -> Table:
     table.add_column("segment")
     for heading in ("tilt", "turn", "against the cameras"):
         table.add_column(heading, justify="right")
-    for segment, mounting in result.mountings.items():
-        tilt, turn = mounting.stddev[:2].max(), mounting.stddev[2]
-        table.add_row(segment, *(_degrees(each) for each in (tilt, turn, mounting.residual)))
+    for segment, alignment in result.alignments.items():
+        tilt, turn = alignment.stddev[:2].max(), alignment.stddev[2]
+        table.add_row(segment, *(_degrees(each) for each in (tilt, turn, alignment.residual)))
     return table
 
 

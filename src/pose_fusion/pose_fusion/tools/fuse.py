@@ -167,10 +167,10 @@ def make_pipeline(
     pipeline = PeoplePipeline(parameters, outlet, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
         pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.subject.model))
-    name, mountings = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
-    pipeline.use_sensor_to_segment(mountings)
-    if mountings:
-        console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
+    name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+    pipeline.use_sensor_to_segment(alignments)
+    if alignments:
+        console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
     return pipeline
 
 
