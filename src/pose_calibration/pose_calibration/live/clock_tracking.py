@@ -50,7 +50,7 @@ class ClockTracker:
         self._due_ns = 0
 
     def add(self, sample: SkeletonSample, imus: ImuMemory) -> Clocks | None:
-        """Add a sample, stamped by its own clock; returns the clocks whenever they were measured."""
+        """Add a sample, stamped by its own clock; returns the clocks when they were measured."""
         if sample.sensor not in self._samples:
             return None
         recent = self._samples[sample.sensor]
