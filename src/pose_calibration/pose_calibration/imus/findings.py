@@ -106,19 +106,19 @@ def _silent(o: ImuObservations) -> list[Finding]:
 def _unmoved(o: ImuObservations) -> list[Finding]:
     found = []
     for i, segment in enumerate(o.segments):
-        seen = o.long_axis[:, i]
-        seen = seen[np.isfinite(seen[:, 0])]
+        axis = o.long_axis[:, i]
+        axis = axis[np.isfinite(axis[:, 0])]
         R = o.R_world_sensor[:, i]
         R = R[np.isfinite(R[:, 0, 0])]
-        if len(seen) == 0 or len(R) == 0:
+        if len(axis) == 0 or len(R) == 0:
             continue
-        leant = np.percentile(np.arccos(np.clip(seen[:, 2], -1.0, 1.0)), MOST)
+        inclination = np.percentile(np.arccos(np.clip(axis[:, 2], -1.0, 1.0)), MOST)
         trace = np.einsum("nij,ij->n", R, R[0])
         turned = np.percentile(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)), MOST)
-        if leant > MOVED and turned < UNMOVED:
+        if inclination > MOVED and turned < UNMOVED:
             text = (
                 f"the sensor of {segment} does not move ({np.degrees(turned):.0f} deg, the segment "
-                f"{np.degrees(leant):.0f} deg): strap it on, or look whether it has hung up"
+                f"{np.degrees(inclination):.0f} deg): strap it on, or look whether it has hung up"
             )
             found.append(Finding(segments=(segment,), text=text, is_fault=True))
     return found

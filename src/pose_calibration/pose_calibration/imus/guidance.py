@@ -16,7 +16,7 @@ MOVES = {
     "head": "nod, then look to both sides",
 }
 TURN_UNSEEN = ("forearm", "torso", "pelvis", "head")
-"""Segments whose turn about themselves is the neutral stand's: no motion shows it much better."""
+"""Segments whose turn about themselves is the N-pose's: no motion shows it much better."""
 
 
 def wanted_stddev(segment: str, alignment: SensorToSegment) -> float:

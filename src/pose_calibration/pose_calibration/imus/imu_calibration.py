@@ -15,7 +15,7 @@ from pose_core.api import Extrinsics, ImuBlock, SensorsToSegments, SkeletonSampl
 from pose_core.joints import SEGMENTS
 
 ATTEMPT_EVERY_S = 2.0  # [s] of motion
-STOOD = 0.2  # [-] of the progress that the neutral stand is
+STOOD = 0.2  # [-] of the progress that the N-pose is
 STAND = "stand still, upright, arms hanging, palms to the thighs, for 2 s"
 
 
@@ -115,10 +115,10 @@ class ImuCalibration:
             self.solve()
         moved_s, least_s = self.recorder.moved_s, self.parameters.minimum_duration
         if self.result is None:
-            raise CalibrationError(f"found no neutral stand: {self.missing}")
+            raise CalibrationError(f"found no N-pose: {self.missing}")
         if moved_s < least_s:
             raise CalibrationError(
-                f"found {moved_s:.1f} s after the neutral stand, expected {least_s:.1f} s of "
+                f"found {moved_s:.1f} s after the N-pose, expected {least_s:.1f} s of "
                 "motion or more: move for longer before the cameras"
             )
         return self.result

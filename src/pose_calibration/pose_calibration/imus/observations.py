@@ -50,14 +50,14 @@ class ImuObservations:
     """n instants of s IMUs as arrays; NaN where something was not seen or heard."""
 
     segments: tuple[str, ...]
-    times_s: FloatArray  # (n,) [s] since the middle of the neutral stand
+    times_s: FloatArray  # (n,) [s] since the middle of the N-pose
     R_world_sensor: FloatArray  # (n, s, 3, 3)
     rate: FloatArray  # (n, s) [rad/s]
     long_axis: FloatArray  # (n, s, 3) z of the segment in map, as the cameras see it
     line: FloatArray  # (n, s, 3) y of trunk and pelvis in map: shoulders' and hips' lines
     R_map_heading: FloatArray  # (n, 3, 3) the body's heading, as the cameras see it
-    is_neutral: NDArray[np.bool_]  # (n,) during the neutral stand
-    neutral_heading: float  # [rad] of the body in map, in the neutral stand
+    is_neutral: NDArray[np.bool_]  # (n,) during the N-pose
+    neutral_heading: float  # [rad] of the body in map, in the N-pose
 
 
 class ObservationRecorder:
@@ -99,7 +99,7 @@ class ObservationRecorder:
 
     @property
     def moved_s(self) -> float:
-        """Time [s] that has been kept since the neutral stand."""
+        """Time [s] that has been kept since the N-pose."""
         return len(self._moving) * PERIOD_NS / NS_PER_S
 
     @property
@@ -180,7 +180,7 @@ class ObservationRecorder:
         return ""
 
     def observations(self) -> ImuObservations | None:
-        """All that was kept since the neutral stand; None before it."""
+        """All that was kept since the N-pose; None before it."""
         if self.stand is None:
             return None
         instants = [*self._standing, *self._moving]

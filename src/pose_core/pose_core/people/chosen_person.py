@@ -14,14 +14,14 @@ from pose_core.streams.samples import ImuBlock, SkeletonSample
 
 
 class ChosenPerson:
-    """Follows one person, as :class:`PeoplePipeline` does its subject.
+    """Selects one person's skeletons, as :class:`PeoplePipeline` selects its subject's.
 
-    Where it is not known how the sensors stand, each sensor's own person is followed by the rule;
-    an id, which then is all that there is, is believed.
+    Without extrinsics the rule is applied in each sensor by itself, and a rule that is a sensor's
+    id selects by the id alone.
 
     Args:
         rule: See :class:`PersonChoice`.
-        extrinsics: How the sensors stand.
+        extrinsics: The sensors' poses, if they are known.
     """
 
     def __init__(self, rule: str = "", extrinsics: Extrinsics | None = None) -> None:
@@ -39,7 +39,7 @@ class ChosenPerson:
         self._common = self._make(PeopleTracker(places, extrinsics.clocks))
 
     def add_imus(self, block: ImuBlock) -> None:
-        """Take what IMUs felt, for the rule ``imus``."""
+        """Add IMU samples, for the rule ``imus``."""
         if self._rule == IMUS:
             self._wearer.add_imus(block)
 

@@ -49,7 +49,7 @@ SENSOR_QOS = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 class ImuCalibrationNode(Node):
     """Feeds an :class:`ImuCalibration`, once it is known where the Kinects are.
 
-    What the last half minute before held is caught up on: the neutral stand may have been then.
+    What the last half minute before held is caught up on: the N-pose may have been then.
 
     Args:
         parameters: Of the calibration.

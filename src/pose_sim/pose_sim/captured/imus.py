@@ -82,9 +82,9 @@ def _stream(
     sensor = path(stamps) * Rotation.from_rotvec(skin) * alignment
     walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(model.rate)
     heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
-    lean = np.zeros(shape)
-    lean[:, :2] = model.tilt * slow((len(stamps), 2), 5.0, model.rate, rng)
-    world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(lean)
+    tilt = np.zeros(shape)
+    tilt[:, :2] = model.tilt * slow((len(stamps), 2), 5.0, model.rate, rng)
+    world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(tilt)
     gyroscope = alignment.inv().apply(rate) + model.gyro_bias * rng.standard_normal((1, 3))
     return ImuStream(
         segment=segment,
