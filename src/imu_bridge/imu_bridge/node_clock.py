@@ -145,7 +145,7 @@ class CountingClock:
     def _next_stamp_ns(self, arrival_ns: int) -> int:
         if self._line is None:
             stamp_ns = arrival_ns
-            self._learn(arrival_ns)
+            self._estimate_period(arrival_ns)
         else:
             node_ns = self._count * self._period_ns
             if self._line.add(node_ns, arrival_ns):
@@ -158,8 +158,8 @@ class CountingClock:
         self.counters.add("stamps_held")
         return self._stamp_ns + HOLD_NS
 
-    def _learn(self, arrival_ns: int) -> None:
-        """Take a first period from the first samples."""
+    def _estimate_period(self, arrival_ns: int) -> None:
+        """Estimate a first period from the first samples."""
         elapsed_ns = arrival_ns - (self._first_ns or arrival_ns)
         if self._count < FIRST_SAMPLES or elapsed_ns < FIRST_NS:
             return

@@ -208,9 +208,7 @@ class _Fit:
     def _prior(self, i: int) -> _Measured:
         stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
         columns = self._columns(i, slice(0, OWN))[[0, 1, 5, 6, 7]]
-        heading = (
-            self._y[i] - self._first_y[i]
-        )  # unobservable if always vertical
+        heading = self._y[i] - self._first_y[i]  # unobservable if always vertical
         residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
         jacobian = np.diag(1.0 / stddev)
         return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])

@@ -92,11 +92,11 @@ def _upright_axis(o: ImuObservations, i: int) -> FloatArray:
 
 def _unexplained(o: ImuObservations, axis: FloatArray, sensor: int, segment: int) -> float:
     """Chi-square that a sensor's axis leaves of a segment's; NaN if seldom seen."""
-    seen = o.long_axis[:, segment]
-    known = np.isfinite(axis[:, 0]) & np.isfinite(seen[:, 0])
+    segment_axis = o.long_axis[:, segment]
+    known = np.isfinite(axis[:, 0]) & np.isfinite(segment_axis[:, 0])
     if np.count_nonzero(known) < LEAST_INSTANTS:
         return math.nan
-    p, a = axis[known], seen[known]
+    p, a = axis[known], segment_axis[known]
     variance = axis_stddev(o.segments[segment]) ** 2 + (LAG_S * o.rate[known, sensor]) ** 2
     # |a - R_z(y) p|^2 = 2 - 2 (upright + along cos y + across sin y), of unit vectors
     upright = a[:, 2] * p[:, 2]

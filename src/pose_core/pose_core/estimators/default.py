@@ -191,7 +191,7 @@ class DefaultEstimator(StepwiseEstimator):
             return None
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
-            if not self._looks_at(sensor):
+            if not self._uses_camera(sensor):
                 continue
             frame = self._frame(observation, sensor, late_s)
             result = self._take_frame(self._constants, self._state, frame, information[0])
@@ -207,8 +207,8 @@ class DefaultEstimator(StepwiseEstimator):
             )
         return result
 
-    def _looks_at(self, sensor: int) -> bool:
-        """Whether a camera's frames count."""
+    def _uses_camera(self, sensor: int) -> bool:
+        """Whether a camera's frames are measurements of the filter."""
         del sensor
         return True
 

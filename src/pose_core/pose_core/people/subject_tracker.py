@@ -38,7 +38,7 @@ class SubjectTracker:
         stamp_ns = people.newest_ns
         if self.uses_imus:
             for track in people.present:
-                if track.seen_ns == stamp_ns:
+                if track.last_seen_ns == stamp_ns:
                     self._wearer.add(track.number, stamp_ns, track.positions)
             wearer = self._wearer.wearer()
         first_sensor = next(iter(people.T_common_sensor.values()))[:3, 3]

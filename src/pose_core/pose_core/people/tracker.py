@@ -130,7 +130,7 @@ class PeopleTracker:
             return None
         view.unchecked += 1
         view.stamp_ns = stamp_ns
-        near[0].seen_ns = max(near[0].seen_ns, stamp_ns)
+        near[0].last_seen_ns = max(near[0].last_seen_ns, stamp_ns)
         return near[0]
 
     def _assign(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> list[Assigned]:

@@ -63,7 +63,7 @@ class Tracks:
         if stamp_ns < self.newest_ns - JUMP_BACK_S * 1e9:
             for track in list(self.everybody):
                 self.send_away(track)
-                track.seen_ns = stamp_ns
+                track.last_seen_ns = stamp_ns
             self.newest_ns = stamp_ns
         self.newest_ns = max(self.newest_ns, stamp_ns)
         for track in list(self.everybody):
@@ -81,7 +81,7 @@ class Tracks:
             self._counters.add("went_away")
             away = self.of(Presence.AWAY)
             if len(away) > REMEMBERED:
-                self.everybody.remove(min(away, key=lambda each: each.seen_ns))
+                self.everybody.remove(min(away, key=lambda each: each.last_seen_ns))
 
     def begin(
         self, sample: SkeletonSample, joints: FloatArray, stamp_ns: int, is_alone: bool
@@ -101,7 +101,7 @@ class Tracks:
             number=self._new_number(),
             presence=Presence.TENTATIVE,
             born_ns=stamp_ns,
-            seen_ns=stamp_ns,
+            last_seen_ns=stamp_ns,
             positions=np.full_like(joints, np.nan),
         )
         track.move(stamp_ns, joints, anew=True)
@@ -139,7 +139,8 @@ class Tracks:
         ripe = [
             track
             for track in self.of(Presence.TENTATIVE)
-            if track.frames >= CONFIRMED_FRAMES and track.seen_ns - track.born_ns >= after_s * 1e9
+            if track.frames >= CONFIRMED_FRAMES
+            and track.last_seen_ns - track.born_ns >= after_s * 1e9
         ]
         if not ripe:
             return []

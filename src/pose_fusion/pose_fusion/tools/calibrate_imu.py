@@ -125,14 +125,14 @@ def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalib
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
         task = progress.add_task("", total=1.0)
-        told = ""
+        last_words = ""
 
         def show(share: float, text: str) -> None:
-            nonlocal told
+            nonlocal last_words
             progress.update(task, completed=share, description=text)
             words = text.split(" (")[0]
-            if not console.is_terminal and words != told:
-                told = words
+            if not console.is_terminal and words != last_words:
+                last_words = words
                 console.print(f"{share:.0%}  {text}", soft_wrap=True)
 
         return work(show)

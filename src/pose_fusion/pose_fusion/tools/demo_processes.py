@@ -215,8 +215,8 @@ class LiveGraph:
         """With the line that tells most: an error, else a process that failed, else the last."""
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         marks = ("error: ", "Error: ", " has died (", "failed: ")
-        telling = [line for mark in marks for line in lines if mark in line] or lines[-1:]
-        why = telling[0] if telling else "it said nothing"
+        marked = [line for mark in marks for line in lines if mark in line] or lines[-1:]
+        why = marked[0] if marked else "it said nothing"
         return GraphError(f"{what}: {why} (all its output: {self._log})")
 
 

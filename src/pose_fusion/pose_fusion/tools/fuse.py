@@ -95,8 +95,8 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
     placed = read_extrinsics(bag)
     if all(sensor in placed for sensor in parameters.sensors):
         clocks = read_clocks(bag)
-        told = f", clocks of {', '.join(clocks)} from its clock_offsets" if clocks else ""
-        console.print(f"extrinsics: from the bag's /tf_static{told}")
+        remark = f", clocks of {', '.join(clocks)} from its clock_offsets" if clocks else ""
+        console.print(f"extrinsics: from the bag's /tf_static{remark}")
         extrinsics = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
         return replace(extrinsics, clocks=clocks)
     console.print("extrinsics: none in the bag, estimating them from its motion")
