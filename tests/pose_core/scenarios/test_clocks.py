@@ -47,11 +47,7 @@ def samples():
 def run(samples, clocks, estimator="default"):
     placed = replace(extrinsics(), clocks=clocks)
     pipeline = FusionPipeline(FusionParameters(estimator=estimator), placed)
-    estimates = []
-    for one in samples:
-        add = pipeline.add_imu if isinstance(one, ImuSample) else pipeline.add_skeleton
-        estimates += add(one)
-    return estimates + pipeline.flush()
+    return [each for one in samples for each in pipeline.add(one)] + pipeline.flush()
 
 
 @pytest.mark.parametrize("estimator", ["default", "li2020"])
