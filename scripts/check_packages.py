@@ -14,6 +14,7 @@ import sys
 import tempfile
 import xml.etree.ElementTree as ElementTree
 import zipfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -172,22 +173,23 @@ def main() -> int:
     parser.add_argument("package", nargs="*", help="all if none is named")
     options = parser.parse_args()
     packages = {p.parent.name: Package(p.parent) for p in sorted((ROOT / "src").glob("*/setup.py"))}
+    needed = {name: with_its_own(packages[name], packages) for name in options.package or packages}
     failed = []
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count()) as pool:
         checker = Checker(options.home, Path(folder))
-        wheels: dict[str, Path] = {}
-        for name in options.package or packages:
-            needed = with_its_own(packages[name], packages)
-            try:
-                for each in needed:
-                    if each.name not in wheels:
-                        wheels[each.name] = checker.build(each)
-                count = checker.check(needed, wheels)
-            except RuntimeError as error:
+        to_build = {each.name: each for ones in needed.values() for each in ones}
+        wheels = dict(zip(to_build, pool.map(checker.build, to_build.values()), strict=True))
+        checks = {name: pool.submit(checker.check, ones, wheels) for name, ones in needed.items()}
+        for name, check in checks.items():
+            error = check.exception()
+            if error is None:
+                text = f"all modules import, {check.result()} executables answer"
+                print(f"{name}: {text}", flush=True)
+            elif isinstance(error, RuntimeError):
                 failed.append(name)
                 print(f"{name}: {error}", file=sys.stderr)
             else:
-                print(f"{name}: all modules import, {count} executables answer", flush=True)
+                raise error
     if failed:
         print(f"error: failed with what they declare: {', '.join(failed)}", file=sys.stderr)
     return 1 if failed else 0

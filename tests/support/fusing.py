@@ -1,14 +1,24 @@
-"""Samples through the chain, as a live node or a tool feeds it."""
+"""Samples through the pipeline, as a live node or a tool feeds it."""
 
-from pose_core.streams.samples import SkeletonSample
+from pose_core.streams.samples import ImuSample, block_of, joined
 
 
-def add(pipeline, sample):
-    """Give the chain a sample of either kind; the estimates that it completes."""
-    take = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-    return take(sample)
+def blocks_between_frames(samples):
+    """Skeletons, and the IMU samples that arrive between two of them as one block."""
+    since_frame = []
+    for sample in samples:
+        if isinstance(sample, ImuSample):
+            since_frame.append(block_of(sample))
+            continue
+        if since_frame:
+            yield joined(since_frame)
+            since_frame = []
+        yield sample
+    if since_frame:
+        yield joined(since_frame)
 
 
 def fused(pipeline, samples):
     """All estimates of samples in the order of their arrival, up to the end of the streams."""
-    return [e for sample in samples for e in add(pipeline, sample)] + pipeline.flush()
+    estimates = [e for sample in blocks_between_frames(samples) for e in pipeline.add(sample)]
+    return estimates + pipeline.flush()

@@ -22,14 +22,14 @@ def imu_samples(t, dof, rng, heading=1.1, segments=IMU_SEGMENTS):
     samples = []
     for segment in segments:
         link = MODEL.link_names.index(MODEL.segments[segment])
-        mounting = Rotation.from_rotvec(rng.normal(0.0, 0.3, 3))
+        alignment = Rotation.from_rotvec(rng.normal(0.0, 0.3, 3))
         nearest = np.minimum(np.searchsorted(t, times), len(t) - 1)
         before = np.maximum(nearest - 1, 0)
         share = np.clip((times - t[before]) * 30.0, 0.0, 1.0)
         first = Rotation.from_matrix(rotations[before, link])
         turn = (first.inv() * Rotation.from_matrix(rotations[nearest, link])).as_rotvec()
         turned = first * Rotation.from_rotvec(share[:, None] * turn)
-        sensors = Rotation.from_euler("z", -heading) * turned * mounting
+        sensors = Rotation.from_euler("z", -heading) * turned * alignment
         rates = (sensors[:-1].inv() * sensors[1:]).as_rotvec() / 0.01
         for time, quaternion, rate in zip(times[:-1], sensors.as_quat(), rates, strict=False):
             samples.append(

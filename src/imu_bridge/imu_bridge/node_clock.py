@@ -12,6 +12,7 @@ from pose_core.lower_line import LowerLine
 from pose_core.stamps import NS_PER_S
 
 NS_PER_US = 1000
+JUMP_NS = 5 * NS_PER_S  # [ns] of disagreement from which on a clock has jumped: the node restarted
 HOLD_NS = 1000  # [ns] step of a stamp that would run backwards
 COUNTED_SKEW = 0.2  # [-] error of a period that was taken from a few arrivals
 COUNTED_STEP = 0.8  # [-] periods that arrivals are late after lost samples, at least
@@ -40,8 +41,6 @@ class NodeClock:
 
     Args:
         max_drift: Largest relative drift between the two clocks [s/s].
-        jump_s: Clocks that disagree by more than this have jumped (the node restarted): the
-            mapping begins anew [s].
         modulus_us: Where the node's clock wraps [us].
 
     Attributes:
@@ -50,12 +49,9 @@ class NodeClock:
             would have run backwards, because the line dropped by more than a sample's time.
     """
 
-    def __init__(
-        self, max_drift: float = 1e-3, jump_s: float = 5.0, modulus_us: int = 1 << 32
-    ) -> None:
+    def __init__(self, max_drift: float = 1e-3, modulus_us: int = 1 << 32) -> None:
         self.counters = Counters("clock_jumps", "clock_steps", "stamps_held")
         self._line = LowerLine(max_drift)
-        self._jump_ns = round(jump_s * NS_PER_S)
         self._modulus_us = modulus_us
         self._clock_us = 0
         self._arrival_ns = 0
@@ -101,7 +97,7 @@ class NodeClock:
         elapsed_ns = (elapsed_us + wraps * self._modulus_us) * NS_PER_US
         node_ns = self._node_ns + elapsed_ns
         lateness_ns = arrival_ns - node_ns - self._line.at(node_ns)
-        if elapsed_ns <= 0 or abs(lateness_ns) > self._jump_ns:
+        if elapsed_ns <= 0 or abs(lateness_ns) > JUMP_NS:
             return None
         return elapsed_ns
 
@@ -149,7 +145,7 @@ class CountingClock:
     def _next_stamp_ns(self, arrival_ns: int) -> int:
         if self._line is None:
             stamp_ns = arrival_ns
-            self._learn(arrival_ns)
+            self._estimate_period(arrival_ns)
         else:
             node_ns = self._count * self._period_ns
             if self._line.add(node_ns, arrival_ns):
@@ -162,8 +158,8 @@ class CountingClock:
         self.counters.add("stamps_held")
         return self._stamp_ns + HOLD_NS
 
-    def _learn(self, arrival_ns: int) -> None:
-        """Take a first period from the first samples."""
+    def _estimate_period(self, arrival_ns: int) -> None:
+        """Estimate a first period from the first samples."""
         elapsed_ns = arrival_ns - (self._first_ns or arrival_ns)
         if self._count < FIRST_SAMPLES or elapsed_ns < FIRST_NS:
             return

@@ -233,10 +233,10 @@ def synthetic_errors(
     R_enu_map = Rotation.from_euler("z", session.heading_enu_map)
     found = []
     for i, node_id in enumerate(NODES):
-        mounting = session.mountings[node_id]
+        alignment = session.alignments[node_id]
         own = judged & (batch.node == i)
-        path = session.motion.segment(mounting.segment, mounting.place)
-        truth = R_enu_map * path.rotation(times[own]) * mounting.R_segment_sensor
+        path = session.motion.segment(alignment.segment, alignment.place)
+        truth = R_enu_map * path.rotation(times[own]) * alignment.R_segment_sensor
         found.append(
             errors(batch.orientation[own], truth.as_quat(), knows_heading=variant.knows_heading)
         )

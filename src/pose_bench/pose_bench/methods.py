@@ -91,11 +91,7 @@ def run_pipeline(
     arrival_ns = 0
     begin = time.process_time()
     for arrival_ns, sample in samples:
-        if isinstance(sample, SkeletonSample):
-            estimates = pipeline.add_skeleton(sample)
-        else:
-            estimates = pipeline.add_imu(sample)
-        made += [(arrival_ns, estimate) for estimate in estimates]
+        made += [(arrival_ns, estimate) for estimate in pipeline.add(sample)]
     made += [(arrival_ns, estimate) for estimate in pipeline.flush()]
     cpu_s = time.process_time() - begin
     run = run_of_estimates([estimate for _, estimate in made])

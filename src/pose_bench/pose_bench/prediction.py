@@ -87,9 +87,7 @@ def _asked(
 def _fed(
     pipeline: FusionPipeline, sample: SkeletonSample | ImuSample, use_imus: bool
 ) -> list[BodyEstimate]:
-    if isinstance(sample, SkeletonSample):
-        return pipeline.add_skeleton(sample)
-    return pipeline.add_imu(sample) if use_imus else []
+    return pipeline.add(sample) if use_imus or isinstance(sample, SkeletonSample) else []
 
 
 def _stddev_deg(poses: list[BodyEstimate]) -> float:

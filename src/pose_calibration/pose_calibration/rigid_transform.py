@@ -92,9 +92,7 @@ def estimate_rigid_transform(
     return T, float(np.sqrt(np.average(squares, weights=weights)))
 
 
-def estimate_rigid_transform_robustly(
-    source: FloatArray, target: FloatArray, weights: FloatArray | None = None
-) -> RobustFit:
+def estimate_rigid_transform_robustly(source: FloatArray, target: FloatArray) -> RobustFit:
     """Estimate the transform between two clouds of which many pairs may be wrong.
 
     The best of many transforms through three random pairs (least median of residuals; the
@@ -104,7 +102,6 @@ def estimate_rigid_transform_robustly(
     Args:
         source: Points [m] in the source frame, shape (n, 3).
         target: The same points [m] in the target frame, shape (n, 3).
-        weights: Prior weight of each pair, shape (n,) [-], equal ones if None.
 
     Raises:
         CalibrationError: If there are fewer than three points, or they are (nearly) collinear.
@@ -112,13 +109,12 @@ def estimate_rigid_transform_robustly(
     References:
         Rousseeuw (1984), JASA 79(388); Holland and Welsch (1977), Comm. Stat. A6(9).
     """
-    prior = np.ones(len(source)) if weights is None else np.asarray(weights, dtype=float)
-    T, _ = estimate_rigid_transform(source, target, prior)
+    T, _ = estimate_rigid_transform(source, target)
     T = _best_hypothesis(source, target, T)
     for _ in range(MAX_ITERATIONS):
         residuals, robust, sigma = _reweighted(T, source, target)
         previous = T
-        T, _ = estimate_rigid_transform(source, target, prior * robust)
+        T, _ = estimate_rigid_transform(source, target, robust)
         moved = transformed(T - previous, source)
         if np.sqrt(_squared_lengths(moved).mean()) < CONVERGED_M:
             break

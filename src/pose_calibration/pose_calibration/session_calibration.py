@@ -119,18 +119,18 @@ def calibrate_people(
         CalibrationError: If the recording does not determine it; the message says why.
     """
     blocks: list[ImuBlock] = []
-    seen: list[Sequence[SkeletonSample]] = []
+    frames_kept: list[Sequence[SkeletonSample]] = []
     for each in frames:
         if isinstance(each, ImuBlock):
             blocks.append(each)
         elif each:
-            seen.append(each)
+            frames_kept.append(each)
     if person:
-        candidates = [[one for frame in seen for one in with_id(frame, person)]]
-    elif only_person(seen):
-        candidates = [[frame[0] for frame in seen]]
+        candidates = [[one for frame in frames_kept for one in with_id(frame, person)]]
+    elif only_person(frames_kept):
+        candidates = [[frame[0] for frame in frames_kept]]
     else:
-        candidates = list(match_people(seen, sensors).samples.values())
+        candidates = list(match_people(frames_kept, sensors).samples.values())
         if not candidates:
             raise CalibrationError(
                 f"several people are seen, and nobody's views in {', '.join(sensors)} agree: "
@@ -143,14 +143,14 @@ def calibrate_people(
         except CalibrationError as error:
             failure = failure or error
             continue
-        return replace(found, people=max(len(frame) for frame in seen))
+        return replace(found, people=max(len(frame) for frame in frames_kept))
     raise failure or CalibrationError("found no skeletons")
 
 
 def _sorted(
     samples: Iterable[SkeletonSample | ImuBlock], sensors: Sequence[str]
 ) -> tuple[dict[str, list[SkeletonSample]], ImuMemory]:
-    """The samples by sensor, stamps ascending, and what the IMUs felt."""
+    """The samples by sensor, stamps ascending, and the IMUs' orientations."""
     by_sensor: dict[str, list[SkeletonSample]] = {name: [] for name in sensors}
     memory = ImuMemory()
     for sample in samples:

@@ -10,7 +10,7 @@
 
     pipeline = Pipeline(PipelineParameters(sensors=("left", "right")), extrinsics)
     for sample in live_samples:                 # or one by one, as they come
-        for estimate in pipeline.add_skeleton(sample):
+        for estimate in pipeline.add(sample):
             print(estimate.stamp_ns, estimate.dof_names, estimate.position)
 
 Frames, axes and units: ``docs/conventions.md``. A stamp is an integer of nanoseconds; no function

@@ -5,7 +5,6 @@ the one with the most cycles of like length and like course is taken, the legs' 
 Walking, marching, squats and raised arms are found alike.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -100,17 +99,6 @@ def cycle_curves(series: AngleSeries, cycles: Cycles) -> dict[str, CycleCurve]:
                 cycles=len(courses),
             )
     return curves
-
-
-def durations_text(cycles: Mapping[str, Cycles]) -> str:
-    """The cycles found, for people."""
-    parts = [
-        f"{side}: {len(each.begin_ns)} cycles of {each.durations_s.mean():.2f} ± "
-        f"{each.durations_s.std(ddof=1):.2f} s, from peak to peak of "
-        f"{each.angle.replace('_', ' ')}"
-        for side, each in cycles.items()
-    ]
-    return "; ".join(parts)
 
 
 def _regular(degrees: FloatArray) -> list[tuple[int, int]]:

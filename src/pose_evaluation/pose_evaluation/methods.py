@@ -53,9 +53,9 @@ def methods_of_bag(
         InputError: If the bag holds no sensors' skeletons.
     """
     placed = read_extrinsics(bag)
-    seeing = sensor_topics(bag)
-    if extrinsics is None and seeing and set(seeing) <= set(placed):
-        known = extrinsics_from_map({name: placed[name] for name in seeing})
+    names = sensor_topics(bag)
+    if extrinsics is None and names and set(names) <= set(placed):
+        known = extrinsics_from_map({name: placed[name] for name in names})
         extrinsics = replace(known, clocks=read_clocks(bag))
     clocks = read_clocks(bag) if clocks is None else clocks
     sensors = {

@@ -92,15 +92,12 @@ def run_methods(
         )
         for setup in setups
     }
-    with_imus = [setup.name for setup in setups if setup.use_imus]
+    with_imus = {setup.name: pipelines[setup.name] for setup in setups if setup.use_imus}
     estimates: dict[str, list[BodyEstimate]] = {name: [] for name in pipelines}
     for sample in samples:
-        if isinstance(sample, SkeletonSample):
-            for name, pipeline in pipelines.items():
-                estimates[name] += pipeline.add_skeleton(sample)
-        else:
-            for name in with_imus:
-                estimates[name] += pipelines[name].add_imu(sample)
+        takers = pipelines if isinstance(sample, SkeletonSample) else with_imus
+        for name, pipeline in takers.items():
+            estimates[name] += pipeline.add(sample)
     for name, pipeline in pipelines.items():
         estimates[name] += pipeline.flush()
     return {name: run_of_estimates(each) for name, each in estimates.items()}

@@ -27,8 +27,8 @@ SUMMARY: tuple[tuple[str, int, Callable[[MethodScores], float]], ...] = (
 )
 
 
-def spoken(name: str) -> str:
-    """A name of the tables, for people."""
+def readable(name: str) -> str:
+    """A name of the code, for people."""
     return name.replace("_", " ")
 
 
@@ -56,7 +56,7 @@ def evaluation_table(evaluation: Evaluation) -> Table:
     for angle in ANGLES:
         rmse = [method.angles[angle].rmse_deg for method in evaluation.methods]
         r = [method.angles[angle].r for method in evaluation.methods]
-        table.add_row(spoken(angle), *_rmse_cells(rmse, r))
+        table.add_row(readable(angle), *_rmse_cells(rmse, r))
     table.add_section()
     rmse = [method.mean_rmse_deg for method in evaluation.methods]
     r = [method.mean_r for method in evaluation.methods]
@@ -83,7 +83,7 @@ def evaluation_markdown(evaluation: Evaluation) -> str:
             f"{_number(s.rmse_deg, 1)} / {_number(s.bias_deg, 1, sign=True)} / {_number(s.r, 2)}"
             for s in scores
         ]
-        lines.append(f"| {spoken(angle)} | {' | '.join(cells)} |")
+        lines.append(f"| {readable(angle)} | {' | '.join(cells)} |")
     cells = [
         f"**{_number(m.mean_rmse_deg, 1)}** / {_number(m.mean_absolute_bias_deg, 1)} "
         f"/ {_number(m.mean_r, 2)}"
@@ -190,7 +190,7 @@ def _angle_difference_table(view: ViewAgreement) -> Table:
     for angle in ANGLES[: len(ANGLES) // len(SIDES)]:
         joint = angle.removeprefix(f"{SIDES[0]}_")
         cells = [_number(view.angle_difference_deg[f"{side}_{joint}"], 1) for side in SIDES]
-        table.add_row(spoken(joint), *cells)
+        table.add_row(readable(joint), *cells)
     return table
 
 

@@ -16,9 +16,7 @@ MAX_SHIFT_S = 0.5  # [s]
 STILL = np.radians(1.0)  # [rad] of standard deviation: below it nothing moves
 
 
-def estimate_time_shift(
-    method: SkeletonSeries, reference: SkeletonSeries, max_shift_s: float = MAX_SHIFT_S
-) -> float:
+def estimate_time_shift(method: SkeletonSeries, reference: SkeletonSeries) -> float:
     """How late a recording is against a reference of the same motion.
 
     The shift at which the correlation of all angles together is highest, refined below the grid's
@@ -27,7 +25,6 @@ def estimate_time_shift(
     Args:
         method: The recording, in any frame.
         reference: What it is compared with, in any frame.
-        max_shift_s: Largest shift [s] to look for.
 
     Returns:
         The shift [s]: ``method.shifted(-shift)`` fits the reference. 0 where the two do not
@@ -35,7 +32,7 @@ def estimate_time_shift(
     """
     if len(method) == 0 or len(reference) == 0:
         return 0.0
-    return estimate_angle_shift(angle_series(method), angle_series(reference), max_shift_s)
+    return estimate_angle_shift(angle_series(method), angle_series(reference))
 
 
 def estimate_angle_shift(

@@ -213,7 +213,7 @@ def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
     )
 
 
-def read_extrinsics(bag: BagReader, topic: str = "/tf_static") -> dict[str, FloatArray]:
+def read_extrinsics(bag: BagReader) -> dict[str, FloatArray]:
     """``T_map_sensor``, (4, 4), of each Kinect in the static transforms, by sensor name.
 
     The last transform of a frame counts. Sensors without a path to ``map`` are left out; no
@@ -221,6 +221,6 @@ def read_extrinsics(bag: BagReader, topic: str = "/tf_static") -> dict[str, Floa
     """
     return transforms_to_map(
         transform
-        for message in bag.messages([topic])
+        for message in bag.messages(["/tf_static"])
         for transform in bag.deserialize(message).transforms
     )

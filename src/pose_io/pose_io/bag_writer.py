@@ -4,7 +4,6 @@ import os
 import shutil
 import sqlite3
 import tempfile
-from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -166,19 +165,6 @@ class BagWriter:
             self.close()
         else:
             self.abort()
-
-
-def write_bag(
-    path: Path | str,
-    messages: Iterable[tuple[str, Any, int]],
-    *,
-    storage: str = "mcap",
-    typestore: Typestore | None = None,
-) -> None:
-    """Write (topic, message, stamp_ns) into a new bag, ordered by stamp, ties as given."""
-    with BagWriter(path, storage=storage, typestore=typestore) as bag:
-        for topic, message, stamp_ns in sorted(messages, key=lambda entry: entry[2]):
-            bag.write(topic, message, stamp_ns)
 
 
 def _qos(*, latched: bool, reliable: bool, depth: int) -> Qos:

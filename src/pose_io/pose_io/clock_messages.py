@@ -27,14 +27,14 @@ def read_clocks(bag: "BagReader") -> dict[str, Clock]:
 
     The last message counts; where they cover more than two minutes, so does the drift between them.
     """
-    told: dict[str, list[Clock]] = defaultdict(list)
+    by_source: dict[str, list[Clock]] = defaultdict(list)
     topics = [
         t for t in bag.topics_of_type("sensor_msgs/msg/TimeReference") if CLOCK_TOPIC.search(t)
     ]
     for message in bag.messages(topics) if topics else ():
         content = bag.deserialize(message)
-        told[content.source].append(clock_of(content))
-    return {source: _fitted(clocks) for source, clocks in sorted(told.items())}
+        by_source[content.source].append(clock_of(content))
+    return {source: _fitted(clocks) for source, clocks in sorted(by_source.items())}
 
 
 def _fitted(clocks: list[Clock]) -> Clock:

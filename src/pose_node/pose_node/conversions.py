@@ -2,12 +2,7 @@
 
 from builtin_interfaces.msg import Time
 
-from pose_core.stamps import NS_PER_S, nanoseconds
-
-
-def stamp_to_ns(stamp: Time) -> int:
-    """Nanoseconds of a message's stamp."""
-    return nanoseconds(stamp)
+from pose_core.stamps import NS_PER_S
 
 
 def ns_to_stamp(stamp_ns: int) -> Time:

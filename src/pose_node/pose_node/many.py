@@ -85,7 +85,6 @@ def run_many(
     recordings: Sequence[Path],
     name_of: Callable[[Path], Path],
     arguments: argparse.Namespace,
-    arguments_given: Sequence[str] | None = None,
 ) -> int:
     """Run this very tool on each recording; the exit status.
 
@@ -95,16 +94,14 @@ def run_many(
         recordings: Of :func:`recordings_under`.
         name_of: The output's name of a recording, both relative.
         arguments: Parsed, with those of :func:`add_many_arguments`.
-        arguments_given: As they were given; ``sys.argv`` if None.
     """
-    given = list(sys.argv if arguments_given is None else arguments_given)
     run = uuid.uuid4().hex[:8]
     jobs = [
         Job(
             run=run,
             recording=str(recording),
             output=str(target.absolute() / name_of(recording.relative_to(source))),
-            command=tuple(_command(given, source, target, recording.absolute())),
+            command=tuple(_command(sys.argv, source, target, recording.absolute())),
         )
         for recording in recordings
     ]

@@ -109,7 +109,7 @@ class Session:
     sensor_poses: Mapping[str, FloatArray]  # T_map_kinect_<name>_optical_frame, (4, 4)
     kinects: Mapping[str, KinectFrames]
     heading_enu_map: float  # [rad] about z, from east to map's x
-    mountings: Mapping[int, SensorToSegment]  # by IMU node id
+    alignments: Mapping[int, SensorToSegment]  # by IMU node id
     imus: ImuFrames
     is_captured: bool = False  # whether a person made the motion
 
@@ -150,7 +150,7 @@ def make_session(
     poses = sensor_poses(settings.scene)
     imu_rng = np.random.default_rng([seed, IMU_STREAM])
     heading_enu_map = float(imu_rng.uniform(-np.pi, np.pi))
-    mountings = mount(body, settings.imu, imu_rng)
+    alignments = mount(body, settings.imu, imu_rng)
     return Session(
         choreography=choreography,
         duration=duration,
@@ -162,8 +162,8 @@ def make_session(
         sensor_poses=poses,
         kinects=_watch(motion, poses, settings, seed),
         heading_enu_map=heading_enu_map,
-        mountings=mountings,
-        imus=_wear(motion, mountings, heading_enu_map, settings.imu, imu_rng),
+        alignments=alignments,
+        imus=_wear(motion, alignments, heading_enu_map, settings.imu, imu_rng),
     )
 
 
@@ -201,15 +201,15 @@ def _watch(
 
 def _wear(
     motion: Motion,
-    mountings: Mapping[int, SensorToSegment],
+    alignments: Mapping[int, SensorToSegment],
     heading_enu_map: float,
     parameters: ImuParameters,
     rng: np.random.Generator,
 ) -> ImuFrames:
     field = earth_field(parameters, heading_enu_map)
-    radio_rng, *node_rngs = rng.spawn(1 + len(mountings))
+    radio_rng, *node_rngs = rng.spawn(1 + len(alignments))
     measurements = {
-        node_id: measure(motion, mounting, field, parameters, node_rng)
-        for (node_id, mounting), node_rng in zip(mountings.items(), node_rngs, strict=True)
+        node_id: measure(motion, alignment, field, parameters, node_rng)
+        for (node_id, alignment), node_rng in zip(alignments.items(), node_rngs, strict=True)
     }
     return to_frames(measurements, parameters, radio_rng)

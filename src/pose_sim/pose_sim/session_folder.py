@@ -125,12 +125,12 @@ def _description(session: Session, start_ns: int) -> dict[str, Any]:
             "heading_enu_map": round(session.heading_enu_map, 9),
             "imu_nodes": {
                 node_id: {
-                    "segment": mounting.segment,
-                    "place": _plain(mounting.place),
-                    "orientation_segment_sensor": _plain(mounting.R_segment_sensor.as_quat()),
-                    "gyroscope_bias": _plain(mounting.gyroscope_bias),
+                    "segment": alignment.segment,
+                    "place": _plain(alignment.place),
+                    "orientation_segment_sensor": _plain(alignment.R_segment_sensor.as_quat()),
+                    "gyroscope_bias": _plain(alignment.gyroscope_bias),
                 }
-                for node_id, mounting in session.mountings.items()
+                for node_id, alignment in session.alignments.items()
             },
         },
     }

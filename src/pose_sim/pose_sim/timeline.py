@@ -56,8 +56,8 @@ class Timeline:
         self._rng = rng
         self._variation = variation or Variation()
         self._tempo = 1.0 + self._variation.person_tempo * rng.uniform(-1.0, 1.0)
-        lean = self._variation.asymmetry * rng.uniform(-1.0, 1.0)
-        self._side_gain = {"left": 1.0 + lean, "right": 1.0 - lean}
+        asymmetry = self._variation.asymmetry * rng.uniform(-1.0, 1.0)
+        self._side_gain = {"left": 1.0 + asymmetry, "right": 1.0 - asymmetry}
         channels = (*BODY_ANGLES, *EXTRA_CHANNELS)
         self._targets = dict.fromkeys(channels, 0.0)
         self._moves: dict[str, list[tuple[float, float, float]]] = {c: [] for c in channels}

@@ -92,13 +92,13 @@ def mount(
     body: Body, parameters: ImuParameters, rng: np.random.Generator
 ) -> dict[int, SensorToSegment]:
     """Strap all nodes on, each a little crooked; by node id."""
-    mountings = {}
+    alignments = {}
     for node_id, segment in NODES.items():
         side, _, part = segment.rpartition("_") if segment == "torso" else segment.partition("_")
         mirror = np.array([1.0, -1.0 if side == "right" else 1.0, 1.0])
         axis = rng.standard_normal(3)
         angle = np.radians(rng.uniform(parameters.misalignment_min, parameters.misalignment_max))
-        mountings[node_id] = SensorToSegment(
+        alignments[node_id] = SensorToSegment(
             segment=segment,
             place=body.height * np.array(STRAP_PLACES[part]) * mirror,
             R_segment_sensor=Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)),
@@ -106,7 +106,7 @@ def mount(
             accelerometer_bias=parameters.accelerometer_bias * rng.standard_normal(3),
             disturbance=1e-6 * parameters.disturbance * rng.standard_normal(3),
         )
-    return mountings
+    return alignments
 
 
 def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray:
@@ -124,7 +124,7 @@ def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray
 
 def measure(
     motion: Motion,
-    mounting: SensorToSegment,
+    alignment: SensorToSegment,
     field: FloatArray,
     parameters: ImuParameters,
     rng: np.random.Generator,
@@ -133,17 +133,17 @@ def measure(
 
     Args:
         motion: What the subject does.
-        mounting: How the node is strapped on, and its biases.
+        alignment: How the node is strapped on, and its biases.
         field: The undisturbed magnetic field [T] in ``map``, shape (3,).
         parameters: Rates and noise.
         rng: Source of everything random.
     """
     times, clock_us = _clock(float(motion.times[-1]), parameters, rng)
-    path: SegmentPath = motion.segment(mounting.segment, mounting.place)
-    R_sensor_map = (path.rotation(times) * mounting.R_segment_sensor).inv()
-    turning = mounting.R_segment_sensor.inv().apply(path.angular_velocity(times))
+    path: SegmentPath = motion.segment(alignment.segment, alignment.place)
+    R_sensor_map = (path.rotation(times) * alignment.R_segment_sensor).inv()
+    turning = alignment.R_segment_sensor.inv().apply(path.angular_velocity(times))
     force = R_sensor_map.apply(path.acceleration(times) + np.array([0.0, 0.0, GRAVITY]))
-    disturbed = field + mounting.disturbance + _slow_change(times, parameters, rng)
+    disturbed = field + alignment.disturbance + _slow_change(times, parameters, rng)
     count = len(times)
     walk = np.radians(parameters.gyroscope_bias_walk) / np.sqrt(parameters.sample_rate)
     drift = walk * np.cumsum(rng.standard_normal((count, 3)), axis=0)
@@ -152,9 +152,9 @@ def measure(
     return Measurements(
         sample_s=times,
         clock_us=clock_us,
-        angular_velocity=turning + mounting.gyroscope_bias + drift + gyroscope_noise,
+        angular_velocity=turning + alignment.gyroscope_bias + drift + gyroscope_noise,
         specific_force=force
-        + mounting.accelerometer_bias
+        + alignment.accelerometer_bias
         + parameters.accelerometer_noise * noise[1],
         magnetic_field=R_sensor_map.apply(disturbed)
         + 1e-6 * parameters.magnetometer_noise * noise[2],

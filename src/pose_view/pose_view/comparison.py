@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from pose_core.api import FusionParameters, FusionPipeline, SkeletonSample, extrinsics_from_map
+from pose_core.api import FusionParameters, FusionPipeline, extrinsics_from_map
 from pose_core.errors import PoseError
 from pose_core.parameters import from_mapping
 from pose_io.bag_samples import BagSamples
@@ -46,12 +46,7 @@ def compute_body(
     extrinsics = extrinsics_from_map(placed)
     samples = BagSamples(bag, progress=progress, extrinsics=extrinsics, imus=kind == "imu")
     pipeline = FusionPipeline(parameters, extrinsics)
-    estimates = []
-    for sample in samples:
-        if isinstance(sample, SkeletonSample):
-            estimates += pipeline.add_skeleton(sample)
-        else:
-            estimates += pipeline.add_imu(sample)
+    estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
     estimates += pipeline.flush()
     if not estimates:
         raise PoseError(pipeline.status)

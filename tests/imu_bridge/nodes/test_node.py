@@ -16,7 +16,7 @@ from imu_bridge.filters import FILTERS
 from imu_bridge.nodes.imu_bridge import ImuBridge
 from imu_bridge.protocols.star import RawSample, encode
 from pose_core.errors import InputError, ParameterError
-from pose_node.conversions import stamp_to_ns
+from pose_core.stamps import nanoseconds
 
 MS = 1_000_000  # [ns]
 REST = RawSample(
@@ -115,7 +115,7 @@ def test_a_frame_becomes_three_messages_on_the_topics_of_its_segment(bench):
     for message in (data, raw, mag):
         assert message.header.frame_id == "imu_left_thigh_link"
         assert message.header.stamp == data.header.stamp
-    assert before_ns <= stamp_to_ns(data.header.stamp) <= after_ns
+    assert before_ns <= nanoseconds(data.header.stamp) <= after_ns
     assert raw.linear_acceleration.z == pytest.approx(9.80665)
     assert raw.angular_velocity.x == pytest.approx(np.radians(1.0), rel=1e-3)
     assert mag.magnetic_field.y == pytest.approx(24e-6)
@@ -142,7 +142,7 @@ def test_stamps_have_the_spacing_of_the_nodes_clock_not_of_the_arrivals(bench):
         # A read period lies between two arrivals, but only 1 ms between two samples.
         bench.send(encode(replace(REST, sequence=k, clock_us=k * 1000)))
         messages = bench.wait_for(k + 1)
-    stamps = np.array([stamp_to_ns(message.header.stamp) for message in messages])
+    stamps = np.array([nanoseconds(message.header.stamp) for message in messages])
     np.testing.assert_allclose(np.diff(stamps), 1 * MS, rtol=0, atol=200)
 
 

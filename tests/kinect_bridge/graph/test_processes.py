@@ -13,7 +13,7 @@ import pytest
 from pose_msgs.msg import SkeletonArray
 from rclpy.qos import qos_profile_sensor_data
 
-from pose_node.conversions import stamp_to_ns
+from pose_core.stamps import nanoseconds
 
 pytestmark = pytest.mark.graph
 
@@ -64,7 +64,7 @@ def test_two_bridges_with_one_start_keep_the_sensors_timing(start_process, ros_c
 
     # Whenever each began to be heard: every stamp is a moment of the recording, in some round.
     for name, begin_ns in (("left", 0), ("right", DELAY_NS)):
-        stamps = np.array([stamp_to_ns(message.header.stamp) for message in received[name]])
+        stamps = np.array([nanoseconds(message.header.stamp) for message in received[name]])
         rounds, since_begin = np.divmod(stamps - start_ns - begin_ns + 1_000, PERIOD_NS)
         np.testing.assert_allclose(since_begin / INTERVAL_NS % 1, 0, atol=1e-4)
         assert since_begin.max() < 5.01 * INTERVAL_NS
@@ -103,7 +103,7 @@ def test_the_launch_file_starts_one_sensor_with_the_arguments_given(
     spin_until(lambda: received, what="a frame")
 
     assert received[0].header.frame_id == "kinect_right_optical_frame"
-    since_start = stamp_to_ns(received[0].header.stamp) - start_ns
+    since_start = nanoseconds(received[0].header.stamp) - start_ns
     assert since_start % (640 * MS) % (100 * MS) == pytest.approx(40 * MS, abs=1_000)
 
 

@@ -10,7 +10,7 @@ from rclpy.qos import qos_profile_sensor_data
 from kinect_bridge.nodes.kinect_bridge import KinectBridge
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_node.conversions import stamp_to_ns
+from pose_core.stamps import nanoseconds
 
 CSV = Path(__file__).parents[2] / "kinect_bridge" / "data" / "two_sensors.csv"
 MS = 1_000_000  # [ns]
@@ -39,7 +39,7 @@ def test_a_replayed_csv_arrives_with_stamps_frame_axes_and_states(bridge, spin_u
 
     spin_until(lambda: len(received) == 6, what="six frames")
 
-    stamps = [stamp_to_ns(message.header.stamp) for message in received]
+    stamps = [nanoseconds(message.header.stamp) for message in received]
     np.testing.assert_allclose(np.array(stamps) - start_ns, np.arange(6) * 5 * MS, atol=1000)
     for message in received:
         assert message.header.frame_id == "kinect_left_optical_frame"
@@ -73,7 +73,7 @@ def test_a_loop_goes_on_with_increasing_stamps(bridge, spin_until):
 
     spin_until(lambda: len(received) >= 15, what="three rounds")
 
-    stamps = np.array([stamp_to_ns(message.header.stamp) for message in received])
+    stamps = np.array([nanoseconds(message.header.stamp) for message in received])
     assert (np.diff(stamps) > 0).all()
     assert stamps[6] - start_ns == pytest.approx(32 * MS, abs=1000)
 
@@ -84,7 +84,7 @@ def test_a_late_replay_publishes_every_frame_and_says_so(bridge, ros_context, sp
 
     spin_until(lambda: len(received) >= 10, what="ten late frames")
 
-    stamps = np.array([stamp_to_ns(message.header.stamp) for message in received])
+    stamps = np.array([nanoseconds(message.header.stamp) for message in received])
     steps = np.unique(np.rint(np.diff(stamps) / MS))
     assert set(steps) <= {100.0, 140.0}  # none is missing: 140 ms from the last to the first
     spin_until(lambda: diagnostics, what="a report")

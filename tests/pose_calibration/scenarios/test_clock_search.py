@@ -10,7 +10,7 @@ from pose_bench.sessions import SessionSpec, bench_session
 from pose_calibration.clocks.clock_offset import estimate_clock_offset
 from pose_calibration.inertial.imu_clock import imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.live.clock_tracking import EVERY_NS, ClockFollower
+from pose_calibration.live.clock_tracking import EVERY_NS, ClockTracker
 from pose_core.streams.samples import block_of
 
 STEADY = {"kinect": {"inertia": 0.0, "lag": 0.0}}  # trackers that follow all joints alike
@@ -73,18 +73,18 @@ def test_a_clock_that_gains_is_followed_to_5_ms():
     left = of(skeletons, "left")
     right = delayed(of(skeletons, "right"), 200_000_000, drift)
     known = bench_session_extrinsics()
-    follower = ClockFollower(known, max_offset_s=0.5)
+    tracker = ClockTracker(known, max_offset_s=0.5)
     begin_ns, told = right[0].stamp_ns, 0
     errors_s = []
     for one in sorted([*left, *right], key=lambda sample: sample.stamp_ns):
-        clocks = follower.add(one, ImuMemory())
+        clocks = tracker.add(one, ImuMemory())
         if clocks and "right" in clocks:
             told += 1
             true_ns = 200_000_000 + round(drift * (one.stamp_ns - begin_ns))
             errors_s.append((clocks["right"].ahead_ns(one.stamp_ns) - true_ns) * 1e-9)
     assert told >= 2
     assert np.abs(errors_s).max() < 0.005
-    assert follower.clocks["right"].stddev_s < 0.01
+    assert tracker.clocks["right"].stddev_s < 0.01
 
 
 def bench_session_extrinsics():
@@ -100,10 +100,10 @@ def test_a_clock_that_somebody_sets_is_found_again():
         replace(one, stamp_ns=one.stamp_ns + (300_000_000 if one.stamp_ns > middle_ns else 0))
         for one in right
     ]
-    follower = ClockFollower(bench_session_extrinsics(), max_offset_s=0.5)
+    tracker = ClockTracker(bench_session_extrinsics(), max_offset_s=0.5)
     for one in sorted([*left, *right], key=lambda sample: sample.stamp_ns):
-        follower.add(one, ImuMemory())
-    assert follower.clocks["right"].offset_ns == pytest.approx(300e6, abs=6e6)
+        tracker.add(one, ImuMemory())
+    assert tracker.clocks["right"].offset_ns == pytest.approx(300e6, abs=6e6)
 
 
 def findings(offset_s, overrides="steady"):

@@ -24,7 +24,7 @@ SEED = 5
 
 @pytest.fixture(scope="module")
 def errors_deg():
-    """Errors of the mountings found [deg], (3,) by segment."""
+    """Errors of the alignments found [deg], (3,) by segment."""
     t, dof = motion(24.0, still_s=STILL_S)
     moving = np.clip((t - STILL_S) / 2.0, 0.0, 1.0) ** 2
     for name, angle in STOOD_DEG.items():
@@ -34,14 +34,14 @@ def errors_deg():
     calibration = ImuCalibration(ImuCalibrationParameters(), extrinsics())
     for sample in merged(skeletons, imu_samples(t, dof, np.random.default_rng(SEED))):
         calibration.add(sample if isinstance(sample, SkeletonSample) else block_of(sample))
-    mountings = calibration.finish().mountings
+    alignments = calibration.finish().alignments
     rng = np.random.default_rng(SEED)  # draws the straps as worn_imus does
     true = {name: Rotation.from_rotvec(rng.normal(0.0, 0.3, 3)).inv() for name in IMU_SEGMENTS}
     return {
         name: np.degrees(
             (true[name].inv() * Rotation.from_matrix(each.R_sensor_segment)).as_rotvec()
         )
-        for name, each in mountings.items()
+        for name, each in alignments.items()
     }
 
 

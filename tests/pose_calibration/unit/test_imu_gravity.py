@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from pose_calibration.clocks.motion_track import Track
 from pose_calibration.inertial.imu_gravity import BODY_IMUS, gravity_from_imus
-from pose_calibration.inertial.imu_motion import BONES, Felt, View, measure_imu_delay
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_calibration.inertial.imu_motion import ImuVertical, View, measure_imu_delay
+from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENT_ENDS
 
 UP = np.array([0.10, -0.98, -0.17]) / np.linalg.norm([0.10, -0.98, -0.17])
 SEGMENTS = ("left_upper_arm", "right_upper_arm", "left_thigh", "right_thigh")
@@ -20,7 +20,7 @@ def swinging(delay_s=0.0, moves=True, noise=0.005):
     rng = np.random.default_rng(4)
     camera, imu = np.arange(0.0, 30.0, 1 / 30), np.arange(-1.0, 31.0, 0.02)
     joints = np.full((len(camera), len(JOINTS), 3), np.nan)
-    felt = {}
+    verticals = {}
     for index, segment in enumerate(SEGMENTS):
 
         def limb(times, index=index):
@@ -31,13 +31,13 @@ def swinging(delay_s=0.0, moves=True, noise=0.005):
             return Rotation.from_rotvec(np.stack([forwards, 0.0 * times, sideways], axis=1))
 
         hanging = np.array([0.0, 1.0, 0.0])
-        start, end = (JOINT_INDEX[name] for name in BONES[segment])
+        start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
         joints[:, start] = [0.2 * index, 0.0, 2.5]
         joints[:, end] = joints[:, start] + 0.35 * limb(camera).apply(hanging)
-        mounting = Rotation.from_rotvec(rng.normal(size=3))
-        felt[segment] = Felt(imu + delay_s, (limb(imu) * mounting).inv().apply(UP))
+        alignment = Rotation.from_rotvec(rng.normal(size=3))
+        verticals[segment] = ImuVertical(imu + delay_s, (limb(imu) * alignment).inv().apply(UP))
     joints += rng.normal(0.0, noise, joints.shape)
-    return Track(camera, joints), felt
+    return Track(camera, joints), verticals
 
 
 def off_by(angle):
@@ -45,8 +45,8 @@ def off_by(angle):
 
 
 def test_the_vertical_is_found_whatever_the_mountings():
-    track, felt = swinging()
-    found = gravity_from_imus([View(track, off_by(SEEN_WRONG))], [np.eye(3)], felt, 0.0, PRIOR)
+    track, verticals = swinging()
+    found = gravity_from_imus([View(track, off_by(SEEN_WRONG))], [np.eye(3)], verticals, 0.0, PRIOR)
     assert found is not None
     assert found.source == BODY_IMUS
     error = float(np.arccos(found.up @ UP))
@@ -56,9 +56,9 @@ def test_the_vertical_is_found_whatever_the_mountings():
 
 
 def test_limbs_that_never_move_add_nothing():
-    track, felt = swinging(moves=False)
+    track, verticals = swinging(moves=False)
     view = View(track, off_by(SEEN_WRONG))
-    assert gravity_from_imus([view], [np.eye(3)], felt, 0.0, np.radians(1.0)) is None
+    assert gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(1.0)) is None
 
 
 def test_without_imus_there_is_nothing_to_be_found():
@@ -68,11 +68,11 @@ def test_without_imus_there_is_nothing_to_be_found():
 
 @pytest.mark.parametrize("delay_s", [-0.42, 0.013, 0.31])
 def test_the_delay_is_found_to_5_ms(delay_s):
-    track, felt = swinging(delay_s)
-    found = measure_imu_delay([View(track, UP)], felt, reach_s=0.5)
+    track, verticals = swinging(delay_s)
+    found = measure_imu_delay([View(track, UP)], verticals, reach_s=0.5)
     assert found.estimate_s == pytest.approx(delay_s, abs=0.005)
 
 
 def test_limbs_that_never_move_tell_no_delay():
-    track, felt = swinging(0.1, moves=False, noise=0.001)
-    assert measure_imu_delay([View(track, UP)], felt, reach_s=0.5).stddev_s == np.inf
+    track, verticals = swinging(0.1, moves=False, noise=0.001)
+    assert measure_imu_delay([View(track, UP)], verticals, reach_s=0.5).stddev_s == np.inf

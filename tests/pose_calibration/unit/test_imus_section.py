@@ -34,12 +34,12 @@ def test_mountings_come_back_as_they_were_saved(path):
     save_alignments(path, MOUNTINGS)
     loaded = load_alignments(path)
     assert set(loaded) == set(MOUNTINGS)
-    for name, mounting in MOUNTINGS.items():
+    for name, alignment in MOUNTINGS.items():
         np.testing.assert_allclose(
-            loaded[name].R_sensor_segment, mounting.R_sensor_segment, atol=1e-5
+            loaded[name].R_sensor_segment, alignment.R_sensor_segment, atol=1e-5
         )
-        np.testing.assert_allclose(loaded[name].stddev, mounting.stddev, atol=1e-4)
-        assert loaded[name].residual == pytest.approx(mounting.residual, abs=1e-4)
+        np.testing.assert_allclose(loaded[name].stddev, alignment.stddev, atol=1e-4)
+        assert loaded[name].residual == pytest.approx(alignment.residual, abs=1e-4)
 
 
 def test_where_the_kinects_are_stays_in_the_file(path):

@@ -47,11 +47,7 @@ def samples():
 def run(samples, clocks, estimator="default"):
     placed = replace(extrinsics(), clocks=clocks)
     pipeline = FusionPipeline(FusionParameters(estimator=estimator), placed)
-    estimates = []
-    for one in samples:
-        add = pipeline.add_imu if isinstance(one, ImuSample) else pipeline.add_skeleton
-        estimates += add(one)
-    return estimates + pipeline.flush()
+    return [each for one in samples for each in pipeline.add(one)] + pipeline.flush()
 
 
 @pytest.mark.parametrize("estimator", ["default", "li2020"])
@@ -73,9 +69,9 @@ def test_clocks_may_come_while_it_runs(samples):
     pipeline = FusionPipeline(FusionParameters(estimator="li2020"), extrinsics())
     half = len(late) // 2
     for one in late[:half]:
-        pipeline.add_skeleton(one)
+        pipeline.add(one)
     pipeline.use_clocks(CLOCKS)
-    estimates = [each for one in late[half:] for each in pipeline.add_skeleton(one)]
+    estimates = [each for one in late[half:] for each in pipeline.add(one)]
     stamps = [each.stamp_ns for each in estimates]
     assert stamps == sorted(set(stamps))
     assert len(estimates) > 0.4 * half

@@ -68,7 +68,7 @@ ARMS = {f"{side}_shoulder_flexion": raised for side in SIDES}
 def test_every_frame_of_every_sensor_gives_an_estimate_at_once():
     _, dof = motion(5.0)
     pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
-    told = [(s.stamp_ns, pipeline.add_skeleton(s)) for s in samples_of(dof)]
+    told = [(s.stamp_ns, pipeline.add(s)) for s in samples_of(dof)]
     late = [(stamp, estimates) for stamp, estimates in told if stamp > START_NS + 3 * 10**9]
     assert all(estimates and estimates[-1].stamp_ns == stamp for stamp, estimates in late[::2])
 

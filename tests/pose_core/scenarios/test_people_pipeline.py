@@ -1,5 +1,7 @@
 """A pose for each of several people (walking people, drawn)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from crowd_of_people import frames_of, walker
@@ -10,6 +12,8 @@ from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.people.pipeline import PeoplePipeline
 from pose_core.session.extrinsics import extrinsics_from_map
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import ImuSample
 
 PLACED = extrinsics_from_map(POSES)
 TWO = [
@@ -46,7 +50,7 @@ def test_of_one_person_the_estimates_are_the_single_chains_to_the_last_bit():
     samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.005)
     parameters = FusionParameters(output_rate=0.0)
     single = FusionPipeline(parameters, extrinsics())
-    expected = [e for sample in samples for e in single.add_skeleton(sample)] + single.flush()
+    expected = [e for sample in samples for e in single.add(sample)] + single.flush()
     blocks = []
     people = PeoplePipeline(parameters, lambda _, block: blocks.append(block), extrinsics())
     for sample in samples:
@@ -96,3 +100,22 @@ def test_samples_of_before_the_extrinsics_are_not_lost(two):
     for persons, _ in two[200:]:
         pipeline.add(persons)
     assert set(blocks) == {"subject", "person_2"}
+
+
+def test_samples_that_are_too_old_when_the_extrinsics_come_are_counted(two):
+    pipeline = PeoplePipeline(FusionParameters(output_rate=0.0), lambda *_: None)
+    first = two[0][0]
+    imu = ImuSample(
+        stamp_ns=first[0].stamp_ns,
+        segment="torso",
+        orientation=np.array([0.0, 0.0, 0.0, 1.0]),
+        orientation_stddev=np.full(3, 0.01),
+        angular_velocity=np.zeros(3),
+    )
+    pipeline.add(first)
+    pipeline.add(imu)
+    later_ns = first[0].stamp_ns + 31 * NS_PER_S
+    pipeline.add([replace(person, stamp_ns=later_ns) for person in first])
+    counts = pipeline.people_counts
+    assert counts["skeletons_discarded_before_extrinsics"] == len(first)
+    assert counts["imu_samples_discarded_before_extrinsics"] == 1

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fusing import add, fused
+from fusing import fused
 from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import START_NS, imu_samples, merged, truth_at
 
@@ -93,7 +93,7 @@ def test_how_the_streams_interleave_makes_no_difference():
 def test_without_extrinsics_samples_are_counted_and_nothing_is_said(plain):
     _, _, samples, _, _ = plain
     pipeline = FusionPipeline(LI2020)
-    assert [e for sample in samples[:50] for e in pipeline.add_skeleton(sample)] == []
+    assert [e for sample in samples[:50] for e in pipeline.add(sample)] == []
     assert pipeline.counters["skeletons_before_extrinsics"] == 50
     assert pipeline.status == "waiting for extrinsics"
 
@@ -107,7 +107,7 @@ def test_what_came_before_the_extrinsics_is_learnt_from_but_not_estimated():
     for sample in samples:
         if pipeline.extrinsics is None and sample.stamp_ns > placed_ns:
             pipeline.place_sensors(extrinsics())
-        estimates += add(pipeline, sample)
+        estimates += pipeline.add(sample)
     assert estimates[0].stamp_ns > placed_ns - 2 * FRAME_NS
     assert estimates[0].stamp_ns < placed_ns + 4 * FRAME_NS
 
@@ -117,7 +117,7 @@ def test_samples_waiting_for_extrinsics_are_bounded():
     pipeline = FusionPipeline(LI2020)
     for shift_s in range(0, 200, 3):
         for sample in samples[::10]:
-            pipeline.add_skeleton(replace(sample, stamp_ns=sample.stamp_ns + shift_s * 10**9))
+            pipeline.add(replace(sample, stamp_ns=sample.stamp_ns + shift_s * 10**9))
     assert len(pipeline._preprocessor._waiting) < 200
 
 

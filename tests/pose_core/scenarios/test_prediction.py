@@ -24,7 +24,7 @@ def fed(samples, ask_after_ns=()):
     pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
     estimates, predictions = [], []
     for sample in samples:
-        new = pipeline.add_skeleton(sample)
+        new = pipeline.add(sample)
         estimates += new
         predictions += [[pipeline.predict(e.stamp_ns + ns) for ns in ask_after_ns] for e in new]
     return estimates, predictions
@@ -61,7 +61,7 @@ def test_nothing_is_predicted_before_a_pose_is_known_or_long_after_the_last_fram
     *_, samples = moving
     pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
     assert pipeline.predict(START_NS) is None
-    last = [e for sample in samples[:200] for e in pipeline.add_skeleton(sample)][-1]
+    last = [e for sample in samples[:200] for e in pipeline.add(sample)][-1]
     assert pipeline.predict(last.stamp_ns + 100 * MS) is not None
     assert pipeline.predict(last.stamp_ns + 1500 * MS) is None
     assert pipeline.predict(last.stamp_ns - 200 * MS) is None

@@ -35,8 +35,7 @@ pipeline = FusionPipeline(FusionParameters(), session.extrinsics)
 before = ready()
 estimates = 0
 for sample in session.samples:
-    add = pipeline.add_skeleton if isinstance(sample, SkeletonSample) else pipeline.add_imu
-    estimates += len(add(sample))
+    estimates += len(pipeline.add(sample))
 after = ready()
 print(estimates, *(".".join(name) for name in after if after[name] != before[name]))
 """

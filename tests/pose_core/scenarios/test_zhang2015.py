@@ -40,9 +40,14 @@ def with_foot(skeletons, state, aside=0.0):
     return changed
 
 
-def test_the_weights_are_the_papers_and_roll_is_the_imus(session):
+@pytest.fixture(scope="module")
+def both_cameras(session):
     _, _, skeletons, imus = session
-    pipeline, estimates = run(merged(skeletons, imus))
+    return run(merged(skeletons, imus))
+
+
+def test_the_weights_are_the_papers_and_roll_is_the_imus(both_cameras):
+    pipeline, estimates = both_cameras
     last = estimates[-1]
     assert any(use.is_aligned for use in pipeline.imu_uses)
     assert last.weight_kinect[KNEE] == pytest.approx(0.8)
@@ -61,9 +66,9 @@ def test_an_occluded_limb_is_the_imus_at_once_and_then_shared_again(state, sessi
     assert np.sqrt(np.mean(np.square(errors))) < 12.0  # the Kinect's own would be 30 and more
 
 
-def test_only_the_first_sensor_counts(session):
+def test_only_the_first_sensor_counts(session, both_cameras):
     _, _, skeletons, imus = session
-    _, both = run(merged(skeletons, imus))
+    _, both = both_cameras
     _, left = run(merged([s for s in skeletons if s.sensor == "left"], imus))
     frames = {s.stamp_ns for s in skeletons if s.sensor == "left"}
     assert {e.stamp_ns for e in both} <= frames

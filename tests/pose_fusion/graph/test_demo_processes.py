@@ -178,7 +178,7 @@ def test_an_unknown_choreography_is_refused(start_process, demo, tmp_path):
 def test_an_interrupt_stops_everything_and_leaves_nothing(start_process, demo, tmp_path):
     work = tmp_path / "work"
     work.mkdir()
-    process = start_process([demo, "--duration", "20"], cwd=work)
+    process = start_process([demo, "--duration", "8"], cwd=work)
     process.wait_for_output(r"^running", timeout_s=PATIENCE_S)
     assert process.stop() == 130, process.describe()
     assert list(work.iterdir()) == []

@@ -1,4 +1,5 @@
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from pose_core.body.model import load_body_model
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
+from pose_fusion.tools import fuse
 from pose_io.bags import open_bag
 
 BODY = "/humans/bodies/subject"
@@ -44,12 +46,19 @@ def messages(path):
         return [(m.topic, m.stamp_ns, bytes(m.data)) for m in opened.messages()]
 
 
-def test_fusing_twice_gives_identical_bytes_of_messages(bag, tmp_path):
-    for name in ("one", "two"):
-        result = run_fuse(bag, tmp_path / name)
-        assert result.returncode == 0, result.stderr
-    one = messages(tmp_path / "one")
-    assert one == messages(tmp_path / "two")
+@pytest.fixture(scope="module")
+def fused(bag, tmp_path_factory):
+    """The fused bag; the file of body measures that was saved with it lies beside."""
+    folder = tmp_path_factory.mktemp("fused")
+    result = run_fuse(bag, folder / "out", "--shape-file", folder / "me.yaml")
+    assert result.returncode == 0, result.stderr
+    return folder / "out"
+
+
+def test_fusing_twice_gives_identical_bytes_of_messages(bag, fused, tmp_path):
+    assert run_fuse(bag, tmp_path / "again").returncode == 0
+    one = messages(fused)
+    assert one == messages(tmp_path / "again")
     assert {topic for topic, _, _ in one} == {
         f"{BODY}/joint_states",
         f"{BODY}/skeleton",
@@ -61,12 +70,11 @@ def test_fusing_twice_gives_identical_bytes_of_messages(bag, tmp_path):
     }
 
 
-def test_the_bags_joint_states_are_the_chains(bag, samples, tmp_path):
-    assert run_fuse(bag, tmp_path / "out").returncode == 0
-    with open_bag(tmp_path / "out") as opened:
+def test_the_bags_joint_states_are_the_pipelines(fused, samples):
+    with open_bag(fused) as opened:
         states = [opened.deserialize(m) for m in opened.messages([f"{BODY}/joint_states"])]
     pipeline = FusionPipeline(FusionParameters(), extrinsics())
-    expected = [e for sample in samples for e in pipeline.add_skeleton(sample)] + pipeline.flush()
+    expected = [e for sample in samples for e in pipeline.add(sample)] + pipeline.flush()
     assert len(states) == len(expected)
     assert tuple(states[0].name) == load_body_model("default").angle_names
     np.testing.assert_allclose(states[-1].position, expected[-1].position[6:], atol=1e-6)
@@ -104,27 +112,30 @@ def test_parameters_come_from_a_file_and_from_options(bag, tmp_path):
         (["{bag}", "{tmp}/out", "--extrinsics-file", "{tmp}/no.yaml"], "no.yaml"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_nothing(bag, tmp_path, arguments, message):
-    result = run_fuse(*(a.format(tmp=tmp_path, bag=bag) for a in arguments))
-    assert result.returncode == 1
-    errors = [line for line in result.stderr.splitlines() if line.startswith("error: ")]
+def test_bad_input_is_one_line_and_leaves_nothing(
+    bag, tmp_path, monkeypatch, capsys, arguments, message
+):
+    words = [a.format(tmp=tmp_path, bag=bag) for a in arguments]
+    monkeypatch.setattr(sys, "argv", ["fuse", *words])
+    with pytest.raises(SystemExit) as ended:
+        fuse.main()
+    assert ended.value.code == 1
+    errors = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert len(errors) == 1
     assert message in errors[0]
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_bag_without_skeletons_is_refused(bag, tmp_path):
-    assert run_fuse(bag, tmp_path / "fused").returncode == 0
-    result = run_fuse(tmp_path / "fused", tmp_path / "again")
+def test_a_bag_without_skeletons_is_refused(fused, tmp_path):
+    result = run_fuse(fused, tmp_path / "again")
     assert result.returncode == 1
     assert "holds no skeletons" in result.stderr
 
 
-def test_the_bodys_measures_are_saved_and_used_again(bag, tmp_path):
-    measures = tmp_path / "me.yaml"
-    assert run_fuse(bag, tmp_path / "one", "--shape-file", measures).returncode == 0
+def test_the_bodys_measures_are_saved_and_used_again(bag, fused, tmp_path):
+    measures = fused.with_name("me.yaml")
     assert "left_knee" in measures.read_text()
     result = run_fuse(bag, tmp_path / "two", "--shape-file", measures)
     assert result.returncode == 0, result.stderr
     # Nothing has to be measured first: the second has more to say.
-    assert len(messages(tmp_path / "two")) > len(messages(tmp_path / "one")) + 5 * 50
+    assert len(messages(tmp_path / "two")) > len(messages(fused)) + 5 * 50

@@ -15,7 +15,6 @@ NODES = {
     "viewer": "pose_view",
 }
 THAT_RUN = {  # without a device or a recording
-    "calibration": (),
     "fusion": (),
     "recorder": ("-p", "all:=true", "-p", "output:=bag"),
     "viewer": ("-p", "port:=0"),
@@ -39,7 +38,7 @@ def test_help_is_half_a_page_and_starts_no_ros(start_process, node):
     assert len(process.output.splitlines()) <= LINES
 
 
-@pytest.mark.parametrize("node", ["fusion", "calibration", "kinect_bridge", "imu_bridge", "viewer"])
+@pytest.mark.parametrize("node", ["fusion", "viewer"])
 def test_an_argument_that_no_node_knows_is_refused(start_process, node):
     process = start_process([path_of(node), "rate:=10"])
 

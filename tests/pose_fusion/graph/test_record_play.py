@@ -155,11 +155,3 @@ def test_bad_input_is_one_line_and_exit_code_1(start_process, command, complaint
     assert len(process.output.splitlines()) == 1
     assert process.output.startswith("error: ")
     assert complaint in process.output
-
-
-@pytest.mark.parametrize("program", [RECORDER, PLAYER])
-def test_help_needs_no_graph(start_process, program):
-    process = start_process([program, "--help"])
-
-    assert process.wait() == 0
-    assert "usage: " in process.output

@@ -8,8 +8,9 @@ from sensor_msgs.msg import Imu, TimeReference
 from walking_person import samples
 
 from pose_core.session.clocks import IMUS, Clock
+from pose_core.stamps import nanoseconds
 from pose_fusion.nodes.calibration import CalibrationNode
-from pose_node.conversions import ns_to_stamp, stamp_to_ns
+from pose_node.conversions import ns_to_stamp
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -54,6 +55,6 @@ def test_a_clock_that_agrees_again_is_told_of_again(ros_context):
     node._publish_clocks({IMUS: Clock(offset_ns=90_000_000)})
     node._publish_clocks({})
     ros_context.spin_until(lambda: len(told) == 2, what="two messages")
-    ahead_ns = [stamp_to_ns(one.time_ref) - stamp_to_ns(one.header.stamp) for one in told]
+    ahead_ns = [nanoseconds(one.time_ref) - nanoseconds(one.header.stamp) for one in told]
     assert [one.source for one in told] == [IMUS, IMUS]
     assert ahead_ns == [90_000_000, 0]

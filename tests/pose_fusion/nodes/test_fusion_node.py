@@ -20,9 +20,9 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINTS
+from pose_core.stamps import nanoseconds
 from pose_fusion.conversions import to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
-from pose_node.conversions import stamp_to_ns
 
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BODY = "/humans/bodies/subject"
@@ -98,11 +98,11 @@ def test_live_output_is_the_offline_chains_to_the_last_bit(
     feed(fusion, samples)
 
     pipeline = FusionPipeline(FusionParameters(output_rate=0.0), fusion.pipeline.extrinsics)
-    offline = [e for sample in samples for e in pipeline.add_skeleton(sample)]
+    offline = [e for sample in samples for e in pipeline.add(sample)]
     ros_context.spin_until(lambda: len(states) == len(offline), what="all joint states")
     ros_context.spin_until(lambda: len(estimates) == len(skeletons) == len(states))
     for state, estimate, expected in zip(states, estimates, offline, strict=True):
-        assert stamp_to_ns(state.header.stamp) == expected.stamp_ns
+        assert nanoseconds(state.header.stamp) == expected.stamp_ns
         assert list(state.name) == list(load_body_model("default").angle_names)
         np.testing.assert_array_equal(state.position, expected.position[6:])
         np.testing.assert_array_equal(state.velocity, expected.velocity[6:])
@@ -126,10 +126,10 @@ def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor
     rng = np.random.default_rng(41)
     pairs = [seen[k : k + 2] for k in range(0, len(seen), 2)]
     feed(fusion, [pair[i] for pair in pairs for i in rng.permutation(2)])
-    counts = fusion.pipeline.counters
+    counts = fusion.pipeline.subject.counters
     told = len(seen) - counts["frames_measuring_the_body"]
     ros_context.spin_until(lambda: len(states) >= told - 1, what="a joint state of each frame")
-    stamps = [stamp_to_ns(state.header.stamp) for state in states]
+    stamps = [nanoseconds(state.header.stamp) for state in states]
     assert stamps == sorted(stamps)
     assert counts["frames_late_but_used"] == 0
 
@@ -144,7 +144,7 @@ def test_a_frame_whose_counterpart_stays_out_is_used_all_the_same(
     feed(fusion, seen[:-1])  # the last of the right one has been lost
     last = seen[-2].stamp_ns
     ros_context.spin_until(
-        lambda: states and stamp_to_ns(states[-1].header.stamp) == last, what="the last frame's"
+        lambda: states and nanoseconds(states[-1].header.stamp) == last, what="the last frame's"
     )
 
 
@@ -164,7 +164,7 @@ def test_the_pose_of_now_is_published_at_the_output_rate(ros_context, make_place
         JointState,
         f"{BODY}/joint_states",
         lambda message: heard_ns.append(
-            node.get_clock().now().nanoseconds - stamp_to_ns(message.header.stamp)
+            node.get_clock().now().nanoseconds - nanoseconds(message.header.stamp)
         ),
         10,
     )
@@ -173,7 +173,7 @@ def test_the_pose_of_now_is_published_at_the_output_rate(ros_context, make_place
     seen = skeleton_samples(kinematics().pose(still).positions, extrinsics())
     feed(fusion, stamped_now(fusion, seen))
     ros_context.spin_until(lambda: len(states) > 30, what="messages")
-    stamps = [stamp_to_ns(state.header.stamp) for state in states]
+    stamps = [nanoseconds(state.header.stamp) for state in states]
     steps = np.diff(stamps)
     assert (steps > 0).all()
     assert (steps % 10_000_000 == 0).all()

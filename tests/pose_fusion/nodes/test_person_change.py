@@ -24,6 +24,19 @@ def test_a_node_follows_the_person_that_is_set(ros_context, make, rule_of):
     assert rule_of(node) == "2"
 
 
+def test_the_fusion_keeps_the_person_over_a_jump_back_of_time_and_its_own_death(
+    ros_context, monkeypatch, tmp_path
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    run = [Parameter("run", value="r1")]
+    node = ros_context.add(FusionNode(parameter_overrides=run))
+    node.set_parameters([Parameter("person", value="2")])
+
+    node.restart_time()
+    assert node.pipeline.choice.rule == "2"
+    assert ros_context.add(FusionNode(parameter_overrides=run)).pipeline.choice.rule == "2"
+
+
 def test_every_other_parameter_stays_as_it_was_at_the_start(ros_context):
     node = ros_context.add(FusionNode())
 

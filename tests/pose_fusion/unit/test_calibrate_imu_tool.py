@@ -70,7 +70,7 @@ def test_a_bag_gives_mountings_that_the_fusion_uses(bag, tmp_path, monkeypatch, 
     with open_bag(bag) as reader:
         quiet = Console(stderr=True, quiet=True)
         pipeline = fuse(reader, tmp_path / "fused", parameters, console=quiet)
-    assert [use.is_aligned for use in pipeline.imu_uses] == [True] * 5
+    assert [use.is_aligned for use in pipeline.subject.imu_uses] == [True] * 5
 
 
 def test_where_the_kinects_are_is_taken_from_a_file_that_exists(bag, tmp_path, monkeypatch):

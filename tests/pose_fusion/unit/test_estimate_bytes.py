@@ -22,7 +22,7 @@ def test_bytes_are_those_of_the_messages(estimator):
     blocks = []
     pipeline.outlet = blocks.append
     for sample in samples:
-        pipeline.add_skeleton(sample)
+        pipeline.add(sample)
     typestore = make_typestore()
     fast = EstimateBytes(pipeline.model, "someone", typestore, blocks[0][0])
     for block in (blocks[0], blocks[-1]):

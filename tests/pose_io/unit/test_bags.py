@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pose_core.errors import InputError
-from pose_io.bag_writer import BagWriter, write_bag
+from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.typestore import make_typestore
 
@@ -28,6 +28,13 @@ def skeleton(typestore, person="subject", stamp_ns=0):
         position=[point(x=1.0, y=2.0, z=3.0), point(x=np.nan, y=np.nan, z=np.nan)],
         tracking_state=np.array([2, 0], np.uint8),
     )
+
+
+def write_bag(path, messages):
+    """Write (topic, message, stamp_ns) into a new bag, ordered by stamp, ties as given."""
+    with BagWriter(path) as bag:
+        for topic, message, stamp_ns in sorted(messages, key=lambda entry: entry[2]):
+            bag.write(topic, message, stamp_ns)
 
 
 def text(typestore, data):

@@ -17,7 +17,7 @@ from pose_sim.virtual_imu import NODES
 
 pytestmark = pytest.mark.graph
 RUN = ["python", "-c", "import sys; from pose_sim.tools.{0} import main; main()"]
-DURATION_S = 6.0
+DURATION_S = 4.0
 SUMMARY = re.compile(
     r"finished: (\d+) of (\d+) synthetic frames sent; of all, (\d+) lost and (\d+) garbled on the "
     r"air, (\d+) past already; (\d+) bytes unread"
@@ -64,7 +64,7 @@ def test_every_frame_of_the_session_arrives_over_the_terminal(
     start_process, folder, session, tmp_path
 ):
     link = tmp_path / "tty"
-    start_ns = time.time_ns() + 4_000_000_000
+    start_ns = time.time_ns() + 3_000_000_000
     process = start_process(
         tool("imu_device", folder, "--link", link, "--start-at", start_ns)
         + ["--lost", "0", "--corrupted", "0"]
@@ -90,7 +90,7 @@ def test_every_frame_of_the_session_arrives_over_the_terminal(
 
 def test_a_bad_radio_loses_and_garbles_frames(start_process, folder, session, tmp_path):
     link = tmp_path / "tty"
-    start_ns = time.time_ns() + 4_000_000_000
+    start_ns = time.time_ns() + 3_000_000_000
     process = start_process(
         tool("imu_device", folder, "--link", link, "--start-at", start_ns)
         + ["--lost", "0.1", "--corrupted", "0.1"]

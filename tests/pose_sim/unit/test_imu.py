@@ -25,25 +25,25 @@ def mounted(parameters, seed=0):
 
 
 def measured(motion, node_id, parameters, seed=0):
-    mounting = mounted(parameters, seed)[node_id]
-    return mounting, measure(motion, mounting, FIELD, parameters, np.random.default_rng(seed))
+    alignment = mounted(parameters, seed)[node_id]
+    return alignment, measure(motion, alignment, FIELD, parameters, np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("node_id", NODES)
 def test_a_node_at_rest_measures_gravity_upwards_and_no_rotation(motion, node_id):
-    mounting, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
+    alignment, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
     still = said.sample_s < 2.0
     heading = Rotation.from_euler("z", 0.4)
-    up = (heading * mounting.R_segment_sensor).apply(said.specific_force[still])
+    up = (heading * alignment.R_segment_sensor).apply(said.specific_force[still])
     assert np.allclose(up, (0.0, 0.0, 9.80665), atol=1e-3)
     assert np.abs(said.angular_velocity[still]).max() < 1e-6
 
 
 @pytest.mark.parametrize("node_id", [1, 3, 6, 7])
 def test_the_integrated_gyroscope_reproduces_the_segments_rotation(motion, node_id):
-    mounting, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
-    path = motion.segment(mounting.segment, mounting.place)
-    true = path.rotation(said.sample_s) * mounting.R_segment_sensor
+    alignment, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
+    path = motion.segment(alignment.segment, alignment.place)
+    true = path.rotation(said.sample_s) * alignment.R_segment_sensor
     step = np.diff(said.sample_s)[:, None]
     middle = 0.5 * (said.angular_velocity[1:] + said.angular_velocity[:-1])
     now = true[0]
@@ -55,8 +55,8 @@ def test_the_integrated_gyroscope_reproduces_the_segments_rotation(motion, node_
 
 
 def test_the_twice_integrated_accelerometer_reproduces_the_points_path(motion):
-    mounting, said = measured(motion, 7, CLEAN)
-    path = motion.segment(mounting.segment, mounting.place)
+    alignment, said = measured(motion, 7, CLEAN)
+    path = motion.segment(alignment.segment, alignment.place)
     force = path.rotation(said.sample_s).apply(said.specific_force)
     acceleration = force - (0.0, 0.0, 9.80665)
     step = np.diff(said.sample_s)[:, None]
@@ -68,9 +68,9 @@ def test_the_twice_integrated_accelerometer_reproduces_the_points_path(motion):
 
 @pytest.mark.parametrize("node_id", [1, 4, 9])
 def test_the_magnetometer_sees_the_earths_field_from_where_it_is_turned(motion, node_id):
-    mounting, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
-    path = motion.segment(mounting.segment, mounting.place)
-    in_map = (path.rotation(said.sample_s) * mounting.R_segment_sensor).apply(said.magnetic_field)
+    alignment, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
+    path = motion.segment(alignment.segment, alignment.place)
+    in_map = (path.rotation(said.sample_s) * alignment.R_segment_sensor).apply(said.magnetic_field)
     assert np.allclose(in_map, FIELD, atol=1e-12)
     in_enu = Rotation.from_euler("z", HEADING).apply(in_map)
     assert np.allclose(in_enu[:, 0], 0.0, atol=1e-12)
@@ -102,10 +102,10 @@ def test_nodes_are_strapped_on_crooked_within_the_limits():
 
 def test_biases_and_noise_have_the_sizes_they_are_told(motion):
     parameters = replace(CLEAN, gyroscope_bias=2.0, accelerometer_noise=0.1, gyroscope_noise=0.3)
-    mounting, said = measured(motion, 1, parameters)
+    alignment, said = measured(motion, 1, parameters)
     still = said.sample_s < 2.4
     gyroscope = np.degrees(said.angular_velocity[still])
-    assert np.allclose(gyroscope.mean(axis=0), np.degrees(mounting.gyroscope_bias), atol=0.15)
+    assert np.allclose(gyroscope.mean(axis=0), np.degrees(alignment.gyroscope_bias), atol=0.15)
     assert gyroscope.std() > 0.2
     assert said.specific_force[still].std(axis=0) == pytest.approx(0.1, rel=0.25)
 

@@ -54,7 +54,7 @@ class Bundle:
     ) -> None:
         self._cameras = cameras
         self._names = list(cameras)
-        self._seen = [
+        self._views = [
             (self._names.index(name), v, board.corners[view.corners], view.pixels)
             for v, instant in enumerate(views)
             for name, view in instant.items()
@@ -103,7 +103,7 @@ class Bundle:
 
     def _jacobian(self, x: FloatArray) -> csr_matrix:
         rows, columns, values, first = [], [], [], 0
-        for (camera, v, _, _), (residual, J) in zip(self._seen, self._projections(x), strict=True):
+        for (camera, v, _, _), (residual, J) in zip(self._views, self._projections(x), strict=True):
             index = np.arange(first, first + len(residual))
             first += len(residual)
             begin = self._count + 6 * v
@@ -124,7 +124,7 @@ class Bundle:
         Derivatives are by the camera's rotation vector and shift, then by the board's.
         """
         result = []
-        for camera, v, points, pixels in self._seen:
+        for camera, v, points, pixels in self._views:
             model = self._cameras[self._names[camera]]
             own = self._camera_vector(x, camera)
             board = x[self._count + 6 * v : self._count + 6 * v + 6]
@@ -136,10 +136,10 @@ class Bundle:
         return result
 
     def _errors_by_view(self, errors: FloatArray) -> dict[tuple[str, int], float]:
-        ends = np.cumsum([2 * len(points) for _, _, points, _ in self._seen])[:-1]
+        ends = np.cumsum([2 * len(points) for _, _, points, _ in self._views])[:-1]
         return {
             (self._names[camera], v): float(np.sqrt(2.0 * np.mean(part**2)))
-            for (camera, v, _, _), part in zip(self._seen, np.split(errors, ends), strict=True)
+            for (camera, v, _, _), part in zip(self._views, np.split(errors, ends), strict=True)
         }
 
     def _stddev(self, covariance: FloatArray, camera: int, T: FloatArray) -> tuple[float, float]:

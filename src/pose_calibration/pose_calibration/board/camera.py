@@ -82,12 +82,12 @@ def estimate_camera(name: str, views: Sequence[BoardView], board: Board) -> Came
             f"found {len(views)} views of the board by '{name}', expected {LEAST_VIEWS} or more to "
             "estimate its intrinsics: more images, or give its camera info"
         )
-    seen = coverage(views)
-    if seen.share < LEAST_COVERAGE:
+    covered = coverage(views)
+    if covered.share < LEAST_COVERAGE:
         raise CalibrationError(
-            f"the board covers {seen.share:.0%} of the image of '{name}', expected "
-            f"{LEAST_COVERAGE:.0%} to estimate its intrinsics: hold it also {seen.missing_text}, "
-            "or give the camera info"
+            f"the board covers {covered.share:.0%} of the image of '{name}', expected "
+            f"{LEAST_COVERAGE:.0%} to estimate its intrinsics: hold it also "
+            f"{covered.missing_text}, or give the camera info"
         )
     objects = [board.corners[view.corners].astype(np.float32) for view in views]
     images = [view.pixels.astype(np.float32) for view in views]

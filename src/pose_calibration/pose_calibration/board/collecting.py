@@ -99,8 +99,8 @@ class BoardCollector:
         """What to do next, for people; empty if enough has been seen."""
         for camera in self.cameras:
             if self._cells(camera) < ENOUGH_CELLS:
-                seen = coverage(self._views(camera))
-                return f"hold the board where '{camera}' has it {seen.missing_text} of its image"
+                covered = coverage(self._views(camera))
+                return f"hold the board where '{camera}' has it {covered.missing_text} of its image"
         fewest = min(self.cameras, key=self._shared)
         if self._shared(fewest) < ENOUGH_INSTANTS:
             return (

@@ -61,12 +61,12 @@ def calibrate_board(
         for name, camera in cameras.items()
     }
     _check_sizes(instants, known)
-    left_out = {i: ALONE for i, seen in enumerate(instants) if len(seen) < 2}
+    left_out = {i: ALONE for i, views in enumerate(instants) if len(views) < 2}
     T_camera_board = {
         (name, i): _board_pose(board, known[name], view)
-        for i, seen in enumerate(instants)
+        for i, views in enumerate(instants)
         if i not in left_out
-        for name, view in seen.items()
+        for name, view in views.items()
     }
     T_reference_camera = _linked(list(known), T_camera_board, left_out)
     used: list[int] = []
@@ -99,7 +99,9 @@ def calibrate_board(
 
 def _check_sizes(instants: Sequence[Instant], cameras: Mapping[str, Camera]) -> None:
     for name, camera in cameras.items():
-        sizes = {seen[name].image_size for seen in instants if name in seen} - {camera.image_size}
+        sizes = {views[name].image_size for views in instants if name in views} - {
+            camera.image_size
+        }
         if sizes:
             raise CalibrationError(
                 f"images of '{name}' have {min(sizes)} pixels, its intrinsics are of "

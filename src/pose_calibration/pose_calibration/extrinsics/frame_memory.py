@@ -60,8 +60,8 @@ class FrameMemory:
         self.frames_in += 1
         positions = self._tracked_positions(frame)
         speeds = self._speeds_so_far(frame.stamp_ns, positions)
-        seen = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)
-        shared = (seen[:, None] & seen[None]).any(axis=2)
+        is_known = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)
+        shared = (is_known[:, None] & is_known[None]).any(axis=2)
         self.shared_frames += shared
         together = np.asarray(shared[0] if len(self.sensors) == 1 else _with_others(shared))
         if not together.any():

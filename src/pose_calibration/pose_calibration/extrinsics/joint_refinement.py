@@ -94,10 +94,10 @@ class JointRefinement:
     def __init__(
         self, positions: FloatArray, speeds: FloatArray, T_reference_sensor: FloatArray
     ) -> None:
-        seen = np.isfinite(positions).all(axis=3)
-        seen &= (seen.sum(axis=1) >= 2)[:, None]  # one view alone agrees with itself
-        self._seen = seen
-        self._z = np.where(seen[..., None], positions, 0.0)
+        is_known = np.isfinite(positions).all(axis=3)
+        is_known &= (is_known.sum(axis=1) >= 2)[:, None]  # one view alone agrees with itself
+        self._is_known = is_known
+        self._z = np.where(is_known[..., None], positions, 0.0)
         length = np.linalg.norm(self._z, axis=3, keepdims=True)
         self._sight = self._z / np.maximum(length, 1e-9)
         self._T = T_reference_sensor.copy()
@@ -105,16 +105,16 @@ class JointRefinement:
         self._offsets = np.zeros((count, len(JOINTS), 3))
         self._depths = np.full(len(JOINTS), DEPTH_M)
         self._size = 6 * (count - 1)
-        self._axes = np.zeros((len(seen), 3, 3))
-        mean = self._mean(seen.astype(float))
-        self._axes = body_axes(np.where(seen.any(axis=1)[..., None], mean, np.nan))
+        self._axes = np.zeros((len(is_known), 3, 3))
+        mean = self._mean(is_known.astype(float))
+        self._axes = body_axes(np.where(is_known.any(axis=1)[..., None], mean, np.nan))
         self._variance = self._expected_variance(np.asarray(speeds))
-        self._share = observation_share(mean, self._axes, seen.any(axis=1))
-        self._centre = mean[seen.any(axis=1)].mean(axis=0)
-        self._robust = seen.astype(float)
+        self._share = observation_share(mean, self._axes, is_known.any(axis=1))
+        self._centre = mean[is_known.any(axis=1)].mean(axis=0)
+        self._robust = is_known.astype(float)
         self._scale = 1.0
         # How a joint's places change with the state: what is always alike is filled in once.
-        self._J = np.zeros((len(JOINTS), count, len(seen), 3, COLUMNS))
+        self._J = np.zeros((len(JOINTS), count, len(is_known), 3, COLUMNS))
         self._J[..., 3:6] = np.eye(3)
         self._J[..., 6:9] = -self._axes
 
@@ -155,8 +155,8 @@ class JointRefinement:
         """Every sensor's word on every joint, in the reference frame, (frames, sensors, 15, 3)."""
         corrected = self._z + self._depths[:, None] * self._sight
         moved = np.stack([transformed(T, corrected[:, s]) for s, T in enumerate(self._T)], axis=1)
-        beside = self._offsets.reshape(-1, 3) @ self._axes.transpose(0, 2, 1)
-        return moved - beside.reshape(moved.shape)
+        bias = self._offsets.reshape(-1, 3) @ self._axes.transpose(0, 2, 1)
+        return moved - bias.reshape(moved.shape)
 
     def _mean(self, weights: FloatArray) -> FloatArray:
         """Weighted mean over the sensors, (frames, 15, 3)."""
@@ -166,8 +166,8 @@ class JointRefinement:
     def _expected_variance(self, speeds: FloatArray) -> FloatArray:
         """Variance [m²] to be expected of each sample, (frames, sensors, 15)."""
         forward = np.einsum("sji,tj->tsi", self._T[:, :3, :3], self._axes[:, :, 0])
-        count = np.maximum(self._seen.sum(axis=2), 1)[..., None]
-        sight = np.where(self._seen[..., None], self._sight, 0.0).sum(axis=2) / count
+        count = np.maximum(self._is_known.sum(axis=2), 1)[..., None]
+        sight = np.where(self._is_known[..., None], self._sight, 0.0).sum(axis=2) / count
         turned = np.clip(1.0 + (forward * sight).sum(axis=2), 0.0, MAX_TURNED)
         moving = (SPEED_ERROR_S * speeds)[:, None] ** 2
         return STILL_ERROR_M**2 + moving + ((TURNED_ERROR_M * turned**2) ** 2)[..., None]
@@ -175,7 +175,7 @@ class JointRefinement:
     def _reweight(self) -> None:
         """Tukey's weights of each view's distance to the others' mean, and the errors' scale."""
         places = self._places()
-        w = np.maximum(self._robust, LEAST_WEIGHT) / self._variance * self._seen
+        w = np.maximum(self._robust, LEAST_WEIGHT) / self._variance * self._is_known
         of_others = np.maximum(w.sum(axis=1, keepdims=True) - w, 1e-12)
         moment = (w[..., None] * places).sum(axis=1, keepdims=True) - w[..., None] * places
         distance = np.linalg.norm(places - moment / of_others[..., None], axis=3)
@@ -183,9 +183,9 @@ class JointRefinement:
         squares = squares.sum(axis=1, keepdims=True) - squares
         expected = np.sqrt(self._variance + squares / of_others**2)
         ratio = distance / expected
-        self._scale = max(LEAST_SCALE, float(np.median(ratio[self._seen])) / MAXWELL_MEDIAN)
+        self._scale = max(LEAST_SCALE, float(np.median(ratio[self._is_known])) / MAXWELL_MEDIAN)
         share = np.minimum(ratio / (TUKEY * self._scale), 1.0)
-        self._robust = np.where(self._seen, (1.0 - share**2) ** 2, 0.0)
+        self._robust = np.where(self._is_known, (1.0 - share**2) ** 2, 0.0)
 
     def _normal_equations(self) -> tuple[FloatArray, FloatArray]:
         count = self._z.shape[1]
@@ -253,19 +253,19 @@ class JointRefinement:
 
 
 def observation_share(
-    positions: FloatArray, axes: FloatArray, seen: NDArray[np.bool_]
+    positions: FloatArray, axes: FloatArray, is_known: NDArray[np.bool_]
 ) -> FloatArray:
     """What one sample counts for [-], shape (frames, 15): a voxel's samples err alike.
 
     Args:
         positions: Joints [m], (frames, 15, 3).
         axes: The body's axes, (frames, 3, 3).
-        seen: Which joints are known, (frames, 15).
+        is_known: Which joints are known, (frames, 15).
     """
     bins = np.floor(np.arctan2(axes[:, 2, 0], axes[:, 0, 0]) / HEADING_BIN)
-    share = np.zeros(seen.shape)
+    share = np.zeros(is_known.shape)
     for joint in range(len(JOINTS)):
-        used = seen[:, joint]
+        used = is_known[:, joint]
         voxels = np.column_stack([bins, np.floor(positions[:, joint] / VOXEL_M)])[used]
         _, members, counts = np.unique(voxels, axis=0, return_inverse=True, return_counts=True)
         share[used, joint] = np.minimum(1.0, VOXEL_OBSERVATIONS / counts)[members.reshape(-1)]

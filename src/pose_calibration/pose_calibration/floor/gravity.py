@@ -41,16 +41,10 @@ class AccelerometerGravity:
         self.readings += 1
         self._sum += acceleration
 
-    def gravity(self, R_reference_sensor: FloatArray | None = None) -> Gravity | None:
-        """Up in the reference's frame; None before enough readings.
-
-        Args:
-            R_reference_sensor: Turn from the accelerometer's sensor, if that is another one.
-        """
+    def gravity(self) -> Gravity | None:
+        """Up in the sensor's frame; ``None`` before enough readings."""
         length = float(np.linalg.norm(self._sum))
         if self.readings < MIN_READINGS or length == 0.0:
             return None
         up = self._sum / length
-        if R_reference_sensor is not None:
-            up = R_reference_sensor @ up
         return Gravity(up=up, stddev=float(ACCELEROMETER_STDDEV), source=ACCELEROMETER)

@@ -1,15 +1,15 @@
-r"""How all IMUs sit on their segments: one fit over a neutral stand and free movement.
+r"""Sensor-to-segment alignment of all IMUs, from an N-pose and free movement.
 
-With the sensor's reading :math:`R_{ws}(t)`, its world turned against map by
-:math:`y + d\,t`, and its mounting :math:`M = R_{sensor,segment}`, the segment is
+With the sensor's orientation :math:`R_{ws}(t)`, its world's heading against map :math:`y + d\,t`,
+and its alignment :math:`M = R_{sensor,segment}`, the segment's orientation is
 
 .. math:: R(t) = R_z(y + d\,t)\; R_{ws}(t)\; M
 
-Sought are every IMU's :math:`y, d, M`, how far beside its place the cameras see its segment's long
-axis (:math:`b`, turning with the body), and the heading :math:`\psi` of the neutral stand, from
+The unknowns are every IMU's :math:`y, d, M`, the cameras' bias :math:`b` of its segment's long
+axis, which turns with the body, and the heading :math:`\psi` of the N-pose. The measurements are
 
-- the neutral stand, :math:`R(0) = R_z(\psi)`: it gives the mounting's tilt, by gravity;
-- the long axes that the cameras see, :math:`R\,e_z + b = a`: they give the heading;
+- the N-pose, :math:`R(0) = R_z(\psi)`: it gives the alignment's tilt, by gravity;
+- the long axes that the cameras measure, :math:`R\,e_z + b = a`: they give the heading;
 - the lines of shoulders and hips, :math:`R\,e_y = l`;
 - knees, hinges that both neighbours carry: :math:`R_{thigh}\,e_y = R_{shank}\,e_y`;
 - elbows, about whose hinge the forearm bends while it turns about itself:
@@ -18,7 +18,7 @@ axis (:math:`b`, turning with the body), and the heading :math:`\psi` of the neu
 The last two need no camera (Seel, Schauer and Raisch (2012), IEEE MSC, for the hinge; Laidig,
 Müller and Seel (2017), Current Directions in Biomedical Engineering 3(2), for the elbow).
 Gauss-Newton with Huber's weights; the inverse of the normal matrix is the uncertainty, so an axis
-that no motion has excited keeps the neutral stand's.
+that no motion has excited keeps the value of the N-pose.
 """
 
 import math
@@ -40,7 +40,7 @@ BIAS_STDDEV = math.radians(4.0)  # [rad] of b
 LINE_STDDEV = math.radians(10.0)  # [rad] of the shoulders' and the hips' line
 HINGE_STDDEV = math.radians(2.0)  # [rad] of a knee
 ELBOW_STDDEV = math.radians(3.0)  # [rad] of an elbow's right angle
-TILT_STDDEV = math.radians(3.0)  # [rad] by which people stand beside the neutral pose
+TILT_STDDEV = math.radians(3.0)  # [rad] by which people deviate from the N-pose
 ARM_TILT_STDDEV = math.radians(8.0)  # [rad] the same of arms, which hang aside and bent
 TURN_STDDEV = math.radians(8.0)  # [rad] the same about the vertical: toes and palms turned
 STAND_HEADING_STDDEV = math.radians(8.0)  # [rad] of ψ as the cameras see it
@@ -48,9 +48,9 @@ DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of d
 CORRELATION_S = 0.8  # [s] over which errors stay alike
 LIMIT = 2.0  # [-] standard deviations beyond which a residual counts no more (Huber)
 ITERATIONS = 30
-SETTLED = 1e-5  # [rad] a smaller step ends the iteration
-OWN = 8  # [-] unknowns of an IMU: y, d, the mounting's turn (3), b (3)
-MOVING = slice(0, 5)  # y, d, the mounting: what moves the segment
+CONVERGED = 1e-5  # [rad] a smaller step ends the iteration
+OWN = 8  # [-] unknowns of an IMU: y, d, the alignment's turn (3), b (3)
+MOVING = slice(0, 5)  # y, d, the alignment: what moves the segment
 ARMS = ("upper_arm", "forearm")
 TRUNK = ("pelvis", "torso", "head")
 X, Y, Z = np.eye(3)
@@ -69,14 +69,14 @@ class _Measured:
 
 
 def fit_alignments(observations: ImuObservations) -> dict[str, SensorToSegment]:
-    """Find the mountings of all IMUs that were heard during the neutral stand, by segment.
+    """Estimate the alignments of all IMUs that had samples during the N-pose, by segment.
 
     Args:
-        observations: Of a neutral stand and the motion after it.
+        observations: Of an N-pose and the motion after it.
     """
     fit = _Fit(observations)
     for _ in range(ITERATIONS):
-        if fit.step() < SETTLED:
+        if fit.step() < CONVERGED:
             break
     return fit.alignments()
 
@@ -109,7 +109,7 @@ class _Fit:
         self._normal = np.zeros((OWN * count + 1, OWN * count + 1))
 
     def step(self) -> float:
-        """Improve all unknowns; returns the largest change [rad]."""
+        """One Gauss-Newton step; returns the largest change [rad]."""
         normal, gradient = np.zeros_like(self._normal), np.zeros(len(self._normal))
         for m in self._measured():
             size = np.linalg.norm(m.residual, axis=1)
@@ -130,8 +130,8 @@ class _Fit:
     def alignments(self) -> dict[str, SensorToSegment]:
         """The result."""
         stddev = np.sqrt(np.diag(np.linalg.inv(self._normal)))[:-1].reshape(-1, OWN)[:, 2:5]
-        seen = np.einsum("nij,sj->nsi", self._o.R_map_heading, self._b)
-        miss = self._rotations()[..., 2] + seen - self._o.long_axis[:, self._rows]
+        bias = np.einsum("nij,sj->nsi", self._o.R_map_heading, self._b)
+        miss = self._rotations()[..., 2] + bias - self._o.long_axis[:, self._rows]
         squares = np.sum(miss**2, axis=-1)
         return {
             segment: SensorToSegment(
@@ -155,7 +155,7 @@ class _Fit:
             if self._segments[i] in ("pelvis", "torso"):
                 residual = (R[:, i, :, 1] - o.line[:, row]) / LINE_STDDEV
                 jacobian = self._axis_jacobian(R[:, i], Y) / LINE_STDDEV
-                yield _seen(self._columns(i, MOVING), residual, jacobian)
+                yield _repeated(self._columns(i, MOVING), residual, jacobian)
             yield self._neutral(i)
             yield self._prior(i)
         for upper, lower in KNEES:
@@ -177,14 +177,14 @@ class _Fit:
         residual = (R[:, i, :, 2] + o.R_map_heading @ self._b[i] - o.long_axis[:, row]) / stddev
         moving = self._axis_jacobian(R[:, i], Z)
         jacobian = np.concatenate([moving, o.R_map_heading], axis=2) / stddev[..., None]
-        return _seen(self._columns(i, slice(0, OWN)), residual, jacobian)
+        return _repeated(self._columns(i, slice(0, OWN)), residual, jacobian)
 
     def _knee(self, R: FloatArray, upper: int, lower: int) -> _Measured:
         residual = (R[:, upper, :, 1] - R[:, lower, :, 1]) / HINGE_STDDEV
         first, second = (self._axis_jacobian(R[:, i], Y) for i in (upper, lower))
         jacobian = np.concatenate([first, -second], axis=2) / HINGE_STDDEV
         columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
-        return _seen(columns, residual, jacobian)
+        return _repeated(columns, residual, jacobian)
 
     def _elbow(self, R: FloatArray, upper: int, lower: int) -> _Measured:
         hinge, along = R[:, upper, :, 1], R[:, lower, :, 2]
@@ -193,7 +193,7 @@ class _Fit:
         second = np.einsum("nr,nrc->nc", hinge, self._axis_jacobian(R[:, lower], Z))
         jacobian = np.concatenate([first, second], axis=1)[:, None] / ELBOW_STDDEV
         columns = np.concatenate([self._columns(i, MOVING) for i in (upper, lower)])
-        return _seen(columns, residual, jacobian)
+        return _repeated(columns, residual, jacobian)
 
     def _neutral(self, i: int) -> _Measured:
         tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
@@ -208,25 +208,25 @@ class _Fit:
     def _prior(self, i: int) -> _Measured:
         stddev = np.array([math.pi, DRIFT_STDDEV, BIAS_STDDEV, BIAS_STDDEV, BIAS_STDDEV])
         columns = self._columns(i, slice(0, OWN))[[0, 1, 5, 6, 7]]
-        heading = self._y[i] - self._first_y[i]  # of a segment that never leans, nothing tells it
+        heading = self._y[i] - self._first_y[i]  # unobservable if always vertical
         residual = np.array([heading, self._d[i], *self._b[i]]) / stddev
         jacobian = np.diag(1.0 / stddev)
         return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
 
     def _axis_jacobian(self, R: FloatArray, axis: FloatArray) -> FloatArray:
-        """Change of R axis, by y, d and a turn of the mounting: (n, 3, 5)."""
+        """Change of R axis, by y, d and a turn of the alignment: (n, 3, 5)."""
         a = R @ axis
         by_heading = np.stack([-a[:, 1], a[:, 0], np.zeros(len(a))], axis=1)
-        by_mounting = R @ np.cross(np.eye(3), axis).T  # R (m x axis)
+        by_alignment = R @ np.cross(np.eye(3), axis).T  # R (m x axis)
         by_drift = by_heading * self._o.times_s[:, None]
-        return np.concatenate([by_heading[..., None], by_drift[..., None], by_mounting], axis=2)
+        return np.concatenate([by_heading[..., None], by_drift[..., None], by_alignment], axis=2)
 
     def _columns(self, i: int, part: slice) -> NDArray[np.intp]:
         return np.arange(OWN * i, OWN * (i + 1))[part]
 
 
-def _seen(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Measured:
-    """What was seen again and again, ``PERIOD_NS`` apart, where it was seen."""
+def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Measured:
+    """The known ones of residuals at successive instants, which are correlated in time."""
     known = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
     return _Measured(
         columns=columns,

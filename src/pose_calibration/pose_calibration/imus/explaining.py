@@ -1,6 +1,6 @@
 r"""How well each IMU's motion explains what the cameras see of each segment.
 
-In the neutral stand every segment is upright, so the sensor's axis that was vertical then,
+In the N-pose every segment is upright, so the sensor's axis that was vertical then,
 :math:`u = R_{ws}(0)^T e_z`, is the long axis of whatever segment it sits on. It explains a segment
 whose long axis the cameras see as :math:`a(t)` if one turn :math:`y` of the sensor's world gives
 :math:`a(t) = R_z(y)\,R_{ws}(t)\,u`. What is left is summed in units of its variance,
@@ -81,7 +81,7 @@ def explain(observations: ImuObservations) -> Explanations:
 
 
 def _upright_axis(o: ImuObservations, i: int) -> FloatArray:
-    """A sensor's axis that was vertical in the neutral stand, in its world, shape (n, 3)."""
+    """A sensor's axis that was vertical in the N-pose, in its world, shape (n, 3)."""
     standing = o.R_world_sensor[o.is_neutral, i, 2]
     known = standing[np.isfinite(standing[:, 0])]
     if len(known) == 0:
@@ -92,11 +92,11 @@ def _upright_axis(o: ImuObservations, i: int) -> FloatArray:
 
 def _unexplained(o: ImuObservations, axis: FloatArray, sensor: int, segment: int) -> float:
     """Chi-square that a sensor's axis leaves of a segment's; NaN if seldom seen."""
-    seen = o.long_axis[:, segment]
-    known = np.isfinite(axis[:, 0]) & np.isfinite(seen[:, 0])
+    segment_axis = o.long_axis[:, segment]
+    known = np.isfinite(axis[:, 0]) & np.isfinite(segment_axis[:, 0])
     if np.count_nonzero(known) < LEAST_INSTANTS:
         return math.nan
-    p, a = axis[known], seen[known]
+    p, a = axis[known], segment_axis[known]
     variance = axis_stddev(o.segments[segment]) ** 2 + (LAG_S * o.rate[known, sensor]) ** 2
     # |a - R_z(y) p|^2 = 2 - 2 (upright + along cos y + across sin y), of unit vectors
     upright = a[:, 2] * p[:, 2]

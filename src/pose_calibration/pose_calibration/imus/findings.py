@@ -50,12 +50,12 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
     return found
 
 
-def remarks_on(mountings: Mapping[str, SensorToSegment]) -> list[Finding]:
+def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
     """What is unusual, and taken into account: sensors the other way up than the others."""
-    if len(mountings) < LEAST_TO_COMPARE:
+    if len(alignments) < LEAST_TO_COMPARE:
         return []
-    names = list(mountings)
-    along = np.stack([mountings[name].R_sensor_segment[:, 2] for name in names])
+    names = list(alignments)
+    along = np.stack([alignments[name].R_sensor_segment[:, 2] for name in names])
     cosine = along @ along.T
     usual = [i for i in range(len(names)) if np.median(cosine[i]) > ALIKE]
     if len(usual) <= len(names) // 2:
@@ -72,17 +72,17 @@ def remarks_on(mountings: Mapping[str, SensorToSegment]) -> list[Finding]:
     ]
 
 
-def uncertain(mountings: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
-    """Mountings that motion could have told better than ``enough`` [rad]."""
+def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
+    """Alignments that motion could have told better than ``enough`` [rad]."""
     return [
         Finding(
             segments=(segment,),
-            text=f"{segment} is known to {np.degrees(wanted_stddev(segment, mounting)):.0f} deg "
+            text=f"{segment} is known to {np.degrees(wanted_stddev(segment, alignment)):.0f} deg "
             f"only: calibrate again and {how_to_move(segment)}",
             is_fault=False,
         )
-        for segment, mounting in mountings.items()
-        if wanted_stddev(segment, mounting) > enough
+        for segment, alignment in alignments.items()
+        if wanted_stddev(segment, alignment) > enough
     ]
 
 
@@ -106,19 +106,19 @@ def _silent(o: ImuObservations) -> list[Finding]:
 def _unmoved(o: ImuObservations) -> list[Finding]:
     found = []
     for i, segment in enumerate(o.segments):
-        seen = o.long_axis[:, i]
-        seen = seen[np.isfinite(seen[:, 0])]
+        axis = o.long_axis[:, i]
+        axis = axis[np.isfinite(axis[:, 0])]
         R = o.R_world_sensor[:, i]
         R = R[np.isfinite(R[:, 0, 0])]
-        if len(seen) == 0 or len(R) == 0:
+        if len(axis) == 0 or len(R) == 0:
             continue
-        leant = np.percentile(np.arccos(np.clip(seen[:, 2], -1.0, 1.0)), MOST)
+        inclination = np.percentile(np.arccos(np.clip(axis[:, 2], -1.0, 1.0)), MOST)
         trace = np.einsum("nij,ij->n", R, R[0])
         turned = np.percentile(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)), MOST)
-        if leant > MOVED and turned < UNMOVED:
+        if inclination > MOVED and turned < UNMOVED:
             text = (
                 f"the sensor of {segment} does not move ({np.degrees(turned):.0f} deg, the segment "
-                f"{np.degrees(leant):.0f} deg): strap it on, or look whether it has hung up"
+                f"{np.degrees(inclination):.0f} deg): strap it on, or look whether it has hung up"
             )
             found.append(Finding(segments=(segment,), text=text, is_fault=True))
     return found

@@ -16,31 +16,31 @@ MOVES = {
     "head": "nod, then look to both sides",
 }
 TURN_UNSEEN = ("forearm", "torso", "pelvis", "head")
-"""Segments whose turn about themselves is the neutral stand's: no motion shows it much better."""
+"""Segments whose turn about themselves is the N-pose's: no motion shows it much better."""
 
 
-def wanted_stddev(segment: str, mounting: SensorToSegment) -> float:
+def wanted_stddev(segment: str, alignment: SensorToSegment) -> float:
     """The largest deviation [rad] about an axis that motion could make smaller."""
     shown = 2 if _part(segment)[1] in TURN_UNSEEN else 3
-    return float(np.max(mounting.stddev[:shown]))
+    return float(np.max(alignment.stddev[:shown]))
 
 
 def what_is_missing(
-    mountings: Mapping[str, SensorToSegment],
+    alignments: Mapping[str, SensorToSegment],
     alike: Sequence[tuple[str, str]],
     enough: float,
 ) -> tuple[str, float]:
     """What would help most now, and how much of what is wanted has been reached.
 
     Args:
-        mountings: As far as they are known.
+        alignments: As far as they are known.
         alike: Pairs of segments that have moved alike so far.
         enough: Deviation [rad] that suffices.
 
     Returns:
         A sentence, empty if nothing is missing; and the progress, 0 to 1.
     """
-    stddev = {segment: wanted_stddev(segment, each) for segment, each in mountings.items()}
+    stddev = {segment: wanted_stddev(segment, each) for segment, each in alignments.items()}
     shares = {segment: min(1.0, enough / each) for segment, each in stddev.items()}
     progress = float(np.mean([*shares.values(), *(0.0 for _ in alike[:1])])) if shares else 0.0
     worst = min(shares, key=lambda segment: shares[segment], default=None)

@@ -15,7 +15,7 @@ from pose_core.api import Extrinsics, ImuBlock, SensorsToSegments, SkeletonSampl
 from pose_core.joints import SEGMENTS
 
 ATTEMPT_EVERY_S = 2.0  # [s] of motion
-STOOD = 0.2  # [-] of the progress that the neutral stand is
+STOOD = 0.2  # [-] of the progress that the N-pose is
 STAND = "stand still, upright, arms hanging, palms to the thighs, for 2 s"
 
 
@@ -29,21 +29,21 @@ class Phase(Enum):
 
 @dataclass(frozen=True, kw_only=True)
 class ImuCalibrationResult:
-    """How all sensors sit, and what is to be said of them."""
+    """Alignment of all sensors, with faults and remarks."""
 
-    mountings: SensorsToSegments
+    alignments: SensorsToSegments
     faults: Sequence[Finding]
     remarks: Sequence[Finding]
 
     @property
     def usable(self) -> SensorsToSegments:
-        """The mountings of sensors without a fault."""
+        """The alignments of sensors without a fault."""
         at_fault = {segment for fault in self.faults for segment in fault.segments}
-        return {name: each for name, each in self.mountings.items() if name not in at_fault}
+        return {name: each for name, each in self.alignments.items() if name not in at_fault}
 
 
 class ImuCalibration:
-    """Collects what cameras and IMUs say, and says when it is enough.
+    """Collects samples of cameras and IMUs until the alignments are known well enough.
 
     Args:
         parameters: See the class.
@@ -71,7 +71,7 @@ class ImuCalibration:
         self._missing, self._progress = "", 0.0
 
     def add(self, sample: SkeletonSample | ImuBlock) -> None:
-        """Take what one sensor said."""
+        """Add a sample."""
         if self.phase is Phase.DONE:
             return
         if isinstance(sample, ImuBlock):
@@ -86,17 +86,17 @@ class ImuCalibration:
             self.solve()
 
     def solve(self) -> None:
-        """Find the mountings from what there is; done if that is enough."""
+        """Estimate the alignments from the samples so far; done if they are certain enough."""
         observations = self.recorder.observations()
         if observations is None:
             return
         explanations = explain(observations)
-        mountings = fit_alignments(observations)
+        alignments = fit_alignments(observations)
         enough = self.parameters.enough_stddev
         self.result = ImuCalibrationResult(
-            mountings=mountings,
+            alignments=alignments,
             faults=[*faults_of(observations, explanations), *self._absent()],
-            remarks=[*remarks_on(mountings), *uncertain(mountings, enough)],
+            remarks=[*remarks_on(alignments), *uncertain(alignments, enough)],
         )
         self._missing, self._progress = what_is_missing(
             self.result.usable, explanations.alike, enough
@@ -115,10 +115,10 @@ class ImuCalibration:
             self.solve()
         moved_s, least_s = self.recorder.moved_s, self.parameters.minimum_duration
         if self.result is None:
-            raise CalibrationError(f"found no neutral stand: {self.missing}")
+            raise CalibrationError(f"found no N-pose: {self.missing}")
         if moved_s < least_s:
             raise CalibrationError(
-                f"found {moved_s:.1f} s after the neutral stand, expected {least_s:.1f} s of "
+                f"found {moved_s:.1f} s after the N-pose, expected {least_s:.1f} s of "
                 "motion or more: move for longer before the cameras"
             )
         return self.result
@@ -136,13 +136,13 @@ class ImuCalibration:
         if self.phase is Phase.DONE:
             return ""
         if self.phase is Phase.STAND:
-            return self._what_keeps_from_standing()
+            return self._missing_for_n_pose()
         faults = [] if self.result is None else self.result.faults
         if faults:
             return faults[0].text
         return self._missing or "move: raise the arms, bend the elbows, lift the knees, turn, lean"
 
-    def _what_keeps_from_standing(self) -> str:
+    def _missing_for_n_pose(self) -> str:
         recorder = self.recorder
         absent = [name for name in self.parameters.worn if name not in recorder.segments]
         if not recorder.segments or absent:

@@ -50,18 +50,18 @@ class ImuObservations:
     """n instants of s IMUs as arrays; NaN where something was not seen or heard."""
 
     segments: tuple[str, ...]
-    times_s: FloatArray  # (n,) [s] since the middle of the neutral stand
+    times_s: FloatArray  # (n,) [s] since the middle of the N-pose
     R_world_sensor: FloatArray  # (n, s, 3, 3)
     rate: FloatArray  # (n, s) [rad/s]
     long_axis: FloatArray  # (n, s, 3) z of the segment in map, as the cameras see it
     line: FloatArray  # (n, s, 3) y of trunk and pelvis in map: shoulders' and hips' lines
     R_map_heading: FloatArray  # (n, 3, 3) the body's heading, as the cameras see it
-    is_neutral: NDArray[np.bool_]  # (n,) during the neutral stand
-    neutral_heading: float  # [rad] of the body in map, in the neutral stand
+    is_neutral: NDArray[np.bool_]  # (n,) during the N-pose
+    neutral_heading: float  # [rad] of the body in map, in the N-pose
 
 
 class ObservationRecorder:
-    """Waits for the neutral stand and keeps what was said then and afterwards.
+    """Waits for the N-pose and records the observations of it and of the motion afterwards.
 
     Args:
         sensors: The Kinects' names.
@@ -94,21 +94,16 @@ class ObservationRecorder:
 
     @property
     def segments(self) -> tuple[str, ...]:
-        """Segments whose IMU has spoken, and that the body model knows."""
+        """Segments of the body model whose IMU has samples."""
         return tuple(sorted(s for s in self._tracks.segments if s in self._model.segments))
 
     @property
-    def unknown_segments(self) -> tuple[str, ...]:
-        """Segments with an IMU that the body model does not have."""
-        return tuple(sorted(s for s in self._tracks.segments if s not in self._model.segments))
-
-    @property
     def moved_s(self) -> float:
-        """Time [s] that has been kept since the neutral stand."""
+        """Time [s] that has been kept since the N-pose."""
         return len(self._moving) * PERIOD_NS / NS_PER_S
 
     @property
-    def seen(self) -> FloatArray:
+    def joints(self) -> FloatArray:
         """Mean of the sensors' tracked joints in map now, shape (15, 3) [m]; NaN elsewhere."""
         return _mean(self._views)
 
@@ -146,7 +141,7 @@ class ObservationRecorder:
             self._standing.popleft()
 
     def _watch(self, sample: SkeletonSample, positions: FloatArray, index: int) -> None:
-        """Look whether the person has stood neutrally, and the IMUs with them."""
+        """Detect the N-pose, in which the IMUs are still too."""
         views = np.full_like(self._views, np.nan)
         state = np.zeros(views.shape[:2], np.uint8)
         views[index], state[index] = positions, sample.tracking_state
@@ -169,8 +164,8 @@ class ObservationRecorder:
         return bool(rates) and float(np.percentile(rates, 90.0)) < STILL_RATE
 
     def posture(self) -> str:
-        """What is wrong with the pose for a neutral stand, in plain words; empty if nothing."""
-        joints = self.seen
+        """Why the pose is no N-pose, in plain words; empty if it is one."""
+        joints = self.joints
         unseen = [name for name, row in JOINT_INDEX.items() if np.isnan(joints[row, 0])]
         if unseen:
             return f"the cameras do not see the {unseen[0].replace('_', ' ')}"
@@ -185,11 +180,11 @@ class ObservationRecorder:
         return ""
 
     def observations(self) -> ImuObservations | None:
-        """All that was kept since the neutral stand; None before it."""
+        """All that was kept since the N-pose; None before it."""
         if self.stand is None:
             return None
         instants = [*self._standing, *self._moving]
-        count, segments, seen_axes = len(instants), self.segments, AxisObserver(self._model)
+        count, segments, axis_observer = len(instants), self.segments, AxisObserver(self._model)
         R_world_sensor = np.full((count, len(segments), 3, 3), np.nan)
         rate = np.full((count, len(segments)), np.nan)
         axes = np.full((2, count, len(segments), 3), np.nan)
@@ -200,9 +195,9 @@ class ObservationRecorder:
                     R_world_sensor[k, i] = instant.readings[segment].R_world_sensor
                     rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
             R_map_heading[k] = heading_axes(_mean(instant.views))
-            # Where each tracker sees the joints beside their place is known from the stand.
+            # Each tracker's bias of the joints is known from the N-pose.
             joints = _mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
-            _see(seen_axes, segments, joints, axes[:, k])
+            _fill_axes(axis_observer, segments, joints, axes[:, k])
         stamps = np.array([instant.stamp_ns for instant in instants], np.int64)
         middle_ns = self.stand.stamp_ns - DURATION_NS // 2
         is_neutral = np.arange(count) < len(self._standing)
@@ -220,14 +215,14 @@ class ObservationRecorder:
         )
 
 
-def _see(
-    seen_axes: AxisObserver, segments: Sequence[str], joints: FloatArray, axes: FloatArray
+def _fill_axes(
+    axis_observer: AxisObserver, segments: Sequence[str], joints: FloatArray, axes: FloatArray
 ) -> None:
-    """Fill the long axes and the lines, (2, s, 3), that joints, (15, 3) [m], show."""
+    """Fill in long axes and lines, shape (2, s, 3), of joints [m], shape (15, 3)."""
     trunk = trunk_axes(joints)
     if not np.isfinite(trunk).all():
         return
-    axes[0] = seen_axes.of(tuple(segments), joints, trunk).long
+    axes[0] = axis_observer.of(tuple(segments), joints, trunk).long
     for segment, (start, end) in LINES.items():
         if segment in segments:
             line = joints[JOINT_INDEX[end]] - joints[JOINT_INDEX[start]]

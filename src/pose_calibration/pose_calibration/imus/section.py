@@ -34,21 +34,21 @@ QUATERNION_DIGITS = 6
 LARGEST_STDDEV_DEG = 180.0
 
 
-def save_alignments(path: Path, mountings: SensorsToSegments) -> None:
+def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
     """Write the section into a session's file, which must exist; the rest of it stays.
 
     Raises:
         InputError: If the file is no session or cannot be written.
     """
     segments = {}
-    for segment in (name for name in SEGMENTS if name in mountings):
-        mounting = mountings[segment]
+    for segment in (name for name in SEGMENTS if name in alignments):
+        alignment = alignments[segment]
         segments[segment] = {
-            "rotation": quaternion_values(mounting.R_sensor_segment, QUATERNION_DIGITS),
+            "rotation": quaternion_values(alignment.R_sensor_segment, QUATERNION_DIGITS),
             "stddev_deg": [
-                rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(mounting.stddev)
+                rounded(min(value, LARGEST_STDDEV_DEG), 2) for value in np.degrees(alignment.stddev)
             ],
-            "residual_deg": rounded(np.degrees(mounting.residual), 2),
+            "residual_deg": rounded(np.degrees(alignment.residual), 2),
         }
     save_section(path, NAME, {"version": VERSION, "segments": segments})
 
@@ -75,14 +75,14 @@ def load_alignments(path: Path) -> SensorsToSegments | None:
         raise InputError(
             f"{where} names {', '.join(strange)}, expected segments: {', '.join(SEGMENTS)}"
         )
-    return {name: _mounting(f"{where}, {name}", entry) for name, entry in segments.items()}
+    return {name: _alignment(f"{where}, {name}", entry) for name, entry in segments.items()}
 
 
 def load_alignments_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, SensorsToSegments]:
-    """The mountings that a session's file has: of the first file that is named, if it exists.
+    """The alignments that a session's file has: of the first file that is named, if it exists.
 
     Returns:
-        The file's name, empty if none is named; and its mountings, none if it has none.
+        The file's name, empty if none is named; and its alignments, none if it has none.
 
     Raises:
         InputError: If the file exists, but is not what it should be.
@@ -93,7 +93,7 @@ def load_alignments_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, S
     return name, load_alignments(Path(name).expanduser()) or {}
 
 
-def _mounting(where: str, entry: Any) -> SensorToSegment:
+def _alignment(where: str, entry: Any) -> SensorToSegment:
     if not isinstance(entry, Mapping):
         raise InputError(f"{where} is {entry!r}, expected rotation, stddev_deg, residual_deg")
     R_sensor_segment = read_rotation(f"{where}: the rotation", entry.get("rotation"))

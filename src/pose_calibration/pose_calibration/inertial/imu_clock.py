@@ -16,8 +16,8 @@ from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
 from pose_calibration.inertial.imu_motion import (
     TRACKER_LAG_STDDEV_S,
-    Felt,
     ImuMemory,
+    ImuVertical,
     View,
     measure_imu_delay,
 )
@@ -58,34 +58,36 @@ def imu_findings(
     Args:
         extrinsics: Where the sensors stand, with their clocks.
         skeletons: One person's samples by sensor, stamps ascending and as they came.
-        memory: What the IMUs felt.
+        memory: The IMUs' orientations.
         max_offset_s: Largest offset [s] to look for.
     """
     begin_ns = min(ones[0].stamp_ns for ones in skeletons.values() if ones)
     views = _views(extrinsics, skeletons, begin_ns)
-    felt = memory.felt(begin_ns)
+    verticals = memory.verticals(begin_ns)
     searched = _cut(views, _middle(views), SEARCHED_S)
-    delay = measure_imu_delay(searched, felt, max_offset_s + TRACKER_DELAY_S)
+    delay = measure_imu_delay(searched, verticals, max_offset_s + TRACKER_DELAY_S)
     offset_s = delay.estimate_s + TRACKER_DELAY_S
     if not np.isfinite(delay.stddev_s) or abs(offset_s) > max_offset_s:
         return ImuFindings(offset_s=0.0, offset_stddev_s=np.inf, clock=None, gravity=None)
     clock = None
     if is_clocks(offset_s):
-        measured = _over_time(views, felt, delay.estimate_s)
+        measured = _over_time(views, verticals, delay.estimate_s)
         clock = clock_from(measured, begin_ns, TRACKER_LAG_STDDEV_S) if measured else None
     known = extrinsics.floor.up_stddev if extrinsics.floor is not None else 0.0
     turns = [extrinsics.T_reference_sensor[name][:3, :3] for name in skeletons]
-    gravity = gravity_from_imus(searched, turns, felt, delay.estimate_s, known) if known else None
+    gravity = (
+        gravity_from_imus(searched, turns, verticals, delay.estimate_s, known) if known else None
+    )
     return ImuFindings(
         offset_s=offset_s, offset_stddev_s=delay.stddev_s, clock=clock, gravity=gravity
     )
 
 
 def measure_imu_window(
-    views: Sequence[View], felt: Mapping[str, Felt], delay_s: float
+    views: Sequence[View], verticals: Mapping[str, ImuVertical], delay_s: float
 ) -> Measured | None:
     """The IMUs' offset in one stretch, near a known delay [s]; None if nothing moves enough."""
-    delay = measure_imu_delay(views, felt, NEAR_S, delay_s)
+    delay = measure_imu_delay(views, verticals, NEAR_S, delay_s)
     if not np.isfinite(delay.stddev_s):
         return None
     at_s = float(np.mean([view.track.stamps.mean() for view in views if len(view.track.stamps)]))
@@ -110,7 +112,9 @@ def _views(
     ]
 
 
-def _over_time(views: list[View], felt: Mapping[str, Felt], delay_s: float) -> list[Measured]:
+def _over_time(
+    views: list[View], verticals: Mapping[str, ImuVertical], delay_s: float
+) -> list[Measured]:
     first = min(float(view.track.stamps[0]) for view in views if len(view.track.stamps))
     last = max(float(view.track.stamps[-1]) for view in views if len(view.track.stamps))
     every = max(WINDOW_S, (last - first) / MOST_WINDOWS)
@@ -121,7 +125,7 @@ def _over_time(views: list[View], felt: Mapping[str, Felt], delay_s: float) -> l
     for direction in (starts[starts >= middle - every], starts[starts < middle - every][::-1]):
         known = delay_s
         for start in direction:
-            one = measure_imu_window(_cut(views, start, max(WINDOW_S, every)), felt, known)
+            one = measure_imu_window(_cut(views, start, max(WINDOW_S, every)), verticals, known)
             if one is not None:
                 measured.append(one)
                 known = one.offset_s - TRACKER_DELAY_S

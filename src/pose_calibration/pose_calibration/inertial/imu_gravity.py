@@ -5,12 +5,12 @@ the vertical and :math:`a` the same bone in the IMU's, for all instants
 
 .. math:: (u + e) \cdot b(t) + c = a \cdot g(t)
 
-where :math:`c` is what the tracker sees wrong of that limb all the time, and :math:`e` what changes
-of it with where the limb points, alike for all sensors. :math:`u`, one for all, :math:`e`, one a
-limb, and :math:`a` and :math:`c`, one a limb and view, are found by Gauss-Newton with Tukey's
-weights, from what the person's upright stance says of :math:`u`, and priors on :math:`c` and
-:math:`e`. Neither headings nor the mountings of the IMUs need be known; but several limbs must have
-pointed elsewhere than down.
+where :math:`c` is the tracker's constant bias of that limb's inclination, and :math:`e` the part
+of the bias that changes with the limb's direction, the same in all sensors. There is one :math:`u`,
+one :math:`e` a limb, and one :math:`a` and :math:`c` a limb and view. Gauss-Newton with Tukey's
+weights estimates them, with priors on :math:`u`, from the person's upright stance, on :math:`c` and
+on :math:`e`. Neither headings nor the alignments of the IMUs need be known, but several limbs must
+have pointed elsewhere than down.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ import numpy as np
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S
 from pose_calibration.floor.gravity import Gravity
-from pose_calibration.inertial.imu_motion import Felt, View
+from pose_calibration.inertial.imu_motion import ImuVertical, View
 from pose_calibration.rigid_transform import TUKEY
 from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
@@ -31,24 +31,24 @@ LEAST_SAMPLES = 50  # [-] of a limb
 ITERATIONS = 15
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
 FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own tilt, which no more motion betters
-LIMB_STDDEV = 0.05  # [-] of what is seen wrong of a limb all the time: 1.5 cm of 30 cm
-LIMB_SLOPE_STDDEV = 0.08  # [-] of what changes of it with where it points: 1.7 cm at either end
+LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
+LIMB_SLOPE_STDDEV = 0.08  # [-] of the part that changes with its direction: 1.7 cm at either end
 OPTIMISM = 2.0  # [-] true over formal errors: a limb's slow errors are few, not many
 IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without them, with which they earn a mention
 
 
 @dataclass(frozen=True)
 class _Limb:
-    """What one camera sees of a limb, and the IMU on it feels."""
+    """One limb's direction in a camera and the vertical in the IMU on it, at n instants."""
 
     segment: str
     bone: FloatArray  # (n, 3) unit vectors in the reference's frame
-    felt: FloatArray  # (n, 3) the vertical in the IMU
+    vertical: FloatArray  # (n, 3) unit vectors in the IMU's frame
 
 
 @dataclass
 class _State:
-    """What is sought."""
+    """The unknowns."""
 
     up: FloatArray  # (3,) unit vector
     slopes: FloatArray  # (segments, 3) [-]
@@ -56,7 +56,7 @@ class _State:
     biases: FloatArray  # (limbs,) [-]
 
     def move(self, step: FloatArray) -> None:
-        """Take a step: 2 of the vertical, 3 a segment, 3 a limb."""
+        """Add a step: 2 of the vertical, 3 a segment, 3 a limb."""
         middle = 2 + self.slopes.size
         self.up = _unit(self.up + _tangents(self.up) @ step[:2])
         self.slopes = self.slopes + step[2:middle].reshape(-1, 3)
@@ -69,16 +69,16 @@ class _State:
 def gravity_from_imus(
     views: Sequence[View],
     turns: Sequence[FloatArray],
-    felt: Mapping[str, Felt],
+    verticals: Mapping[str, ImuVertical],
     delay_s: float,
     up_stddev: float,
 ) -> Gravity | None:
-    """Find the vertical.
+    """Estimate the vertical in the reference's frame.
 
     Args:
-        views: What the cameras see, with the vertical as it is known without the IMUs.
+        views: Joints measured by each camera, with the vertical as known without the IMUs.
         turns: ``R_reference_sensor`` of each, (3, 3).
-        felt: What the IMUs feel, by segment.
+        verticals: The vertical in each IMU, by segment.
         delay_s: How much later the IMUs' stamps are for the same pose [s].
         up_stddev: Deviation [rad] of the vertical as it is known without the IMUs.
 
@@ -88,7 +88,7 @@ def gravity_from_imus(
     limbs = [
         limb
         for view, R in zip(views, turns, strict=True)
-        for segment, each in felt.items()
+        for segment, each in verticals.items()
         if (limb := _matched(view, R, segment, each, delay_s)) is not None
     ]
     if not limbs:
@@ -113,7 +113,9 @@ def gravity_from_imus(
     return Gravity(up=state.up, stddev=stddev, source=BODY_IMUS)
 
 
-def _matched(view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float) -> _Limb | None:
+def _matched(
+    view: View, R: FloatArray, segment: str, vertical: ImuVertical, delay_s: float
+) -> _Limb | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
     if len(track.stamps) < 2:
@@ -121,7 +123,7 @@ def _matched(view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float
     stamps = np.arange(track.stamps[0], track.stamps[-1], 1.0 / RATE)
     joints = track.at(stamps)
     bone = joints[:, end] - joints[:, start]
-    up = felt.at(stamps + delay_s)
+    up = vertical.at(stamps + delay_s)
     known = np.isfinite(bone + up).all(axis=1)
     if known.sum() < LEAST_SAMPLES:
         return None
@@ -130,8 +132,8 @@ def _matched(view: View, R: FloatArray, segment: str, felt: Felt, delay_s: float
 
 
 def _axis(limb: _Limb, up: FloatArray) -> FloatArray:
-    """Where the limb points in its IMU, (3,), if it is seen rightly and this is the vertical."""
-    axis, *_ = np.linalg.lstsq(limb.felt, limb.bone @ up, rcond=None)
+    """Direction of the limb in its IMU, shape (3,), for unbiased measurements and this vertical."""
+    axis, *_ = np.linalg.lstsq(limb.vertical, limb.bone @ up, rcond=None)
     return _unit(axis.astype(float))
 
 
@@ -157,12 +159,12 @@ def _normal_equations(
     gradient[first_own + 2 :: 3] += LIMB_STDDEV**-2 * state.biases
     for index, (limb, segment) in enumerate(zip(limbs, of_segment, strict=True)):
         axis = state.axes[index]
-        seen = limb.bone @ (state.up + state.slopes[segment]) + state.biases[index]
-        off = seen - limb.felt @ axis
+        predicted = limb.bone @ (state.up + state.slopes[segment]) + state.biases[index]
+        off = predicted - limb.vertical @ axis
         scale = max(SCATTER * float(np.median(np.abs(off))), 0.01)
         weight = np.clip(1.0 - (off / (TUKEY * scale)) ** 2, 0.0, None) ** 2
         weight /= (OPTIMISM * scale) ** 2 * CORRELATION_S * RATE
-        own = -limb.felt @ _tangents(axis)
+        own = -limb.vertical @ _tangents(axis)
         J = np.column_stack([limb.bone @ across, limb.bone, own, np.ones(len(off))])
         columns = [
             *(0, 1),

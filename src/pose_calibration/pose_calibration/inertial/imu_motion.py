@@ -1,10 +1,10 @@
-r"""How late what the cameras see is behind what body-worn IMUs feel.
+r"""Time offset between cameras and body-worn IMUs, from the inclination of the limbs.
 
-How steeply a limb stands is told by both: by a camera as :math:`u \cdot b(t)`, with :math:`u` the
-vertical and :math:`b` the bone's direction in its frame, and by an IMU on it as
-:math:`a \cdot g(t)`, with :math:`g` the vertical in the sensor and :math:`a` the bone's direction
-there. The unknown :math:`a` is constant, and no heading comes in. So the delay is the shift under
-which a linear combination of :math:`g` explains :math:`u \cdot b` best:
+Both measure a limb's inclination: a camera as :math:`u \cdot b(t)`, with :math:`u` the vertical and
+:math:`b` the bone's direction in its frame; an IMU on the limb as :math:`a \cdot g(t)`, with
+:math:`g` the vertical in the sensor and :math:`a` the bone's direction there. The unknown :math:`a`
+is constant, and no heading is needed. The time offset is the shift under which a linear combination
+of :math:`g` explains :math:`u \cdot b` best:
 
 .. math:: \min_{\tau} \sum_{limbs} n \log \min_a \sum_t (u \cdot b(t) - a \cdot g(t + \tau))^2
 """
@@ -22,15 +22,17 @@ from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 GRID_RATE = 50.0  # [Hz]
 LEAST_S = 4.0  # [s] of a limb in view
-LEAST_SWING = 0.03  # [-] standard deviation of a limb's quick changes of steepness
+LEAST_SWING = 0.03  # [-] standard deviation of a limb's high-passed inclination
 DECISIVE = 6.0  # [-] in twice the log-likelihood, by which the best shift must beat others
 APART_S = 0.15  # [s] a shift nearer to the best one is the same
-MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, it is badly seen
-LEAST_EXPLAINED = 0.5  # [-] of a limb's changes of steepness, by the IMU
+MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, it is badly measured
+LEAST_EXPLAINED = 0.5  # [-] of the variance of a limb's inclination, by the IMU
 OWN_REACH_S = 0.2  # [s] to either side of the common shift, in which each limb has its own
-LAG_FLOOR_S = 0.012  # [s] between the lags of limbs that are seen well
-UNEXPLAINED_LAG_S = 0.1  # [s] times what the IMU does not explain: a limb seen badly is seen late
-LEAST_LIMBS = 3  # [-] in all views together: one may be badly seen
+LAG_FLOOR_S = 0.012  # [s] between the lags of limbs that are measured well
+UNEXPLAINED_LAG_S = (
+    0.1  # [s] times what the IMU does not explain: a limb measured badly is measured late
+)
+LEAST_LIMBS = 3  # [-] in all views together: one may be badly measured
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag from one motion to another
 FINE = 3  # [-] steps of the grid to either side that a parabola is laid through
 JUMP_BACK_NS = 1_000_000_000  # [ns]
@@ -41,7 +43,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 class ImuMemory:
-    """Remembers where each IMU felt the vertical.
+    """Orientations of each IMU, thinned.
 
     Args:
         reach_ns: How far back [ns]; what is older is forgotten.
@@ -54,11 +56,11 @@ class ImuMemory:
 
     @property
     def segments(self) -> tuple[str, ...]:
-        """Segments that an IMU has spoken for and a camera can see."""
+        """Segments whose IMU has samples and that a camera can see."""
         return tuple(sorted(self._stamps))
 
     def add(self, block: ImuBlock) -> None:
-        """Take samples; of those that are hardly later than the last one, none are kept."""
+        """Append samples, at least :data:`EVERY_NS` apart."""
         for row, stamp_ns in enumerate(block.stamps_ns.tolist()):
             segment = block.segments[block.imu[row]]
             if segment in SEGMENT_ENDS:
@@ -78,13 +80,13 @@ class ImuMemory:
             old = sum(stamp < stamps[-1] - self._reach_ns for stamp in stamps)
             del stamps[:old], quaternions[:old]
 
-    def felt(self, begin_ns: int) -> dict[str, "Felt"]:
-        """Each IMU's vertical over time, in seconds since an instant [ns]."""
+    def verticals(self, begin_ns: int) -> dict[str, "ImuVertical"]:
+        """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
         # Loads scipy for half a second, which a node that starts should not wait for.
         from scipy.spatial.transform import Rotation
 
         return {
-            segment: Felt(
+            segment: ImuVertical(
                 (np.array(stamps) - begin_ns) * 1e-9,
                 Rotation.from_quat(np.array(self._quaternions[segment])).inv().apply(UP),
             )
@@ -94,14 +96,14 @@ class ImuMemory:
 
 
 @dataclass(frozen=True)
-class Felt:
-    """The vertical as one IMU feels it."""
+class ImuVertical:
+    """The vertical in one IMU's frame over time."""
 
     stamps: FloatArray  # (n,) [s], ascending
     up: FloatArray  # (n, 3) unit vectors in the sensor
 
     def at(self, stamps: FloatArray) -> FloatArray:
-        """The same at other instants [s], (m, 3); NaN in gaps and outside."""
+        """Interpolate at instants [s], (m,); returns (m, 3), NaN in gaps and outside."""
         after = np.clip(np.searchsorted(self.stamps, stamps), 1, len(self.stamps) - 1)
         step = self.stamps[after] - self.stamps[after - 1]
         share = (stamps - self.stamps[after - 1]) / step
@@ -112,10 +114,10 @@ class Felt:
 
 @dataclass(frozen=True)
 class View:
-    """What one camera sees."""
+    """Joints that one camera measured."""
 
     track: Track  # joints in its frame, stamps put on the reference's clock
-    up: FloatArray  # (3,) the vertical in its frame
+    up: FloatArray  # (3,) the vertical in the camera's frame
 
 
 @dataclass(frozen=True)
@@ -124,29 +126,32 @@ class _Limb:
 
     misfit: FloatArray  # (shifts,) sum of squares that no direction explains, mean of the samples
     count: float  # [-] independent samples
-    energy: float  # [1/s²] mean square rate of the explained steepness
+    energy: float  # [1/s²] mean square rate of the explained inclination
 
 
 def measure_imu_delay(
-    views: Sequence[View], felt: Mapping[str, Felt], reach_s: float, centre_s: float = 0.0
+    views: Sequence[View],
+    verticals: Mapping[str, ImuVertical],
+    reach_s: float,
+    centre_s: float = 0.0,
 ) -> Delay:
-    """Find by how much the IMUs' stamps are later [s] than those of the views, for the same pose.
+    """Estimate how much later the IMUs' stamps are than the views', for the same pose.
 
     Args:
-        views: What the cameras see.
-        felt: What the IMUs feel, by segment.
-        reach_s: Largest shift to look for [s], to both sides of the centre.
-        centre_s: Where to look [s].
+        views: Joints measured by each camera.
+        verticals: The vertical in each IMU, by segment.
+        reach_s: Half width of the search [s].
+        centre_s: Centre of the search [s].
 
     Returns:
-        The delay; of infinite deviation where the motion does not tell it.
+        The delay [s]; its standard deviation is infinite if the motion does not determine it.
     """
     unknown = Delay(estimate_s=0.0, stddev_s=np.inf)
     reach = round(reach_s * GRID_RATE) + FINE
     limbs = [
         limb
         for view in views
-        for segment, each in felt.items()
+        for segment, each in verticals.items()
         if (limb := _limb(view, segment, each, reach, centre_s)) is not None
     ]
     if not limbs:
@@ -163,10 +168,12 @@ def measure_imu_delay(
     return _combined(np.array(found)) if len(found) >= LEAST_LIMBS else unknown
 
 
-def _limb(view: View, segment: str, felt: Felt, reach: int, centre_s: float) -> _Limb | None:
+def _limb(
+    view: View, segment: str, vertical: ImuVertical, reach: int, centre_s: float
+) -> _Limb | None:
     start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
     track = view.track
-    if len(track.stamps) < 2 or len(felt.stamps) < 2:
+    if len(track.stamps) < 2 or len(vertical.stamps) < 2:
         return None
     grid = np.arange(track.stamps[0], track.stamps[-1], 1.0 / GRID_RATE)
     joints = track.at(grid)
@@ -175,51 +182,51 @@ def _limb(view: View, segment: str, felt: Felt, reach: int, centre_s: float) -> 
         direction = bone / np.linalg.norm(bone, axis=1, keepdims=True)
         sight = joints[:, end] / np.linalg.norm(joints[:, end], axis=1, keepdims=True)
     pointing = np.abs((direction * sight).sum(axis=1))
-    steepness = np.where(pointing < MOST_POINTING, direction @ view.up, np.nan)
+    inclination = np.where(pointing < MOST_POINTING, direction @ view.up, np.nan)
     margin = np.arange(-reach, 0) / GRID_RATE
     wide = np.concatenate([grid[0] + margin, grid, grid[-1] - margin[::-1]]) + centre_s
-    up = felt.at(wide)
-    seen, felt_known = np.isfinite(steepness), np.asarray(np.isfinite(up).all(axis=1))
-    seen_quick = _quick(steepness[:, None], seen)[:, 0]
-    up_quick = _quick(up, felt_known)
-    if seen.sum() < LEAST_S * GRID_RATE or seen_quick[seen].std() < LEAST_SWING:
+    up = vertical.at(wide)
+    is_seen, is_up_known = np.isfinite(inclination), np.asarray(np.isfinite(up).all(axis=1))
+    fast_inclination = _without_slow(inclination[:, None], is_seen)[:, 0]
+    fast_up = _without_slow(up, is_up_known)
+    if is_seen.sum() < LEAST_S * GRID_RATE or fast_inclination[is_seen].std() < LEAST_SWING:
         return None
-    return _misfits(seen_quick, seen, up_quick, felt_known, reach)
+    return _misfits(fast_inclination, is_seen, fast_up, is_up_known, reach)
 
 
 def _misfits(
-    steepness: FloatArray,
-    seen: NDArray[np.bool_],
+    inclination: FloatArray,
+    is_seen: NDArray[np.bool_],
     up: FloatArray,
-    felt: NDArray[np.bool_],
+    is_up_known: NDArray[np.bool_],
     reach: int,
 ) -> _Limb | None:
-    count = len(steepness)
+    count = len(inclination)
     misfit = np.empty(2 * reach + 1)
     energy = 0.0
     for shift in range(2 * reach + 1):
-        both = seen & felt[shift : shift + count]
+        both = is_seen & is_up_known[shift : shift + count]
         if both.sum() < LEAST_S * GRID_RATE:
             return None
-        g, c = up[shift : shift + count][both], steepness[both]
+        g, c = up[shift : shift + count][both], inclination[both]
         normal = g.T @ g + 1e-9 * np.eye(3)
         direction = np.linalg.solve(normal, g.T @ c)
         misfit[shift] = max(float(np.mean((c - g @ direction) ** 2)), 1e-12)
         if misfit[shift] <= misfit[: shift + 1].min():
             rate = np.gradient(up[shift : shift + count] @ direction) * GRID_RATE
             energy = float(np.mean(rate[both] ** 2))
-    independent = float(seen.sum()) / (CORRELATION_S * GRID_RATE)
+    independent = float(is_seen.sum()) / (CORRELATION_S * GRID_RATE)
     return _Limb(misfit=misfit, count=independent, energy=energy)
 
 
-def _quick(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
-    """Columns (n, k) less their slow part, 0 where unknown."""
+def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
+    """High-pass columns, shape (n, k); 0 where unknown."""
     filled = np.where(known[:, None], values, 0.0)[:, None]
     return without_slow(filled, known[:, None], round(SLOW_S * GRID_RATE))[:, 0]
 
 
 def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float] | None:
-    """A limb's own shift near the common one, and its variance [s, s²]; None if it tells none."""
+    """A limb's own shift near the common one and its variance [s, s²]; ``None`` if undetermined."""
     reach = round(OWN_REACH_S * GRID_RATE)
     first, last = max(best - reach, FINE), min(best + reach + 1, len(shifts) - FINE)
     own = first + int(np.argmin(limb.misfit[first:last]))
@@ -238,7 +245,7 @@ def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float
 
 
 def _combined(found: FloatArray) -> Delay:
-    """A weighted quantile of the limbs' shifts (n, 2): a badly seen limb only ever is later."""
+    """Weighted quantile of the limbs' shifts, shape (n, 2): a badly measured limb is later only."""
     shift, random = found[np.argsort(found[:, 0])].T
     weight = 1.0 / (random + LAG_FLOOR_S**2)
     share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()

@@ -1,8 +1,9 @@
 """The sources' clocks after the calibration: their drift, and steps when somebody sets one.
 
-Every ten seconds the offsets are measured anew in the last twenty, near where they were, and a line
-is laid through what was measured. An offset that is nowhere near is sought in the whole range; if
-it is found elsewhere twice, the clock has been set, and what was measured before is forgotten.
+Every ten seconds the offsets are measured in the last twenty seconds, near their last values, and
+a line is fitted to the measurements. If the offset is not found there, the whole range is searched.
+An offset that is found elsewhere twice means that somebody set the clock: older measurements are
+dropped.
 """
 
 from collections import deque
@@ -30,8 +31,8 @@ STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file counts for not
 STRAYS = 2  # [-] times that an offset is found elsewhere before it is believed
 
 
-class ClockFollower:
-    """Follows the clocks of all sources.
+class ClockTracker:
+    """Tracks the offset and drift of all sources' clocks.
 
     Args:
         extrinsics: Where the sensors stand, and the clocks to begin with.
@@ -49,7 +50,7 @@ class ClockFollower:
         self._due_ns = 0
 
     def add(self, sample: SkeletonSample, imus: ImuMemory) -> Clocks | None:
-        """Take a sample as its own clock stamped it; the clocks, whenever they were measured."""
+        """Add a sample, stamped by its own clock; returns the clocks when they were measured."""
         if sample.sensor not in self._samples:
             return None
         recent = self._samples[sample.sensor]
@@ -68,18 +69,18 @@ class ClockFollower:
         if sample.stamp_ns < self._due_ns:
             return None
         self._due_ns = sample.stamp_ns + EVERY_NS
-        self._follow(self._begin_ns, imus)
+        self._measure_all(self._begin_ns, imus)
         return self.clocks
 
     def _begin_anew(self) -> None:
-        """A clock was set back, or a recording loops."""
+        """Drop all samples: a clock was set back, or a recording loops."""
         for recent in self._samples.values():
             recent.clear()
         self._measured.clear()
         self._begin_ns = None
 
     def _remember_known(self, now_ns: int) -> None:
-        """What the calibration has measured a moment ago counts as one measurement."""
+        """Use what the calibration has just measured as the first measurement."""
         for source, clock in self.clocks.items():
             if abs(clock.at_ns - now_ns) < STALE_NS and clock.stddev_s > 0.0:
                 known = Measured(
@@ -90,7 +91,7 @@ class ClockFollower:
                 )
                 self._measured[source] = deque([known], maxlen=MOST_MEASURED)
 
-    def _follow(self, begin_ns: int, imus: ImuMemory) -> None:
+    def _measure_all(self, begin_ns: int, imus: ImuMemory) -> None:
         tracks = {name: track_of(list(ones), begin_ns) for name, ones in self._samples.items()}
         reference = tracks[self._extrinsics.reference]
         for name, track in tracks.items():
@@ -101,10 +102,10 @@ class ClockFollower:
                 measured = self._note(name, one)
                 self.clocks[name] = clock_from(measured, begin_ns, LAG_SPREAD_S)
         if imus.segments:
-            self._follow_imus(begin_ns, imus)
+            self._measure_imus(begin_ns, imus)
 
     def _known_s(self, name: str) -> float:
-        """How far a source's clock is ahead now, as far as it is known [s]."""
+        """How far a source's clock is ahead now [s]; 0 if nothing is known."""
         clock = self.clocks.get(name)
         if clock is None:
             measured = self._measured.get(name)
@@ -128,7 +129,7 @@ class ClockFollower:
         self._measured.pop(name, None)
         return measure_window(a, b, elsewhere)
 
-    def _follow_imus(self, begin_ns: int, imus: ImuMemory) -> None:
+    def _measure_imus(self, begin_ns: int, imus: ImuMemory) -> None:
         views = [
             View(
                 track_of([on_reference_clock(s, self.clocks) for s in ones], begin_ns),
@@ -137,19 +138,19 @@ class ClockFollower:
             for name, ones in self._samples.items()
             if len(ones) > 1
         ]
-        felt = imus.felt(begin_ns)
+        verticals = imus.verticals(begin_ns)
         views = [view for view in views if len(view.track.stamps) > 1]
         if not views:
             return
         delay_s = self._known_s(IMUS) - TRACKER_DELAY_S
-        one = measure_imu_window(views, felt, delay_s)
+        one = measure_imu_window(views, verticals, delay_s)
         if one is None:
-            far = measure_imu_delay(views, felt, self._max_offset_s + TRACKER_DELAY_S)
+            far = measure_imu_delay(views, verticals, self._max_offset_s + TRACKER_DELAY_S)
             self._strays[IMUS] = self._strays.get(IMUS, 0) + int(np.isfinite(far.stddev_s))
             if self._strays[IMUS] < STRAYS or not np.isfinite(far.stddev_s):
                 return
             self._measured.pop(IMUS, None)
-            one = measure_imu_window(views, felt, far.estimate_s)
+            one = measure_imu_window(views, verticals, far.estimate_s)
             if one is None:
                 return
         self._strays[IMUS] = 0

@@ -10,7 +10,7 @@ from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibra
 from pose_calibration.floor.gravity import AccelerometerGravity
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.live.clock_tracking import ClockFollower
+from pose_calibration.live.clock_tracking import ClockTracker
 from pose_calibration.live.guidance import what_is_missing
 from pose_calibration.live.sample_memory import SampleMemory
 from pose_calibration.live.watchdog import Moved, Watchdog
@@ -34,8 +34,8 @@ ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
 NEXT_WITHIN_S = 8.0  # [s] of common view, at the latest: nobody should walk on for nothing
 SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
-FOLLOWED_NS = 500_000  # [ns] by which a clock moves before it is told
-IMU_REACH_NS = 90_000_000_000  # [ns] of what the IMUs felt, that is remembered
+CHANGED_NS = 500_000  # [ns] by which a clock moves before it is told
+IMU_REACH_NS = 90_000_000_000  # [ns] of IMU samples that are kept
 
 
 class CalibrationState(Enum):
@@ -92,7 +92,7 @@ class LiveCalibration:
     def _begin(self) -> None:
         self.clock_offsets = {}
         self.imus = None
-        self._follower: ClockFollower | None = None
+        self._clock_tracker: ClockTracker | None = None
         self._new_clocks: Clocks | None = None
         self._memory = SampleMemory()
         self._use_clocks({})
@@ -172,7 +172,7 @@ class LiveCalibration:
         self.accelerometer.add(acceleration)
 
     def add_imus(self, block: ImuBlock) -> None:
-        """Take what body-worn IMUs felt."""
+        """Add samples of body-worn IMUs."""
         self.imu_memory.add(block)
 
     def take_clocks(self) -> Clocks | None:
@@ -180,11 +180,13 @@ class LiveCalibration:
         clocks, self._new_clocks = self._new_clocks, None
         return clocks
 
-    def _follow(self, sample: SkeletonSample) -> None:
-        clocks = None if self._follower is None else self._follower.add(sample, self.imu_memory)
-        if clocks is None or self.extrinsics is None:
+    def _track_clocks(self, sample: SkeletonSample) -> None:
+        if self._clock_tracker is None or self.extrinsics is None:
             return
-        if moved_most_ns(self._clocks, clocks, sample.stamp_ns) > FOLLOWED_NS:
+        clocks = self._clock_tracker.add(sample, self.imu_memory)
+        if clocks is None:
+            return
+        if moved_most_ns(self._clocks, clocks, sample.stamp_ns) > CHANGED_NS:
             self._clocks = self._new_clocks = dict(clocks)
             self.extrinsics = replace(self.extrinsics, clocks=self._clocks)
 
@@ -204,7 +206,7 @@ class LiveCalibration:
         """Take a sample of the person."""
         if self.is_finished and not self.parameters.watch:
             return None
-        self._follow(sample)
+        self._track_clocks(sample)
         frames = self.aligner.add(on_reference_clock(sample, self._clocks))
         if self._watchdog is not None:
             for frame in frames:
@@ -227,7 +229,7 @@ class LiveCalibration:
         self._use_clocks(extrinsics.clocks)
         self.selector.place_sensors(extrinsics)
         if self.parameters.watch:
-            self._follower = ClockFollower(extrinsics, self.parameters.max_offset)
+            self._clock_tracker = ClockTracker(extrinsics, self.parameters.max_offset)
         if self.parameters.watch and len(extrinsics.sensors) > 1:
             self._watchdog = Watchdog(extrinsics)
 

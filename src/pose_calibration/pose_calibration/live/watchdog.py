@@ -96,11 +96,11 @@ class Watchdog:
             if sample is not None:
                 known = np.where(sample.tracking_state[:, None] == 2, sample.positions, np.nan)
                 places[index] = transformed(self._extrinsics.T_reference_sensor[name], known)
-        seen = np.isfinite(places).all(axis=2)
-        filled = np.where(seen[..., None], places, 0.0)
-        others = seen.sum(axis=0) - seen
+        is_known = np.isfinite(places).all(axis=2)
+        filled = np.where(is_known[..., None], places, 0.0)
+        others = is_known.sum(axis=0) - is_known
         mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]
-        off = np.where((seen & (others > 0))[..., None], places - mean, np.nan)
+        off = np.where((is_known & (others > 0))[..., None], places - mean, np.nan)
         return _median(off.transpose(1, 0, 2))
 
     def _judge(self) -> Moved | None:

@@ -10,6 +10,9 @@ import numpy as np
 
 from pose_core.streams.samples import FloatArray
 
+BETA = 2.0  # [-] weight of the centre in the covariance; best for a Gaussian
+KAPPA = 0.0  # [-] second scaling
+
 
 @dataclass(frozen=True, kw_only=True)
 class Moments:
@@ -28,20 +31,16 @@ class UnscentedTransform:
         alpha: Spread [-]: the points lie ``alpha √n`` standard deviations from the mean. The
             customary 1e-3 gives the centre a weight of −10⁶, which cancels digits; 0.1 gives −99,
             and with 96 points of angles still spreads them little enough not to wrap.
-        beta: Weight of the centre in the covariance [-]; 2 is best for a Gaussian.
-        kappa: Second scaling [-].
     """
 
-    def __init__(
-        self, size: int, *, alpha: float = 0.1, beta: float = 2.0, kappa: float = 0.0
-    ) -> None:
+    def __init__(self, size: int, *, alpha: float = 0.1) -> None:
         # Loads all of scipy.stats for a second, which only this filter's users should wait for.
         from filterpy.kalman import MerweScaledSigmaPoints
 
-        weights = MerweScaledSigmaPoints(size, alpha, beta, kappa)
+        weights = MerweScaledSigmaPoints(size, alpha, BETA, KAPPA)
         self._mean_weights: FloatArray = weights.Wm
         self._covariance_weights: FloatArray = weights.Wc
-        self._scale = alpha**2 * (size + kappa)  # n + λ
+        self._scale = alpha**2 * (size + KAPPA)  # n + λ
 
     def sigma_points(self, mean: FloatArray, covariance: FloatArray) -> FloatArray:
         """The points of a Gaussian, shape (2n + 1, n).

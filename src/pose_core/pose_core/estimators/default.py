@@ -101,9 +101,9 @@ class DefaultEstimator(StepwiseEstimator):
         """Delay of each sensor's tracker, (sensors,) [s]; as told, until IMUs show it."""
         return self._delay
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
-        self._alignments.use_sensor_to_segment(mountings)
+        self._alignments.use_sensor_to_segment(alignments)
 
     def update(self, observation: Observation) -> StateNumbers | None:
         """One step; None while there is no pose, and for a frame of the past."""
@@ -202,7 +202,7 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
-            if not self._looks_at(sensor):
+            if not self._uses_camera(sensor):
                 continue
             frame = self._frame(observation, sensor, late_s)
             result = self._take_frame(self._constants, self._state, frame, information[0])
@@ -218,8 +218,8 @@ class DefaultEstimator(StepwiseEstimator):
             )
         return result
 
-    def _looks_at(self, sensor: int) -> bool:
-        """Whether a camera's frames count."""
+    def _uses_camera(self, sensor: int) -> bool:
+        """Whether a camera's frames are measurements of the filter."""
         del sensor
         return True
 

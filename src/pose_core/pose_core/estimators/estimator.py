@@ -71,9 +71,9 @@ class Estimator(ABC):
         """Delay of each sensor's tracker, (sensors,) [s], by which its stamps are taken back."""
         return None
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; most estimators use none."""
-        del mountings
+        del alignments
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
         """The pose at a later instant, as far as it is known; leaves everything as it is.

@@ -38,8 +38,8 @@ class ImuEstimator(DefaultEstimator):
     def _has_aligned(self) -> bool:
         return any(use.is_aligned for use in self.imu_uses)
 
-    def _looks_at(self, sensor: int) -> bool:
-        """Until every IMU is aligned, or has had its time; again when none is any more."""
+    def _uses_camera(self, sensor: int) -> bool:
+        """Use cameras until every IMU is aligned, or has had its time; again when none is."""
         del sensor
         uses = [use for use in self.imu_uses if use.is_known]
         aligned = [use.aligned_ns for use in uses if use.is_aligned and use.aligned_ns is not None]

@@ -62,9 +62,9 @@ class Zhang2015Estimator(StepwiseEstimator):
         """What becomes of each IMU that was heard."""
         return self._imus.uses
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration."""
-        self._imus.use_sensor_to_segment(mountings)
+        self._imus.use_sensor_to_segment(alignments)
 
     def update(self, observation: Observation) -> FusedPose | None:
         """The fused pose at a frame of the first sensor; None at another's."""

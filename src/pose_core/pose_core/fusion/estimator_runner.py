@@ -79,11 +79,11 @@ class EstimatorRunner:
         self._counters.add("estimates", len(block))
         return [block]
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Use sensor-to-segment rotations of a calibration."""
-        self._sensor_to_segment = mountings
+        self._sensor_to_segment = alignments
         if self._estimator is not None:
-            self._estimator.use_sensor_to_segment(mountings)
+            self._estimator.use_sensor_to_segment(alignments)
 
     @property
     def tracker_delays_ns(self) -> dict[str, int]:

@@ -27,12 +27,7 @@ def fuse(
     """
     parameters = parameters or FusionParameters(sensors=extrinsics.sensors)
     pipeline = FusionPipeline(parameters, extrinsics)
-    estimates: list[BodyEstimate] = []
-    for sample in samples:
-        if isinstance(sample, SkeletonSample):
-            estimates += pipeline.add_skeleton(sample)
-        else:
-            estimates += pipeline.add_imu(sample)
+    estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
     return series_of_estimates([*estimates, *pipeline.flush()])
 
 

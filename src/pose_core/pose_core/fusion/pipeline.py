@@ -132,9 +132,9 @@ class FusionPipeline:
         """
         self._preprocessor.place_sensors(extrinsics)
 
-    def use_sensor_to_segment(self, mountings: SensorsToSegments) -> None:
+    def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use sensor-to-segment rotations of a calibration; none are estimated from motion."""
-        self._runner.use_sensor_to_segment(mountings)
+        self._runner.use_sensor_to_segment(alignments)
 
     def use_clocks(self, clocks: Clocks) -> None:
         """Correct later stamps by these clocks; earlier samples keep theirs."""
@@ -145,16 +145,12 @@ class FusionPipeline:
         self._preprocessor.shape = shape
 
     def add(self, sample: SkeletonSample | ImuSample | ImuBlock) -> list[BodyEstimate]:
-        """Take a sample of any source; returns the estimates that this completes."""
-        return self._estimated(self._preprocessor.add(sample))
+        """Add one person's joints from one sensor, or IMU samples.
 
-    def add_skeleton(self, sample: SkeletonSample) -> list[BodyEstimate]:
-        """Take one person's joints from one sensor; returns the estimates that this completes."""
+        Returns:
+            The estimates that this completes; none if there is an :attr:`outlet`.
+        """
         return self._estimated(self._preprocessor.add(sample))
-
-    def add_imu(self, samples: ImuSample | ImuBlock) -> list[BodyEstimate]:
-        """Take IMUs' orientations; returns the estimates that were waiting for them."""
-        return self._estimated(self._preprocessor.add(samples))
 
     def wait_no_longer(self) -> list[BodyEstimate]:
         """Go on without the frames that others wait for: a live caller's patience has ended."""

@@ -11,6 +11,7 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.registry import estimator_class
+from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
@@ -31,6 +32,7 @@ from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 COUNTERS = (
     "skeletons",
     "skeletons_before_extrinsics",
+    *sample_buffer.COUNTERS,
     "skeletons_of_unknown_sensors",
     "imu_samples",
     "imu_samples_out_of_order",
@@ -75,7 +77,7 @@ class Preprocessor:
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
         self._pending: SensorFrame | None = None
         self._frames = FrameQueue(self.aligner if self._needs_aligned_frames else None)
-        self._waiting = SampleBuffer()
+        self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.

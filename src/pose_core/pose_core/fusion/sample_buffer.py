@@ -1,21 +1,44 @@
 """Buffer of the samples that come before the extrinsics are known."""
 
 from collections import deque
+from collections.abc import Sequence
+from typing import Generic, TypeVar
 
+from pose_core.counters import Counters
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 
-LONGEST_NS = 30_000_000_000  # older samples are discarded
+LONGEST_NS = 30_000_000_000  # [ns] older samples are discarded
+DISCARDED_SKELETONS = "skeletons_discarded_before_extrinsics"
+DISCARDED_IMU_SAMPLES = "imu_samples_discarded_before_extrinsics"
+COUNTERS = (DISCARDED_SKELETONS, DISCARDED_IMU_SAMPLES)
+
+S = TypeVar("S", SkeletonSample, Sequence[SkeletonSample])
 
 
-class SampleBuffer(deque[SkeletonSample | ImuBlock]):
-    """The samples of the last half minute."""
+class SampleBuffer(deque[S | ImuBlock], Generic[S]):
+    """The samples of the last half minute: one person's skeletons or whole frames, and IMUs'.
 
-    def add(self, sample: SkeletonSample | ImuBlock) -> None:
-        """Append a sample, and discard those that are too old."""
+    Args:
+        counters: Declares :data:`COUNTERS`, by which discarded samples are counted.
+    """
+
+    def __init__(self, counters: Counters) -> None:
+        super().__init__()
+        self._counters = counters
+
+    def add(self, sample: S | ImuBlock) -> None:
+        """Append a sample, which is not empty, and discard those that are too old."""
         self.append(sample)
         while abs(_stamp_ns(sample) - _stamp_ns(self[0])) > LONGEST_NS:
-            self.popleft()
+            discarded = self.popleft()
+            if isinstance(discarded, ImuBlock):
+                self._counters.add(DISCARDED_IMU_SAMPLES, len(discarded))
+            else:
+                count = 1 if isinstance(discarded, SkeletonSample) else len(discarded)
+                self._counters.add(DISCARDED_SKELETONS, count)
 
 
-def _stamp_ns(sample: SkeletonSample | ImuBlock) -> int:
-    return sample.stamp_ns if isinstance(sample, SkeletonSample) else int(sample.stamps_ns[-1])
+def _stamp_ns(sample: SkeletonSample | Sequence[SkeletonSample] | ImuBlock) -> int:
+    if isinstance(sample, ImuBlock):
+        return int(sample.stamps_ns[-1])
+    return sample.stamp_ns if isinstance(sample, SkeletonSample) else sample[0].stamp_ns

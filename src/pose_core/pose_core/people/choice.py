@@ -1,4 +1,4 @@
-"""Whom to follow where one person is wanted."""
+"""Choice of one person among several."""
 
 from collections.abc import Sequence
 
@@ -33,8 +33,8 @@ class PersonChoice:
         self.number: int | None = None  # of the chosen person
         self._nearer: tuple[int, int] | None = None  # who, and since when [ns]
 
-    def follow(self, rule: str) -> None:
-        """Choose anew, by another rule."""
+    def choose_by(self, rule: str) -> None:
+        """Choose by another rule from now on."""
         self.rule, self.number, self._nearer = rule or FIRST, None, None
 
     def update(

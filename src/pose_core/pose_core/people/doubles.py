@@ -49,8 +49,8 @@ class Doubles:
 
 def _seen_apart(one: PersonTrack, other: PersonTrack, stamp_ns: int) -> bool:
     """Whether a sensor sees both."""
-    seeing = [
+    sensors = [
         {name for name, view in t.views.items() if stamp_ns - view.stamp_ns < SEES_S * 1e9}
         for t in (one, other)
     ]
-    return bool(seeing[0] & seeing[1])
+    return bool(sensors[0] & sensors[1])

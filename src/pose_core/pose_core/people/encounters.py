@@ -50,6 +50,6 @@ class Encounters:
 
 def _are_measured(one: PersonTrack, other: PersonTrack) -> bool:
     return all(
-        each.fresh is not None and each.fresh.measurements >= WINDOW_MEASUREMENTS
+        each.recent_size is not None and each.recent_size.measurements >= WINDOW_MEASUREMENTS
         for each in (one, other)
     )

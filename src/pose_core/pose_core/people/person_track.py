@@ -40,11 +40,11 @@ class PersonTrack:
     number: int
     presence: Presence
     born_ns: int  # [ns]
-    seen_ns: int  # [ns]
+    last_seen_ns: int  # [ns]
     positions: FloatArray  # (15, 3) [m], NaN where never seen
     velocity: FloatArray = field(default_factory=lambda: np.zeros(3))  # [m/s]
     size: BodySize = field(default_factory=BodySize)
-    fresh: BodySize | None = None  # measured since they came back, until they are recognised
+    recent_size: BodySize | None = None  # measured since they came back, until they are recognised
     returned_ns: int = 0  # [ns]
     views: dict[str, SensorView] = field(default_factory=dict)  # by sensor
     held: list[SkeletonSample] = field(default_factory=list)  # of a tentative person
@@ -60,7 +60,7 @@ class PersonTrack:
 
     def unseen_s(self, stamp_ns: int) -> float:
         """For how long nobody has seen them [s]."""
-        return max(0, stamp_ns - self.seen_ns) / NS_PER_S
+        return max(0, stamp_ns - self.last_seen_ns) / NS_PER_S
 
     def unplaced_s(self, stamp_ns: int) -> float:
         """For how long nobody has looked where they are [s]."""
@@ -79,7 +79,7 @@ class PersonTrack:
 
     def note(self, sample: SkeletonSample, stamp_ns: int) -> None:
         """A sensor has seen them, under this id."""
-        self.seen_ns = max(self.seen_ns, stamp_ns)
+        self.last_seen_ns = max(self.last_seen_ns, stamp_ns)
         self.frames += 1
         self.views[sample.sensor] = SensorView(sample.person, stamp_ns)
 
@@ -87,7 +87,7 @@ class PersonTrack:
         """Each is the other person: who they are changes, where they are does not."""
         self.number, other.number = other.number, self.number
         self.size, other.size = other.size, self.size
-        self.fresh = other.fresh = None
+        self.recent_size = other.recent_size = None
 
     def _measure_velocity(self, stamp_ns: int, positions: FloatArray) -> None:
         here = centre(positions)

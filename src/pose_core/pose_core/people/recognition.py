@@ -53,7 +53,7 @@ class Recognition:
     def _cost(self, newcomer: PersonTrack, away: PersonTrack, stamp_ns: int) -> float:
         """How little speaks for them being one; infinite: they are two."""
         off = newcomer.size.disagreement(away.size)
-        gone_s = (newcomer.born_ns - away.seen_ns) * 1e-9
+        gone_s = (newcomer.born_ns - away.last_seen_ns) * 1e-9
         has_just_left = gone_s < JUST_LEFT_S
         if off > (SAME_SIZE if has_just_left else SAME_SIZE_LATER):
             return float("inf")
@@ -69,7 +69,7 @@ class Recognition:
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only person who is known can have come here since they were seen."""
-        gone_s = (stamp_ns - away.seen_ns) * 1e-9
+        gone_s = (stamp_ns - away.last_seen_ns) * 1e-9
         way = float(np.linalg.norm(centre(joints) - centre(away.positions)))
         return gone_s < JUST_LEFT_S and way < REACH_M + REACH_SPEED * max(gone_s, 0.0)
 
@@ -78,7 +78,7 @@ class Recognition:
         self._counters.add("came_back")
         track.presence = Presence.PRESENT
         track.move(stamp_ns, joints, anew=True)
-        track.fresh, track.returned_ns = BodySize(), stamp_ns
+        track.recent_size, track.returned_ns = BodySize(), stamp_ns
         self._doubts[track.number] = WINDOWS
 
     def return_as(self, known: PersonTrack, newcomer: PersonTrack, stamp_ns: int) -> None:
@@ -86,44 +86,48 @@ class Recognition:
         self.welcome(known, newcomer.positions, stamp_ns)
         known.velocity = newcomer.velocity
         known.views = {**known.views, **newcomer.views}
-        known.seen_ns = newcomer.seen_ns
-        known.fresh = newcomer.size
+        known.last_seen_ns = newcomer.last_seen_ns
+        known.recent_size = newcomer.size
 
     def settle(self, track: PersonTrack) -> None:
         """They are gone: what was measured of them last is not compared any more."""
-        track.fresh = None
+        track.recent_size = None
         self._doubts.pop(track.number, None)
 
     def measure(self, track: PersonTrack, sample: SkeletonSample, stamp_ns: int) -> bool:
         """Take a measurement of a person in sight; whether they are somebody else by now."""
-        if track.fresh is None:
-            track.fresh, track.returned_ns = BodySize(), stamp_ns
-        track.fresh.add(sample)
+        if track.recent_size is None:
+            track.recent_size, track.returned_ns = BodySize(), stamp_ns
+        track.recent_size.add(sample)
         too_early = stamp_ns - track.returned_ns < WINDOW_S * 1e9
-        if too_early or track.fresh.measurements < WINDOW_MEASUREMENTS:
+        if too_early or track.recent_size.measurements < WINDOW_MEASUREMENTS:
             return False
-        off = track.fresh.disagreement(track.size)
+        off = track.recent_size.disagreement(track.size)
         if off > OTHER_SIZE:
             self._doubts[track.number] = self._doubts.get(track.number, 0) + 1
             if self._doubts[track.number] >= WINDOWS:
                 return True
         else:
-            track.size.merge(track.fresh)
+            track.size.merge(track.recent_size)
             self._doubts.pop(track.number, None)
-        track.fresh = None
+        track.recent_size = None
         return False
 
     def doubt(self, track: PersonTrack, stamp_ns: int) -> None:
         """They have been so near to somebody that they may be the other one by now."""
-        track.fresh, track.returned_ns = BodySize(), stamp_ns
+        track.recent_size, track.returned_ns = BodySize(), stamp_ns
         self._doubts[track.number] = WINDOWS
 
     def are_exchanged(self, one: PersonTrack, other: PersonTrack) -> bool:
         """Whether two who met have each other's size since."""
-        if one.fresh is None or other.fresh is None:
+        if one.recent_size is None or other.recent_size is None:
             return False
-        as_they_are = one.fresh.disagreement(one.size) + other.fresh.disagreement(other.size)
-        exchanged = one.fresh.disagreement(other.size) + other.fresh.disagreement(one.size)
+        as_they_are = one.recent_size.disagreement(one.size) + other.recent_size.disagreement(
+            other.size
+        )
+        exchanged = one.recent_size.disagreement(other.size) + other.recent_size.disagreement(
+            one.size
+        )
         return bool(exchanged + EXCHANGED < as_they_are)
 
     def is_settled(self, track: PersonTrack) -> bool:
@@ -136,10 +140,10 @@ class Recognition:
             number=number,
             presence=Presence.PRESENT,
             born_ns=track.returned_ns,
-            seen_ns=track.seen_ns,
+            last_seen_ns=track.last_seen_ns,
             positions=track.positions,
             velocity=track.velocity,
-            size=track.fresh or BodySize(),
+            size=track.recent_size or BodySize(),
             views=track.views,
             frames=track.frames,
         )

@@ -1,10 +1,10 @@
-r"""Who wears the IMUs: the person whose limbs move as they do.
+r"""Search for the person who wears the IMUs, from the inclination of the limbs.
 
-How steeply a limb stands is told by both: by the cameras as :math:`u \cdot b(t)`, with :math:`u`
-the vertical and :math:`b` the limb's direction, and by an IMU on it as :math:`a \cdot g(t)`, with
-:math:`g` the vertical in the sensor and :math:`a` the limb's direction there. Whatever the unknown
-constant :math:`a`, and without any heading, the share of :math:`u \cdot b` that a linear
-combination of :math:`g` explains says how well a person and an IMU agree:
+Cameras measure a limb's inclination as :math:`u \cdot b(t)`, with :math:`u` the vertical and
+:math:`b` the limb's direction; an IMU on it measures :math:`a \cdot g(t)`, with :math:`g` the
+vertical in the sensor and :math:`a` the limb's direction there. For an unknown constant :math:`a`,
+and without any heading, person and IMU agree by the share of :math:`u \cdot b` that a linear
+combination of :math:`g` explains:
 
 .. math:: 1 - \min_{a, c} \sum_t (s - a \cdot g - c)^2 / \sum_t (s - \bar s)^2,
     \quad s = u \cdot b
@@ -18,43 +18,38 @@ from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 from pose_core.streams.samples import FloatArray, ImuBlock
 
 MEMORY_S = 8.0  # [s] over which agreement fades
-FELT_WITHIN_NS = 60_000_000  # [ns] of a frame
+IMU_WITHIN_NS = 60_000_000  # [ns] of a frame
 LEAST_FRAMES = 60.0  # [-] of a limb
-LEAST_SWING = 0.05  # [-] standard deviation of a limb's steepness, over all limbs
+LEAST_SWING = 0.05  # [-] standard deviation of a limb's inclination, over all limbs
 LEAST_AGREEMENT = 0.5  # [-] share of the motion that the IMUs explain
 LEAST_LEAD = 0.2  # [-] by which they must explain one person's better than anybody else's
 
 
 class WearerSearch:
-    """Compares what IMUs feel with how everybody's limbs move."""
+    """Compares the IMUs' orientations with the motion of everybody's limbs."""
 
     def __init__(self) -> None:
-        self._felt: dict[str, tuple[int, FloatArray]] = {}  # newest stamp, vertical in the sensor
+        self._verticals: dict[str, tuple[int, FloatArray]] = {}  # newest stamp [ns], in the sensor
         self._sums: dict[tuple[int, str], FloatArray] = {}  # normal equations, (5, 5)
         self._last_ns: dict[int, int] = {}
 
-    @property
-    def has_imus(self) -> bool:
-        """Whether an IMU has spoken."""
-        return bool(self._felt)
-
     def add_imus(self, block: ImuBlock) -> None:
-        """Take what IMUs felt; of each the newest counts."""
+        """Add IMU samples; only the newest of each is used."""
         newest = {int(imu): row for row, imu in enumerate(block.imu)}
         for imu, row in newest.items():
             x, y, z, w = block.orientation[row]
             up = np.array(
                 [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)]
             )
-            self._felt[block.segments[imu]] = int(block.stamps_ns[row]), up
+            self._verticals[block.segments[imu]] = int(block.stamps_ns[row]), up
 
     def add(self, number: int, stamp_ns: int, joints: FloatArray) -> None:
-        """Take where a person's joints are in ``map``, (15, 3) [m]."""
+        """Add a person's joints in ``map`` [m], shape (15, 3)."""
         since_s = max(0, stamp_ns - self._last_ns.get(number, stamp_ns)) * 1e-9
         self._last_ns[number] = stamp_ns
         fade = float(np.exp(-since_s / MEMORY_S))
-        for segment, (felt_ns, up) in self._felt.items():
-            if segment not in SEGMENT_ENDS or abs(felt_ns - stamp_ns) > FELT_WITHIN_NS:
+        for segment, (imu_ns, up) in self._verticals.items():
+            if segment not in SEGMENT_ENDS or abs(imu_ns - stamp_ns) > IMU_WITHIN_NS:
                 continue
             start, end = (JOINT_INDEX[name] for name in SEGMENT_ENDS[segment])
             limb = joints[end] - joints[start]
@@ -67,7 +62,7 @@ class WearerSearch:
             sums += np.outer(row, row)
 
     def agreements(self) -> Mapping[int, float]:
-        """By person, the share of the limbs' motion that the IMUs explain."""
+        """Share of the limbs' motion that the IMUs explain, by person [-]."""
         totals: dict[int, list[float]] = {}
         for (number, _), sums in self._sums.items():
             count = sums[3, 3]
@@ -87,7 +82,7 @@ class WearerSearch:
         }
 
     def wearer(self) -> int | None:
-        """Who wears them, where that is clear."""
+        """The person who wears them; ``None`` if that is not clear."""
         agreements = self.agreements()
         if not agreements:
             return None

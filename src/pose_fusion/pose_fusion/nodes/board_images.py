@@ -1,6 +1,6 @@
 """Live images for the calibration with a board."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -71,7 +71,6 @@ def collect_live(
     topics: Mapping[str, str],
     info_topics: Mapping[str, str],
     on_progress: Callable[[str], None],
-    arguments: Sequence[str] = (),
 ) -> dict[str, Camera]:
     """Watch image topics until the collector has enough, or the user stops it.
 
@@ -80,12 +79,11 @@ def collect_live(
         topics: Image topic by camera.
         info_topics: CameraInfo topic by camera.
         on_progress: Told now and then what is wrong or missing.
-        arguments: ROS arguments.
 
     Returns:
         The intrinsics that the cameras announced.
     """
-    rclpy.init(args=list(arguments))
+    rclpy.init(args=[])
     node = BoardImagesNode(collector, topics, info_topics)
     try:
         while collector.missing:

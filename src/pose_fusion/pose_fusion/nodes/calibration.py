@@ -76,7 +76,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
         )
         self._trouble = ""
-        self._told_clocks: tuple[str, ...] = ()
+        self._published_sources: tuple[str, ...] = ()
         kept = latched(len(parameters.sensors))
         self._extrinsics_publisher = self.create_publisher(TransformStamped, "extrinsics", kept)
         self._clock_publisher = self.create_publisher(TimeReference, "clock_offsets", kept)
@@ -173,11 +173,11 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self.get_logger().info(self._calibration.status)
 
     def _publish_clocks(self, clocks: Clocks) -> None:
-        # A source that was told of before, and agrees by now, is told of again.
-        told = {source: Clock() for source in self._told_clocks} | dict(clocks)
-        self._told_clocks = tuple(told)
+        # A source that was published before, and agrees by now, is published again.
+        published = {source: Clock() for source in self._published_sources} | dict(clocks)
+        self._published_sources = tuple(published)
         stamp_ns = self.get_clock().now().nanoseconds
-        for message in to_clock_messages(told, stamp_ns):
+        for message in to_clock_messages(published, stamp_ns):
             self._clock_publisher.publish(message)
 
     def _save(self, file: Path, extrinsics: Extrinsics) -> bool:

@@ -1,6 +1,5 @@
 """The fusion node: skeletons and IMUs in, the pose of one person or several out."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -9,11 +8,9 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, TimeReference
-from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
@@ -21,7 +18,6 @@ from pose_calibration.imus.section import load_alignments_if_any
 from pose_core.api import (
     BodyShape,
     EstimateBlock,
-    Extrinsics,
     FusionParameters,
     PeoplePipeline,
     SkeletonSample,
@@ -30,16 +26,14 @@ from pose_core.api import (
     extrinsics_from_map,
     has_output_rate,
     load_body_shape,
-    make_urdf,
     save_body_shape,
     warm_up,
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENTS
-from pose_core.stamps import NS_PER_S
-from pose_fusion.conversions import body_topics, to_string, urdf_topic
-from pose_fusion.estimate_bytes import EstimateBytes
+from pose_fusion.nodes.body_publishers import BodyPublishers
+from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, waiting
 from pose_fusion.nodes.qos import latched
 from pose_fusion.unused_sensors import unused_sensors
@@ -49,9 +43,7 @@ from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_io.clock_messages import clock_of
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import transforms_to_map
-from pose_io.typestore import make_typestore
 from pose_node.kept import KeptPerson, kept_file
-from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
@@ -67,18 +59,18 @@ LATCHED_QOS = latched(QUEUE)
 
 
 class FusionNode(ManagedNode[FusionParameters]):
-    """Feeds a :class:`PeoplePipeline` and publishes what it says.
+    """Feeds a :class:`PeoplePipeline` and publishes its estimates.
 
     Args:
-        **options: Of :class:`rclpy.node.Node`.
+        **options: As for ``rclpy.node.Node``.
     """
 
     def __init__(self, **options: Any) -> None:
-        self._body_publishers: dict[str, dict[str, Publisher]] = {}  # by body and topic
+        self._bodies: BodyPublishers | None = None
         super().__init__("fusion", FusionParameters, **options)
 
     def configure(self) -> None:
-        """Make the pipeline, load what is known of cameras, person and IMUs."""
+        """Make the pipeline, load the files of extrinsics, body shape and IMU alignments."""
         if estimator_class(self.settings.estimator).NEEDS_FUTURE:
             raise ParameterError(
                 f"estimator = {self.settings.estimator} looks ahead, which a live node cannot: "
@@ -94,15 +86,13 @@ class FusionNode(ManagedNode[FusionParameters]):
             "malformed_transforms",
         )
         self._static_transforms: dict[str, TransformStamped] = {}
-        self._announced_shapes: dict[str, BodyShape] = {}  # by body
-        self._typestore = make_typestore()
-        self._bytes: dict[str, EstimateBytes] = {}  # by body
-        self._latency_s = 0.0
+        self._person = self._kept_person.load() or self.settings.person
         self._make_pipeline()
-        self.changes["person"] = lambda person: self.pipeline.follow(person)
+        self.changes["person"] = self._choose
         prepare_reading()
-        self._bytes_of(self.settings.subject)
-        self._open_body(self.settings.subject)
+        model = self.pipeline.subject.model
+        self._bodies = BodyPublishers(self, model, warm_up(self.settings.estimator, model))
+        self._bodies.open(self.settings.subject)
         self._load_files()
 
     def activate(self) -> None:
@@ -121,17 +111,15 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._subscribe()
 
     def deactivate(self) -> None:
-        """Cameras' places, the person's body and the IMUs' alignment stay."""
+        """Keep the pipeline, with extrinsics, body shape and IMU alignments."""
 
     def cleanup(self) -> None:
-        """They go with the next pipeline; of the publishers, those of people who came later."""
-        for publishers in self._body_publishers.values():
-            for publisher in publishers.values():
-                self.destroy_publisher(publisher)
-        self._body_publishers.clear()
+        """Destroy the publishers of people who came after configuring, too."""
+        if self._bodies is not None:
+            self._bodies.destroy()
 
     def restart_time(self) -> None:
-        """Begin anew, of the same person before the same cameras: stamps come again."""
+        """Begin anew with the same person and the same cameras: stamps come again."""
         before = self.pipeline
         self._make_pipeline()
         if before.subject.extrinsics is not None:
@@ -139,45 +127,34 @@ class FusionNode(ManagedNode[FusionParameters]):
         shape = before.shape_of(self.settings.subject)
         if shape is not None:
             self.pipeline.use_shape(shape)
-        self.pipeline.use_sensor_to_segment(self._mountings)
+        self.pipeline.use_sensor_to_segment(self._alignments)
 
     def _make_pipeline(self) -> None:
-        self.pipeline = PeoplePipeline(self.settings, self._send, is_live=True)
+        parameters = replace(self.settings, person=self._person)
+        self.pipeline = PeoplePipeline(parameters, self._publish, is_live=True)
         self._judge = StampJudge() if has_output_rate(self.settings) else None
         self._stages = LatencyStages()  # of the reference sensor's frames
-        self._reported_estimates = 0
-
-    def _bytes_of(self, body_id: str) -> EstimateBytes:
-        """What makes a body's messages, used once: nothing is compiled at the first publication."""
-        if body_id not in self._bytes:
-            example = warm_up(self.settings.estimator, self.pipeline.model)
-            model, typestore = self.pipeline.model, self._typestore
-            self._bytes[body_id] = made = EstimateBytes(model, body_id, typestore, example[0])
-            for _ in made.write(example, np.zeros(len(example))):
-                pass
-        return self._bytes[body_id]
+        self._reporter = FusionReporter(self.pipeline, self._judge, self._stages, self._counters)
 
     def _load_files(self) -> None:
         parameters, pipeline = self.settings, self.pipeline
-        chosen = self._kept_person.load()
-        if chosen:
-            pipeline.follow(chosen)
         if parameters.extrinsics_file:
             path = Path(parameters.extrinsics_file)
             pipeline.place_sensors(load_extrinsics_of(path, parameters.sensors))
         if self._shape_path is not None and self._shape_path.exists():
-            pipeline.use_shape(load_body_shape(self._shape_path, pipeline.model))
-            self._announce_shape()
-        name, mountings = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
-        self._mountings = mountings
-        pipeline.use_sensor_to_segment(mountings)
-        if mountings or parameters.imus_file:
-            known = ", ".join(mountings) or "none: each is aligned from motion"
-            self.get_logger().info(f"IMUs whose mounting {name} tells: {known}")
+            pipeline.use_shape(load_body_shape(self._shape_path, pipeline.subject.model))
+            self._publish_shapes()
+        name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+        self._alignments = alignments
+        pipeline.use_sensor_to_segment(alignments)
+        if alignments or parameters.imus_file:
+            known = ", ".join(alignments) or "none: each is aligned from motion"
+            self.get_logger().info(f"IMUs whose alignment is from {name}: {known}")
 
-    def _follow(self, person: str) -> None:
-        """Follow this person from now on, also after a death of this node."""
-        self.pipeline.follow(person)
+    def _choose(self, person: str) -> None:
+        """Choose the subject by this rule from now on, also after a restart of this node."""
+        self._person = person
+        self.pipeline.choice.choose_by(person)
         self._kept_person.save(person)
 
     def _subscribe(self) -> None:
@@ -195,24 +172,23 @@ class FusionNode(ManagedNode[FusionParameters]):
 
     def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
         taken_ns = self.get_clock().now().nanoseconds
-        # What the IMUs have sent until now is known first.
-        self._take_imus()
-        # Sensors of one phase deliver together: to be woken for each costs more than to look.
+        self._take_imus()  # what they have sent until now comes before the frame
+        # Sensors of one phase deliver together: an own wake-up for each costs more than a look.
         frames = [(sensor, data, info)]
         for other, subscription in self._cameras.items():
             frames += [(other, more, noted) for more, noted in waiting(subscription)]
-        seen = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
+        read = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
         # After a pause each queue holds many: in the order of their stamps, not camera by camera.
-        for persons in sorted(seen, key=lambda persons: persons[0].stamp_ns if persons else 0):
-            self.pipeline.add_frame(persons)
+        for persons in sorted(read, key=lambda persons: persons[0].stamp_ns if persons else 0):
+            self.pipeline.add(persons)
         if self.pipeline.holds_frames:
             self._patience.reset()
-        self._learn()
+        self._calibrate_session()
 
     def _persons_of(
         self, sensor: str, data: bytes, info: dict[str, Any], taken_ns: int
     ) -> list[tuple[SkeletonSample, ...]]:
-        """Everybody in a camera's message; of a message that cannot be used, no frame."""
+        """Everybody in a camera's message, as one frame; no frame if it cannot be used."""
         (persons,) = self._readers[sensor].read([data])
         if isinstance(persons, InputError):
             self._counters.add("malformed_skeletons")
@@ -233,7 +209,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         return [tuple(persons)]
 
     def _time_of(self, info: dict[str, Any], what: str, taken_ns: int) -> int:
-        """A time that the middleware notes [ns]; by simulated time, when it was taken."""
+        """A time that the middleware reports [ns]; in simulated time, ``taken_ns``."""
         is_known = not self.get_clock().ros_time_is_active and info.get(what, 0) > 0
         return int(info[what]) if is_known else taken_ns
 
@@ -241,7 +217,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._patience.cancel()
         self._take_imus()
         self.pipeline.wait_no_longer()
-        self._learn()
+        self._calibrate_session()
 
     def _take_imus(self) -> None:
         datas = self._imus.take()
@@ -253,7 +229,7 @@ class FusionNode(ManagedNode[FusionParameters]):
                 now_ns = self.get_clock().now().nanoseconds
                 block = self._judge.imus(block, now_ns, self.pipeline.clocks)
             if len(block):
-                self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns)))
+                self.pipeline.add(block.rows(np.argsort(block.stamps_ns)))
 
     def _on_tf_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
@@ -265,9 +241,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
         if all(sensor in placed for sensor in self.settings.sensors):
-            extrinsics: Extrinsics = extrinsics_from_map(
-                {sensor: placed[sensor] for sensor in self.settings.sensors}
-            )
+            extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
             self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
 
     def _on_clock(self, message: TimeReference) -> None:
@@ -277,49 +251,27 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._take_imus()
         self.pipeline.publish_until(self.get_clock().now().nanoseconds)
 
-    def _learn(self) -> None:
-        """What may wait until the estimate has gone out."""
+    def _calibrate_session(self) -> None:
+        """Do what may wait until the estimate has been published."""
         self.pipeline.calibrate_session()
-        self._announce_shape()
+        self._publish_shapes()
 
-    def _open_body(self, body_id: str) -> dict[str, Publisher]:
-        """The publishers of a body, made when it is first spoken of."""
-        opened = self._body_publishers.get(body_id)
-        if opened is None:
-            types = {urdf_topic(body_id): String, **body_topics(body_id)}
-            opened = {
-                topic: self.create_publisher(
-                    # Relative: in a namespace, all of a graph is in it.
-                    each,
-                    topic.lstrip("/"),
-                    LATCHED_QOS if topic == urdf_topic(body_id) else 10,
-                )
-                for topic, each in types.items()
-            }
-            self._body_publishers[body_id] = opened
-        return opened
-
-    def _send(self, body_id: str, estimates: EstimateBlock) -> None:
-        now_ns = self.get_clock().now().nanoseconds
-        # Clocks are put right to within some milliseconds: a sample may seem to be of later.
-        latencies_s = np.maximum(now_ns - estimates.newest_ns, 0) / NS_PER_S
-        publishers = self._open_body(body_id)
-        for topic, rows in self._bytes_of(body_id).write(estimates, latencies_s):
-            for data in rows:
-                publishers[topic].publish(data.tobytes())
+    def _publish(self, body_id: str, estimates: EstimateBlock) -> None:
+        if self._bodies is None:
+            raise RuntimeError("the node is not configured")
+        latency_s = self._bodies.publish(body_id, estimates)
         if body_id == self.settings.subject:
-            self._latency_s = float(latencies_s[-1])
+            self._reporter.latency_s = latency_s
             self._stages.note_output(self.get_clock().now().nanoseconds)
 
-    def _announce_shape(self) -> None:
-        """Publish each person's tree, and save the subject's measures, once they are known."""
+    def _publish_shapes(self) -> None:
+        """Publish each person's kinematic tree and save the subject's shape, once known."""
+        if self._bodies is None:
+            raise RuntimeError("the node is not configured")
         for body_id in {self.settings.subject, *self.pipeline.people}:
             shape = self.pipeline.shape_of(body_id)
-            if shape is None or shape is self._announced_shapes.get(body_id):
+            if shape is None or not self._bodies.publish_shape(body_id, shape):
                 continue
-            self._announced_shapes[body_id] = shape
-            urdf = make_urdf(self.pipeline.model, shape, body_id)
-            self._open_body(body_id)[urdf_topic(body_id)].publish(to_string(urdf))
             if body_id == self.settings.subject:
                 self._save_shape(shape)
 
@@ -327,75 +279,15 @@ class FusionNode(ManagedNode[FusionParameters]):
         path = self._shape_path
         if path is not None and not path.exists():
             try:
-                save_body_shape(path, self.pipeline.model, shape, self.settings.subject)
+                save_body_shape(path, self.pipeline.subject.model, shape, self.settings.subject)
             except InputError as error:
                 self.get_logger().error(str(error))
 
     def report(self) -> Report:
-        """Whether the person is tracked, from what, and how late."""
-        counts = self.pipeline.counters.as_dict()
-        estimates = counts["estimates"]
-        is_tracking = estimates > self._reported_estimates
-        self._reported_estimates = estimates
-        message = self.pipeline.status
-        if message == "tracking" and not is_tracking:
-            message = "no skeletons: the sensors see nobody, or are silent"
-        imus, uses = self.pipeline.subject.imus, self.pipeline.imu_uses
-        idle = [use for use in uses if use.reason]
-        if is_tracking and idle:
-            message = f"tracking without the IMU on {idle[0]}"
-            if len(idle) > 1:
-                message += f"; {len(idle) - 1} more, see the values"
-        unused = self._unused_sensors()
-        set_aside = self._judge.set_aside if self._judge is not None else {}
-        for source, reason in set_aside.items():
-            message += f"; {source} is set aside: its {reason}"
-        if self.pipeline.others:
-            message += f"; {self.pipeline.others} more people in sight, not followed"
-        if unused:
-            message += f"; not used: {', '.join(unused)}, add it to sensors"
-        return Report(
-            level=Level.OK if is_tracking and not idle and not set_aside else Level.WARN,
-            message=message,
-            values={
-                "estimator": self.settings.estimator,
-                "sensors": ", ".join(self.settings.sensors),
-                "sensors_not_used": ", ".join(unused) or "none",
-                "latency_s": f"{self._latency_s:.4f}",
-                **self._stages.as_dict(),
-                **{
-                    f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
-                    for source, clock in self.pipeline.clocks.items()
-                },
-                "imus": ", ".join(imus.segments) or "none",
-                "imus_aligned": ", ".join(u.segment for u in uses if u.is_aligned) or "none",
-                **{f"imu/{use.segment}": str(use) for use in uses},
-                **counts,
-                **imus.counters.as_dict(),
-                **self._counters.as_dict(),
-                **self._clock_values(set_aside),
-                "people": ", ".join(self.pipeline.people) or "none",
-                "people_not_followed": self.pipeline.others,
-                **{f"people/{name}": n for name, n in self.pipeline.people_counts.items()},
-                **self.pipeline.subject.aligner.counters.as_dict("alignment/"),
-            },
-        )
-
-    def _clock_values(self, set_aside: Mapping[str, str]) -> dict[str, str | int]:
-        """What has become of the sources' stamps."""
-        if self._judge is None:
-            return {}
-        leapt = self._judge.offsets_s.items()
-        return {
-            "sources_set_aside": "; ".join(f"{s}: {r}" for s, r in set_aside.items()) or "none",
-            **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in leapt},
-            **self._judge.counters.as_dict(),
-        }
-
-    def _unused_sensors(self) -> tuple[str, ...]:
-        """Cameras that publish and are not used; the graph lists what we subscribe to as well."""
+        """Whether the person is tracked, by which sensors, and how late."""
         topics = self.get_topic_names_and_types()
-        return unused_sensors(topics, self.settings.sensors, self.get_namespace())
+        unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
+        return self._reporter.report(unused)
 
 
 def main() -> None:

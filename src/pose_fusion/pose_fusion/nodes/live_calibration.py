@@ -1,7 +1,7 @@
 """The calibration node run until it is done, for ``./pose calibrate live``."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
@@ -20,7 +20,6 @@ def calibrate_live(
     parameters: dict[str, object],
     timeout_s: float,
     on_progress: Callable[[LiveCalibration], None],
-    arguments: Sequence[str] = (),
 ) -> Extrinsics:
     """Calibrate from the running sensors.
 
@@ -28,12 +27,11 @@ def calibrate_live(
         parameters: Of the calibration node, those that differ from the defaults.
         timeout_s: How long to wait [s] in all.
         on_progress: Told now and then how far it is.
-        arguments: ROS arguments.
 
     Raises:
         CalibrationError: If nothing could be found in time; the message says what was missing.
     """
-    rclpy.init(args=list(arguments))
+    rclpy.init(args=[])
     node = None
     try:
         node = CalibrationNode(

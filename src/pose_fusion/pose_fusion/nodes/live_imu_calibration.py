@@ -29,6 +29,7 @@ from pose_core.api import (
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
+from pose_core.fusion import sample_buffer
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
@@ -48,7 +49,7 @@ SENSOR_QOS = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 class ImuCalibrationNode(Node):
     """Feeds an :class:`ImuCalibration`, once it is known where the Kinects are.
 
-    What the last half minute before held is caught up on: the neutral stand may have been then.
+    What the last half minute before held is caught up on: the N-pose may have been then.
 
     Args:
         parameters: Of the calibration.
@@ -62,11 +63,13 @@ class ImuCalibrationNode(Node):
         self._settings = parameters
         self.extrinsics = extrinsics
         self.calibration: ImuCalibration | None = None
-        self.counters = Counters("malformed_frames", "imu_without_orientation")
+        self.counters = Counters(
+            "malformed_frames", "imu_without_orientation", *sample_buffer.COUNTERS
+        )
         self._selector = ChosenPerson(parameters.person, extrinsics)
         self._transforms: dict[str, TransformStamped] = {}
         self._clocks: dict[str, Clock] = {}
-        self._waiting = SampleBuffer()
+        self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(self.counters)
         self._imus = Inbox(self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, SENSOR_QOS)
         for sensor in parameters.sensors:
             self.create_subscription(
@@ -174,6 +177,9 @@ def calibrate_imus_live(
                 break
         if node.calibration is None or node.extrinsics is None:
             raise CalibrationError(f"not calibrated within {timeout_s:.0f} s: {node.missing}")
+        unused = [f"{count} {why}" for why, count in node.counters.as_dict().items() if count]
+        if unused:
+            node.get_logger().warning(f"not used: {', '.join(unused)}")
         return node.calibration.finish(), node.extrinsics
     except (ExternalShutdownException, RCLError):
         # A signal ends the context at once, also while the node is made.

@@ -108,9 +108,9 @@ def residual_table(result: ImuCalibrationResult) -> Table:
     table.add_column("segment")
     for heading in ("tilt", "turn", "against the cameras"):
         table.add_column(heading, justify="right")
-    for segment, mounting in result.mountings.items():
-        tilt, turn = mounting.stddev[:2].max(), mounting.stddev[2]
-        table.add_row(segment, *(_degrees(each) for each in (tilt, turn, mounting.residual)))
+    for segment, alignment in result.alignments.items():
+        tilt, turn = alignment.stddev[:2].max(), alignment.stddev[2]
+        table.add_row(segment, *(_degrees(each) for each in (tilt, turn, alignment.residual)))
     return table
 
 
@@ -125,14 +125,14 @@ def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalib
         *columns, console=console, transient=True, disable=not console.is_terminal
     ) as progress:
         task = progress.add_task("", total=1.0)
-        told = ""
+        last_words = ""
 
         def show(share: float, text: str) -> None:
-            nonlocal told
+            nonlocal last_words
             progress.update(task, completed=share, description=text)
             words = text.split(" (")[0]
-            if not console.is_terminal and words != told:
-                told = words
+            if not console.is_terminal and words != last_words:
+                last_words = words
                 console.print(f"{share:.0%}  {text}", soft_wrap=True)
 
         return work(show)

@@ -108,10 +108,6 @@ class Monitor:
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
-    def with_value(self, key: str) -> dict[str, NodeStatus]:
-        """The nodes that report a value of this name."""
-        return {name: node for name, node in self.nodes.items() if key in node.values}
-
     def stop(self) -> None:
         """End the process."""
         stop(self._process)
@@ -219,8 +215,8 @@ class LiveGraph:
         """With the line that tells most: an error, else a process that failed, else the last."""
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         marks = ("error: ", "Error: ", " has died (", "failed: ")
-        telling = [line for mark in marks for line in lines if mark in line] or lines[-1:]
-        why = telling[0] if telling else "it said nothing"
+        marked = [line for mark in marks for line in lines if mark in line] or lines[-1:]
+        why = marked[0] if marked else "it said nothing"
         return GraphError(f"{what}: {why} (all its output: {self._log})")
 
 

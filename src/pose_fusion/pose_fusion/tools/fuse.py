@@ -95,8 +95,8 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
     placed = read_extrinsics(bag)
     if all(sensor in placed for sensor in parameters.sensors):
         clocks = read_clocks(bag)
-        told = f", clocks of {', '.join(clocks)} from its clock_offsets" if clocks else ""
-        console.print(f"extrinsics: from the bag's /tf_static{told}")
+        remark = f", clocks of {', '.join(clocks)} from its clock_offsets" if clocks else ""
+        console.print(f"extrinsics: from the bag's /tf_static{remark}")
         extrinsics = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
         return replace(extrinsics, clocks=clocks)
     console.print("extrinsics: none in the bag, estimating them from its motion")
@@ -123,7 +123,7 @@ class EstimateWriter:
         """Append all messages of one person's estimates, stamped with their instants."""
         if self.pipeline is None:
             raise RuntimeError("the pipeline is to be set first")
-        model, stamp_ns = self.pipeline.model, int(block.stamps_ns[0])
+        model, stamp_ns = self.pipeline.subject.model, int(block.stamps_ns[0])
         if not self._bytes:
             self._write_places(self.pipeline, stamp_ns)
         if body_id not in self._bytes:
@@ -166,11 +166,11 @@ def make_pipeline(
     """The chain, with what the parameters' files say."""
     pipeline = PeoplePipeline(parameters, outlet, extrinsics)
     if parameters.shape_file and Path(parameters.shape_file).exists():
-        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.model))
-    name, mountings = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
-    pipeline.use_sensor_to_segment(mountings)
-    if mountings:
-        console.print(f"IMUs' mountings: from {name}, of {', '.join(mountings)}")
+        pipeline.use_shape(load_body_shape(Path(parameters.shape_file), pipeline.subject.model))
+    name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
+    pipeline.use_sensor_to_segment(alignments)
+    if alignments:
+        console.print(f"IMUs' alignments: from {name}, of {', '.join(alignments)}")
     return pipeline
 
 
@@ -215,7 +215,7 @@ def fuse(
             )
         path, shape = Path(parameters.shape_file), pipeline.subject.shape
         if parameters.shape_file and shape is not None and not path.exists():
-            save_body_shape(path, pipeline.model, shape, parameters.subject)
+            save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
     return pipeline
 
 
@@ -265,7 +265,7 @@ def run() -> int | None:
     )
     for line in people_lines(pipeline):
         print(line)
-    for use in pipeline.imu_uses:
+    for use in pipeline.subject.imu_uses:
         print(f"  IMU {use}")
     return None
 

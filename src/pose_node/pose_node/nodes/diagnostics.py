@@ -27,13 +27,15 @@ class DiagnosticsPublisher:
     Args:
         node: The node that reports.
         report: Called once a second.
-        hardware_id: The device, if there is one; may change.
+
+    Attributes:
+        hardware_id: The device, if there is one.
     """
 
-    def __init__(self, node: Node, report: Callable[[], Report], hardware_id: str = "") -> None:
+    def __init__(self, node: Node, report: Callable[[], Report]) -> None:
         self._node = node
         self._report = report
-        self.hardware_id = hardware_id
+        self.hardware_id = ""
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._timer = steady_timer(node, PERIOD_S, self.publish)
 

@@ -8,7 +8,6 @@ for the same ones again.
 from collections.abc import Callable, Collection, Coroutine, Iterable, Iterator, Sequence
 from typing import Any
 
-from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -20,9 +19,9 @@ from rclpy.waitable import NumberOfEntities
 class QuickExecutor(SingleThreadedExecutor):
     """Spins nodes whose callbacks are plain functions."""
 
-    def __init__(self, *, context: Context | None = None) -> None:
+    def __init__(self) -> None:
         self._has_changed = True  # the base's __init__ may already wake
-        super().__init__(context=context)
+        super().__init__()
 
     def spin(self) -> None:
         """Call callbacks in this thread until the executor or the context is shut down.

@@ -71,7 +71,7 @@ def _stream(
     stamps = stamps + rng.uniform(0.0, 1.0 / model.rate)
     shape = (len(stamps), 3)
     axis = rng.standard_normal(3)
-    mounting = Rotation.from_rotvec(
+    alignment = Rotation.from_rotvec(
         rng.uniform(0.2, 1.0) * model.crooked * axis / np.linalg.norm(axis)
     )
     middle = np.clip(stamps, DIFFERENCE_S, times[-1] - DIFFERENCE_S)
@@ -79,13 +79,13 @@ def _stream(
     rate = gaussian_filter1d(turn.as_rotvec() / (2.0 * DIFFERENCE_S), 1.0, axis=0)
     speed = np.clip(np.linalg.norm(rate, axis=1, keepdims=True) / 3.0, 0.2, 2.0)
     skin = model.soft_tissue * speed * slow(shape, 0.15, model.rate, rng)
-    sensor = path(stamps) * Rotation.from_rotvec(skin) * mounting
+    sensor = path(stamps) * Rotation.from_rotvec(skin) * alignment
     walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(model.rate)
     heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
-    lean = np.zeros(shape)
-    lean[:, :2] = model.tilt * slow((len(stamps), 2), 5.0, model.rate, rng)
-    world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(lean)
-    gyroscope = mounting.inv().apply(rate) + model.gyro_bias * rng.standard_normal((1, 3))
+    tilt = np.zeros(shape)
+    tilt[:, :2] = model.tilt * slow((len(stamps), 2), 5.0, model.rate, rng)
+    world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(tilt)
+    gyroscope = alignment.inv().apply(rate) + model.gyro_bias * rng.standard_normal((1, 3))
     return ImuStream(
         segment=segment,
         stamps_s=stamps,

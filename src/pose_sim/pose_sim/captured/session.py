@@ -80,14 +80,14 @@ class CapturedSession:
                 timed.append((stamp_of(stamp_s), sample))
         for stream in self.imus if imus else ():
             for row, stamp_s in enumerate(stream.stamps_s.tolist()):
-                felt = ImuSample(
+                imu_sample = ImuSample(
                     stamp_ns=stamp_of(stamp_s),
                     segment=stream.segment,
                     orientation=stream.orientation[row],
                     orientation_stddev=np.array([0.02, 0.02, 0.2]),
                     angular_velocity=stream.angular_velocity[row],
                 )
-                timed.append((felt.stamp_ns, felt))
+                timed.append((imu_sample.stamp_ns, imu_sample))
         return sorted(timed, key=lambda each: each[0])
 
 

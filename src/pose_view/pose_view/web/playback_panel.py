@@ -23,14 +23,11 @@ class PlaybackPanel:
         server: Where it is shown.
         path: Of the recording.
         duration_s: How long it lasts [s].
-        rate: At first, how many times faster than it was recorded.
     """
 
-    def __init__(
-        self, server: LocalServer, path: Path, duration_s: float, rate: float = 1.0
-    ) -> None:
+    def __init__(self, server: LocalServer, path: Path, duration_s: float) -> None:
         self._duration_s = duration_s
-        self._clock = PlaybackClock(0, rate, paused=False, now_ns=time.monotonic_ns())
+        self._clock = PlaybackClock(0, 1.0, paused=False, now_ns=time.monotonic_ns())
         self._written_s = self._touched_s = 0.0
         gui = server.gui
         gui.add_html(f"<b>{escape(path.name)}</b>, {duration_s:.1f} s")
@@ -41,7 +38,7 @@ class PlaybackPanel:
         step = gui.add_button_group(
             "Step", tuple(STEPS_S), hint="To the start; a thirtieth of a second back or on"
         )
-        shown = min(RATES, key=lambda name: abs(RATES[name] - rate))
+        shown = min(RATES, key=lambda name: abs(RATES[name] - 1.0))
         self._rate = gui.add_dropdown("Speed", tuple(RATES), initial_value=shown)
         self._play.on_click(lambda _: self._toggle())
         self._rate.on_update(lambda _: self._clock.change_rate(RATES[self._rate.value], _now_ns()))

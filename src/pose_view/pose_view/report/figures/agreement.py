@@ -12,6 +12,7 @@ from pose_core.api import (
     without_sideways_flexion,
     wrapped,
 )
+from pose_evaluation.tables import readable
 from pose_evaluation.uncertainty import stddev_at
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.canvas import (
@@ -25,8 +26,8 @@ from pose_view.report.figures.canvas import (
 )
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
-from pose_view.report.tables.accuracy import spoken_method
-from pose_view.report.tables.table import number, spoken
+from pose_view.report.tables.accuracy import method_label
+from pose_view.report.tables.table import number
 
 MOST_DOTS = 400  # of a plot: more make it heavy, not clearer
 SOURCE_COLOURS = {
@@ -60,9 +61,9 @@ def bland_altman_figures(analysis: Analysis, compared: Compared) -> FigureSet:
             _level(axes, low, "--", "−1.96 SD")
             _level(axes, high, "--", "+1.96 SD")
             axes.set(xlabel="mean of both [deg]", ylabel="difference [deg]")
-            title = spoken(angle)
+            title = readable(angle)
             pictures.append(Picture(title=title, svg=svg(figure, f"Bland–Altman plot of {title}")))
-    return FigureSet(caption=f"Bland–Altman: {spoken_method(focus)} − reference", pictures=pictures)
+    return FigureSet(caption=f"Bland–Altman: {method_label(focus)} − reference", pictures=pictures)
 
 
 def _level(axes: Axes, value: float, dashes: str, name: str) -> None:
@@ -119,9 +120,9 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
                 shown = [values, expected]
             axes.set(xlabel="time [s]", ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
             axes.set_ylim(*_window(np.concatenate(shown), sigma))
-            title = spoken(angle)
+            title = readable(angle)
             pictures.append(Picture(title=title, svg=svg(figure, f"uncertainty of {title}")))
-    return FigureSet(caption=f"{spoken_method(method)} with its own uncertainty", pictures=pictures)
+    return FigureSet(caption=f"{method_label(method)} with its own uncertainty", pictures=pictures)
 
 
 def _band(
@@ -145,7 +146,7 @@ def _window(values: FloatArray, sigma: FloatArray) -> tuple[float, float]:
 def source_figure(analysis: Analysis, method: str) -> FigureSet:
     """Which source each degree of freedom came from, over time."""
     estimates = analysis.recording.estimates[method]
-    names = [spoken(name) for name in estimates.names]
+    names = [readable(name) for name in estimates.names]
     begin, end, states = _strip(estimates, analysis.recording.begin_ns)
     colours = ListedColormap([SOURCE_COLOURS[source] for source in Source])
     with plot(width=720.0, height=60.0 + 14.0 * len(names)) as (figure, (axes,)):
@@ -164,9 +165,9 @@ def source_figure(analysis: Analysis, method: str) -> FigureSet:
         for edge in np.arange(0.5, len(names) - 0.5):
             axes.axhline(edge, color="white", linewidth=1.0)
         axes.set(xlabel="time [s]", xlim=(0.0, analysis.recording.duration_s))
-        drawing = svg(figure, f"sources of {spoken_method(method)} over time")
+        drawing = svg(figure, f"sources of {method_label(method)} over time")
     return FigureSet(
-        caption=f"Where {spoken_method(method)} has each degree of freedom from",
+        caption=f"Where {method_label(method)} has each degree of freedom from",
         pictures=[Picture(title="", svg=drawing)],
         is_wide=True,
     )

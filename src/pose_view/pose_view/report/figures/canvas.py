@@ -126,11 +126,9 @@ def broken(times_s: FloatArray, *columns: FloatArray) -> tuple[FloatArray, ...]:
     return tuple(np.insert(values, silent, np.nan) for values in (times_s, *columns))
 
 
-def thinned(
-    times_s: FloatArray, values: FloatArray, columns: int = COLUMNS
-) -> tuple[FloatArray, FloatArray]:
+def thinned(times_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """A line that looks the same at the plot's size: of each column its extremes, and its gaps."""
-    step = -(-len(values) // columns)
+    step = -(-len(values) // COLUMNS)
     if step <= 2:
         return times_s, values
     padded = np.full(step * -(-len(values) // step), np.nan)
@@ -148,11 +146,11 @@ def thinned(
     return times_s[chosen], values[chosen]
 
 
-def without_wraps(values: FloatArray, turn: float = 360.0) -> FloatArray:
+def without_wraps(degrees: FloatArray) -> FloatArray:
     """A series with NaN at its jumps by a whole turn, so that no line is drawn across."""
-    result = values.copy()
+    result = degrees.copy()
     with np.errstate(invalid="ignore"):
-        result[1:][np.abs(np.diff(values)) > 0.75 * turn] = np.nan
+        result[1:][np.abs(np.diff(degrees)) > 0.75 * 360.0] = np.nan
     return result
 
 

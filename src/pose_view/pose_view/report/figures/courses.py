@@ -15,6 +15,7 @@ from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segme
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.plots import BONES_SHOWN
 from pose_evaluation.stability import bone_lengths
+from pose_evaluation.tables import readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
     HEIGHT,
@@ -26,8 +27,7 @@ from pose_view.report.figures.canvas import (
 )
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
-from pose_view.report.tables.accuracy import spoken_method
-from pose_view.report.tables.table import spoken
+from pose_view.report.tables.accuracy import method_label
 
 TIME = "time [s]"
 ROLE_COLOURS = {"Kinect": "#56B4E9", "IMU": "#117733", "fused": "#D55E00", REFERENCE: "#000000"}
@@ -45,7 +45,7 @@ def angle_figures(analysis: Analysis) -> FigureSet:
                 line(axes, name, times, values, method_style(name, recording.sensors))
             axes.set(xlabel=TIME, ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
             pictures.append(
-                Picture(title=spoken(angle), svg=svg(figure, f"{spoken(angle)} over time"))
+                Picture(title=readable(angle), svg=svg(figure, f"{readable(angle)} over time"))
             )
     return FigureSet(caption="", pictures=pictures)
 
@@ -63,7 +63,7 @@ def joint_figures(analysis: Analysis, joint: str) -> FigureSet:
                 values = series.positions[:, index, axis]
                 line(axes, name, times, values, method_style(name, recording.sensors))
             axes.set(xlabel=TIME, ylabel="position [m]", xlim=(0.0, recording.duration_s))
-            title = f"{spoken(joint)}: {meaning}"
+            title = f"{readable(joint)}: {meaning}"
             pictures.append(Picture(title=title, svg=svg(figure, f"{title}, over time")))
     return FigureSet(caption="", pictures=pictures)
 
@@ -116,7 +116,7 @@ def attitude_figures(analysis: Analysis) -> FigureSet:
             middle.set(ylabel="yaw [deg]")
             below.set(xlabel=TIME, ylabel="roll [deg]")
             figure.align_ylabels()
-            title = spoken(limb)
+            title = readable(limb)
             picture = svg(figure, f"pitch, yaw and roll of {title}")
             pictures.append(Picture(title=title, svg=picture))
     return FigureSet(caption="", pictures=pictures)
@@ -138,7 +138,7 @@ def bone_figures(analysis: Analysis) -> FigureSet:
                 values = 100.0 * lengths[name][bone]
                 line(axes, name, times, values, method_style(name, recording.sensors))
             axes.set(xlabel=TIME, ylabel="length [cm]", xlim=(0.0, recording.duration_s))
-            title = spoken(bone)
+            title = readable(bone)
             pictures.append(Picture(title=title, svg=svg(figure, f"length of {title} over time")))
     return FigureSet(caption="Bone lengths over time", pictures=pictures)
 
@@ -146,7 +146,7 @@ def bone_figures(analysis: Analysis) -> FigureSet:
 def legend(analysis: Analysis) -> dict[str, str]:
     """What the methods are called, by name: the reference, then in the order of the tables."""
     names = sorted(analysis.angles, key=lambda name: name != REFERENCE)
-    return {name: spoken_method(name) for name in names}
+    return {name: method_label(name) for name in names}
 
 
 def _in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:

@@ -2,10 +2,10 @@
 
 from pose_core.api import ANGLES
 from pose_evaluation.gait_cycles import PERCENT
+from pose_evaluation.tables import readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style, plot, svg
 from pose_view.report.figures.figure import FigureSet, Picture
-from pose_view.report.tables.table import spoken
 
 
 def cycle_figures(analysis: Analysis, side: str) -> FigureSet:
@@ -30,6 +30,6 @@ def cycle_figures(analysis: Analysis, side: str) -> FigureSet:
                 )
                 axes.plot(PERCENT, curve.mean_deg, gid=group_of(name), **style)
             axes.set(xlabel="cycle [%]", ylabel="angle [deg]", xlim=(0.0, 100.0))
-            title = spoken(angle)
+            title = readable(angle)
             pictures.append(Picture(title=title, svg=svg(figure, f"{title} over the cycle")))
     return FigureSet(caption=f"Mean ± SD over the cycles, {side} side", pictures=pictures)

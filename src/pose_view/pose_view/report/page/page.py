@@ -13,7 +13,7 @@ from pose_view.report.figures.courses import legend
 from pose_view.report.figures.figure import FigureSet
 from pose_view.report.page.section import Section
 from pose_view.report.page.sections import sections
-from pose_view.report.tables.accuracy import spoken_method
+from pose_view.report.tables.accuracy import method_label
 from pose_view.report.tables.table import Table
 
 DAY = 24 * 3600 * 1_000_000_000  # [ns] stamps below it are no dates
@@ -61,8 +61,8 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     lines.append(("Kinects", ", ".join(recording.sensors) or "none"))
     segments = ", ".join(name.replace("_", " ") for name in recording.segments)
     lines.append(("IMUs", f"{len(recording.segments)}: {segments}" if segments else "none"))
-    lines.append(("methods", ", ".join(spoken_method(name) for name in recording.methods)))
-    lines.append(("figures of one method show", spoken_method(recording.focus)))
+    lines.append(("methods", ", ".join(method_label(name) for name in recording.methods)))
+    lines.append(("figures of one method show", method_label(recording.focus)))
     lines += _reference_facts(analysis)
     return lines
 
@@ -80,7 +80,7 @@ def _reference_facts(analysis: Analysis) -> list[tuple[str, str]]:
                 f"its first frame was put {alignment.begins_at_s:+.3f} s after the recording's, by "
                 f"cross-correlation of the angles (r = {alignment.correlation:.3f}; the next best "
                 f"place has {alignment.next_best:.3f}); lags are therefore relative to "
-                f"{spoken_method(compared.aligned_with)}"
+                f"{method_label(compared.aligned_with)}"
             )
             .replace("-", "−")
             .replace("cross−", "cross-")
@@ -94,7 +94,7 @@ def notes(analysis: Analysis) -> list[str]:
     found = list(analysis.recording.notes)
     if analysis.compared is not None:
         if analysis.compared.left_out:
-            names = ", ".join(spoken_method(name) for name in analysis.compared.left_out)
+            names = ", ".join(method_label(name) for name in analysis.compared.left_out)
             found.append(f"{names}: too little in common with the reference, not compared with it.")
         name = analysis.compared.reference.name
         found += [f"{name}: {note}." for note in analysis.compared.reference.notes]

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from markupsafe import Markup
 
 from pose_evaluation.gait_cycles import Cycles
+from pose_evaluation.tables import readable
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.agreement import (
     SOURCE_COLOURS,
@@ -25,8 +26,8 @@ from pose_view.report.page.section import Block, Section
 from pose_view.report.tables.accuracy import (
     accuracy_tables,
     coverage_table,
+    method_label,
     overview_table,
-    spoken_method,
 )
 from pose_view.report.tables.motion import (
     cycle_table,
@@ -44,7 +45,6 @@ from pose_view.report.tables.steadiness import (
     timing_table,
     view_tables,
 )
-from pose_view.report.tables.table import spoken
 
 
 def sections(analysis: Analysis, joint: str) -> list[Section]:
@@ -119,7 +119,7 @@ def _cycles_text(cycles: Cycles, source: str) -> str:
     return (
         f"{cycles.side.capitalize()}: {len(durations)} cycles of {durations.mean():.2f} ± "
         f"{durations.std(ddof=1):.2f} s ({60.0 / durations.mean():.0f} a minute), found in "
-        f"{spoken_method(source)}; 0 and 100 % are the peaks of {spoken(cycles.angle)}."
+        f"{method_label(source)}; 0 and 100 % are the peaks of {readable(cycles.angle)}."
     )
 
 
@@ -164,7 +164,7 @@ def _account_of(analysis: Analysis) -> str:
 
 def _attitudes(analysis: Analysis) -> Section:
     roles = attitude_sources(analysis)
-    key = _key((f"{role} ({spoken_method(n)})", ROLE_COLOURS[role]) for role, n in roles.items())
+    key = _key((f"{role} ({method_label(n)})", ROLE_COLOURS[role]) for role, n in roles.items())
     text = key + (
         f"{'; black: the reference' if analysis.compared is not None else ''}. Pitch is the "
         "limb's direction above the horizontal (−90°: it hangs down), yaw its heading in map; "
@@ -178,12 +178,12 @@ def _attitudes(analysis: Analysis) -> Section:
 
 def _joint(analysis: Analysis, joint: str) -> Section:
     text = "All in map; the reference is moved by one rotation and translation onto "
-    text += f"{spoken_method(analysis.recording.focus)}."
+    text += f"{method_label(analysis.recording.focus)}."
     has_joints = analysis.compared is not None and analysis.compared.joints is not None
     blocks: list[Block] = [joint_figures(analysis, joint)]
     return Section(
         anchor="joint",
-        title=f"Path of the {spoken(joint)}",
+        title=f"Path of the {readable(joint)}",
         blocks=[text, *blocks] if has_joints else blocks,
         has_methods=True,
     )

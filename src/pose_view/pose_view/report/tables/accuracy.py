@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from pose_core.api import ANGLES
 from pose_core.joints import JOINTS
 from pose_evaluation.scores import AngleScore, Evaluation, MethodScores, mean_known
+from pose_evaluation.tables import readable
 from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
 from pose_view.report.tables.table import (
     Judge,
@@ -18,7 +19,6 @@ from pose_view.report.tables.table import (
     number,
     number_row,
     smallest,
-    spoken,
     text_row,
 )
 
@@ -28,7 +28,7 @@ HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in nam
 
 def accuracy_tables(evaluation: Evaluation) -> list[Table]:
     """Correlation, error, bias, limits of agreement, joint positions."""
-    names = tuple(spoken_method(method.name) for method in evaluation.methods)
+    names = tuple(method_label(method.name) for method in evaluation.methods)
     tables = [
         _angle_table(
             evaluation, "Correlation with the reference: Pearson's r [-]", lambda s: s.r, 3, largest
@@ -59,7 +59,7 @@ def overview_table(evaluation: Evaluation) -> Table:
     return Table(
         caption="All methods in short",
         head="measure",
-        columns=tuple(spoken_method(method.name) for method in methods),
+        columns=tuple(method_label(method.name) for method in methods),
         rows=tuple(
             number_row(name, [value(method) for method in methods], digits, best, sign=sign)
             for name, value, digits, best, sign in measures
@@ -77,7 +77,7 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
     columns = ("within 1 σ [%]", "within 2 σ [%]", "mean σ [deg]", "compared")
     rows = [
         text_row(
-            spoken_method(name),
+            method_label(name),
             (
                 number(100.0 * each.within_1, 1),
                 number(100.0 * each.within_2, 1),
@@ -98,7 +98,7 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
     )
 
 
-def spoken_method(name: str) -> str:
+def method_label(name: str) -> str:
     """A method's name, for people."""
     return name.replace("+imus", " + IMUs")
 
@@ -123,9 +123,9 @@ def _angle_table(
     return Table(
         caption=caption,
         head="angle",
-        columns=tuple(spoken_method(method.name) for method in methods),
+        columns=tuple(method_label(method.name) for method in methods),
         rows=(
-            *(row(spoken(angle), (angle,)) for angle in ANGLES),
+            *(row(readable(angle), (angle,)) for angle in ANGLES),
             row("mean of hips and knees", HIPS_AND_KNEES, is_summary=True),
             row("mean of all", ANGLES, is_summary=True),
         ),
@@ -139,7 +139,7 @@ def _bias_table(evaluation: Evaluation) -> Table:
     methods = evaluation.methods
     rows = [
         number_row(
-            spoken(angle),
+            readable(angle),
             [method.angles[angle].bias_deg for method in methods],
             1,
             nearest_zero,
@@ -152,7 +152,7 @@ def _bias_table(evaluation: Evaluation) -> Table:
     return Table(
         caption="Bias: mean of method − reference [deg]",
         head="angle",
-        columns=tuple(spoken_method(method.name) for method in methods),
+        columns=tuple(method_label(method.name) for method in methods),
         rows=tuple(rows),
         note="Nearest to zero in bold.",
     )
@@ -168,7 +168,7 @@ def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
         head="angle",
         columns=names,
         rows=tuple(
-            text_row(spoken(angle), [limits(method, angle) for method in evaluation.methods])
+            text_row(readable(angle), [limits(method, angle) for method in evaluation.methods])
             for angle in ANGLES
         ),
         note="19 of 20 differences lie between them, if they are normally distributed.",
@@ -178,7 +178,9 @@ def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
 def _joint_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
     methods = evaluation.methods
     rows = [
-        number_row(spoken(joint), [method.joint_error_mm[joint] for method in methods], 0, smallest)
+        number_row(
+            readable(joint), [method.joint_error_mm[joint] for method in methods], 0, smallest
+        )
         for joint in JOINTS
     ]
     means = [method.mpjpe_mm for method in methods]

@@ -6,8 +6,9 @@ from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.gait_cycles import CycleCurve
 from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent
-from pose_view.report.tables.accuracy import spoken_method
-from pose_view.report.tables.table import Row, Table, number, number_row, spoken, text_row
+from pose_evaluation.tables import readable
+from pose_view.report.tables.accuracy import method_label
+from pose_view.report.tables.table import Row, Table, number, number_row, text_row
 
 ONE_SIDE = tuple(
     name.removeprefix(f"{SIDES[0]}_") for name in ANGLES if name.startswith(f"{SIDES[0]}_")
@@ -19,9 +20,9 @@ def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
     return Table(
         caption="Range of motion: highest − lowest angle [deg]",
         head="angle",
-        columns=tuple(spoken_method(name) for name in ranges),
+        columns=tuple(method_label(name) for name in ranges),
         rows=tuple(
-            number_row(spoken(angle), [each[angle].range_deg for each in ranges.values()], 1)
+            number_row(readable(angle), [each[angle].range_deg for each in ranges.values()], 1)
             for angle in ANGLES
         ),
         note="Of the angles after a low-pass filter without phase (6 Hz).",
@@ -35,7 +36,7 @@ def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
         each = ranges[angle]
         rows.append(
             text_row(
-                spoken(angle),
+                readable(angle),
                 (
                     number(each.lowest_deg, 1),
                     number(each.lowest_s, 1),
@@ -46,7 +47,7 @@ def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
             )
         )
     return Table(
-        caption=f"Peak angles: {spoken_method(method)}",
+        caption=f"Peak angles: {method_label(method)}",
         head="angle",
         columns=("lowest [deg]", "at [s]", "highest [deg]", "at [s]", "range [deg]"),
         rows=tuple(rows),
@@ -60,7 +61,7 @@ def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
         left, right = (ranges[f"{side}_{angle}"] for side in SIDES)
         rows.append(
             text_row(
-                spoken(angle),
+                readable(angle),
                 (
                     number(left.range_deg, 1),
                     number(right.range_deg, 1),
@@ -74,7 +75,7 @@ def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
             )
         )
     return Table(
-        caption=f"Left and right: {spoken_method(method)}",
+        caption=f"Left and right: {method_label(method)}",
         head="angle",
         columns=(
             "range, left [deg]",
@@ -102,11 +103,11 @@ def cycle_table(
                 "–" if c is None else _plus_minus(c.range_mean_deg, c.range_sd_deg, 1)
                 for c in found
             ]
-            rows.append(text_row(spoken(angle), texts))
+            rows.append(text_row(readable(angle), texts))
     return Table(
         caption=f"Range of motion of a cycle, {side} side: mean ± SD between cycles [deg]",
         head="angle",
-        columns=tuple(spoken_method(method) for method in methods),
+        columns=tuple(method_label(method) for method in methods),
         rows=tuple(rows),
     )
 

@@ -14,13 +14,13 @@ from pose_evaluation.agreement import (
 )
 from pose_evaluation.scores import mean_known
 from pose_evaluation.stability import BONES
-from pose_view.report.tables.accuracy import spoken_method
+from pose_evaluation.tables import readable
+from pose_view.report.tables.accuracy import method_label
 from pose_view.report.tables.table import (
     Table,
     number,
     number_row,
     smallest,
-    spoken,
     text_row,
 )
 
@@ -64,10 +64,10 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
     return Table(
         caption="Difference of the methods: RMS, mean of 12 angles [deg]",
         head="method",
-        columns=tuple(spoken_method(name) for name in angles),
+        columns=tuple(method_label(name) for name in angles),
         rows=tuple(
             number_row(
-                spoken_method(first),
+                method_label(first),
                 [differences.get((first, second), np.nan) for second in angles],
                 1,
             )
@@ -92,7 +92,7 @@ def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
         ),
         rows=tuple(
             text_row(
-                spoken_method(name),
+                method_label(name),
                 (
                     str(each.frames),
                     str(each.gaps),
@@ -138,7 +138,7 @@ def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
         columns=("median", "99 %", "longest"),
         rows=tuple(
             number_row(
-                spoken_method(name),
+                method_label(name),
                 [1000.0 * float(q) for q in np.percentile(each.latency_s, [50, 99, 100])],
                 0,
             )
@@ -155,11 +155,11 @@ def source_table(name: str, estimates: EstimateSeries) -> Table:
     for index, dof in enumerate(estimates.names):
         states = estimates.source[:, index]
         shares = [100.0 * float(np.mean(states == source)) for source in SOURCE_NAMES]
-        rows.append(number_row(spoken(dof), shares, 0))
+        rows.append(number_row(readable(dof), shares, 0))
     whole = [100.0 * float(np.mean(estimates.source == source)) for source in SOURCE_NAMES]
     rows.append(number_row("all", whole, 1, is_summary=True))
     return Table(
-        caption=f"Where {spoken_method(name)} has each degree of freedom from [% of its instants]",
+        caption=f"Where {method_label(name)} has each degree of freedom from [% of its instants]",
         head="degree of freedom",
         columns=tuple(SOURCE_NAMES.values()),
         rows=tuple(rows),
@@ -174,7 +174,7 @@ def _difference_table(view: ViewAgreement) -> Table:
         columns=tuple(f"{side} limb" for side in SIDES),
         rows=tuple(
             number_row(
-                spoken(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
+                readable(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
             )
             for angle in angles
         ),
@@ -189,7 +189,7 @@ def _by_part(
     digits: int,
 ) -> Table:
     rows = [
-        number_row(spoken(part), [each[part] for each in values.values()], digits, smallest)
+        number_row(readable(part), [each[part] for each in values.values()], digits, smallest)
         for part in parts
     ]
     means = [mean_known(list(each.values())) for each in values.values()]
@@ -197,7 +197,7 @@ def _by_part(
     return Table(
         caption=caption,
         head=head,
-        columns=tuple(spoken_method(name) for name in values),
+        columns=tuple(method_label(name) for name in values),
         rows=tuple(rows),
         note="Smallest in bold.",
     )

@@ -84,8 +84,3 @@ def number(value: float, digits: int, *, sign: bool = False) -> str:
         return UNKNOWN
     rounded = round(value, digits) + 0.0  # no −0.0
     return f"{rounded:{'+' if sign and rounded else ''}.{digits}f}".replace("-", "−")
-
-
-def spoken(name: str) -> str:
-    """A name of the code, for people."""
-    return name.replace("_", " ")

@@ -1,0 +1,111 @@
+"""The fusion node's report in ``/diagnostics``."""
+
+from collections.abc import Sequence
+
+from pose_core.api import PeoplePipeline, StampJudge
+from pose_core.counters import Counters
+from pose_fusion.watching.stages import LatencyStages
+from pose_node.level import Level
+from pose_node.nodes.diagnostics import Report
+
+
+class FusionReporter:
+    """Reports whether the subject is tracked, by which sensors, and how late.
+
+    Args:
+        pipeline: The node's pipeline.
+        judge: Its judge of stamps, if it has one.
+        stages: Latency by stage.
+        counters: The node's own counts.
+
+    Attributes:
+        latency_s: Latency of the subject's last estimate [s].
+    """
+
+    def __init__(
+        self,
+        pipeline: PeoplePipeline,
+        judge: StampJudge | None,
+        stages: LatencyStages,
+        counters: Counters,
+    ) -> None:
+        self._pipeline = pipeline
+        self._judge = judge
+        self._stages = stages
+        self._counters = counters
+        self._reported_estimates = 0
+        self.latency_s = 0.0
+
+    def report(self, unused: Sequence[str]) -> Report:
+        """The report for the time since the last one.
+
+        Args:
+            unused: Names of sensors that publish and are not used.
+        """
+        estimates = self._pipeline.subject.counters["estimates"]
+        is_tracking = estimates > self._reported_estimates
+        self._reported_estimates = estimates
+        is_complete = not any(use.reason for use in self._pipeline.subject.imu_uses)
+        is_set_aside = self._judge is not None and self._judge.set_aside
+        is_ok = is_tracking and is_complete and not is_set_aside
+        return Report(
+            level=Level.OK if is_ok else Level.WARN,
+            message="; ".join([self._tracking(is_tracking), *self._remarks(unused)]),
+            values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
+        )
+
+    def _tracking(self, is_tracking: bool) -> str:
+        status = self._pipeline.status
+        if status == "tracking" and not is_tracking:
+            return "no skeletons: the sensors see nobody, or are silent"
+        idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
+        if not (is_tracking and idle):
+            return status
+        others = f"; {len(idle) - 1} more, see the values" if len(idle) > 1 else ""
+        return f"tracking without the IMU on {idle[0]}{others}"
+
+    def _remarks(self, unused: Sequence[str]) -> list[str]:
+        set_aside = self._judge.set_aside if self._judge is not None else {}
+        remarks = [f"{source} is set aside: its {why}" for source, why in set_aside.items()]
+        if self._pipeline.others:
+            remarks.append(f"{self._pipeline.others} more people in sight, not followed")
+        if unused:
+            remarks.append(f"not used: {', '.join(unused)}, add it to sensors")
+        return remarks
+
+    def _values(self) -> dict[str, object]:
+        pipeline, subject = self._pipeline, self._pipeline.subject
+        uses = subject.imu_uses
+        return {
+            "estimator": pipeline.parameters.estimator,
+            "sensors": ", ".join(pipeline.parameters.sensors),
+            "latency_s": f"{self.latency_s:.4f}",
+            **self._stages.as_dict(),
+            **{
+                f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
+                for source, clock in pipeline.clocks.items()
+            },
+            "imus": ", ".join(subject.imus.segments) or "none",
+            "imus_aligned": ", ".join(u.segment for u in uses if u.is_aligned) or "none",
+            **{f"imu/{use.segment}": str(use) for use in uses},
+            **subject.counters.as_dict(),
+            **subject.imus.counters.as_dict(),
+            **self._counters.as_dict(),
+            **self._clocks(),
+            "people": ", ".join(pipeline.people) or "none",
+            "people_not_followed": pipeline.others,
+            **{f"people/{name}": count for name, count in pipeline.people_counts.items()},
+            **subject.aligner.counters.as_dict("alignment/"),
+        }
+
+    def _clocks(self) -> dict[str, object]:
+        """Sources that are set aside, and offsets of clocks that have leapt."""
+        if self._judge is None:
+            return {}
+        set_aside = "; ".join(f"{source}: {why}" for source, why in self._judge.set_aside.items())
+        leapt = self._judge.offsets_s.items()
+        return {
+            "sources_set_aside": set_aside or "none",
+            **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in leapt},
+            **self._judge.counters.as_dict(),
+        }
