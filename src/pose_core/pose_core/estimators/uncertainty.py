@@ -2,8 +2,9 @@
 
 A filter's covariance is that of its model. Three things are added: how well its expectations fit
 these sensors and this person (:mod:`pose_core.kernels.noise_scale`); that the pose is late by
-something, so that quick joints are further off; and that trackers mistake arms by more than legs.
-The numbers were fitted to the errors of synthetic sessions, docs/algorithm.md says to which.
+something, so that quick joints are further off; and what all cameras mistake alike, so that no
+filter sees it: most of the error. The numbers were fitted to the errors on captured people,
+docs/algorithm.md says to which.
 """
 
 from dataclasses import dataclass
@@ -33,30 +34,30 @@ class Trusts:
 
 LIVE = Trusts(
     kinect={
-        "hip": Trust(factor=0.2, late_s=0.21, stddev_deg=0.6),
-        "knee": Trust(factor=0.6, late_s=0.1),
-        "shoulder": Trust(factor=2.7, late_s=0.03, stddev_deg=1.0),
-        "elbow": Trust(factor=4.5, late_s=0.2, stddev_deg=2.7),
+        "hip": Trust(factor=0.85, late_s=0.016, stddev_deg=7.2),
+        "knee": Trust(factor=0.85, late_s=0.0065, stddev_deg=3.5),
+        "shoulder": Trust(factor=0.77, late_s=0.026, stddev_deg=6.8),
+        "elbow": Trust(factor=0.77, stddev_deg=2.2),
     },
     with_imu={
-        "hip": Trust(factor=0.13, late_s=0.2, stddev_deg=0.6),
-        "knee": Trust(factor=0.2, late_s=0.03),
-        "shoulder": Trust(factor=9.0, late_s=0.06),
-        "elbow": Trust(factor=14.0, late_s=0.15, stddev_deg=0.3),
+        "hip": Trust(factor=0.94, late_s=0.026, stddev_deg=8.3),
+        "knee": Trust(factor=0.77, stddev_deg=4.9),
+        "shoulder": Trust(factor=0.77, stddev_deg=9.1),
+        "elbow": Trust(factor=1.7, stddev_deg=4.7),
     },
 )
 LOOKING_AHEAD = Trusts(
     kinect={
-        "hip": Trust(factor=0.35, late_s=0.15, stddev_deg=0.3),
-        "knee": Trust(factor=0.7, late_s=0.1),
-        "shoulder": Trust(factor=5.0, late_s=0.06, stddev_deg=1.0),
-        "elbow": Trust(factor=12.0, late_s=0.2, stddev_deg=0.3),
+        "hip": Trust(factor=1.4, late_s=0.026, stddev_deg=8.2),
+        "knee": Trust(factor=3.4, late_s=0.0065, stddev_deg=1.3),
+        "shoulder": Trust(factor=0.85, late_s=0.046, stddev_deg=10),
+        "elbow": Trust(factor=2.4, stddev_deg=2.7),
     },
     with_imu={
-        "hip": Trust(factor=0.28, late_s=0.15),
-        "knee": Trust(factor=0.35, late_s=0.03),
-        "shoulder": Trust(factor=13.0, late_s=0.06, stddev_deg=0.6),
-        "elbow": Trust(factor=14.0, late_s=0.2, stddev_deg=0.6),
+        "hip": Trust(factor=2.5, late_s=0.019, stddev_deg=7.7),
+        "knee": Trust(factor=2, stddev_deg=5.2),
+        "shoulder": Trust(factor=0.85, late_s=0.039, stddev_deg=9.9),
+        "elbow": Trust(factor=5.1, stddev_deg=2.7),
     },
 )
 
