@@ -32,6 +32,7 @@ FRAME_PERIOD_S = 1.0 / 30.0
 LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, HEARD_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.15)
+DELAY_GAIN = 1.5
 MOST_DISTANCE, CONTRADICTED, MOST_TYPICAL = 400.0, 25.0, 9.0  # [-]
 LEAST_IMU_WEIGHT = 1e-3
 
@@ -170,7 +171,7 @@ class ReferenceFilter:
             r = seen[end][0] - seen[start][0]
             weight = min(seen[start][1], seen[end][1])
             weight *= 1.0 - max(view.hidden[start], view.hidden[end])
-            sums += weight * np.array([v @ v, delay_s * (v @ v) - v @ r])
+            sums += weight * np.array([v @ v, delay_s * (v @ v) - DELAY_GAIN * v @ r])
         prior = constants.delay_prior
         delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
         state.delay[sensor] = np.clip(delay_s, *DELAYS_S)

@@ -25,6 +25,7 @@ MOST_DISTANCE = 400.0  # [-] of a squared innovation distance that counts
 HEARD_S = 0.15  # [s] for which a camera's opinion of a joint counts
 LONGEST_GAP_S = 0.1  # [s] of a frame, as far as smoothing goes
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.15  # [s] of a tracker
+DELAY_GAIN = 1.5  # [-] the pose follows a late camera in part: so much more is left than shows
 CONTRADICTED = 25.0  # [-] smoothed NIS that no joint has that is followed
 
 
@@ -123,7 +124,7 @@ def learn_delay(
             v = view.velocity[ends[link], axis] - view.velocity[starts[link], axis]
             r = rows.residual[rows.first[last] + axis] - rows.residual[rows.first[first] + axis]
             sums[0] += weight * v * v
-            sums[1] += weight * v * (tau_s * v - r)
+            sums[1] += weight * v * (tau_s * v - DELAY_GAIN * r)
     delay = (sums[1] + prior * known_delay_s) / (sums[0] + prior)
     state.delay[frame.sensor] = min(max(delay, SHORTEST_DELAY_S), LONGEST_DELAY_S)
 
