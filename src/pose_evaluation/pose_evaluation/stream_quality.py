@@ -3,20 +3,25 @@ r"""How well a stream of joint angles can be followed by a robot.
 A stream is continuous where the step from one message to the next is what both velocities say,
 
 .. math:: |q_k - q_{k-1} - \tfrac{1}{2}(\dot q_k + \dot q_{k-1}) \Delta t| \le 3 \sigma_k
+
+After a silence the velocity says nothing: there the whole step :math:`|q_k - q_{k-1}|` counts.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import ROOT_DOF, BodyEstimate, BodyModel, FloatArray
 
-TOLERANCE = 1e-6  # [rad] of a limit, which the URDF rounds
+TOLERANCE = 1e-9  # [rad] of arithmetic
 STEP = np.radians(10.0)  # [rad] that nobody may step beyond the velocity
 SIGMAS = 3.0
-START_S = 2.0  # [s] that count as the start
+SILENCE_NS = 100_000_000  # [ns] a longer interval is a silence
+START_S = 2.0  # [s] that count as the start, and as a re-appearance
+RATE_TOLERANCE = 0.02  # [-] of the rate
 NS_PER_S = 1_000_000_000
 
 
@@ -42,12 +47,31 @@ class StreamQuality:
     steps_beyond_stddev: int  # more than 3 σ beyond what the velocities say
     largest_step_deg: float  # [deg] beyond what the velocities say
     largest_move_deg: float  # [deg] from one message to the next
+    silences: int  # intervals of more than 0.1 s
+    step_after_silence_deg: float  # [deg] largest; NaN without a silence
     ahead: int  # stamped later than heard
     backwards: int  # stamped before the message before
     repeated: int  # stamped as the message before
-    rate: float  # [Hz] mean
+    rate: float  # [Hz] mean, without silences
     interval_ms: tuple[float, float, float]  # [ms] 1st, 50th and 99th percentile
-    start_chatter: float  # [-] RMS of the second difference in the first 2 s to the median of later
+    start_chatter: float
+    """RMS of the second difference in the first 2 s of the stream, or after a silence, whichever is
+    more, to the median of the other stretches of 2 s [-]."""
+
+    def broken(self, rate: float) -> tuple[str, ...]:
+        """The requirements that the stream does not meet.
+
+        Args:
+            rate: That it should have [Hz].
+        """
+        holds = {
+            "limits": self.outside == 0,
+            "steps": self.steps_beyond_stddev == 0,
+            "step after silence": not self.step_after_silence_deg > np.degrees(STEP),
+            "stamps": self.ahead + self.backwards + self.repeated == 0,
+            "rate": abs(self.rate - rate) <= RATE_TOLERANCE * rate,
+        }
+        return tuple(name for name, does in holds.items() if not does)
 
 
 def stream_of(estimates: Iterable[BodyEstimate], model: BodyModel) -> AngleStream:
@@ -79,24 +103,31 @@ def unexplained_steps(stream: AngleStream) -> FloatArray:
 def measure_stream(stream: AngleStream) -> StreamQuality:
     """Judge a stream of two messages at least."""
     intervals_ns = np.diff(stream.stamps_ns)
-    steps = unexplained_steps(stream)
-    stddev = np.nan_to_num(stream.stddev[1:], nan=0.0)
+    is_running = intervals_ns <= SILENCE_NS
+    moves = np.abs(np.diff(stream.position, axis=0))
+    steps = unexplained_steps(stream)[is_running]
+    stddev = np.nan_to_num(stream.stddev[1:][is_running], nan=0.0)
     lower, upper = stream.limits.T
     outside = (stream.position < lower - TOLERANCE) | (stream.position > upper + TOLERANCE)
-    low, middle, high = np.percentile(intervals_ns, [1.0, 50.0, 99.0]) * 1e-6
+    running_ns = intervals_ns[is_running]
+    low, middle, high = np.percentile(running_ns, [1.0, 50.0, 99.0]) * 1e-6
     return StreamQuality(
         messages=len(stream.stamps_ns),
         outside=_rows(outside),
         steps=_rows(steps > STEP),
         steps_beyond_stddev=_rows(steps > SIGMAS * stddev + TOLERANCE),
-        largest_step_deg=float(np.degrees(steps.max())),
-        largest_move_deg=float(np.degrees(np.abs(np.diff(stream.position, axis=0)).max())),
+        largest_step_deg=float(np.degrees(steps.max(initial=0.0))),
+        largest_move_deg=float(np.degrees(moves[is_running].max(initial=0.0))),
+        silences=int(np.sum(~is_running)),
+        step_after_silence_deg=(
+            float("nan") if is_running.all() else float(np.degrees(moves[~is_running].max()))
+        ),
         ahead=int(np.sum(stream.stamps_ns > stream.arrivals_ns)),
         backwards=int(np.sum(intervals_ns < 0)),
         repeated=int(np.sum(intervals_ns == 0)),
-        rate=float(len(intervals_ns) * NS_PER_S / max(intervals_ns.sum(), 1)),
+        rate=float(len(running_ns) * NS_PER_S / max(running_ns.sum(), 1)),
         interval_ms=(float(low), float(middle), float(high)),
-        start_chatter=_start_chatter(stream),
+        start_chatter=_start_chatter(stream, is_running),
     )
 
 
@@ -104,16 +135,16 @@ def _rows(flags: NDArray[np.bool_]) -> int:
     return int(np.sum(flags.any(axis=1)))
 
 
-def _start_chatter(stream: AngleStream) -> float:
-    """RMS of the second difference in the first seconds, to the median over windows as long."""
-    second = np.diff(stream.position, n=2, axis=0)
-    since_s = (stream.stamps_ns[2:] - stream.stamps_ns[0]) / NS_PER_S
-    windows = (since_s // START_S).astype(int)
-    rms = [
-        float(np.sqrt(np.mean(second[windows == each] ** 2)))
-        for each in range(int(windows.max(initial=0)) + 1)
-        if np.any(windows == each)
-    ]
-    if len(rms) < 2:
-        return float("nan")
-    return rms[0] / max(float(np.median(rms[1:])), 1e-12)
+def _start_chatter(stream: AngleStream, is_running: NDArray[np.bool_]) -> float:
+    """Largest RMS of the second difference in a first stretch, to the median of the other ones."""
+    starts: list[float] = []
+    others: list[float] = []
+    begins = [0, *(np.flatnonzero(~is_running) + 1).tolist(), len(stream.stamps_ns)]
+    for begin, end in pairwise(begins):
+        second = np.diff(stream.position[begin:end], n=2, axis=0)
+        since_s = (stream.stamps_ns[begin + 2 : end] - stream.stamps_ns[begin]) / NS_PER_S
+        windows = (since_s // START_S).astype(int)
+        for each in np.unique(windows).tolist():
+            rms = float(np.sqrt(np.mean(second[windows == each] ** 2)))
+            (others if each else starts).append(rms)
+    return max(starts) / max(float(np.median(others)), 1e-12) if others else float("nan")

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.errors import InputError
-from pose_io.recordings.formats.content import read_content
-from pose_io.recordings.formats.table import MAX_TABLE_BYTES
+from pose_io.file_content import MAX_TABLE_BYTES, read_content
 
 
 def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from pose_teleop.supervisor import Fault
 
 AHEAD_NS = 20_000_000  # [ns] a stamp may be ahead of the clock
 SAME_PERSON = 0.02  # [m] bones of one person differ by less between two measurements
+UNCERTAIN_NS = 100_000_000  # [ns] for which the hand's place may be uncertain: quick arms are
 TROUBLE_NS = 200_000_000  # [ns] for which a jump, or a stamp that ran back, is a fault
 
 
@@ -73,6 +74,7 @@ class InputMonitor:
         self.deviation_m = np.nan
         self._bones: FloatArray | None = None
         self._person: str | None = None
+        self._certain_ns = -UNCERTAIN_NS  # steady time when the hand's place was last certain
         self._angles_at: Now | None = None
         self._estimate_at: tuple[Now, int] | None = None
         self._content: dict[str, Fault | None] = {"angles": None, "estimate": None}
@@ -126,8 +128,10 @@ class InputMonitor:
             # An angle that is not known is held in the joint states, and its deviation grows.
             held = np.where(np.isfinite(known), known, self.angles)
             self.deviation_m = self.arm.hand_deviation(held, stddev)
-        too_much = self.deviation_m > self._max_deviation_m
-        self._content["estimate"] = Fault.UNCERTAIN if too_much else None
+        if not self.deviation_m > self._max_deviation_m:
+            self._certain_ns = now.steady_ns
+        is_uncertain = now.steady_ns - self._certain_ns > UNCERTAIN_NS
+        self._content["estimate"] = Fault.UNCERTAIN if is_uncertain else None
 
     def fault(self, now: Now) -> Fault | None:
         """What is wrong now; counted."""

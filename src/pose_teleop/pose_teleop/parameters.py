@@ -47,8 +47,8 @@ class ArmParameters:
         high=2.0,
     )
     max_deviation: float = parameter(
-        0.12,
-        doc="a larger standard deviation of the hand's place stops the robot",
+        0.2,
+        doc="a larger standard deviation of the hand's place for 0.1 s stops the robot",
         unit="m",
         low=0.005,
         high=1.0,

@@ -5,6 +5,7 @@ computed torque with the URDF's effort limits, semi-implicit Euler steps.
 """
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -89,13 +90,25 @@ class SimulatedArm:
         )
         arm, pin = self._arm, self._pin
         q, v = arm.model_order(self.position), arm.model_order(self.velocity)
-        torque = pin.rnea(self._assumed, self._assumed_data, q, v, arm.model_order(wished))
-        most = arm.model_order(arm.max_effort)
-        pin.aba(self._model, self._data, q, v, np.clip(torque, -most, most))
+        pin.aba(self._model, self._data, q, v, self._torque(q, v, arm.model_order(wished)))
         self.velocity = self.velocity + self._step_s * arm.our_order(self._data.ddq)
         moved = self.position + self._step_s * self.velocity
         self.position = np.clip(moved, arm.lower, arm.upper)  # the joints' stops
         self.velocity = np.where(moved == self.position, self.velocity, 0.0)
+
+    def _torque(self, q: FloatArray, v: FloatArray, wished: FloatArray) -> FloatArray:
+        """Torques [N m] for wished accelerations [rad/s2], all in pinocchio's order, (n,).
+
+        Beyond an effort limit all accelerations are scaled alike: to cut the torque of one joint
+        alone would accelerate the others in directions that nobody wished.
+        """
+        rnea = partial(self._pin.rnea, self._assumed, self._assumed_data, q, v)
+        still = rnea(np.zeros_like(wished)).copy()  # gravity and Coriolis
+        moving = rnea(wished) - still
+        most = self._arm.model_order(self._arm.max_effort)
+        room = np.maximum(np.where(moving > 0.0, most - still, most + still), 0.0)
+        share = min(1.0, float((room / np.maximum(np.abs(moving), 1e-9)).min()))
+        return np.clip(still + share * moving, -most, most)
 
     def _referred(self) -> tuple[FloatArray, FloatArray]:
         """Position and velocity that the trajectory asks for now: cubic between its points."""

@@ -14,7 +14,7 @@ from pose_io.static_transforms import transforms_to_map
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
 from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line
-from pose_view.robot import RobotSnapshot, robot_places, robot_shape
+from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_places, robot_shape
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 from pose_view.stream_monitor import StreamMonitor
 
@@ -53,6 +53,10 @@ class LiveGraph:
         self._dof: dict[str, DofSnapshot] = {}
         self._rotations: dict[str, dict[str, FloatArray]] = {}
         self._robot: RobotSnapshot | None = None
+        self.robot_asked = JointHistory(self._span_ns)
+        """Takes what the person's pose asks of the robot's joints."""
+        self.robot_joints = JointHistory(self._span_ns)
+        """Takes the robot's joint states."""
         self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
         self._transforms: dict[str, Any] = {}
         self._sensors: dict[str, FloatArray] = {}
@@ -161,6 +165,11 @@ class LiveGraph:
         """A stretch of a body's past; the times are those of the clock [s]."""
         first, last = start_s * NS_PER_S, end_s * NS_PER_S
         return track_of([s for s in self._tracks[body] if first <= s.stamp_ns <= last])
+
+    def robot_track(self) -> RobotTrack | None:
+        """The robot's past; None without one that follows."""
+        asked, robot = self.robot_asked.track(), self.robot_joints.track()
+        return RobotTrack(asked=asked, robot=robot) if asked.joints and robot.joints else None
 
     def persons(self) -> tuple[str, ...]:
         """The ids that the cameras have given to those they see."""

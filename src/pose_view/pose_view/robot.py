@@ -1,5 +1,6 @@
-"""A robot that follows: its shape, from markers; where its links are, from transforms."""
+"""A robot that follows: its shape, where its links are, how its joints have moved."""
 
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -8,6 +9,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
+from pose_core.stamps import NS_PER_S
+from pose_io.skeleton_messages import stamp_ns
 from pose_view.body.mesh import Mesh
 
 ROOT = "robot"  # its frame, and the prefix of its links'
@@ -27,6 +30,55 @@ class RobotSnapshot:
     shape: Mapping[str, tuple[Mesh, ...]]
     position: Mapping[str, FloatArray]
     wxyz: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTrack:
+    """A stretch of joint angles, oldest first."""
+
+    joints: tuple[str, ...]  # (j,)
+    times_s: FloatArray  # (n,) [s] on the clock
+    position: FloatArray  # (n, j) [rad]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobotTrack:
+    """What a person's pose asks of a robot's joints, and where they are."""
+
+    asked: JointTrack
+    robot: JointTrack
+
+
+class JointHistory:
+    """The last joint states of one topic.
+
+    Args:
+        span_ns: How far they reach back [ns].
+    """
+
+    def __init__(self, span_ns: int) -> None:
+        self._span_ns = span_ns
+        self._joints: tuple[str, ...] = ()
+        self._states: deque[tuple[int, FloatArray]] = deque()
+
+    def add(self, message: Any) -> None:
+        """A ``sensor_msgs/JointState``; other joints, or stamps that run back, begin anew."""
+        stamp = stamp_ns(message.header)
+        joints = tuple(message.name)
+        if joints != self._joints or (self._states and stamp < self._states[-1][0]):
+            self._states.clear()
+        self._joints = joints
+        self._states.append((stamp, np.asarray(message.position, float)))
+        while stamp - self._states[0][0] > self._span_ns:
+            self._states.popleft()
+
+    def track(self) -> JointTrack:
+        """All of them."""
+        return JointTrack(
+            joints=self._joints,
+            times_s=np.array([stamp for stamp, _ in self._states], float) / NS_PER_S,
+            position=np.array([position for _, position in self._states]),
+        )
 
 
 def robot_shape(message: Any) -> dict[str, tuple[Mesh, ...]]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pose_core.fusion.output_grid import OutputGrid
-from pose_core.kernels.output_blending import blend_angle, make_blending
+from pose_core.kernels.output_blending import LARGEST_TRAVEL, blend_angle, make_blending
 
 MS = 1_000_000
 LIMITS = np.radians([-110.0, 110.0])
@@ -39,7 +39,7 @@ def test_a_jump_of_the_filter_is_blended_out_and_the_deviation_says_so(jump_deg)
     targets = np.where(np.arange(150) < 50, start, start + jump)
     position, velocity, _, variance = publish(targets, np.zeros(150))
     assert np.degrees(unexplained(position, velocity).max()) < 3.0
-    assert np.degrees(np.abs(np.diff(position)).max()) < 10.0
+    assert np.abs(np.diff(position)).max() <= LARGEST_TRAVEL * PERIOD_S
     np.testing.assert_allclose(position[-1], targets[-1], atol=1e-6)
     apart = np.abs(position - targets)
     assert (np.sqrt(variance[51:]) >= apart[51:]).all()

@@ -1,5 +1,7 @@
 """What is kept of a live graph's messages."""
 
+from types import SimpleNamespace
+
 import pytest
 from viewed_bag import FRAME_NS, START_NS, moving_joints, skeleton_message
 
@@ -71,3 +73,28 @@ def test_a_body_that_nothing_has_come_of_for_a_second_is_not_shown(graph):
 
     assert list(graph.snapshot(START_NS + S // 2).bodies) == ["subject"]
     assert not graph.snapshot(START_NS + 2 * S).bodies
+
+
+def joint_state(stamp_ns, joints, position):
+    return SimpleNamespace(header=to_header(stamp_ns), name=joints, position=position)
+
+
+def test_a_robot_that_follows_has_a_past_once_both_its_topics_have_come(graph):
+    graph.robot_asked.add(joint_state(START_NS, ["elbow"], [0.5]))
+    assert graph.robot_track() is None
+
+    for k in range(300):
+        graph.robot_joints.add(joint_state(START_NS + k * S // 10, ["elbow"], [0.1 * k]))
+
+    track = graph.robot_track()
+    assert track.asked.position.tolist() == [[0.5]]
+    assert len(track.robot.times_s) == pytest.approx(111, abs=2)
+
+
+def test_another_robot_begins_a_new_past(graph):
+    graph.robot_asked.add(joint_state(START_NS, ["elbow"], [0.5]))
+    for joints in (["elbow"], ["wrist"]):
+        graph.robot_joints.add(joint_state(START_NS, joints, [0.1]))
+
+    assert graph.robot_track().robot.joints == ("wrist",)
+    assert len(graph.robot_track().robot.times_s) == 1

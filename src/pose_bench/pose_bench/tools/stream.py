@@ -9,18 +9,23 @@ from rich.console import Console
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
-from pose_bench.tables import TextTable, number
+from pose_bench.published_stream import published_stream
+from pose_bench.tables import UNKNOWN, TextTable, number
 from pose_bench.tools.showing import document, output_folder, show
+from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     Extrinsics,
     FusionParameters,
     FusionPipeline,
+    ImuBlock,
     ImuSample,
+    PoseError,
     SkeletonSample,
     extrinsics_from_map,
 )
 from pose_evaluation.stream_quality import StreamQuality, measure_stream, stream_of
 from pose_io.recordings.formats import read_recording
+from pose_io.samples import read_samples
 from pose_sim.captured.session import make_captured_session
 
 SUMMARY = "whether a robot could follow joint_states: limits, steps, rate, start"
@@ -33,14 +38,18 @@ HEADER = (
     "steps > 3 σ",
     "largest step [°]",
     "largest move [°]",
+    "step after silence [°]",
+    "stamps ahead, back or again",
     "rate [Hz]",
     "interval p1–p99 [ms]",
     "chatter at start",
 )
 NOTE = (
     "Steps are what an angle moves from one message to the next beyond what the published "
-    "velocities say. Chatter: RMS of the second difference in the first two seconds to the median "
-    "of later ones. Captured people before simulated sensors; recordings of one camera as they are."
+    "velocities say; after a silence of more than 0.1 s, all that it moves. Chatter: RMS of the "
+    "second difference in the first two seconds, or in those after a silence, to the median of the "
+    "others. Captured people before simulated sensors; recordings of one camera as they are, or of "
+    "two, calibrated from their own motion; bags as they were published."
 )
 
 
@@ -55,7 +64,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="a recording of one person; each camera's stream is fused alone",
+        help="a recording of one person; each camera's stream is fused alone, then all together",
+    )
+    parser.add_argument(
+        "--bag",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="BAG",
+        help="a bag that was recorded live; its joint_states are judged as they were heard",
     )
     parser.add_argument("--sessions", type=int, default=4, help="captured ones of each folder (4)")
     parser.add_argument("--output-rate", type=float, default=100.0, metavar="HZ")
@@ -64,23 +81,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Measure and print."""
+    """Measure and print; 1 if a stream does not meet a requirement."""
     table = TextTable(title="joint_states", header=HEADER, note=NOTE)
+    broken: list[str] = []
     with Console(stderr=True).status("fusing") as status:
         for name, quality in measured(arguments):
             status.update(f"fused {name}")
             table.rows.append(row_of(name, quality))
+            missed = ("nothing published",) if quality is None else quality.broken(_rate(arguments))
+            broken += [f"{name}: {what}" for what in missed]
     show([table])
+    for line in broken:
+        print(f"not met  {line}")
     if arguments.output is not None:
         with output_folder(arguments.output) as folder:
             (folder / "stream.md").write_text(document(SUMMARY, [table]))
-    return 0
+    return int(bool(broken))
 
 
-def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality]]:
-    """Each stream's name and figures."""
-    rate = arguments.output_rate
-    folders: Sequence[Path | None] = arguments.motion or ([] if arguments.recording else [None])
+def _rate(arguments: argparse.Namespace) -> float:
+    return float(arguments.output_rate)
+
+
+def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality | None]]:
+    """Each stream's name and figures, None of one that is empty."""
+    rate = _rate(arguments)
+    has_others = arguments.recording or arguments.bag
+    folders: Sequence[Path | None] = arguments.motion or ([] if has_others else [None])
     for folder in folders:
         for spec in captured_specs(folder, judged=True, seed=arguments.seed)[: arguments.sessions]:
             session = make_captured_session(spec)
@@ -89,29 +116,43 @@ def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality
                 name = spec.name + (", nine IMUs" if imus else "")
                 yield name, quality_of(session.samples(imus=imus), extrinsics, rate, imus)
     for path in arguments.recording:
-        for stream in read_recording(path).streams:
+        streams = read_recording(path).streams
+        for stream in streams:
             extrinsics = extrinsics_from_map({CAMERA: LEVEL_MOUNTING})
             samples = view_of_stream(stream).samples
             yield f"{path.name} {stream.name}", quality_of(samples, extrinsics, rate, False)
+        if len(streams) > 1:
+            recorded, name = read_samples(path), f"{path.name}, all"
+            try:
+                extrinsics = calibrate(recorded.samples, recorded.sensors).extrinsics
+            except PoseError as error:
+                print(f"left out {name}: {error}")
+                continue
+            yield name, quality_of(recorded.samples, extrinsics, rate, False)
+    for path in arguments.bag:
+        yield f"{path.name}, live", measure_stream(published_stream(path))
 
 
 def quality_of(
-    samples: Sequence[SkeletonSample | ImuSample],
+    samples: Sequence[SkeletonSample | ImuSample | ImuBlock],
     extrinsics: Extrinsics,
     output_rate: float,
     use_imus: bool,
-) -> StreamQuality:
-    """Fuse samples by the default estimator and judge what is published."""
+) -> StreamQuality | None:
+    """Fuse samples by the default estimator and judge what is published; None if it is nothing."""
     parameters = FusionParameters(
         sensors=extrinsics.sensors, use_imus=use_imus, output_rate=output_rate
     )
     pipeline = FusionPipeline(parameters, extrinsics)
     estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
-    return measure_stream(stream_of([*estimates, *pipeline.flush()], pipeline.model))
+    estimates += pipeline.flush()
+    return measure_stream(stream_of(estimates, pipeline.model)) if len(estimates) > 1 else None
 
 
-def row_of(name: str, quality: StreamQuality) -> list[str]:
+def row_of(name: str, quality: StreamQuality | None) -> list[str]:
     """A row of the table."""
+    if quality is None:
+        return [name, "0", *[UNKNOWN] * (len(HEADER) - 2)]
     low, _, high = quality.interval_ms
     return [
         name,
@@ -121,6 +162,8 @@ def row_of(name: str, quality: StreamQuality) -> list[str]:
         str(quality.steps_beyond_stddev),
         number(quality.largest_step_deg, 1),
         number(quality.largest_move_deg, 1),
+        number(quality.step_after_silence_deg, 1),
+        str(quality.ahead + quality.backwards + quality.repeated),
         number(quality.rate, 1),
         f"{low:.1f}–{high:.1f}",
         number(quality.start_chatter, 1),

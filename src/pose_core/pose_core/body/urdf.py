@@ -64,8 +64,8 @@ def make_urdf(model: BodyModel, shape: BodyShape, body_id: str) -> str:
             ElementTree.SubElement(
                 joint,
                 "limit",
-                lower=f"{lower:.5f}",
-                upper=f"{upper:.5f}",
+                lower=repr(float(lower)),  # exact: angles that are published keep to it
+                upper=repr(float(upper)),
                 effort=f"{LARGEST_EFFORT:g}",
                 velocity=f"{LARGEST_RATE:g}",
             )

@@ -18,6 +18,7 @@ from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.output import OutputBody, PoseOutput, output_states
 from pose_core.kernels.output_blending import make_blending
 
+LARGEST_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an angle that may be anything, 104°
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, from which on a pose is published
 
 
@@ -110,13 +111,15 @@ class _StateOutput:
         self._output_states(
             self._body, stamps_ns, states, block.tracking_state, self._blending, output
         )
+        stddev = np.sqrt(output.variance)
+        stddev[:, ROOT_DOF:] = np.minimum(stddev[:, ROOT_DOF:], LARGEST_STDDEV)
         return EstimateBlock(
             stamps_ns=stamps_ns,
             newest_ns=block.newest_ns,
             dof_names=model.dof_names,
             position=output.position,
             velocity=output.velocity,
-            position_stddev=np.sqrt(output.variance),
+            position_stddev=stddev,
             is_known=output.is_known,
             weight_kinect=output.weight_kinect,
             weight_imu=output.weight_imu,

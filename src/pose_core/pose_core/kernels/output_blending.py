@@ -64,8 +64,12 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
 
 @compiled_in_place
 def decay(e: float, rate: float, blend_s: float, dt_s: float) -> tuple[float, float]:
-    """A difference and its rate after some time, by (1)."""
-    k = min(1.0 / blend_s, LARGEST_TRAVEL * np.e / max(abs(e), 1e-9))
+    """A difference and its rate after some time, by (1).
+
+    With k = 2 v / |e|, (1) has the solution of constant rate v: a large difference is travelled at
+    the largest rate, where it began at rest.
+    """
+    k = min(1.0 / blend_s, 2.0 * LARGEST_TRAVEL / max(abs(e), 1e-9))
     drive = rate + k * e
     keep = np.exp(-k * dt_s)
     return (e + drive * dt_s) * keep, (rate - k * drive * dt_s) * keep

@@ -192,7 +192,7 @@ def _shown(options: argparse.Namespace) -> dict[str, str]:
     shown = {"view": str(options.view or options.teleop).lower()}
     if options.teleop:
         # The robot stands where the bodies to compare with would.
-        shown |= {"teleop": "true", "compare": "false"}
+        shown |= {"teleop": "true", "compare": "false", "bodies": "[subject]"}
     return shown
 
 

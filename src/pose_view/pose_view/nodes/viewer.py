@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
 from rclpy.subscription import Subscription
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -100,7 +101,9 @@ class ViewerNode(Node):
         self._newest.hand_over()
         now_ns = self._now_ns()
         now_s = now_ns / NS_PER_S
-        self.viewer.show(self._graph.snapshot(now_ns), self._graph.track, now_s, now_s)
+        graph = self._graph
+        robot = graph.robot_track()
+        self.viewer.show(graph.snapshot(now_ns), graph.track, now_s, now_s, robot)
         if now_ns - self._shown_status_ns > STATUS_NS:
             self._shown_status_ns = now_ns
             panel = self.viewer.graph
@@ -133,6 +136,10 @@ class ViewerNode(Node):
             )
         self._subscribe(TFMessage, "tf", self._on_tf, raw=True)
         self._subscribe(MarkerArray, "arm/markers", self._graph.add_robot, latched(1))
+        histories = {"target": self._graph.robot_asked, "joint_states": self._graph.robot_joints}
+        for name, history in histories.items():
+            take = partial(self._newest.put, f"5 arm {name}", JointState, take=history.add)
+            self._subscribe(JointState, f"arm/{name}", take, raw=True)
         self._subscribe(TFMessage, "tf_static", self._graph.add_static_tf, latched(50))
         self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
         self._pace(round(NS_PER_S / self._settings.rate))

@@ -7,6 +7,7 @@ import numpy as np
 
 from pose_core.api import FloatArray
 from pose_view.curves import BodyTrack, curve, on_grid, titles
+from pose_view.robot import JointTrack, RobotTrack
 from pose_view.svg_plot import svg_plot
 from pose_view.web.places import Place
 from pose_view.web.server import LocalServer
@@ -21,6 +22,8 @@ GRID_RATE = 20.0  # [Hz] points of a curve
 GAP_S = 0.25  # [s] a longer silence is left blank
 WIDTH = 340  # [px] of the panel
 MARGIN = 5.0  # [°] above and below the curves
+ROBOT = "Robot: "  # before the name of a robot's joint
+ASKED_LINE, ROBOT_LINE = "#c2541b", "#39424e"  # of the person's pose and the robot, for CSS
 
 TrackOf = Callable[[str, float, float], BodyTrack]
 """The track of a body (its id) from one time to another [s]."""
@@ -43,38 +46,66 @@ class PlotPanel:
         self._span_s = span_s
         self._time_label = time_label
         self._titles = titles()
+        self._robot_joints: dict[str, str] = {}  # by title
         panel = server.gui.add_panel()
         with panel.add_tab("Angles"):
-            server.gui.add_html(_legend(places))
+            self._legend = server.gui.add_html(_legend([(p.title, p.line) for p in places]))
             self._plots = [self._add(server, title) for title in DEFAULTS]
         panel.dock_right()
         panel.set_width(WIDTH)
 
     def offer_dof(self, names: tuple[str, ...]) -> None:
         """Offer the model's own angles too, once their names are known."""
-        offered = titles(names)
+        offered = (*titles(names), *self._robot_joints)
         if offered != self._titles:
             self._titles = offered
             for chosen, _ in self._plots:
                 chosen.options = offered
 
-    def update(self, track_of: TrackOf, now_s: float, zero_s: float = 0.0) -> None:
+    def _offer_robot(self, joints: Sequence[str]) -> None:
+        """Offer a robot's joints, and show the first ones."""
+        self._robot_joints = {_robot_title(joint): joint for joint in joints}
+        own = [(place.title, place.line) for place in self._places]
+        self._legend.content = _legend([*own, ("Robot", ROBOT_LINE)])
+        self._titles = (*self._titles, *self._robot_joints)
+        for (chosen, _), title in zip(self._plots, self._robot_joints, strict=False):
+            chosen.options = self._titles
+            chosen.value = title
+
+    def update(
+        self,
+        track_of: TrackOf,
+        now_s: float,
+        zero_s: float = 0.0,
+        robot: RobotTrack | None = None,
+    ) -> None:
         """Draw the time until now.
 
         Args:
             track_of: The past of each body.
             now_s: Right end of the plots [s].
             zero_s: What the horizontal axis calls zero [s].
+            robot: The past of a robot that follows.
         """
+        if robot is not None and not self._robot_joints:
+            self._offer_robot(robot.robot.joints)
         count = round(self._span_s * GRID_RATE) + 1
         grid = np.linspace(now_s - self._span_s, now_s, count)
         tracks = [track_of(place.body, grid[0] - GAP_S, now_s) for place in self._places]
         for chosen, plot in self._plots:
-            rows = [_row(chosen.value, track, grid) for track in tracks]
+            joint = self._robot_joints.get(chosen.value)
+            if joint is None:
+                rows = [_row(chosen.value, track, grid) for track in tracks]
+                colors = [place.line for place in self._places]
+            elif robot is None:
+                continue
+            else:
+                rows = [_joint_row(joint, track, grid) for track in (robot.asked, robot.robot)]
+                colors = [ASKED_LINE, ROBOT_LINE]
             picture = svg_plot(
                 grid - zero_s,
                 rows,
-                [place.line for place in self._places],
+                colors,
                 x_label=self._time_label,
                 y_label="angle [°]",
                 y_range=_range(rows),
@@ -94,6 +125,17 @@ def _row(title: str, track: BodyTrack, grid: FloatArray) -> FloatArray:
     return on_grid(track.times_s, values, grid, GAP_S)
 
 
+def _robot_title(joint: str) -> str:
+    return ROBOT + joint.removesuffix("_joint").replace("_", " ")
+
+
+def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:
+    if joint not in track.joints or len(track.times_s) < 2:
+        return np.full(len(grid), np.nan)
+    values = np.degrees(track.position[:, track.joints.index(joint)])
+    return on_grid(track.times_s, values, grid, GAP_S)
+
+
 def _range(rows: Sequence[FloatArray]) -> tuple[float, float]:
     """Limits of the vertical axis [°]: whole tens, and never so narrow that noise looks large."""
     known = np.concatenate([row[np.isfinite(row)] for row in rows])
@@ -104,11 +146,12 @@ def _range(rows: Sequence[FloatArray]) -> tuple[float, float]:
     return float(low), float(max(high, low + 20.0))
 
 
-def _legend(places: Sequence[Place]) -> str:
+def _legend(lines: Sequence[tuple[str, str]]) -> str:
+    """Titles, and the colours of their lines."""
     dots = "".join(
         f'<span style="white-space:nowrap;margin-right:1em"><span style="display:inline-block;'
         f"width:1.4em;height:0.28em;vertical-align:middle;margin-right:0.4em;"
-        f'background:{place.line}"></span>{place.title}</span>'
-        for place in places
+        f'background:{color}"></span>{title}</span>'
+        for title, color in lines
     )
     return f'<div style="padding:0.5em 0.75em 0;font-size:0.85em">{dots}</div>'

@@ -45,7 +45,7 @@ CAMERA_PITCH = np.radians(30.0)  # [rad] downward: the sensors do not hide the b
 SETTLING_S = 5.0  # [s] that a new page takes to find its layout
 LOOK_AT_HEIGHT = 0.80  # [m]
 HALF_HEIGHT = 1.15  # [m] to have in the picture, above and below
-ARM = 0.8  # [m] to have in the picture beside the outer avatars
+ARM = 1.0  # [m] to have in the picture beside the outer avatars
 
 
 class Stage:
@@ -91,10 +91,9 @@ class Stage:
         self._sensors: dict[str, FloatArray] = {}
         self._ghosts: dict[str, LineSegmentsHandle] = {}
         self._robot = RobotAvatar(scene)
-        self._has_view = False
-        self._half_width = SPACING * middle + ARM
-        self._centre = np.array(EXPECTED_AT)
-        self._set_view(self._centre)
+        self._has_view = self._has_robot = False
+        self._reach = SPACING * middle  # [m] of the outer avatars from the middle one
+        self._set_view(np.array(EXPECTED_AT), None)
         server.on_client_connect(self._welcome)
         self._shows_sensors = True
         self._shows_ghosts = False
@@ -108,13 +107,18 @@ class Stage:
                     avatar.show(snapshot.bodies[name], snapshot.imus)
             if snapshot.robot is not None:
                 self._robot.show(snapshot.robot)
+                has_robot = bool(snapshot.robot.position)
+                self._has_view &= has_robot == self._has_robot
+                self._has_robot = has_robot
             self._show_sensors(snapshot)
             self._show_ghosts(snapshot)
         if not self._has_view and snapshot.bodies:
             body = snapshot.bodies.get(self._centre_body) or next(iter(snapshot.bodies.values()))
             self._has_view = bool(np.isfinite(body.joints).all())
             if self._has_view:
-                self._set_view(body.joints.mean(axis=0))
+                links = snapshot.robot.position if snapshot.robot is not None else {}
+                robot = np.mean([*links.values()], axis=0) if links else None
+                self._set_view(body.joints.mean(axis=0), robot)
 
     def reset_view(self) -> None:
         """Bring every browser's camera back before the avatars."""
@@ -128,9 +132,18 @@ class Stage:
         """Draw what each camera saw, where the calibration puts it, or not."""
         self._shows_ghosts = shown
 
-    def _set_view(self, centre: FloatArray) -> None:
-        """Look from the sensors' side, for those who look now and those who will."""
-        self._centre = centre
+    def _set_view(self, body: FloatArray, robot: FloatArray | None) -> None:
+        """Look from the sensors' side, for those who look now and those who will.
+
+        Args:
+            body: Where the middle avatar stands [m], (3,).
+            robot: Where a robot stands [m], (3,); None without one.
+        """
+        sides = [body[1] - self._reach, body[1] + self._reach]
+        if robot is not None:
+            sides.append(robot[1])
+        self._centre = np.array([body[0], (min(sides) + max(sides)) / 2.0])
+        self._half_width = (max(sides) - min(sides)) / 2.0 + ARM
         position, target = self._camera(aspect=1.2)
         initial = self._server.initial_camera
         initial.position, initial.look_at, initial.fov = position, target, CAMERA_FOV

@@ -6,6 +6,7 @@ import viser
 
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded
+from pose_view.robot import RobotTrack
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.legend import legend_html
@@ -63,7 +64,14 @@ class Viewer:
         """Whether a browser is looking: nothing needs to be shown otherwise."""
         return self.server.has_visitors
 
-    def show(self, snapshot: Snapshot, track_of: TrackOf, now_s: float, zero_s: float) -> None:
+    def show(
+        self,
+        snapshot: Snapshot,
+        track_of: TrackOf,
+        now_s: float,
+        zero_s: float,
+        robot: RobotTrack | None = None,
+    ) -> None:
         """Bring the page up to date.
 
         Args:
@@ -71,6 +79,7 @@ class Viewer:
             track_of: The past of each body, for the plots.
             now_s: The present, in the same seconds.
             zero_s: What the plots call zero [s].
+            robot: The past of a robot that follows.
         """
         self.stage.show(snapshot)
         if time.monotonic() - self._plotted_s < PLOT_PERIOD_S:
@@ -81,7 +90,7 @@ class Viewer:
                 self.plots.offer_dof(body.dof.names)
                 break
         with self.server.atomic():
-            self.plots.update(track_of, now_s, zero_s)
+            self.plots.update(track_of, now_s, zero_s, robot)
 
     def stop(self) -> None:
         """Close the page."""

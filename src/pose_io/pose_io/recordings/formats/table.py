@@ -13,10 +13,9 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from pose_core.errors import InputError
-from pose_io.recordings.formats.content import GZIP_MAGIC
+from pose_io.file_content import GZIP_MAGIC, MAX_TABLE_BYTES
 
 DIALECT: dict[str, Any] = {"skipinitialspace": True}
-MAX_TABLE_BYTES = 256 * 1024 * 1024  # [bytes] decompressed: three hours of two cameras
 MAX_NS = 2**62  # [ns] about 146 years around any epoch
 
 

@@ -8,6 +8,7 @@ from pose_core.errors import InputError
 
 GZIP_MAGIC = b"\x1f\x8b"
 MAX_BYTES = 512 * 1024 * 1024  # [bytes] decompressed: hours of skeletons
+MAX_TABLE_BYTES = 256 * 1024 * 1024  # [bytes] decompressed: three hours of two cameras
 
 
 def read_content(path: Path, limit: int = MAX_BYTES) -> bytes:
