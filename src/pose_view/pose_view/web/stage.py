@@ -54,7 +54,7 @@ class Stage:
     Args:
         server: Where it is shown.
         places: From left to right; the middle one stands where it is in map.
-        absent: What is said of a body, by its id, that has not been seen.
+        absent: Text for a body without data, by id.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Stage:
         self._shows_ghosts = shown
 
     def _set_view(self, centre: FloatArray) -> None:
-        """Look from the sensors' side, for those who look now and those who will."""
+        """Set the camera to the sensors' side, for present and future visitors."""
         self._centre = centre
         position, target = self._camera(aspect=1.2)
         initial = self._server.initial_camera
