@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
@@ -28,7 +28,7 @@ from pose_fusion.conversions import (
     to_static_tf,
 )
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import latched
+from pose_fusion.nodes.qos import latched, sensor_data
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_node.kept import kept_file
@@ -39,8 +39,8 @@ from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
 # What may wait while a solution is sought, for two seconds.
-FRAMES_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-IMU_QOS = QoSProfile(depth=250, reliability=ReliabilityPolicy.BEST_EFFORT)
+FRAMES_QOS = sensor_data(100)
+IMU_QOS = sensor_data(250)
 PERIOD_S = 0.1  # [s] after which samples are taken, all at once: nobody waits for them
 EVERY_OTHER = 2  # [-] of the IMUs' samples suffices, at the 100 Hz that they have
 
