@@ -22,7 +22,7 @@ MOST_FRAMES = 2000  # [-] that measures are taken from where nobody stood neutra
 def measure_body(
     frames: Iterable[AlignedFrame], T_map_sensor: Mapping[str, FloatArray]
 ) -> SessionBody | None:
-    """The person's measures: from their first N-pose, else from all that was seen.
+    """The person's body shape: from their first N-pose, else from all frames.
 
     Args:
         frames: What the sensors saw, in the order of time.

@@ -34,7 +34,7 @@ MOST_TRIED = 3  # [-] people, one after the other
 
 @dataclass(frozen=True, kw_only=True)
 class SessionCalibration:
-    """What a recording tells of its sensors."""
+    """Calibration of a recording's sensors."""
 
     extrinsics: Extrinsics  # with the clocks and the person's measures
     clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference

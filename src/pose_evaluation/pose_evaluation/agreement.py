@@ -1,4 +1,4 @@
-"""What a recording without a reference can tell: do two views agree, are bones constant."""
+"""Figures without a reference: agreement of two views, constancy of the bones."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

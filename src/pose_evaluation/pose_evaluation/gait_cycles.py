@@ -145,7 +145,7 @@ def _of_like_course(degrees: FloatArray, pairs: list[tuple[int, int]]) -> list[t
 
 
 def _in_a_row(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Those that another one precedes or follows at once: what repeats, repeats in a row."""
+    """Cycles with another cycle right before or after them; isolated ones are left out."""
     begins, ends = {begin for begin, _ in pairs}, {end for _, end in pairs}
     kept = [(begin, end) for begin, end in pairs if begin in ends or end in begins]
     return kept if len(kept) >= LEAST_CYCLES else []

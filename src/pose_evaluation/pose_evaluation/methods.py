@@ -46,7 +46,7 @@ def methods_of_bag(
         bag: An open bag.
         person: Whom to follow; see ``./pose fuse --person``.
         body: The id of the fused body; the first one if empty.
-        clocks: The sensors' clocks; those that the bag tells of if None.
+        clocks: The sensors' clocks; those of the bag's clock messages if None.
         extrinsics: How the sensors stand; those in the bag if None.
 
     Raises:

@@ -24,7 +24,7 @@ def robot_figure(title: str, motions: Mapping[str, JointMotion]) -> Figure:
         motions: ``person`` (the joints that the person's pose asks for), ``command``, ``robot``.
     """
     joints = motions["command"].joints
-    # Joints that never move say nothing.
+    # Joints that never move are not drawn.
     spans = np.ptp(motions["command"].position, axis=0)
     shown = [i for i in range(len(joints)) if spans[i] > 0.01] or [0]
     figure = Figure(figsize=(12.0, 1.6 + 1.7 * len(shown)), dpi=DPI, layout="constrained")

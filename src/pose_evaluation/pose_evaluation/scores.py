@@ -35,7 +35,7 @@ MIN_OVERLAP_S = 1.0  # [s] of common time, below which there is nothing to evalu
 
 @dataclass(frozen=True, kw_only=True)
 class AngleScore:
-    """How well one angle follows the reference; NaN where there is nothing to tell."""
+    """Agreement of one angle with the reference; NaN where it is undefined."""
 
     r: float  # [-] Pearson's correlation; NaN where the reference moves by less than 1° (SD)
     rmse_deg: float  # [deg]

@@ -1,4 +1,4 @@
-r"""How well a stream of joint angles can be followed by a robot.
+r"""Quality of a stream of joint angles as a robot's command.
 
 A stream is continuous where the step from one message to the next is what both velocities say,
 
@@ -43,9 +43,9 @@ class StreamQuality:
 
     messages: int
     outside: int  # beyond the limits
-    steps: int  # more than 10° beyond what the velocities say
-    steps_beyond_stddev: int  # more than 3 σ beyond what the velocities say
-    largest_step_deg: float  # [deg] beyond what the velocities say
+    steps: int  # more than 10° beyond the published velocities
+    steps_beyond_stddev: int  # more than 3 σ beyond the published velocities
+    largest_step_deg: float  # [deg] beyond the published velocities
     largest_move_deg: float  # [deg] from one message to the next
     silences: int  # intervals of more than 0.1 s
     step_after_silence_deg: float  # [deg] largest; NaN without a silence
@@ -93,7 +93,7 @@ def stream_of(estimates: Iterable[BodyEstimate], model: BodyModel) -> AngleStrea
 
 
 def unexplained_steps(stream: AngleStream) -> FloatArray:
-    """Step of each angle beyond what the velocities at its ends say, (n − 1, d) [rad]."""
+    """Step of each angle less the mean velocity times the interval, (n − 1, d) [rad]."""
     dt = np.diff(stream.stamps_ns)[:, None] / NS_PER_S
     mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
     steps: FloatArray = np.abs(np.diff(stream.position, axis=0) - mean_velocity * dt)

@@ -36,7 +36,7 @@ def uncertainty_coverage(
 
     Args:
         series: The method's joints, whose angles are judged.
-        estimates: What it says of its degrees of freedom; those named as the angles count.
+        estimates: Its degrees of freedom with standard deviations; those named as angles are used.
         reference: The true angles.
         shift_s: How late the method's stamps are [s].
 

@@ -107,8 +107,8 @@ class Supervisor:
         while not self._stopping.is_set():
             begin_s = loop.time()
             child.starts += 1
-            code, was_told = await self._run_once(child, folder)
-            if was_told:
+            code, was_asked = await self._run_once(child, folder)
+            if was_asked:
                 if code not in STOPPED and not child.interrupted:
                     child.failures.append(f"{process.name} ({_describe(code)})")
                 return
@@ -178,15 +178,15 @@ class Supervisor:
         asked = asyncio.create_task(self._stopping.wait())
         await asyncio.wait({ending, asked}, return_when=asyncio.FIRST_COMPLETED)
         asked.cancel()
-        was_told = not ending.done()
-        if was_told:
+        was_asked = not ending.done()
+        if was_asked:
             await self._end(child, running, ending)
         await asyncio.wait({relay}, timeout=LAST_WORDS_S)
         # What the process itself has left behind in its group.
         _signal_group(running.pid, signal.SIGKILL)
         relay.cancel()
         child.running = None
-        return await ending, was_told
+        return await ending, was_asked
 
     async def _end(
         self, child: _Child, running: asyncio.subprocess.Process, ending: "asyncio.Task[int]"

@@ -21,7 +21,7 @@ LEG_ANGLES = tuple(
 )
 WARM_UP_END = 16.0  # [s] figures are taken of the choreography itself
 LARGEST_SHIFT = 0.2  # [s] searched for the one global time shift
-POLE = np.radians(60.0)  # beyond this abduction flexion says nothing
+POLE = np.radians(60.0)  # abduction from which on flexion is undefined
 BONES = tuple(
     (f"{side}_{a}", f"{side}_{b}")
     for side in SIDES

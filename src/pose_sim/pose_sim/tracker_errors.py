@@ -44,7 +44,7 @@ RESTLESSNESS = {
 
 
 def attention(difficulty: FloatArray, p: KinectParameters) -> FloatArray:
-    """A difficulty as the tracker feels it, which takes a moment."""
+    """A difficulty, low-pass filtered: the tracker reacts with a delay."""
     return gaussian_filter1d(difficulty, ATTENTION_TIME * p.frame_rate, axis=0, mode="nearest")
 
 

@@ -1,4 +1,4 @@
-"""The truth of a session as a rosbag, beside which any estimate can be laid."""
+"""The truth of a session as a rosbag, as a reference for estimates."""
 
 from pathlib import Path
 from typing import Any

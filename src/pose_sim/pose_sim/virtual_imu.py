@@ -1,4 +1,4 @@
-"""Virtual IMU nodes: what gyroscope, accelerometer and magnetometer say on a moving segment.
+"""Virtual IMU nodes: gyroscope, accelerometer and magnetometer on a moving segment.
 
 With ``R`` = ``R_map_sensor``, ``a`` the strapped point's acceleration and ``B`` the field there:
 gyroscope ``ω`` (in the sensor's frame), accelerometer ``Rᵀ (a + g ẑ)``, magnetometer ``Rᵀ B``.
@@ -66,7 +66,7 @@ class SensorToSegment:
 
 @dataclass(frozen=True, kw_only=True)
 class Measurements:
-    """What one node's sensors say, in SI units, before they are made counts."""
+    """Measurements of one node in SI units, before quantisation."""
 
     sample_s: FloatArray  # (n,) [s] true time of sampling on the host's clock
     clock_us: NDArray[np.int64]  # (n,) [us] on the node's clock, not wrapped

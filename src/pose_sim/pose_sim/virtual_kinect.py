@@ -146,7 +146,7 @@ def _out_of_view(optical: FloatArray) -> FloatArray:
 def _states(
     blocked: FloatArray, p: KinectParameters, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """What the tracker says of each joint; its opinions last."""
+    """Tracking state of each joint; it changes seldom."""
     believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
     loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
     is_hidden = blocked > 0.5

@@ -75,7 +75,7 @@ def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | Non
 
 
 def estimate_snapshot(estimate: BodyEstimate) -> BodySnapshot:
-    """Of what the fusion says when it is run here."""
+    """Snapshot of an estimate of a fusion that is run here."""
     return BodySnapshot(
         stamp_ns=estimate.stamp_ns,
         joints=estimate.joints,

@@ -12,7 +12,7 @@ from pose_fusion.tools.demo_start import first_lead_s
 
 pytestmark = pytest.mark.graph
 
-GENERATING_S = 8.0  # the session is made, and all processes are up, in the time until its start
+GENERATING_S = 6.0  # the session is made, and all processes are up, in the time until its start
 
 
 def executable(package, name):
@@ -26,7 +26,7 @@ def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_proc
     generate = start_process(
         [
             executable("pose_sim", "generate"),
-            *("--choreography", "leg_lift_march", "--duration", "60", "--seed", "6"),
+            *("--choreography", "leg_lift_march", "--duration", "45", "--seed", "6"),
             *("--start-at", start_at, "-o", session),
         ]
     )

@@ -19,11 +19,11 @@ pytestmark = [pytest.mark.graph, pytest.mark.xdist_group("live_graph")]
 
 @pytest.fixture
 def bag(tmp_path):
-    _, dof = motion(4.5)
+    _, dof = motion(4.0)
     positions = kinematics().pose(dof).positions
     samples = skeleton_samples(positions, extrinsics(), np.random.default_rng(60), 0.005)
     # Best effort: what comes in the moment of discovery may be lost, and here it says nothing.
-    write_bag(tmp_path / "in", samples, nobody_s=1.5)
+    write_bag(tmp_path / "in", samples, nobody_s=1.0)
     return tmp_path / "in"
 
 

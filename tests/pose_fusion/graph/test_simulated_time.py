@@ -129,7 +129,7 @@ def test_at_five_times_the_pace_the_joint_states_are_the_offline_ones(
 
 
 def test_looped_and_sought_back_they_are_so_again(start_process, ros_context, bag, offline):
-    graph = Graph(start_process, ros_context, bag, "--rate", "1.5", "--loop")
+    graph = Graph(start_process, ros_context, bag, "--rate", "2", "--loop")
     graph.round(last_of(offline))
     graph.until_back(min(offline) + SETTLED_NS)
     graph.round_as(offline)

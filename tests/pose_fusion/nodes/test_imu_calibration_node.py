@@ -97,7 +97,7 @@ def test_the_calibration_hears_cameras_imus_and_where_the_cameras_are(ros_contex
             imus.publish(imu_message(sample))
         for sample in seen:
             cameras[sample.sensor].publish(skeleton_message(sample))
-        return recorder.segments == ("torso",) and np.isfinite(recorder.seen).any()
+        return recorder.segments == ("torso",) and np.isfinite(recorder.joints).any()
 
     ros_context.spin_until(heard, what="the samples")
     assert node.calibration.phase is Phase.STAND

@@ -1,4 +1,4 @@
-"""Collects views of the board from streams of images, and says what is still missing."""
+"""Collects views of the board from image streams, until they suffice for a calibration."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
 
 LOOKED_EVERY_NS = 200_000_000  # [ns] of one camera: finding the board takes a tenth of a second
-STILL_PX = 1.5  # [px] between two looks: a board that moves is somewhere else in the other camera
+STILL_PX = 1.5  # [px] between two images: a board that moves is somewhere else in the other camera
 DIFFERENT = 0.04  # [-] of the image's width, from all views that were kept
 ENOUGH_INSTANTS = 15  # [-] at which a camera and another see the board
 ENOUGH_CELLS = 5  # [-] of the image's 9

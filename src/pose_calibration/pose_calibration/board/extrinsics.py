@@ -18,7 +18,7 @@ def board_extrinsics(
     mounting: KnownMounting | None = None,
     floor_instant: int | None = None,
 ) -> Extrinsics:
-    """Extrinsics of what a board told.
+    """Extrinsics from the solution of a board calibration.
 
     Args:
         calibration: Where the cameras stand.

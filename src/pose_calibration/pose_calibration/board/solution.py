@@ -167,7 +167,7 @@ def _linked(
 
 
 def _median_transform(words: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """What most of the transforms (n, 4, 4) say, and which of them say something else."""
+    """Mean of the consistent transforms, shape (n, 4, 4), and a mask of the outliers."""
     centre = np.median(words[:, :3, 3], axis=0)
     turns = Rotation.from_matrix(words[:, :3, :3])
     distances = np.array([(turns * turn.inv()).magnitude() for turn in turns])

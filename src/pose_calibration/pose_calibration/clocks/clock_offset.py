@@ -45,7 +45,7 @@ class ClockOffset:
 
     @property
     def observable(self) -> bool:
-        """Whether the motion sufficed to tell."""
+        """Whether the motion sufficed to determine the offset."""
         return self.stddev_s <= OBSERVABLE_STDDEV_S
 
 

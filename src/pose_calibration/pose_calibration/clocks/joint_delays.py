@@ -18,7 +18,7 @@ LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; real ones: 0.
 CORRELATION_S = 0.4  # [s] after which a joint's error is another one
 REACH_S = 0.07  # [s] to either side: a velocity over less is noise, which hides the delay
 FAR = 3.0  # [-] deviations from the median joint beyond which one counts for less
-LEAST_SIGNAL = 0.5  # [-] of a joint's velocities: one that stands still tells no delay
+LEAST_SIGNAL = 0.5  # [-] of a joint's velocities: one that stands still determines no delay
 MIN_SAMPLES = 30  # [-] of a joint
 
 

@@ -83,7 +83,7 @@ class ExtrinsicsCalibrator:
             gravity: The vertical in the reference's frame, where something but the person tells it.
 
         Raises:
-            CalibrationError: If what was seen does not determine it; the message says why.
+            CalibrationError: If the frames do not determine it; the message says why.
         """
         frames = self.memory.frames()
         if not frames:

@@ -11,9 +11,9 @@ from pose_core.api import AlignedFrame, FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
-CELL_M = 0.3  # [m] places of the body are told apart by this
+CELL_M = 0.3  # [m] size of the cells by which places of the body are counted
 PAUSE_NS = NS_PER_S  # [ns] a longer step between frames is a pause
-KEPT_EVERY_NS = 50_000_000  # [ns] frames closer in time say the same
+KEPT_EVERY_NS = 50_000_000  # [ns] frames closer in time are redundant
 MAX_KEPT_FRAMES = 900  # [-] 45 s of frames
 SPEED_OVER_NS = 150_000_000  # [ns] over which a joint's speed is taken: a shorter way is noise
 CENTRED_WITHIN_NS = 350_000_000  # [ns] two kept frames before to two after, without a gap

@@ -101,7 +101,7 @@ def read_document(path: Path) -> Mapping[Any, Any]:
 
 
 def _sections_of(path: Path) -> dict[str, Any]:
-    """What a file that is about to be replaced holds beside the extrinsics."""
+    """Other sections of a file whose extrinsics are about to be replaced."""
     if not path.exists():
         return {}
     try:

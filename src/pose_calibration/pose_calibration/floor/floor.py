@@ -65,7 +65,7 @@ def estimate_floor(
         positions: Joints [m] in the reference sensor's optical frame, shape (..., 15, 3), NaN where
             unknown, in any order. The sensor is taken to stand upright, tilted up to 60 degrees.
         mounting: What is known; it overrides what would be estimated.
-        gravity: The vertical that something else tells; it replaces the body's word.
+        gravity: The vertical from another source; it replaces the estimate from the body.
 
     Raises:
         CalibrationError: If the reference sensor looks straight down or up.

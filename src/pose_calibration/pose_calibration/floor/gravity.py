@@ -1,4 +1,4 @@
-"""The vertical, where something other than the person's stance tells it."""
+"""The vertical from an accelerometer or from IMUs instead of the person's stance."""
 
 from dataclasses import dataclass
 

@@ -1,1 +1,1 @@
-"""Calibration of body-worn IMUs: how each sits, and whether it sits on the right segment."""
+"""Calibration of body-worn IMUs: sensor-to-segment alignment and plausibility checks."""

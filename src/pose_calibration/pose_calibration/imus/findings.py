@@ -16,7 +16,7 @@ MOVED = math.radians(25.0)  # [rad] that a segment must have turned for its sens
 UNMOVED = math.radians(6.0)  # [rad] that a sensor which lies on the table turns at most
 MOST = 95.0  # [%] percentile that stands for the largest angle
 ALIKE, OPPOSITE = 0.5, -0.5  # [-] cosines between sensors' axes along the body
-LEAST_TO_COMPARE = 4  # [-] sensors, to say what is usual
+LEAST_TO_COMPARE = 4  # [-] sensors, to compare one with the others
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,7 +73,7 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
 
 
 def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
-    """Alignments that motion could have told better than ``enough`` [rad]."""
+    """Alignments less certain than ``enough`` [rad] that motion could have made more certain."""
     return [
         Finding(
             segments=(segment,),

@@ -1,4 +1,4 @@
-"""What IMUs and cameras say of the same instants, kept while a person stands and then moves."""
+"""Simultaneous measurements of IMUs and cameras, of an N-pose and the motion after it."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
 
 @dataclass(frozen=True, kw_only=True)
 class Instant:
-    """What all sensors said of one instant."""
+    """Measurements of all sensors at one instant."""
 
     stamp_ns: int
     views: FloatArray  # (sensors, 15, 3) [m] in map; NaN where not tracked

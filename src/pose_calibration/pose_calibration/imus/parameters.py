@@ -29,5 +29,5 @@ class ImuCalibrationParameters:
         60.0, unit="s", low=5.0, high=600.0, doc="motion after which it ends in any case"
     )
     enough_stddev: float = parameter(
-        0.07, unit="rad", low=0.01, high=0.5, doc="uncertainty of a alignment that suffices"
+        0.07, unit="rad", low=0.01, high=0.5, doc="uncertainty of an alignment that suffices"
     )

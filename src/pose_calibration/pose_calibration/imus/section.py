@@ -1,4 +1,4 @@
-"""The section ``imus`` of the session's file: how each IMU sits on its segment.
+"""The section ``imus`` of the session's file: the sensor-to-segment alignment of each IMU.
 
 .. code-block:: yaml
 

@@ -1,1 +1,1 @@
-"""What the IMUs tell of clocks and of the vertical."""
+"""Clock offset and vertical from body-worn IMUs."""

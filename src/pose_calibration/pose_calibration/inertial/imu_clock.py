@@ -33,12 +33,12 @@ NEAR_S = 0.1  # [s] about a known offset
 
 @dataclass(frozen=True, kw_only=True)
 class ImuFindings:
-    """What the IMUs tell."""
+    """Estimates from body-worn IMUs."""
 
     offset_s: float  # [s] by which their clock is ahead
     offset_stddev_s: float  # [s] infinite where nothing was to be seen
     clock: Clock | None  # None where a tracker's delay explains the offset
-    gravity: Gravity | None  # None where an upright body tells as much
+    gravity: Gravity | None  # None where an upright body is as certain
 
 
 def is_clocks(offset_s: float) -> bool:

@@ -34,7 +34,7 @@ ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
 NEXT_WITHIN_S = 8.0  # [s] of common view, at the latest: nobody should walk on for nothing
 SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
-CHANGED_NS = 500_000  # [ns] by which a clock moves before it is told
+CHANGED_NS = 500_000  # [ns] of change before a clock is published again
 IMU_REACH_NS = 90_000_000_000  # [ns] of IMU samples that are kept
 
 
@@ -48,7 +48,7 @@ class CalibrationState(Enum):
 
 
 class LiveCalibration:
-    """Collects skeletons and says when there is a new calibration.
+    """Collects skeletons until they give a calibration, and returns it.
 
     The first solution comes as soon as ``minimum_duration`` of common view determines the sensors'
     places and clocks. It is refined whenever as much again has been seen, until it is good enough

@@ -20,7 +20,7 @@ from pose_core.stamps import NS_PER_S
 BLOCK_NS = NS_PER_S
 LEAST_FRAMES = 8  # [-] in a block
 BASELINE_BLOCKS = 30  # [-] that the newest ones are compared with
-LEAST_BASELINE = 12  # [-] before anything is said
+LEAST_BASELINE = 12  # [-] before anything is reported
 NEWEST_BLOCKS = 4  # [-] that must agree
 LEAST_SHARE = 0.5  # [-] of their mean step, that every one of them has taken
 MOVED_M = 0.012  # [m] by which their mean steps aside: 2 cm, less its noise
@@ -125,7 +125,7 @@ class Watchdog:
 
     def _moved(self, share: FloatArray, distance: FloatArray, threshold: FloatArray) -> Moved:
         worst = int(np.argmax(share))
-        # Two views only say that they have parted; of three, the one that moved is farthest off.
+        # Of two views either may have moved; of three, the one that moved is farthest off.
         sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
         return Moved(
             sensors=sensors, distance=float(distance[worst]), threshold=float(threshold[worst])

@@ -34,15 +34,15 @@ class Trusts:
 
 LIVE = Trusts(
     kinect={
-        "hip": Trust(factor=0.85, late_s=0.016, stddev_deg=7.2),
-        "knee": Trust(factor=0.85, late_s=0.0065, stddev_deg=3.5),
-        "shoulder": Trust(factor=0.77, late_s=0.026, stddev_deg=6.8),
-        "elbow": Trust(factor=0.77, stddev_deg=2.2),
+        "hip": Trust(factor=1.0, late_s=0.016, stddev_deg=7.2),
+        "knee": Trust(factor=1.0, late_s=0.0065, stddev_deg=3.5),
+        "shoulder": Trust(factor=1.0, late_s=0.026, stddev_deg=6.8),
+        "elbow": Trust(factor=1.0, stddev_deg=2.2),
     },
     with_imu={
-        "hip": Trust(factor=0.94, late_s=0.026, stddev_deg=8.3),
-        "knee": Trust(factor=0.77, stddev_deg=4.9),
-        "shoulder": Trust(factor=0.77, stddev_deg=9.1),
+        "hip": Trust(factor=1.0, late_s=0.026, stddev_deg=8.3),
+        "knee": Trust(factor=1.0, stddev_deg=4.9),
+        "shoulder": Trust(factor=1.0, stddev_deg=9.1),
         "elbow": Trust(factor=1.7, stddev_deg=4.7),
     },
 )
@@ -50,13 +50,13 @@ LOOKING_AHEAD = Trusts(
     kinect={
         "hip": Trust(factor=1.4, late_s=0.026, stddev_deg=8.2),
         "knee": Trust(factor=3.4, late_s=0.0065, stddev_deg=1.3),
-        "shoulder": Trust(factor=0.85, late_s=0.046, stddev_deg=10),
+        "shoulder": Trust(factor=1.0, late_s=0.046, stddev_deg=10),
         "elbow": Trust(factor=2.4, stddev_deg=2.7),
     },
     with_imu={
         "hip": Trust(factor=2.5, late_s=0.019, stddev_deg=7.7),
         "knee": Trust(factor=2, stddev_deg=5.2),
-        "shoulder": Trust(factor=0.85, late_s=0.039, stddev_deg=9.9),
+        "shoulder": Trust(factor=1.0, late_s=0.039, stddev_deg=9.9),
         "elbow": Trust(factor=5.1, stddev_deg=2.7),
     },
 )

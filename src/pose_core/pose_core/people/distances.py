@@ -1,4 +1,4 @@
-"""How far skeletons are from where persons are expected: the costs of the assignment."""
+"""Distances between predicted persons and measured skeletons: the costs of the assignment."""
 
 import numpy as np
 from numpy.typing import NDArray

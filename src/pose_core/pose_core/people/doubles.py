@@ -1,4 +1,4 @@
-"""One person who is taken for two: a tracker's ghost beside them, or a second sensor's view."""
+"""Duplicate tracks of one person: a tracker's ghost, or a second sensor's view."""
 
 from collections.abc import Iterator, Sequence
 
@@ -12,13 +12,13 @@ SEES_S = 0.3  # [s] since its last frame of them, a sensor sees a person
 
 
 class Doubles:
-    """Watches for persons who are one."""
+    """Finds tracks of one and the same person."""
 
     def __init__(self) -> None:
         self._since_ns: dict[tuple[int, int], int] = {}
 
     def is_double(self, track: PersonTrack, present: Sequence[PersonTrack], stamp_ns: int) -> bool:
-        """Whether somebody new stands inside of somebody in sight."""
+        """Whether a new track coincides with one in view."""
         place = track.expected(stamp_ns)[None]
         return any(
             joint_distances(other.expected(stamp_ns)[None], place)[0][0, 0] < GHOST_M
@@ -28,7 +28,7 @@ class Doubles:
     def found(
         self, present: Sequence[PersonTrack], stamp_ns: int
     ) -> Iterator[tuple[PersonTrack, PersonTrack]]:
-        """Persons who have been one for a while and whom no sensor sees apart: younger, older."""
+        """Pairs of tracks (younger, older) that coincide and that no sensor separates."""
         since_ns: dict[tuple[int, int], int] = {}
         ended = []
         for index, younger in enumerate(present):
@@ -48,7 +48,7 @@ class Doubles:
 
 
 def _seen_apart(one: PersonTrack, other: PersonTrack, stamp_ns: int) -> bool:
-    """Whether a sensor sees both."""
+    """Whether one sensor sees both."""
     sensors = [
         {name for name, view in t.views.items() if stamp_ns - view.stamp_ns < SEES_S * 1e9}
         for t in (one, other)

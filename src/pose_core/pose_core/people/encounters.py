@@ -1,4 +1,4 @@
-"""Who has met whom: afterwards, each may have been taken for the other."""
+"""Encounters of two people, after which their tracks may be exchanged."""
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
@@ -13,7 +13,7 @@ NEAR_M, APART_M = 0.7, 1.0  # [m] between the middles of two who meet, and of tw
 
 
 class Encounters:
-    """Watches people meet, and compares their sizes when they have parted.
+    """Detects encounters, and compares the sizes of both people afterwards.
 
     Args:
         recognition: What doubts them then.
@@ -27,7 +27,7 @@ class Encounters:
     def exchanged(
         self, present: Sequence[PersonTrack], stamp_ns: int
     ) -> Iterable[tuple[PersonTrack, PersonTrack]]:
-        """Pairs who have been taken for each other since they met."""
+        """Pairs whose tracks are exchanged since they met."""
         if len(present) < 2:
             return
         middles = {track.number: centre(track.positions) for track in present}

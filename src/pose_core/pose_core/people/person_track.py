@@ -1,4 +1,4 @@
-"""One person as the sensors have seen them so far."""
+"""Track of one person: position, velocity, body size and the sensors' ids."""
 
 from dataclasses import dataclass, field
 from enum import Enum
@@ -17,7 +17,7 @@ KEEPS_MOVING_S = 0.5  # [s] for which somebody who is not seen keeps their veloc
 
 
 class Presence(Enum):
-    """What is known of where a person is."""
+    """State of a track."""
 
     TENTATIVE = "tentative"  # seen for a moment: a person, or a tracker's ghost
     PRESENT = "present"
@@ -53,21 +53,21 @@ class PersonTrack:
     _anchor: tuple[int, FloatArray] | None = None  # where the velocity is measured from
 
     def expected(self, stamp_ns: int) -> FloatArray:
-        """Where the joints are at an instant [ns], (15, 3) [m]."""
+        """Predicted joints at an instant [ns], shape (15, 3) [m]."""
         ahead_s = max(0.0, (stamp_ns - self._updated_ns) / NS_PER_S)
         way_s = KEEPS_MOVING_S * (1.0 - np.exp(-ahead_s / KEEPS_MOVING_S))
         return self.positions + self.velocity * way_s
 
     def unseen_s(self, stamp_ns: int) -> float:
-        """For how long nobody has seen them [s]."""
+        """Time since any sensor saw them [s]."""
         return max(0, stamp_ns - self.last_seen_ns) / NS_PER_S
 
     def unplaced_s(self, stamp_ns: int) -> float:
-        """For how long nobody has looked where they are [s]."""
+        """Time since the joints were updated [s]."""
         return max(0, stamp_ns - self._updated_ns) / NS_PER_S
 
     def move(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
-        """Take joints in the common frame, (15, 3) [m]; ``anew``: where they were says nothing."""
+        """Update with joints in the common frame, (15, 3) [m]; ``anew``: without a prediction."""
         expected = seen if anew else self.expected(stamp_ns)
         blended = expected + SMOOTHING * (seen - expected)
         place = np.where(np.isfinite(blended), blended, np.where(np.isfinite(seen), seen, expected))
@@ -78,13 +78,13 @@ class PersonTrack:
         self._updated_ns = max(self._updated_ns, stamp_ns)
 
     def note(self, sample: SkeletonSample, stamp_ns: int) -> None:
-        """A sensor has seen them, under this id."""
+        """Note that a sensor has seen them under its id."""
         self.last_seen_ns = max(self.last_seen_ns, stamp_ns)
         self.frames += 1
         self.views[sample.sensor] = SensorView(sample.person, stamp_ns)
 
     def exchange(self, other: "PersonTrack") -> None:
-        """Each is the other person: who they are changes, where they are does not."""
+        """Exchange number and size with another track; the positions stay."""
         self.number, other.number = other.number, self.number
         self.size, other.size = other.size, self.size
         self.recent_size = other.recent_size = None

@@ -1,8 +1,8 @@
-"""Who came back, and who only stands where somebody else stood.
+"""Re-identification of people after absences and encounters, by body size.
 
-Somebody who has just left is recognised by size and by how far they can have come; later by their
-size alone. For a while after each return, and now and then afterwards, their size is measured
-afresh and compared with what is known: who is clearly smaller or larger is somebody else.
+Somebody who has just left is recognised by size and by how far they can have come; later by size
+alone. After each return, and at intervals, the size is measured again and compared with the known
+one: who is clearly smaller or larger is another person.
 """
 
 from collections.abc import Sequence
@@ -45,13 +45,13 @@ class Recognition:
     def recognise(
         self, ripe: Sequence[PersonTrack], away: Sequence[PersonTrack], stamp_ns: int
     ) -> list[tuple[PersonTrack, PersonTrack | None]]:
-        """Which of those who are away each newcomer is; None: somebody new."""
+        """Match newcomers with people who are away; ``None``: somebody new."""
         cost = np.array([[self._cost(n, a, stamp_ns) for a in away] for n in ripe])
         known = dict(assign(cost.reshape(len(ripe), len(away))))
         return [(track, away[known[i]] if i in known else None) for i, track in enumerate(ripe)]
 
     def _cost(self, newcomer: PersonTrack, away: PersonTrack, stamp_ns: int) -> float:
-        """How little speaks for them being one; infinite: they are two."""
+        """Cost of the hypothesis that both are one person [-]; infinite: they are two."""
         off = newcomer.size.disagreement(away.size)
         gone_s = (newcomer.born_ns - away.last_seen_ns) * 1e-9
         has_just_left = gone_s < JUST_LEFT_S
@@ -68,13 +68,13 @@ class Recognition:
         return cost - KNOWN_ID * same_id
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
-        """Whether the only person who is known can have come here since they were seen."""
+        """Whether the only known person can have come here since they were last seen."""
         gone_s = (stamp_ns - away.last_seen_ns) * 1e-9
         way = float(np.linalg.norm(centre(joints) - centre(away.positions)))
         return gone_s < JUST_LEFT_S and way < REACH_M + REACH_SPEED * max(gone_s, 0.0)
 
     def welcome(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
-        """Somebody is back; until their size has been compared, not for certain."""
+        """Mark somebody as back, with doubt until their size has been compared."""
         self._counters.add("came_back")
         track.presence = Presence.PRESENT
         track.move(stamp_ns, joints, anew=True)
@@ -82,7 +82,7 @@ class Recognition:
         self._doubts[track.number] = WINDOWS
 
     def return_as(self, known: PersonTrack, newcomer: PersonTrack, stamp_ns: int) -> None:
-        """A newcomer is a known person."""
+        """Continue a known person's track with a newcomer's."""
         self.welcome(known, newcomer.positions, stamp_ns)
         known.velocity = newcomer.velocity
         known.views = {**known.views, **newcomer.views}
@@ -90,12 +90,12 @@ class Recognition:
         known.recent_size = newcomer.size
 
     def settle(self, track: PersonTrack) -> None:
-        """They are gone: what was measured of them last is not compared any more."""
+        """Drop the recent size and the doubts of somebody who has left."""
         track.recent_size = None
         self._doubts.pop(track.number, None)
 
     def measure(self, track: PersonTrack, sample: SkeletonSample, stamp_ns: int) -> bool:
-        """Take a measurement of a person in sight; whether they are somebody else by now."""
+        """Add a measurement of a person in view; returns whether they are somebody else."""
         if track.recent_size is None:
             track.recent_size, track.returned_ns = BodySize(), stamp_ns
         track.recent_size.add(sample)
@@ -114,12 +114,12 @@ class Recognition:
         return False
 
     def doubt(self, track: PersonTrack, stamp_ns: int) -> None:
-        """They have been so near to somebody that they may be the other one by now."""
+        """Doubt somebody who has been so near to another person that both may be exchanged."""
         track.recent_size, track.returned_ns = BodySize(), stamp_ns
         self._doubts[track.number] = WINDOWS
 
     def are_exchanged(self, one: PersonTrack, other: PersonTrack) -> bool:
-        """Whether two who met have each other's size since."""
+        """Whether two people who met have had each other's size since."""
         if one.recent_size is None or other.recent_size is None:
             return False
         as_they_are = one.recent_size.disagreement(one.size) + other.recent_size.disagreement(
@@ -131,11 +131,11 @@ class Recognition:
         return bool(exchanged + EXCHANGED < as_they_are)
 
     def is_settled(self, track: PersonTrack) -> bool:
-        """Whether a person is known well, and nothing speaks against them."""
+        """Whether a person's size is well known and not in doubt."""
         return track.size.measurements > SETTLED and track.number not in self._doubts
 
     def split(self, track: PersonTrack, number: int, stamp_ns: int) -> PersonTrack:
-        """Take the one who is in sight off the track, as a person of their own."""
+        """Split the person in view off a track, as a person of their own."""
         other = PersonTrack(
             number=number,
             presence=Presence.PRESENT,

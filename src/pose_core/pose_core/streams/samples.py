@@ -1,4 +1,4 @@
-"""What the sensors say, as plain frozen values."""
+"""Samples of the sensors, as frozen values."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -22,7 +22,7 @@ class SkeletonSample:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuSample:
-    """One IMU's orientation, and what it felt."""
+    """One IMU's orientation, angular velocity and acceleration."""
 
     stamp_ns: int  # [ns] moment of capture
     segment: str

@@ -1,4 +1,4 @@
-"""The calibration node: skeletons of several sensors in, where the sensors stand out."""
+"""The calibration node: skeletons of several sensors in, extrinsics and clock offsets out."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
+from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import Imu, TimeReference
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
-from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
+from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import Clock, Clocks, Extrinsics
 from pose_core.counters import Counters
@@ -27,20 +27,20 @@ from pose_fusion.conversions import (
     to_extrinsics_messages,
     to_static_tf,
 )
+from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import latched
+from pose_fusion.nodes.qos import latched, sensor_data
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_node.kept import kept_file
-from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
 # What may wait while a solution is sought, for two seconds.
-FRAMES_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
-IMU_QOS = QoSProfile(depth=250, reliability=ReliabilityPolicy.BEST_EFFORT)
+FRAMES_QOS = sensor_data(100)
+IMU_QOS = sensor_data(250)
 PERIOD_S = 0.1  # [s] after which samples are taken, all at once: nobody waits for them
 EVERY_OTHER = 2  # [-] of the IMUs' samples suffices, at the 100 Hz that they have
 
@@ -218,42 +218,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
 
     def report(self) -> Report:
         """How far the calibration is, and how good."""
-        calibration = self._calibration
-        collecting = calibration.state is CalibrationState.COLLECTING
-        level = Level.WARN if collecting or calibration.moved else Level.OK
-        return Report(
-            level=Level.ERROR if self._trouble else level,
-            message=self._trouble or calibration.status,
-            values={
-                "state": calibration.state.value,
-                "progress": f"{calibration.progress:.2f}",
-                "missing": calibration.missing,
-                "moved": calibration.moved or "",
-                **{
-                    f"view_displacement_m/{sensor}": f"{distance:.3f}"
-                    for sensor, distance in calibration.displacement.items()
-                },
-                "common_view_s": f"{calibration.calibrator.observed_s:.1f}",
-                **{
-                    f"frames_with/{sensor}": count
-                    for sensor, count in calibration.calibrator.frames_with.items()
-                },
-                **_residuals(calibration.extrinsics),
-                **{
-                    f"clock_ahead_ms/{sensor}": f"{offset.estimate_s * 1e3:.1f}"
-                    f" ± {offset.stddev_s * 1e3:.1f}"
-                    for sensor, offset in calibration.clock_offsets.items()
-                },
-                "imus": ", ".join(calibration.imu_memory.segments) or "none",
-                **_imus_reported(calibration),
-                "accelerometer_readings": calibration.accelerometer.readings,
-                "accelerometer_left_out": calibration.accelerometer.left_out,
-                **calibration.counters.as_dict(),
-                **self._counters.as_dict(),
-                **calibration.selector.counters.as_dict("person/"),
-                **calibration.aligner.counters.as_dict("alignment/"),
-            },
-        )
+        return calibration_report(self._calibration, self._counters, self._trouble)
 
 
 def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:
@@ -271,41 +236,6 @@ def keep(path: Path | None, extrinsics: Extrinsics) -> None:
     if path is not None:
         with suppress(InputError):
             save_extrinsics(path, extrinsics)
-
-
-def _imus_reported(calibration: LiveCalibration) -> dict[str, object]:
-    """How the IMUs' clock was found to stand, also where it is taken to agree."""
-    imus = calibration.imus
-    if imus is None:
-        return {}
-    if not np.isfinite(imus.offset_stddev_s):
-        return {"clock_ahead_ms/imus": "unknown"}
-    ahead_ms, stddev_ms = imus.offset_s * 1e3, imus.offset_stddev_s * 1e3
-    return {"clock_ahead_ms/imus": f"{ahead_ms:.1f} ± {stddev_ms:.1f}"}
-
-
-def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
-    """What is known of a calibration's quality."""
-    if extrinsics is None:
-        return {}
-    values: dict[str, object] = {}
-    for sensor, pair in extrinsics.residuals.items():
-        values[f"median_residual_m/{sensor}"] = f"{pair.median:.4f}"
-        values[f"raw_median_m/{sensor}"] = f"{pair.raw_median:.4f}"
-        values[f"inlier_share/{sensor}"] = f"{pair.all_inlier_share:.2f}"
-        values[f"rotation_stddev_deg/{sensor}"] = f"{np.degrees(pair.rotation_stddev):.2f}"
-        values[f"position_stddev_m/{sensor}"] = f"{pair.position_stddev:.4f}"
-    if extrinsics.floor is not None:
-        floor = extrinsics.floor
-        values["vertical_from"] = floor.source
-        values["vertical_stddev_deg"] = f"{np.degrees(floor.up_stddev):.1f}"
-        values["sensor_height_m"] = f"{floor.height:.2f}"
-        values["sensor_height_stddev_m"] = f"{floor.height_stddev:.2f}"
-    for source, clock in extrinsics.clocks.items():
-        values[f"clock_offset_ms/{source}"] = f"{clock.offset_ns * 1e-6:.1f}"
-        values[f"clock_offset_stddev_ms/{source}"] = f"{clock.stddev_s * 1e3:.1f}"
-        values[f"clock_drift_ppm/{source}"] = f"{clock.drift * 1e6:.0f}"
-    return values
 
 
 def main() -> None:

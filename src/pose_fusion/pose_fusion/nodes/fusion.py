@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
@@ -35,7 +34,7 @@ from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, waiting
-from pose_fusion.nodes.qos import latched
+from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.unused_sensors import unused_sensors
 from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
@@ -50,9 +49,8 @@ from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
 QUEUE = 50  # [messages] a burst after a pause of the process is not lost
-SENSOR_QOS = QoSProfile(depth=QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
-IMU_QUEUE = 200  # [messages] of each IMU
-IMU_QOS = QoSProfile(depth=IMU_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT)
+SENSOR_QOS = sensor_data(QUEUE)
+IMU_QOS = sensor_data(200)  # [messages] of each IMU
 IMU_PERIOD_S = 0.01  # [s] after which IMUs' samples are taken: few wait when a frame comes
 PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
 LATCHED_QOS = latched(QUEUE)

@@ -11,7 +11,6 @@ from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
@@ -33,7 +32,7 @@ from pose_core.fusion import sample_buffer
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
-from pose_fusion.nodes.qos import latched
+from pose_fusion.nodes.qos import latched, sensor_data
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.clock_messages import clock_of
 from pose_io.skeleton_messages import skeleton_samples
@@ -43,7 +42,7 @@ from pose_node.nodes.running import RCLError
 SPIN_S = 0.1
 SHOW_S = 0.3  # [s] between two looks at what is missing
 DEPTH = 50  # [messages]
-SENSOR_QOS = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+SENSOR_QOS = sensor_data(DEPTH)
 
 
 class ImuCalibrationNode(Node):

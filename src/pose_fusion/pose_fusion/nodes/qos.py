@@ -31,6 +31,11 @@ def latched(depth: int) -> QoSProfile:
     )
 
 
+def sensor_data(depth: int) -> QoSProfile:
+    """Best effort, as sensors publish."""
+    return QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+
+
 def to_bag(profile: QoSProfile) -> Qos:
     """What a bag keeps of a publisher's profile."""
     return Qos(

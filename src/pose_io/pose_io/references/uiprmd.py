@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_io.number_tables import read_numbers
+from pose_io.recordings.formats.number_tables import read_numbers
 from pose_io.references.markers import MarkerSeries, plain, skeleton_of_markers
 from pose_io.references.reference import Reference, reference_of_skeleton
 

@@ -53,7 +53,7 @@ class CrowdFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class Crowd:
-    """What the cameras say, and the truth."""
+    """Measurements of the cameras, and the truth."""
 
     spec: CrowdSpec
     T_map_sensor: Mapping[str, FloatArray]  # (4, 4)

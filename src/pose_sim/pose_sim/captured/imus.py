@@ -53,7 +53,7 @@ class ImuStream:
 def wear(
     clip: Clip, model: ImuModel, rng: np.random.Generator, segments: Sequence[str] = NINE
 ) -> list[ImuStream]:
-    """Let IMUs feel a motion; segments that the clip lacks are left out."""
+    """Simulate the IMUs of a motion; segments that the clip lacks are left out."""
     north = rng.uniform(-np.pi, np.pi)
     return [
         _stream(clip.rotations[segment], segment, north, model, rng)

@@ -1,4 +1,4 @@
-"""A captured person before two cameras, with nine IMUs on: everything that sensors say of it."""
+"""Measurements of a captured person by two cameras and nine worn IMUs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -52,7 +52,7 @@ class CapturedSpec:
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedSession:
-    """What two cameras and the IMUs say, and the truth."""
+    """Measurements of two cameras and the IMUs, and the truth."""
 
     spec: CapturedSpec
     clip: Clip
@@ -61,7 +61,7 @@ class CapturedSession:
     imus: Sequence[ImuStream]
 
     def samples(self, *, imus: bool) -> list[SkeletonSample | ImuSample]:
-        """What the sensors say in the order in which it arrives, as the fusion takes it."""
+        """All samples in the order of their arrival."""
         return [sample for _, sample in self.arrivals(imus=imus)]
 
     def arrivals(self, *, imus: bool) -> list[tuple[int, SkeletonSample | ImuSample]]:

@@ -70,7 +70,7 @@ TRACKERS = {
 }
 """By name."""
 TUNED_ON = ("mixed", "late", "slow", "smoothing", "calm")
-"""Those that tuning may look at."""
+"""Tracker models on which tuning is allowed."""
 JUDGED_ON = tuple(name for name in TRACKERS if name not in TUNED_ON)
 """Those that it has not seen."""
 

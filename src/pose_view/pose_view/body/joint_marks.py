@@ -77,7 +77,7 @@ STEPS = 8  # [-] of doubt that look different
 
 @dataclass(frozen=True, kw_only=True)
 class JointMark:
-    """How one joint's ball looks."""
+    """Appearance of one joint's ball."""
 
     color: tuple[int, int, int]
     growth: float  # [-] 1: certain
@@ -104,7 +104,7 @@ def ball_place(joint: str, measures: BodyMeasures) -> tuple[float, float, float]
 
 
 def joint_marks(body: BodySnapshot) -> dict[str, JointMark]:
-    """How the balls of a body look now."""
+    """Appearance of all balls of a body."""
     marks = {}
     rows = _rows(body.dof)
     for joint, state in zip(JOINTS, body.tracking_state, strict=True):

@@ -70,7 +70,7 @@ def measure(joints: FloatArray) -> BodyMeasures:
 
 
 class MeasuredBody:
-    """Measures a body from the skeletons that come, and says when they have changed."""
+    """Measures bone lengths from a stream of skeletons and reports when they have changed."""
 
     def __init__(self) -> None:
         self._samples: deque[FloatArray] = deque(maxlen=SAMPLES)

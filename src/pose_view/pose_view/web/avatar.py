@@ -42,7 +42,7 @@ class Avatar:
         place: The body's name and colour.
         offset: Where it stands beside the place it would have in map [m].
         waits_at: Where its title stands until there is a body [m].
-        absent: What the title says until then.
+        absent: Title until then.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Avatar:
         )
 
     def show(self, body: BodySnapshot, imus: tuple[str, ...] = ()) -> None:
-        """Move it to where a snapshot says."""
+        """Move it to a snapshot's pose."""
         if not np.isfinite(body.joints).all():
             return
         imus = imus if self._place.wears_imus else ()

@@ -56,7 +56,7 @@ class LocalServer(viser.ViserServer):
 
     @property
     def opened(self) -> str:
-        """What to say of a page that others can reach; empty for one that they cannot."""
+        """Warning for a page that others can reach; empty for one that they cannot."""
         if not self._guard.token:
             return ""
         return (
@@ -120,6 +120,6 @@ def _guarded(guard: Guard) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _quiet() -> Any:
-    """Viser greets and parts on stdout; what matters is said in our words."""
+    """Suppress the messages that viser prints on stdout."""
     with contextlib.redirect_stdout(io.StringIO()):
         yield

@@ -54,7 +54,7 @@ class Stage:
     Args:
         server: Where it is shown.
         places: From left to right; the middle one stands where it is in map.
-        absent: What is said of a body, by its id, that has not been seen.
+        absent: Text for a body without data, by id.
     """
 
     def __init__(
@@ -133,7 +133,7 @@ class Stage:
         self._shows_ghosts = shown
 
     def _set_view(self, body: FloatArray, robot: FloatArray | None) -> None:
-        """Look from the sensors' side, for those who look now and those who will.
+        """Set the camera to the sensors' side, for present and future visitors.
 
         Args:
             body: Where the middle avatar stands [m], (3,).

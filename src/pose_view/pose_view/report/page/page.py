@@ -90,7 +90,7 @@ def _reference_facts(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def notes(analysis: Analysis) -> list[str]:
-    """What a reader must know beside the numbers."""
+    """Remarks that qualify the numbers."""
     found = list(analysis.recording.notes)
     if analysis.compared is not None:
         if analysis.compared.left_out:

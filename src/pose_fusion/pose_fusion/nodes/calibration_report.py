@@ -1,0 +1,93 @@
+"""The calibration node's report in ``/diagnostics``."""
+
+import numpy as np
+
+from pose_calibration.live.live_calibration import CalibrationState, LiveCalibration
+from pose_core.api import Extrinsics
+from pose_core.counters import Counters
+from pose_node.level import Level
+from pose_node.nodes.diagnostics import Report
+
+
+def calibration_report(calibration: LiveCalibration, counters: Counters, trouble: str) -> Report:
+    """State, residuals and counts of a calibration.
+
+    Args:
+        calibration: The calibration.
+        counters: The node's own counts.
+        trouble: Why the file could not be saved; empty if it could.
+    """
+    collecting = calibration.state is CalibrationState.COLLECTING
+    level = Level.WARN if collecting or calibration.moved else Level.OK
+    return Report(
+        level=Level.ERROR if trouble else level,
+        message=trouble or calibration.status,
+        values=_values(calibration, counters),
+    )
+
+
+def _values(calibration: LiveCalibration, counters: Counters) -> dict[str, object]:
+    return {
+        "state": calibration.state.value,
+        "progress": f"{calibration.progress:.2f}",
+        "missing": calibration.missing,
+        "moved": calibration.moved or "",
+        **{
+            f"view_displacement_m/{sensor}": f"{distance:.3f}"
+            for sensor, distance in calibration.displacement.items()
+        },
+        "common_view_s": f"{calibration.calibrator.observed_s:.1f}",
+        **{
+            f"frames_with/{sensor}": count
+            for sensor, count in calibration.calibrator.frames_with.items()
+        },
+        **_residuals(calibration.extrinsics),
+        **{
+            f"clock_ahead_ms/{sensor}": f"{offset.estimate_s * 1e3:.1f}"
+            f" ± {offset.stddev_s * 1e3:.1f}"
+            for sensor, offset in calibration.clock_offsets.items()
+        },
+        "imus": ", ".join(calibration.imu_memory.segments) or "none",
+        **_imus_reported(calibration),
+        "accelerometer_readings": calibration.accelerometer.readings,
+        "accelerometer_left_out": calibration.accelerometer.left_out,
+        **calibration.counters.as_dict(),
+        **counters.as_dict(),
+        **calibration.selector.counters.as_dict("person/"),
+        **calibration.aligner.counters.as_dict("alignment/"),
+    }
+
+
+def _imus_reported(calibration: LiveCalibration) -> dict[str, object]:
+    """Estimated offset of the IMUs' clock, also where it is taken to be zero."""
+    imus = calibration.imus
+    if imus is None:
+        return {}
+    if not np.isfinite(imus.offset_stddev_s):
+        return {"clock_ahead_ms/imus": "unknown"}
+    ahead_ms, stddev_ms = imus.offset_s * 1e3, imus.offset_stddev_s * 1e3
+    return {"clock_ahead_ms/imus": f"{ahead_ms:.1f} ± {stddev_ms:.1f}"}
+
+
+def _residuals(extrinsics: Extrinsics | None) -> dict[str, object]:
+    """Residuals and uncertainties of the extrinsics."""
+    if extrinsics is None:
+        return {}
+    values: dict[str, object] = {}
+    for sensor, pair in extrinsics.residuals.items():
+        values[f"median_residual_m/{sensor}"] = f"{pair.median:.4f}"
+        values[f"raw_median_m/{sensor}"] = f"{pair.raw_median:.4f}"
+        values[f"inlier_share/{sensor}"] = f"{pair.all_inlier_share:.2f}"
+        values[f"rotation_stddev_deg/{sensor}"] = f"{np.degrees(pair.rotation_stddev):.2f}"
+        values[f"position_stddev_m/{sensor}"] = f"{pair.position_stddev:.4f}"
+    if extrinsics.floor is not None:
+        floor = extrinsics.floor
+        values["vertical_from"] = floor.source
+        values["vertical_stddev_deg"] = f"{np.degrees(floor.up_stddev):.1f}"
+        values["sensor_height_m"] = f"{floor.height:.2f}"
+        values["sensor_height_stddev_m"] = f"{floor.height_stddev:.2f}"
+    for source, clock in extrinsics.clocks.items():
+        values[f"clock_offset_ms/{source}"] = f"{clock.offset_ns * 1e-6:.1f}"
+        values[f"clock_offset_stddev_ms/{source}"] = f"{clock.stddev_s * 1e3:.1f}"
+        values[f"clock_drift_ppm/{source}"] = f"{clock.drift * 1e6:.0f}"
+    return values
