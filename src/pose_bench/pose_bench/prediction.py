@@ -20,6 +20,7 @@ from pose_core.api import (
     SkeletonSeries,
     angle_series,
 )
+from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
 
 
@@ -43,6 +44,8 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
     truth = session.judged_truth
     stamps_ns = truth.stamps_ns.tolist()
     asked = [each for each in _asked(session, pipeline, stamps_ns, use_imus) if each is not None]
+    if not asked:
+        raise InputError("no instant to judge: expected a longer --duration")
     rows = np.searchsorted(truth.stamps_ns, [now_ns for now_ns, _, _ in asked])
     now_ns = truth.stamps_ns[rows]
     true = angle_series(truth).at(now_ns)

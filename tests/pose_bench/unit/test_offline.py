@@ -87,7 +87,7 @@ def test_a_graph_that_says_nothing_is_an_error():
 
 
 def test_a_prediction_is_nearer_to_now_than_the_last_output(tmp_path):
-    words = ["prediction", "--choreographies", "kicks", "--duration", "14", "-o", str(tmp_path)]
+    words = ["prediction", "--choreographies", "kicks", "--duration", "20", "-o", str(tmp_path)]
     assert run(words) == 0
     rows = (tmp_path / "prediction.md").read_text().splitlines()
     rows = [line.split("|") for line in rows if line.startswith("| kicks")]

@@ -225,7 +225,9 @@ class ImuAlignments:
             worn = _Worn(
                 link=link,
                 use=ImuUse(segment=segment, is_known=is_known),
-                alignment=SegmentAlignment(self._tuning),
+                alignment=SegmentAlignment(
+                    self._tuning, is_arm=link_name is not None and link_name.endswith("arm")
+                ),
             )
             self._worn[segment] = worn
         return worn if worn.use.is_known else None

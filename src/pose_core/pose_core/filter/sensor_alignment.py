@@ -60,7 +60,8 @@ class AlignmentTuning:
     heading_stddev: float = 0.31  # [rad] at most
     tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
     covariance_factor: float = 0.7  # [-] of what is handed to the filter
-    misfit: float = 3.0  # [-] from which on the IMU moves unlike the link
+    misfit: float = 1.1  # [-] from which on the IMU moves unlike the link
+    arm_misfit: float = 3.0  # [-] the same of arms, which trackers mistake more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,10 +79,12 @@ class SegmentAlignment:
 
     Args:
         tuning: See :class:`AlignmentTuning`.
+        is_arm: Whether the link is an arm's.
     """
 
-    def __init__(self, tuning: AlignmentTuning) -> None:
+    def __init__(self, tuning: AlignmentTuning, *, is_arm: bool = False) -> None:
         self._tuning = tuning
+        self._most_misfit = tuning.arm_misfit if is_arm else tuning.misfit
         self._sums: FloatArray = np.zeros((3, 3, 3))
         self._total: FloatArray = np.zeros(2)
         self.is_unlike = False  # whether even the best answer does not fit
@@ -139,7 +142,7 @@ class SegmentAlignment:
             found = best_heading(self._sums, samples_per_s, mounting)
         stddev = np.sqrt(np.diag(found.covariance))
         misfit = self._misfit(found)
-        self.is_unlike = misfit > self._tuning.misfit
+        self.is_unlike = misfit > self._most_misfit
         is_sure = not self.is_unlike and (
             found.gap > self._tuning.gap
             and stddev[3] < self._tuning.heading_stddev
