@@ -94,6 +94,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             "malformed_transforms",
         )
         self._static_transforms: dict[str, TransformStamped] = {}
+        self._malformed_transform = ""  # of the last message on /tf_static, if it was not used
         self._announced_shapes: dict[str, BodyShape] = {}  # by body
         self._typestore = make_typestore()
         self._bytes: dict[str, EstimateBytes] = {}  # by body
@@ -256,14 +257,17 @@ class FusionNode(ManagedNode[FusionParameters]):
                 self.pipeline.add_imu(block.rows(np.argsort(block.stamps_ns)))
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        for transform in message.transforms:
-            self._static_transforms[transform.child_frame_id] = transform
+        transforms = {t.child_frame_id: t for t in message.transforms}
+        transforms = {**self._static_transforms, **transforms}
         try:
-            placed = transforms_to_map(self._static_transforms.values())
+            placed = transforms_to_map(transforms.values())
         except InputError as error:
+            # The cameras stay where they were.
             self._counters.add("malformed_transforms")
+            self._malformed_transform = str(error)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
+        self._static_transforms, self._malformed_transform = transforms, ""
         if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics: Extrinsics = extrinsics_from_map(
                 {sensor: placed[sensor] for sensor in self.settings.sensors}
@@ -346,16 +350,25 @@ class FusionNode(ManagedNode[FusionParameters]):
             message = f"tracking without the IMU on {idle[0]}"
             if len(idle) > 1:
                 message += f"; {len(idle) - 1} more, see the values"
+        silent = self.pipeline.subject.silent_imus if self.settings.use_imus else ()
+        if silent:
+            message += (
+                f"; no samples from the IMU on {', '.join(silent)}: check its battery and radio"
+            )
         unused = self._unused_sensors()
         set_aside = self._judge.set_aside if self._judge is not None else {}
         for source, reason in set_aside.items():
             message += f"; {source} is set aside: its {reason}"
+        if self._malformed_transform:
+            message += f"; /tf_static is not used: {self._malformed_transform}"
         if self.pipeline.others:
             message += f"; {self.pipeline.others} more people in sight, not followed"
         if unused:
             message += f"; not used: {', '.join(unused)}, add it to sensors"
         return Report(
-            level=Level.OK if is_tracking and not idle and not set_aside else Level.WARN,
+            level=Level.OK
+            if is_tracking and not (idle or silent or set_aside or self._malformed_transform)
+            else Level.WARN,
             message=message,
             values={
                 "estimator": self.settings.estimator,
