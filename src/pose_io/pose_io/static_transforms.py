@@ -46,10 +46,11 @@ def _matrix(transform: Any) -> FloatArray:
     matrix[:3, 3] = t.x, t.y, t.z
     if not np.isfinite(matrix).all():
         raise InputError(f"the transform of {transform.child_frame_id} holds NaN or infinity")
-    if np.abs(matrix[:3, 3]).max() > FARTHEST:
+    farthest = np.abs(matrix[:3, 3]).max()
+    if farthest > FARTHEST:
         raise InputError(
-            f"the transform of {transform.child_frame_id} reaches {np.abs(matrix[:3, 3]).max():g} m,"
-            f" expected at most {FARTHEST:g} m"
+            f"the transform of {transform.child_frame_id} reaches {farthest:g} m, expected at most "
+            f"{FARTHEST:g} m"
         )
     return matrix
 

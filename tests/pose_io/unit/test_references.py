@@ -102,7 +102,7 @@ def test_a_frame_of_vicon_whose_number_is_none_is_refused(number, body, tmp_path
     write_vicon_csv(path, body)
     text = path.read_text(encoding="utf-8-sig")
     path.write_text(text.replace("\n103,0", f"\n{number},0"))
-    with pytest.raises(InputError, match="frame's number is none|third"):
+    with pytest.raises(InputError, match=r"frame's number is none|third"):
         read_reference(path)
 
 
