@@ -1,5 +1,7 @@
 """A graph that goes by a bag's clock: at any pace, looped, sought back, it gives the same poses."""
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from ament_index_python.packages import get_package_prefix
@@ -89,14 +91,13 @@ class Graph:
         return states
 
     def round_as(self, offline):
-        """A round whose states are the offline ones; a busy machine may hold one up, not three."""
-        for attempts_left in (2, 1, 0):
-            try:
-                return assert_same(self.round(last_of(offline)), offline)
-            except AssertionError:
-                if not attempts_left:
-                    raise
-                self.until_back(min(offline) + SETTLED_NS)
+        """Expect the offline states in a round; a busy machine may hold up two, not three."""
+        for _ in range(2):
+            with suppress(AssertionError):
+                assert_same(self.round(last_of(offline)), offline)
+                return
+            self.until_back(min(offline) + SETTLED_NS)
+        assert_same(self.round(last_of(offline)), offline)
 
     def until_back(self, before_ns):
         """Spin until states of before come again."""
@@ -116,11 +117,10 @@ class Graph:
         return future.result().results[0]
 
 
-@pytest.mark.parametrize("rate", ["0.5", "5"])
-def test_at_any_pace_the_joint_states_are_the_offline_ones(
-    start_process, ros_context, bag, offline, rate
+def test_at_five_times_the_pace_the_joint_states_are_the_offline_ones(
+    start_process, ros_context, bag, offline
 ):
-    graph = Graph(start_process, ros_context, bag, "--rate", rate)
+    graph = Graph(start_process, ros_context, bag, "--rate", "5")
 
     live = graph.round(last_of(offline))
 
