@@ -4,17 +4,24 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_io.bags import BagReader, open_bag
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, JointMotion, read_joint_motion
+from pose_io.skeleton_messages import stamp_ns
 from pose_teleop.arm_controller import command_limits
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_files import load_robot
 
+LONGEST_NS = 100_000_000  # [ns] between two targets of one stretch of following
 TRAJECTORY = "/arm/joint_trajectory"
+
+
+class NotFollowedError(InputError):
+    """A bag that holds no tele-operation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +30,8 @@ class TeleopScores:
 
     Attributes:
         commands: How many there were.
+        followed: Share of the time from the first command to the last in which the person's pose
+            was followed, soft starts included [-].
         tool_mm: (n,) how far the robot's tool was from where the person's pose asks it to be [mm].
         latency_ms: (m,) from the capture that is followed to the command's arrival [ms].
         jerk: Largest of the commands [-], over its limit.
@@ -33,6 +42,7 @@ class TeleopScores:
     """
 
     commands: int
+    followed: float
     tool_mm: FloatArray
     latency_ms: FloatArray
     jerk: float
@@ -44,23 +54,24 @@ def score_teleop(bag_path: Path, robot: str = "g1", side: str = "left") -> Teleo
     """Judge a run.
 
     Raises:
-        InputError: If the bag holds no tele-operation.
+        NotFollowedError: If the bag holds no tele-operation.
     """
     arm = RobotArm(load_robot(robot, side))
     with open_bag(bag_path) as bag:
         found = [read_joint_motion(bag, topic) for topic in (TARGET, COMMAND, ROBOT)]
-        trajectories = _first_points(bag)
+        sent_ns, trajectories = _first_points(bag)
     if any(each is None for each in found) or not len(trajectories):
-        raise InputError(f"{bag_path} holds no tele-operation: the robot never followed")
+        raise NotFollowedError(f"{bag_path} holds no tele-operation: the robot never followed")
     target, command, measured = (each for each in found if each is not None)
     limits = command_limits(arm, ArmParameters())
     position, velocity, acceleration = (trajectories[:, i] for i in range(3))
     moved = measured.position
     return TeleopScores(
         commands=len(command.stamps_ns),
+        followed=_followed(target, command),
         tool_mm=_tool_errors_mm(arm, target, measured),
         latency_ms=(command.recorded_ns - command.stamps_ns)[_is_new(command)] * 1e-6,
-        jerk=_largest_jerk(command, acceleration) / float(limits.jerk.max()),
+        jerk=_largest_jerk(sent_ns, acceleration) / float(limits.jerk.max()),
         beyond=(
             float(np.maximum(position - limits.upper, limits.lower - position).max()),
             float((np.abs(velocity) / limits.velocity).max() - 1.0),
@@ -73,26 +84,34 @@ def score_teleop(bag_path: Path, robot: str = "g1", side: str = "left") -> Teleo
     )
 
 
+def _followed(target: JointMotion, command: JointMotion) -> float:
+    """Targets are published while somebody is followed, at most one a command."""
+    steps_ns = np.diff(target.recorded_ns)
+    span_ns = max(int(np.ptp(command.recorded_ns)), 1)
+    return float(steps_ns[steps_ns < LONGEST_NS].sum() / span_ns)
+
+
 def _is_new(command: JointMotion) -> FloatArray:
     """Which commands answer a new capture: the others are the timer's."""
     return np.concatenate([[True], np.diff(command.stamps_ns) > 0])
 
 
-def _first_points(bag: BagReader) -> FloatArray:
-    """(n, 3, d): position, velocity, acceleration of every command."""
-    points = []
+def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
+    """When every command was sent [ns], (n,), and position, velocity, acceleration, (n, 3, d)."""
+    sent_ns, points = [], []
     for message in bag.messages([TRAJECTORY]):
-        first = bag.deserialize(message).points[0]
+        content = bag.deserialize(message)
+        first = content.points[0]
+        sent_ns.append(stamp_ns(content.header))
         points.append([first.positions, first.velocities, first.accelerations])
-    return np.array(points, float)
+    return np.array(sent_ns, np.int64), np.array(points, float)
 
 
-def _largest_jerk(command: JointMotion, acceleration: FloatArray) -> float:
+def _largest_jerk(sent_ns: NDArray[np.int64], acceleration: FloatArray) -> float:
     """Of consecutive commands' accelerations [rad/s3], where they belong together."""
-    count = min(len(acceleration), len(command.recorded_ns))
-    step_s = np.diff(command.recorded_ns[:count]) * 1e-9
-    together = (step_s > 0.005) & (step_s < 0.03)
-    jerk = np.abs(np.diff(acceleration[:count], axis=0)).max(axis=1) / np.maximum(step_s, 0.005)
+    step_s = np.diff(sent_ns) * 1e-9
+    together = (step_s > 0.002) & (step_s < 0.03)
+    jerk = np.abs(np.diff(acceleration, axis=0)).max(axis=1) / np.maximum(step_s, 0.002)
     return float(np.percentile(jerk[together], 99.0)) if together.any() else float("nan")
 
 

@@ -12,6 +12,7 @@ from pose_core.kernels.rotations import matrix_of_quaternion
 
 SENSOR_FRAME = re.compile(r"^kinect_(?P<name>\w+)_optical_frame$")
 WORLD_FRAME = "map"
+FARTHEST = 1e7  # [m] between two frames on Earth
 
 
 def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
@@ -45,6 +46,12 @@ def _matrix(transform: Any) -> FloatArray:
     matrix[:3, 3] = t.x, t.y, t.z
     if not np.isfinite(matrix).all():
         raise InputError(f"the transform of {transform.child_frame_id} holds NaN or infinity")
+    farthest = np.abs(matrix[:3, 3]).max()
+    if farthest > FARTHEST:
+        raise InputError(
+            f"the transform of {transform.child_frame_id} reaches {farthest:g} m, expected at most "
+            f"{FARTHEST:g} m"
+        )
     return matrix
 
 

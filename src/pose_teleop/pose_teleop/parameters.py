@@ -47,7 +47,7 @@ class ArmParameters:
         high=2.0,
     )
     max_deviation: float = parameter(
-        0.2,
+        0.5,
         doc="a larger standard deviation of the hand's place for 0.1 s stops the robot",
         unit="m",
         low=0.005,

@@ -78,16 +78,20 @@ class SimulatedArm:
     def _step(self) -> None:
         before, rate_before = self._reference
         wanted, rate = self._referred()
-        # A command that comes late must not make the controller's own reference leap.
-        most_step = self._arm.max_velocity * self._step_s
-        wanted = before + np.clip(wanted - before, -most_step, most_step)
-        rate = np.clip(rate, -self._arm.max_velocity, self._arm.max_velocity)
+        # A command that comes late, or is far away, must not make the controller's reference leap.
+        fastest = self._arm.max_velocity
+        reached = before + np.clip(wanted - before, -fastest * self._step_s, fastest * self._step_s)
+        rate = np.where(reached == wanted, rate, (reached - before) / self._step_s)
+        wanted, rate = reached, np.clip(rate, -fastest, fastest)
         self._reference = wanted, rate
         top = FEED_FORWARD * self._arm.file.max_acceleration
         acceleration = np.clip((rate - rate_before) / self._step_s, -top, top)
         wished = (
             acceleration + STIFFNESS * (wanted - self.position) + DAMPING * (rate - self.velocity)
         )
+        # The drives limit the joints' velocity.
+        room = np.stack([-fastest - self.velocity, fastest - self.velocity]) / self._step_s
+        wished = np.clip(wished, *room)
         arm, pin = self._arm, self._pin
         q, v = arm.model_order(self.position), arm.model_order(self.velocity)
         pin.aba(self._model, self._data, q, v, self._torque(q, v, arm.model_order(wished)))

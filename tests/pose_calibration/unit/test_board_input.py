@@ -134,6 +134,9 @@ def test_a_camera_info_file_is_read(tmp_path):
         ({"distortion_model": "equidistant"}, "distortion model 'equidistant'"),
         ({"camera_matrix": {"data": [0.0] * 9}}, "holds no intrinsics"),
         ({"distortion_coefficients": {"data": [0.1] * 7}}, "7 distortion coefficients"),
+        ({"distortion_coefficients": {"data": ["much"] * 5}}, "distortion coefficients: could not"),
+        ({"distortion_coefficients": {"data": [{"k1": 0.1}]}}, "distortion coefficients: float"),
+        ({"distortion_coefficients": {"data": [np.nan] * 5}}, "are not finite"),
     ],
 )
 def test_a_wrong_camera_info_is_refused(change, text, tmp_path):

@@ -131,3 +131,15 @@ def test_samples_in_one_block_are_those_given_one_by_one():
         for name, state in one_by_one.at(stamp_ns).items():
             same = together.at(stamp_ns)[name]
             np.testing.assert_array_equal(same.R_world_sensor, state.R_world_sensor)
+
+
+def test_an_imu_without_samples_for_a_fifth_of_a_second_is_silent():
+    history = ImuHistory()
+    still = Rotation.identity()
+    both = [replace(sample(1000 * MS, still), segment=name) for name in ("torso", "head")]
+    for each in [*both, sample(1300 * MS, still)]:
+        history.add(block_of(each))
+
+    assert history.silent(1150 * MS) == ()
+    assert history.silent(1300 * MS) == ("head",)
+    assert history.silent(1600 * MS) == ("head", "torso")

@@ -100,7 +100,7 @@ def test_a_bad_transform_of_another_frame_does_not_matter():
     assert list(placed) == ["left"]
 
 
-@pytest.mark.parametrize("values", [{"rotation": (0.0,) * 4}, {"x": np.nan}])
+@pytest.mark.parametrize("values", [{"rotation": (0.0,) * 4}, {"x": np.nan}, {"x": 1e300}])
 def test_a_bad_transform_of_a_sensor_is_refused(values):
     with pytest.raises(InputError, match="the transform of kinect_left_optical_frame"):
         transforms_to_map([transform("kinect_left_optical_frame", **values)])

@@ -96,6 +96,16 @@ def test_a_semicolon_separates_columns_too(body, tmp_path):
     np.testing.assert_allclose(found, body.positions, atol=1e-5)
 
 
+@pytest.mark.parametrize("number", ["nan", "inf", "1e300", "-1e300", "third"])
+def test_a_frame_of_vicon_whose_number_is_none_is_refused(number, body, tmp_path):
+    path = tmp_path / "reference.csv"
+    write_vicon_csv(path, body)
+    text = path.read_text(encoding="utf-8-sig")
+    path.write_text(text.replace("\n103,0", f"\n{number},0"))
+    with pytest.raises(InputError, match=r"frame's number is none|third"):
+        read_reference(path)
+
+
 def write_mot(path, columns, times, in_degrees=True):
     """By OpenSim itself."""
     opensim = pytest.importorskip("opensim")

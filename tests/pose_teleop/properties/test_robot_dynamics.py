@@ -56,3 +56,19 @@ def test_commands_beyond_the_motors_torques_are_lagged_behind_and_nothing_diverg
 
     assert 2.0 < np.degrees(lag) < 20.0
     assert speed < 3.0
+
+
+@pytest.mark.parametrize("robot", ["g1", "panda"])
+def test_a_command_far_away_is_reached_within_the_robots_velocity(robot):
+    arm = RobotArm(load_robot(robot, "left"))
+    simulated = SimulatedArm(arm, 0.1)
+    goal = np.clip(arm.rest + 1.0, arm.lower, arm.upper)
+    points = TrajectoryPoints(
+        times_s=np.array([0.01]), position=goal[None], velocity=np.zeros((1, len(goal)))
+    )
+    simulated.command(points)
+    for _ in range(200):
+        simulated.advance(PERIOD_S)
+        assert (np.abs(simulated.velocity) <= 1.01 * arm.max_velocity).all()  # masses misjudged
+
+    assert np.degrees(np.abs(simulated.position - goal).max()) < 2.0

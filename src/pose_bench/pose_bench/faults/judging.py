@@ -18,7 +18,6 @@ MOST_RATIO = 2.0  # [-] of the RMSE to that without what is lost
 MOST_SAID_S, MOST_RECOVERY_S = 1.0, 3.0
 AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival: clocks are read twice
 GAP_NS = 300_000_000  # [ns] after a longer silence, a pose begins anew
-BEFORE_S = 5.0  # [s] before a fault, whose warnings are none of it
 SIDEWAYS = np.radians(60.0)  # beyond such an abduction, flexion says nothing
 BONES = [("left_shoulder", "left_elbow"), ("left_elbow", "left_hand"), ("left_hip", "left_knee"),
          ("left_knee", "left_foot"), ("right_shoulder", "right_elbow"),
@@ -144,12 +143,12 @@ def _step_deg(joints: Poses, truth: Truth) -> float:
 
 
 def _said(fault: Fault, said: Sequence[Said], begin_ns: int, over_ns: int) -> tuple[float, str]:
-    """When a warning first had one of the words that it did not have before."""
-    warnings = [one for one in said if one.level > 0 and any(w in one.message for w in fault.said)]
-    before_ns = begin_ns - round(BEFORE_S * NS)
-    known = {one.message for one in warnings if before_ns <= one.arrived_ns < begin_ns}
-    for one in warnings:
-        if begin_ns <= one.arrived_ns < over_ns and one.message not in known:
+    """When a node first warned with one of the words, if it did not say so already."""
+    known = {one.node: one.message for one in said if one.arrived_ns < begin_ns}
+    for one in said:
+        is_meant = one.level > 0 and any(word in one.message for word in fault.said)
+        is_new = begin_ns <= one.arrived_ns < over_ns and known.get(one.node) != one.message
+        if is_meant and is_new:
             return (one.arrived_ns - begin_ns) / NS, f"{one.node}: {one.message}"
     return float("nan"), ""
 

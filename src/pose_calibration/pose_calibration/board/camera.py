@@ -134,7 +134,9 @@ def _checked_camera(
         raise InputError(f"{source}: distortion coefficients: {error}") from error
     if not (np.isfinite(K).all() and K[0, 0] > 0.0 and K[1, 1] > 0.0):
         raise InputError(f"{source} holds no intrinsics (focal length {K[0, 0]:g} px)")
-    if len(distortion) not in (0, 4, 5, 8, 12, 14) or not np.isfinite(distortion).all():
+    if not np.isfinite(distortion).all():
+        raise InputError(f"{source}: distortion coefficients {distortion} are not finite")
+    if len(distortion) not in (0, 4, 5, 8, 12, 14):
         raise InputError(
             f"{source}: {len(distortion)} distortion coefficients, expected 4, 5, 8, 12 or 14"
         )

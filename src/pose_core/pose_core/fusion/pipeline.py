@@ -101,6 +101,11 @@ class FusionPipeline:
         uses = {use.segment: use for use in self._runner.imu_uses}
         return tuple(uses.get(name) or self._unused(name) for name in sorted(self.imus.segments))
 
+    @property
+    def silent_imus(self) -> tuple[str, ...]:
+        """Segments whose IMU sends nothing any more, while another source does."""
+        return self.imus.silent(self._preprocessor.newest_ns)
+
     def _unused(self, segment: str) -> ImuUse:
         """State of an IMU that the estimator has not received."""
         if not self.parameters.use_imus:

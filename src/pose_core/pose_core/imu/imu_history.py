@@ -112,6 +112,12 @@ class ImuHistory:
         """Whether every IMU that is alive has a sample at or after an instant."""
         return self._have_reached(self._rings, stamp_ns, ALIVE_NS)
 
+    def silent(self, stamp_ns: int) -> tuple[str, ...]:
+        """The IMUs, sorted, whose last sample is long before an instant."""
+        last_ns = self._rings.stamps_ns[np.arange(len(self.segments)), self._rings.newest]
+        silent = np.flatnonzero(stamp_ns - last_ns > ALIVE_NS).tolist()
+        return tuple(sorted(self.segments[imu] for imu in silent))
+
     def at(self, stamp_ns: int) -> ImuStates:
         """Every IMU's reading at an instant; IMUs without a sample nearby are left out.
 

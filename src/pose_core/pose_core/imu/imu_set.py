@@ -32,6 +32,10 @@ class ImuSet:
         """Whether every IMU that is alive has a sample at or after an instant."""
         return self._history.have_reached(stamp_ns)
 
+    def silent(self, stamp_ns: int) -> tuple[str, ...]:
+        """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
+        return self._history.silent(stamp_ns)
+
     def read(self, stamp_ns: int) -> ImuStates:
         """The IMUs' readings at an instant; those of the last instant are cached."""
         if not self._history.segments:

@@ -84,6 +84,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             "malformed_transforms",
         )
         self._static_transforms: dict[str, TransformStamped] = {}
+        self._malformed_transform = ""  # of the last message on /tf_static, if it was not used
         self._person = self._kept_person.load() or self.settings.person
         self._make_pipeline()
         self.changes["person"] = self._choose
@@ -230,14 +231,17 @@ class FusionNode(ManagedNode[FusionParameters]):
                 self.pipeline.add(block.rows(np.argsort(block.stamps_ns)))
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        for transform in message.transforms:
-            self._static_transforms[transform.child_frame_id] = transform
+        transforms = {t.child_frame_id: t for t in message.transforms}
+        transforms = {**self._static_transforms, **transforms}
         try:
-            placed = transforms_to_map(self._static_transforms.values())
+            placed = transforms_to_map(transforms.values())
         except InputError as error:
+            # The cameras stay where they were.
             self._counters.add("malformed_transforms")
+            self._malformed_transform = str(error)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
+        self._static_transforms, self._malformed_transform = transforms, ""
         if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
             self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))
@@ -285,7 +289,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         """Whether the person is tracked, by which sensors, and how late."""
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused)
+        return self._reporter.report(unused, self._malformed_transform)
 
 
 def main() -> None:

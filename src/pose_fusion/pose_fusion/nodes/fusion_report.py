@@ -36,21 +36,25 @@ class FusionReporter:
         self._reported_estimates = 0
         self.latency_s = 0.0
 
-    def report(self, unused: Sequence[str]) -> Report:
+    def report(self, unused: Sequence[str], malformed_transform: str) -> Report:
         """The report for the time since the last one.
 
         Args:
             unused: Names of sensors that publish and are not used.
+            malformed_transform: What is wrong with the last ``/tf_static``; empty: nothing.
         """
         estimates = self._pipeline.subject.counters["estimates"]
         is_tracking = estimates > self._reported_estimates
         self._reported_estimates = estimates
         is_complete = not any(use.reason for use in self._pipeline.subject.imu_uses)
         is_set_aside = self._judge is not None and self._judge.set_aside
-        is_ok = is_tracking and is_complete and not is_set_aside
+        is_heard = not (self._silent_imus or malformed_transform)
+        is_ok = is_tracking and is_complete and is_heard and not is_set_aside
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join([self._tracking(is_tracking), *self._remarks(unused)]),
+            message="; ".join(
+                [self._tracking(is_tracking), *self._remarks(unused, malformed_transform)]
+            ),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
@@ -64,9 +68,18 @@ class FusionReporter:
         others = f"; {len(idle) - 1} more, see the values" if len(idle) > 1 else ""
         return f"tracking without the IMU on {idle[0]}{others}"
 
-    def _remarks(self, unused: Sequence[str]) -> list[str]:
+    @property
+    def _silent_imus(self) -> Sequence[str]:
+        return self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
+
+    def _remarks(self, unused: Sequence[str], malformed_transform: str) -> list[str]:
         set_aside = self._judge.set_aside if self._judge is not None else {}
         remarks = [f"{source} is set aside: its {why}" for source, why in set_aside.items()]
+        if self._silent_imus:
+            silent = ", ".join(self._silent_imus)
+            remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")
+        if malformed_transform:
+            remarks.append(f"/tf_static is not used: {malformed_transform}")
         if self._pipeline.others:
             remarks.append(f"{self._pipeline.others} more people in sight, not followed")
         if unused:

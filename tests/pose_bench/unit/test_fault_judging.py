@@ -1,0 +1,37 @@
+"""When a fault counts as said."""
+
+import numpy as np
+import pytest
+
+from pose_bench.faults.fault import Fault
+from pose_bench.faults.heard import Said
+from pose_bench.faults.judging import NS, _said
+
+FAULT = Fault(name="right: silent", said=("right",))
+
+
+def report(at_s, message, level=1):
+    return Said(
+        arrived_ns=round(at_s * NS), node="/fusion", level=level, message=message, values={}
+    )
+
+
+def said_after(*reports):
+    return _said(FAULT, reports, 10 * NS, 20 * NS)[0]
+
+
+def test_a_sentence_that_was_said_and_taken_back_before_counts_again():
+    reports = (
+        report(8.0, "right is late"),
+        report(9.0, "tracking", 0),
+        report(10.5, "right is late"),
+    )
+    assert said_after(*reports) == pytest.approx(0.5)
+
+
+def test_a_sentence_that_stood_there_already_says_nothing_new():
+    assert np.isnan(said_after(report(9.0, "right is late"), report(10.5, "right is late")))
+
+
+def test_what_is_no_warning_or_names_another_source_does_not_count():
+    assert np.isnan(said_after(report(10.5, "right is fine", 0), report(11.0, "left is late")))
