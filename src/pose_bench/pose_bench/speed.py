@@ -29,7 +29,7 @@ from pose_core.filter.imu import ImuReadings
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, start_state, with_imu
-from pose_core.filter.step import take_frame, take_imus
+from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
@@ -177,9 +177,9 @@ def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:
     def step(frame: int) -> None:
         readings, frames = seen[frame]
         predict(constants.motion, state, PERIOD_S)
-        take_imus(constants, state, readings, information[1])
+        update_with_imus(constants, state, readings, information[1])
         for each in frames:
-            take_frame(constants, state, each, information[0])
+            update_with_frame(constants, state, each, information[0])
 
     return step
 
@@ -190,9 +190,9 @@ def plain_steps(scene: Scene, sensors: int, imus: int) -> Step:
 
     def step(frame: int) -> None:
         plain.predict(PERIOD_S)
-        plain.take_imus(scene.imus(frame, imus))
+        plain.update_with_imus(scene.imus(frame, imus))
         for each in scene.frames(frame, sensors):
-            plain.take_frame(each)
+            plain.update_with_frame(each)
 
     return step
 

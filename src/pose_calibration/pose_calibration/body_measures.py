@@ -13,16 +13,15 @@ from pose_core.api import (
     load_body_model,
 )
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.n_pose import NPoseDetector
 
 MODEL = "default"  # whose measures a calibration takes
-MOST_FRAMES = 2000  # [-] that measures are taken from where nobody stood neutrally
+MOST_FRAMES = 2000  # [-] that measures are taken from
 
 
 def measure_body(
     frames: Iterable[AlignedFrame], T_map_sensor: Mapping[str, FloatArray]
 ) -> SessionBody | None:
-    """The person's body shape: from their first N-pose, else from all frames.
+    """The person's body shape, from all frames: a single posture shows it less well.
 
     Args:
         frames: What the sensors saw, in the order of time.
@@ -32,7 +31,6 @@ def measure_body(
         The measures; None if a joint was tracked too rarely.
     """
     model = load_body_model(MODEL)
-    watcher = NPoseDetector(model)
     tracked: list[FloatArray] = []
     for frame in frames:
         positions = np.full((len(T_map_sensor), len(JOINTS), 3), np.nan)
@@ -42,9 +40,6 @@ def measure_body(
             if sample is not None:
                 positions[index] = sample.positions @ T[:3, :3].T + T[:3, 3]
                 state[index] = sample.tracking_state
-        stand = watcher.add(frame.stamp_ns, positions, state)
-        if stand is not None:
-            return SessionBody(model=model.name, shape=stand.shape)
         tracked.append(np.where((state == TrackingState.TRACKED)[..., None], positions, np.nan))
     if not tracked:
         return None

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_bench.reference.default_filter import ReferenceFilter, correct
+from pose_bench.reference.default_filter import ReferenceFilter, inject_error
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
@@ -16,9 +16,9 @@ from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.posture import add_posture
 from pose_core.filter.rows import make_rows
-from pose_core.filter.sigma_points import Scratch, predict_by_points, take_frame_by_points
+from pose_core.filter.sigma_points import Scratch, predict_by_points, update_with_frame_by_points
 from pose_core.filter.state import start_state, with_imu
-from pose_core.filter.step import take_frame, take_imus
+from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.session.n_pose import shape_of
@@ -109,10 +109,10 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
         readings = readings_of(rng, state, truth.rotations, imus) if imus else NO_IMUS
         frame = random_frame(rng, truth.positions, step % sensors)
         information = np.zeros((2, LINKS, 3, 3))
-        assert take_imus(CONSTANTS, state, readings, information[1])
-        result = take_frame(CONSTANTS, state, frame, information[0])
-        by_imus = plain.take_imus(readings)
-        expected, by_camera = plain.take_frame(frame)
+        assert update_with_imus(CONSTANTS, state, readings, information[1])
+        result = update_with_frame(CONSTANTS, state, frame, information[0])
+        by_imus = plain.update_with_imus(readings)
+        expected, by_camera = plain.update_with_frame(frame)
         assert_equal_states(state, plain.state)
         np.testing.assert_allclose(information, [by_camera, by_imus], rtol=1e-7, atol=1e-7)
         assert result == pytest.approx(expected, rel=1e-7, nan_ok=True)
@@ -122,8 +122,8 @@ def test_a_frame_that_shows_nothing_leaves_the_posture_alone_to_correct():
     state, _ = random_state(np.random.default_rng(5))
     plain = ReferenceFilter(CONSTANTS, state)
     frame = frame_of_nothing()
-    result = take_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
-    plain.take_frame(frame)
+    result = update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
+    plain.update_with_frame(frame)
     assert np.isnan(result.typical)
     assert_equal_states(state, plain.state)
 
@@ -143,8 +143,8 @@ def slope(state, add, step=1e-6):
         error = np.zeros(len(state.P))
         error[column] = step
         ahead, behind = state.copy(), state.copy()
-        correct(ahead, error)
-        correct(behind, -error)
+        inject_error(ahead, error)
+        inject_error(behind, -error)
         change = rows_of(ahead, add)[1] - rows_of(behind, add)[1]
         result.append(-change / (2.0 * step))
     return np.array(result).T
@@ -215,8 +215,8 @@ def test_limbs_bent_the_wrong_way_are_turned_back_by_both(angle):
     bend_hinges(state, angle)
     plain = ReferenceFilter(CONSTANTS, state)
     frame = frame_of_nothing()
-    result = take_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
-    assert result.turned_back == plain.take_frame(frame)[0].turned_back == 2
+    result = update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
+    assert result.turned_back == plain.update_with_frame(frame)[0].turned_back == 2
     assert_equal_states(state, plain.state)
 
 
@@ -240,9 +240,9 @@ def test_the_covariance_stays_symmetric_and_positive_over_ten_thousand_steps():
         predict(CONSTANTS.motion, state, float(rng.choice([1e-4, 0.01, 0.03, 0.5])))
         if step % 3:
             readings = readings_of(rng, state, truth.rotations, WORN)
-            assert take_imus(CONSTANTS, state, readings, information)
+            assert update_with_imus(CONSTANTS, state, readings, information)
         frame = random_frame(rng, truth.positions, step % 2)
-        assert take_frame(CONSTANTS, state, frame, information).is_finite
+        assert update_with_frame(CONSTANTS, state, frame, information).is_finite
         if step % 50 == 0:
             assert np.all(state.P == state.P.T)
             assert np.linalg.eigvalsh(state.P)[0] > 0.0
@@ -255,7 +255,7 @@ def test_one_joint_a_metre_off_moves_the_pose_by_little():
     def take(positions, sensor):
         predict(CONSTANTS.motion, state, 1.0 / 30.0)
         frame = CameraFrame(sensor, positions, tracked, CAMERAS[sensor].copy(), 0.0)
-        take_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
+        update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
 
     for step in range(60):
         take(joints, step % 2)
@@ -268,7 +268,7 @@ def test_one_joint_a_metre_off_moves_the_pose_by_little():
 
 def test_no_kernel_is_compiled_twice():
     test_the_compiled_filter_equals_the_plain_one(2, (3, 7), 12)
-    kernels = (predict, take_imus, take_frame)
+    kernels = (predict, update_with_imus, update_with_frame)
     assert {k.py_func.__name__: len(k.signatures) for k in kernels if len(k.signatures) > 1} == {}
 
 
@@ -286,8 +286,8 @@ def test_sigma_points_give_what_derivatives_give_where_all_is_nearly_linear():
     predict(CONSTANTS.motion, state, 0.03)
     predict_by_points(CONSTANTS.motion, by_points, scratch, weights, 0.03)
     np.testing.assert_allclose(by_points.P, state.P, rtol=0.0, atol=0.01 * np.abs(state.P).max())
-    take_frame(CONSTANTS, state, frame, information[0])
-    take_frame_by_points(CONSTANTS, by_points, scratch, weights, frame, information[1])
+    update_with_frame(CONSTANTS, state, frame, information[0])
+    update_with_frame_by_points(CONSTANTS, by_points, scratch, weights, frame, information[1])
     for name in MEAN:
         moved = getattr(state.pose, name) - getattr(before.pose, name)
         apart = getattr(by_points.pose, name) - getattr(state.pose, name)

@@ -32,8 +32,8 @@ def limb_table(seeds: Sequence[int], cache: Path | None) -> TextTable:
         "less than 75° steep.",
     )
     for name in SHOWN:
-        means = np.nanmean([each[name] for each in found], axis=0)
-        table.rows.append([name, *(number(each, 1) for each in means)])
+        columns = np.transpose([each[name] for each in found])
+        table.rows.append([name, *(number(mean_known(list(each)), 1) for each in columns)])
     return table
 
 

@@ -68,7 +68,7 @@ class ReferenceFilter:
         error = np.zeros(len(P))
         error[:3] = reach_s * state.pose.velocity
         error[3:slides] = reach_s * state.pose.rates.ravel()
-        correct(state, error)
+        inject_error(state, error)
         state.pose.velocity[:] *= keep
         state.pose.rates[:] *= keep
         state.pose.slides[:] *= keep_slide
@@ -77,7 +77,7 @@ class ReferenceFilter:
         state.offset_variance[:] = keep_offset**2 * state.offset_variance + renewed
         state.unheard_s[:] += dt_s
 
-    def take_imus(self, readings: ImuReadings) -> FloatArray:
+    def update_with_imus(self, readings: ImuReadings) -> FloatArray:
         """Correct by aligned IMUs; what they say of each link, (links, 3, 3) [1/rad²]."""
         information = np.zeros((len(self.state.heading), 3, 3))
         if len(readings.links) == 0:
@@ -88,7 +88,7 @@ class ReferenceFilter:
             information[group.source] += weight * np.linalg.inv(group.noise)
         return information
 
-    def take_frame(self, frame: CameraFrame) -> tuple[StepResult, FloatArray]:
+    def update_with_frame(self, frame: CameraFrame) -> tuple[StepResult, FloatArray]:
         """Correct by a camera's frame and the posture prior; what the frame says of each link."""
         state, camera = self.state, self.constants.camera
         view = view_of(camera, state, frame)
@@ -96,9 +96,9 @@ class ReferenceFilter:
         spread = [np.trace(group.H @ state.P @ group.H.T) for group in joints]
         groups = [*joints, *posture_groups(self.constants, state)]
         weights, distance = robust_update(state, groups, 3, camera.least_weight)
-        self._learn_offsets(frame, view, joints, np.array(spread), weights)
+        self._estimate_offsets(frame, view, joints, np.array(spread), weights)
         if frame.late_s == 0.0:
-            self._learn_delay(frame, view, joints, weights)
+            self._estimate_delay(frame, view, joints, weights)
         self._adapt(frame.sensor, joints, distance)
         information = np.zeros((len(state.heading), 3, 3))
         for group, weight in zip(joints, weights, strict=False):
@@ -127,12 +127,12 @@ class ReferenceFilter:
         Q[place, rate] = Q[rate, place] = dt_s**2 / 2.0 * shared
         for i in range(slides, velocity):
             Q[i, i] = motion.slide_variance[(i - slides) // 3] * (1.0 - keep_slide**2)
-        walk = [*3 * [motion.mounting_walk], motion.heading_walk]
+        walk = [*3 * [motion.alignment_walk], motion.heading_walk]
         for own in state.imu_column[state.imu_column >= 0]:
             Q[own : own + 4, own : own + 4] = dt_s * np.diag(walk)
         return Q
 
-    def _learn_offsets(
+    def _estimate_offsets(
         self,
         frame: CameraFrame,
         view: PlainView,
@@ -153,7 +153,7 @@ class ReferenceFilter:
             state.offset[:, group.source] += np.outer(shares, change)
             state.offset_variance[frame.sensor, group.source] = (1.0 - gain) * variance
 
-    def _learn_delay(
+    def _estimate_delay(
         self, frame: CameraFrame, view: PlainView, joints: list[Group], weights: FloatArray
     ) -> None:
         """Regress the bones' residuals on their velocities."""
@@ -234,7 +234,7 @@ def robust_update(
                 weights[index] = np.clip((dof + size) / (dof + squared), least_weight, 1.0)
     rest = np.eye(len(P)) - K @ H
     state.P[:] = rest @ P @ rest.T + K @ R @ K.T
-    correct(state, K @ residual)
+    inject_error(state, K @ residual)
     return weights, distance
 
 
@@ -243,7 +243,7 @@ def mahalanobis(values: FloatArray, covariance: FloatArray) -> float:
     return float(values @ np.linalg.solve(covariance, values))
 
 
-def correct(state: FilterState, error: FloatArray) -> None:
+def inject_error(state: FilterState, error: FloatArray) -> None:
     """Add an error, (n,), to the mean: rotations about map's axes, mountings about the link's."""
     pose, (slides, velocity) = state.pose, columns(state)
     turns = Rotation.from_rotvec(error[3:slides].reshape(-1, 3))

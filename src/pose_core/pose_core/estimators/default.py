@@ -21,7 +21,7 @@ from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.state import FilterState, start_state
-from pose_core.filter.step import StepResult, take_frame, take_imus
+from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
@@ -79,8 +79,11 @@ class DefaultEstimator(StepwiseEstimator):
         links = len(self._tree.parents)
         self._layout = make_layout(links, len(self._tree.sliding_links))
         self._alignments = ImuAlignments(model)
-        self._predict, self._take_imus = type_specialised(predict), type_specialised(take_imus)
-        self._take_frame = type_specialised(take_frame)
+        self._predict, self._update_with_imus = (
+            type_specialised(predict),
+            type_specialised(update_with_imus),
+        )
+        self._update_with_frame = type_specialised(update_with_frame)
         self._state: FilterState | None = None
         self._delay = np.full(len(parameters.sensors), self._constants.known_delay_s)
         self._delay_sums = np.zeros((len(parameters.sensors), 2))
@@ -136,7 +139,7 @@ class DefaultEstimator(StepwiseEstimator):
         if is_heard.any():
             information[0] = self._kinect_information
         aligned = self._alignments.readings(readings)
-        if not self._take_imus(self._constants, ahead, aligned, information[1]):
+        if not self._update_with_imus(self._constants, ahead, aligned, information[1]):
             return None
         pose = self._numbers(ahead, information)
         tracking_state = np.where(is_heard[:, None], self._tracking_state, 0).astype(np.uint8)
@@ -197,7 +200,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.hear(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
             readings = self._alignments.readings(observation.readings)
-            if not self._take_imus(self._constants, self._state, readings, information[1]):
+            if not self._update_with_imus(self._constants, self._state, readings, information[1]):
                 self._break()
                 return None
         result = StepResult(True, 0, float("nan"), float("nan"))
@@ -205,7 +208,7 @@ class DefaultEstimator(StepwiseEstimator):
             if not self._uses_camera(sensor):
                 continue
             frame = self._frame(observation, sensor, late_s)
-            result = self._take_frame(self._constants, self._state, frame, information[0])
+            result = self._update_with_frame(self._constants, self._state, frame, information[0])
             if not result.is_finite:
                 self._break()
                 return None

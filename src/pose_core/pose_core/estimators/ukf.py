@@ -13,8 +13,8 @@ from pose_core.filter.sigma_points import (
     Scratch,
     SigmaWeights,
     predict_by_points,
-    take_frame_by_points,
-    take_imus_by_points,
+    update_with_frame_by_points,
+    update_with_imus_by_points,
 )
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
@@ -34,9 +34,9 @@ class UkfEstimator(DefaultEstimator):
         self._weights: dict[int, SigmaWeights] = {}
         self._scratch: Scratch | None = None
         self._predict_by_points = type_specialised(predict_by_points)
-        self._take_imus_by_points = type_specialised(take_imus_by_points)
-        self._take_frame_by_points = type_specialised(take_frame_by_points)
-        self._predict, self._take_imus, self._take_frame = (
+        self._take_imus_by_points = type_specialised(update_with_imus_by_points)
+        self._update_with_frame_by_points = type_specialised(update_with_frame_by_points)
+        self._predict, self._update_with_imus, self._update_with_frame = (
             self._go_on,
             self._imus,
             self._frame_by_points,
@@ -74,7 +74,9 @@ class UkfEstimator(DefaultEstimator):
         information: FloatArray,
     ) -> StepResult:
         scratch, weights = self._room(state)
-        return self._take_frame_by_points(constants, state, scratch, weights, frame, information)
+        return self._update_with_frame_by_points(
+            constants, state, scratch, weights, frame, information
+        )
 
     def _room(self, state: FilterState) -> tuple[Scratch, SigmaWeights]:
         """Room for points, and the weights of as many as the state asks for."""

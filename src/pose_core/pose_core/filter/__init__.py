@@ -5,9 +5,9 @@ position and velocity, each link's rotation in ``map`` and angular velocity, sli
 that shift in their link, and of each aligned IMU its mounting and heading.
 Rotations are corrected in their tangent space, :math:`R = \exp([\delta\theta]_\times)\,\hat R`.
 
-One step is :func:`pose_core.filter.step.step`: prediction (``motion``), then one robust update
-(``update``) for the IMUs' rows (``imu``) and one for a camera's joints (``camera``) together with
-the posture prior (``posture``).
+One step is a prediction (``motion``), then the measurement updates of :mod:`pose_core.filter.step`:
+one robust update (``update``) by the IMUs (``imu``), one by a camera's joints (``camera``) together
+with the posture prior (``posture``).
 
 References:
     Barfoot (2017), State Estimation for Robotics, chapters 5 and 7.

@@ -1,4 +1,4 @@
-r"""What a camera's residuals teach beside the state: views' slow offsets, how fast the body moves.
+r"""Quantities estimated beside the state: views' slow offsets, trackers' delays, process noise.
 
 Two cameras see a joint at places that differ slowly. The difference is estimated as an offset of
 each view, by a scalar gain and with a mean of zero over the cameras: what all of them see alike is
@@ -30,7 +30,7 @@ CONTRADICTED = 25.0  # [-] smoothed NIS that no joint has that is followed
 
 
 @compiled_in_place
-def learn_offsets(
+def estimate_offsets(
     state: FilterState,
     frame: CameraFrame,
     view: View,
@@ -74,7 +74,7 @@ def learn_offsets(
 
 
 @compiled_in_place
-def learn_delay(
+def estimate_delay(
     starts: NDArray[np.int64],
     ends: NDArray[np.int64],
     prior: float,

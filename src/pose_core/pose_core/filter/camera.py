@@ -75,7 +75,7 @@ class View(NamedTuple):
 
 
 @compiled_in_place
-def is_seen(frame: CameraFrame, joint: int) -> bool:
+def is_tracked(frame: CameraFrame, joint: int) -> bool:
     """Whether a frame says where a joint is."""
     if frame.tracking_state[joint] == NOT_TRACKED:
         return False
@@ -109,7 +109,7 @@ def add_camera(
     velocity = moving + 3 * slides
     c, s = heading_of(view.rotations[0])
     for joint in range(len(frame.positions)):
-        if not is_seen(frame, joint):
+        if not is_tracked(frame, joint):
             continue
         group = add_group(rows, 3, constants.student_dof, joint)
         first = rows.first[group]

@@ -42,7 +42,7 @@ class FilterConstants(NamedTuple):
     swaps: SwapArrays
     starts: NDArray[np.int64]  # (links,) joint that each link turns about; −1 of the root
     ends: NDArray[np.int64]  # (links,) joint that shows each link
-    delay_prior: float  # [m²/s²] of :func:`pose_core.filter.adaptation.learn_delay`
+    delay_prior: float  # [m²/s²] of :func:`pose_core.filter.adaptation.estimate_delay`
     delay_memory_s: float
     known_delay_s: float  # [s] of the trackers, as far as it was told
     most_adaptation: float
@@ -96,7 +96,7 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
         ),
         offset_memory_s=tuning.camera.offset_memory,
         offset_variance=tuning.camera.offset_stddev**2,
-        mounting_walk=tuning.imu.mounting_walk**2,
+        alignment_walk=tuning.imu.alignment_walk**2,
         heading_walk=tuning.imu.heading_walk**2,
     )
 

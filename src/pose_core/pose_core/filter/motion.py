@@ -32,7 +32,7 @@ class MotionConstants(NamedTuple):
     slide_variance: FloatArray  # (slides,) [m²]
     offset_memory_s: float
     offset_variance: float  # [m²]
-    mounting_walk: float  # [rad²/s]
+    alignment_walk: float  # [rad²/s]
     heading_walk: float  # [rad²/s]
 
 
@@ -150,7 +150,7 @@ def add_process_noise(
         own = state.imu_column[link]
         if own != NO_COLUMN:
             for i in range(own, own + 3):
-                P[i, i] += constants.mounting_walk * dt_s
+                P[i, i] += constants.alignment_walk * dt_s
             P[own + 3, own + 3] += constants.heading_walk * dt_s
 
 

@@ -203,7 +203,7 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
     """
 
     def fit(heading: float) -> float:
-        return _best_mounting(sums, heading)[1] + _of_north(heading, north) / samples_per_s
+        return _best_rotation(sums, heading)[1] + _of_north(heading, north) / samples_per_s
 
     J = np.array([fit(heading) for heading in GRID])
     heading = float(GRID[J.argmax()])
@@ -212,7 +212,7 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
         bend = left - 2.0 * here + right
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
-    M = _best_mounting(sums, heading)[0]
+    M = _best_rotation(sums, heading)[0]
     apart = np.abs(_turn(GRID - heading)) > APART
     near_north = north is not None and abs(_turn(heading - north)) < APART
     return Alignment(
@@ -258,7 +258,7 @@ def _cost_matrix(sums: FloatArray, heading: float) -> FloatArray:
     return C
 
 
-def _best_mounting(sums: FloatArray, heading: float) -> tuple[FloatArray, float]:
+def _best_rotation(sums: FloatArray, heading: float) -> tuple[FloatArray, float]:
     """The rotation that maximises ⟨M, C⟩, and that maximum."""
     U, singular, Vt = np.linalg.svd(_cost_matrix(sums, heading))
     sign = np.sign(np.linalg.det(U @ Vt))

@@ -1,9 +1,9 @@
 r"""Sigma points on the manifold: the unscented form of the default filter's step.
 
 The points are :math:`\hat x \boxplus \pm\sqrt{c}\,L_i` with :math:`P = L L^T`, where ⊞ adds an
-error to the mean (:func:`pose_core.filter.state.correct`: rotations in their group). The prediction
-is their weighted mean and covariance. A measurement becomes, by the points' residuals :math:`r_i`,
-the linear one that fits them best,
+error to the mean (:func:`pose_core.filter.state.inject_error`, by the rotations' exponential map).
+The prediction is their weighted mean and covariance. A measurement becomes, by the points'
+residuals :math:`r_i`, the linear one that fits them best,
 
 .. math:: \bar r = \sum_i w^m_i r_i, \quad H = -P_{xr}^T P^{-1}, \quad
           \Omega = \sum_i w^c_i (r_i - \bar r)(r_i - \bar r)^T - H P H^T
@@ -41,8 +41,8 @@ from pose_core.filter.motion import (
     predict_mean,
 )
 from pose_core.filter.rows import Rows, make_rows
-from pose_core.filter.state import FilterState, copy_pose, correct
-from pose_core.filter.step import POSTURE_ROWS, StepResult, update_by_frame, update_by_imus
+from pose_core.filter.state import FilterState, copy_pose, inject_error
+from pose_core.filter.step import POSTURE_ROWS, StepResult, finish_frame_update, finish_imu_update
 from pose_core.kernels.cholesky import factorise
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.joint_kinematics import compute_joints
@@ -94,12 +94,12 @@ def predict_by_points(
     state.P[:] = weights.other * np.dot(errors.T, errors)
     state.P[:] += weights.centre_covariance * np.outer(mean, mean)
     copy_pose(centre.pose, state.pose)
-    correct(state, mean)
+    inject_error(state, mean)
     finish_prediction(constants, state, power, dt_s)
 
 
 @compiled
-def take_imus_by_points(
+def update_with_imus_by_points(
     constants: FilterConstants,
     state: FilterState,
     scratch: Scratch,
@@ -107,7 +107,7 @@ def take_imus_by_points(
     readings: ImuReadings,
     information: FloatArray,
 ) -> bool:
-    """:func:`pose_core.filter.step.take_imus` by sigma points."""
+    """:func:`pose_core.filter.step.update_with_imus` by sigma points."""
     count = len(readings.links)
     if count == 0:
         return True
@@ -121,11 +121,11 @@ def take_imus_by_points(
             out = residuals[index, 6 * row : 6 * row + 6]
             imu_residual(scratch.point, readings, row, Q, out)
     linearise(residuals, factor, weights, rows)
-    return update_by_imus(state, readings, rows, information)
+    return finish_imu_update(state, readings, rows, information)
 
 
 @compiled
-def take_frame_by_points(
+def update_with_frame_by_points(
     constants: FilterConstants,
     state: FilterState,
     scratch: Scratch,
@@ -133,7 +133,7 @@ def take_frame_by_points(
     frame: CameraFrame,
     information: FloatArray,
 ) -> StepResult:
-    """:func:`pose_core.filter.step.take_frame` by sigma points."""
+    """:func:`pose_core.filter.step.update_with_frame` by sigma points."""
     rows = make_rows(
         3 * len(frame.positions) + POSTURE_ROWS, len(frame.positions) + POSTURE_ROWS, len(state.P)
     )
@@ -145,7 +145,7 @@ def take_frame_by_points(
         place_point(state, factor, index, scratch.point)
         camera_residuals(constants.camera, scratch.point, frame, view, rows, residuals[index])
     linearise(residuals, factor, weights, rows)
-    return update_by_frame(constants, state, frame, view, rows, information)
+    return finish_frame_update(constants, state, frame, view, rows, information)
 
 
 @compiled
@@ -168,7 +168,7 @@ def place_point(state: FilterState, factor: FloatArray, index: int, out: FilterS
     out.delay[:] = state.delay
     out.offset[:] = state.offset
     sign = 1.0 if index % 2 == 0 else -1.0
-    correct(out, sign * factor[index // 2])
+    inject_error(out, sign * factor[index // 2])
 
 
 @compiled

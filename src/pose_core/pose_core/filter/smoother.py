@@ -18,7 +18,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
 from pose_core.filter.layout import Layout
-from pose_core.filter.state import FilterState, correct
+from pose_core.filter.state import FilterState, inject_error
 from pose_core.filter.tuning import MotionPrior
 from pose_core.streams.samples import FloatArray
 
@@ -57,7 +57,7 @@ def _smooth(state: FilterState, later: FilterState, predicted: FilterState, F: F
     except LinAlgError:
         return
     covariance = state.P + G @ (later.P - predicted.P) @ G.T
-    correct(state, G @ difference(later, predicted))
+    inject_error(state, G @ difference(later, predicted))
     if np.all(np.diag(covariance) > 0.0):
         state.P[:] = 0.5 * (covariance + covariance.T)
     # else the filter's own is kept: F leaves out that an unseen turn grows no further

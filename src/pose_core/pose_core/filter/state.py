@@ -122,8 +122,8 @@ def with_imu(
 
 
 @compiled_in_place
-def correct(state: FilterState, error: FloatArray) -> None:
-    """Add an error, (n,), to the mean: rotations in their group."""
+def inject_error(state: FilterState, error: FloatArray) -> None:
+    """Add an error, (n,), to the mean; rotations by their exponential map."""
     pose, links, slides = state.pose, len(state.heading), len(state.pose.slides)
     slide = 3 + 3 * links
     velocity = slide + 3 * slides

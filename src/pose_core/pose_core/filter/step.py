@@ -1,10 +1,14 @@
-"""One step of the default filter: predict to an instant, take the IMUs' readings, take a frame."""
+"""The measurement updates of the default filter, by IMUs and by a camera's frame.
+
+Order of a step: :func:`pose_core.filter.motion.predict` to the instant, then
+:func:`update_with_imus`, then :func:`update_with_frame`.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from pose_core.filter.adaptation import adapt, learn_delay, learn_offsets
+from pose_core.filter.adaptation import adapt, estimate_delay, estimate_offsets
 from pose_core.filter.camera import CameraFrame, View, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
@@ -21,39 +25,39 @@ MOST_TYPICAL = 9.0  # [-] of a joint's squared innovation distance that counts i
 
 
 class StepResult(NamedTuple):
-    """What a step tells beside the state."""
+    """Result of a frame's update, beside the state."""
 
-    is_finite: bool  # otherwise the filter is to be started anew
+    is_finite: bool  # otherwise the filter has to be restarted
     turned_back: int  # limbs turned by half a turn
-    typical: float  # [-] mean squared innovation distance of the joints; NaN: none seen
-    median: float  # [-] their median; NaN
+    typical: float  # [-] mean normalised innovation squared of the joints; NaN without joints
+    median: float  # [-] their median; NaN without joints
 
 
 @compiled
-def take_imus(
+def update_with_imus(
     constants: FilterConstants, state: FilterState, readings: ImuReadings, information: FloatArray
 ) -> bool:
-    """Correct the state by aligned IMUs; whether the update was finite.
+    """Measurement update by the aligned IMUs; returns whether it was finite.
 
     Args:
         constants: Of the filter.
-        state: The state; corrected in place.
-        readings: Of IMUs that the state has an alignment for.
-        information: (links, 3, 3) [1/rad²]: what the IMUs say of each link is added.
+        state: Prior state; becomes the posterior.
+        readings: Of IMUs whose alignment is in the state.
+        information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' is added.
     """
     count = len(readings.links)
     if count == 0:
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
-    return update_by_imus(state, readings, rows, information)
+    return finish_imu_update(state, readings, rows, information)
 
 
 @compiled
-def update_by_imus(
+def finish_imu_update(
     state: FilterState, readings: ImuReadings, rows: Rows, information: FloatArray
 ) -> bool:
-    """The update of :func:`take_imus` by its rows."""
+    """The update of :func:`update_with_imus`, given its measurement rows."""
     count = len(readings.links)
     weights, distance, spread = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
     if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance, spread):
@@ -66,26 +70,26 @@ def update_by_imus(
 
 
 @compiled
-def take_frame(
+def update_with_frame(
     constants: FilterConstants, state: FilterState, frame: CameraFrame, information: FloatArray
 ) -> StepResult:
-    """Correct the state by a camera's frame and the posture prior.
+    """Measurement update by a camera's frame and the posture prior.
 
     Args:
         constants: Of the filter.
-        state: The state; corrected in place.
-        frame: What the camera sees.
-        information: (links, 3, 3) [1/rad²]: what the camera says of each link is added.
+        state: Prior state; becomes the posterior.
+        frame: One camera's joints.
+        information: (links, 3, 3) [1/rad²] on each link's rotation; the camera's is added.
     """
     joints = len(frame.positions)
     rows = make_rows(3 * joints + POSTURE_ROWS, joints + POSTURE_ROWS, len(state.P))
     view = predict_view(constants.camera, state, frame)
     add_camera(constants.camera, state, frame, view, rows)
-    return update_by_frame(constants, state, frame, view, rows, information)
+    return finish_frame_update(constants, state, frame, view, rows, information)
 
 
 @compiled
-def update_by_frame(
+def finish_frame_update(
     constants: FilterConstants,
     state: FilterState,
     frame: CameraFrame,
@@ -93,7 +97,7 @@ def update_by_frame(
     rows: Rows,
     information: FloatArray,
 ) -> StepResult:
-    """The update of :func:`take_frame` by the joints' rows, to which the prior's are added."""
+    """The update of :func:`update_with_frame`, given the joints' measurement rows."""
     joints, seen = len(frame.positions), rows.filled[1]
     add_posture(constants.posture, state.pose.rotations, rows)
     groups, count = rows.filled[1], rows.filled[0]
@@ -101,9 +105,9 @@ def update_by_frame(
     least_weight = constants.camera.least_weight
     if not robust_update(state, rows, CAMERA_ITERATIONS, least_weight, weights, distance, spread):
         return StepResult(False, 0, np.nan, np.nan)
-    learn_offsets(state, frame, view, rows, rows.residual[:count], spread, weights)
+    estimate_offsets(state, frame, view, rows, rows.residual[:count], spread, weights)
     if frame.late_s == 0.0:
-        learn_delay(
+        estimate_delay(
             constants.starts,
             constants.ends,
             constants.delay_prior,

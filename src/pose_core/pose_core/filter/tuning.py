@@ -87,7 +87,7 @@ class ImuNoise:
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]
     rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
-    mounting_walk: float = 0.0006  # [rad/√s]
+    alignment_walk: float = 0.0006  # [rad/√s]
     heading_walk: float = 0.001  # [rad/√s]
 
 

@@ -18,7 +18,7 @@ References:
 import numpy as np
 
 from pose_core.filter.rows import NORMAL, Rows
-from pose_core.filter.state import FilterState, correct
+from pose_core.filter.state import FilterState, inject_error
 from pose_core.kernels.cholesky import factorise, solve_lower, solve_vector
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import inverse, mirror, quadratic_form, symmetric
@@ -75,7 +75,7 @@ def robust_update(
         return False
     solve_lower(S, HP)
     subtract_square(P, np.ascontiguousarray(HP.T))
-    correct(state, error)
+    inject_error(state, error)
     return True
 
 

@@ -19,6 +19,7 @@ from pose_core.kernels.output import OutputBody, PoseOutput, output_states
 from pose_core.kernels.output_blending import make_blending
 
 LARGEST_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an angle that may be anything, 104°
+LEAST_STDDEV = np.radians(0.5)  # [rad] of an angle
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, from which on a pose is published
 
 
@@ -111,8 +112,9 @@ class _StateOutput:
         self._output_states(
             self._body, stamps_ns, states, block.tracking_state, self._blending, output
         )
-        stddev = np.sqrt(output.variance)
-        stddev[:, ROOT_DOF:] = np.minimum(stddev[:, ROOT_DOF:], LARGEST_STDDEV)
+        # A smoothed covariance may be indefinite by rounding.
+        stddev = np.sqrt(np.maximum(output.variance, 0.0))
+        stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], LEAST_STDDEV, LARGEST_STDDEV)
         return EstimateBlock(
             stamps_ns=stamps_ns,
             newest_ns=block.newest_ns,
