@@ -20,7 +20,7 @@ class ImuCalibrationParameters:
         (), doc="segments that must carry an IMU; empty: those that are heard", pattern=NAME_ENDING
     )
     tracker_delay: float = parameter(
-        0.06, unit="s", low=0.0, high=0.2, doc="how late the Kinects' joints are"
+        0.0, unit="s", low=0.0, high=0.2, doc="how late the Kinects' joints are, if it is known"
     )
     minimum_duration: float = parameter(
         8.0, unit="s", low=2.0, high=600.0, doc="motion before the first solution"
