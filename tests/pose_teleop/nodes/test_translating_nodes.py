@@ -1,5 +1,7 @@
 """The person as others' tools take it: retargeters, ROS4HRI."""
 
+from functools import partial
+
 import pytest
 from followed_person import person_urdf
 from geometry_msgs.msg import TransformStamped
@@ -39,12 +41,12 @@ def tf_message():
     return message, joints
 
 
-def send_until(ros_context, publisher, message, condition):
-    def step():
-        publisher.publish(message)
-        return condition()
-
-    ros_context.spin_until(step)
+def send_until(ros_context, publish, condition, what=""):
+    """Publish twenty times a second until the condition holds."""
+    node = ros_context.make_node()
+    timer = node.create_timer(0.05, publish)
+    ros_context.spin_until(condition, what=what)
+    timer.cancel()
 
 
 @pytest.mark.parametrize("package", ["pose_msgs", "teleop_ros2_interfaces"])
@@ -57,7 +59,9 @@ def test_the_bridge_hears_the_person_that_is_retargeted(ros_context, package):
     message, _ = tf_message()
     publisher = ros_context.make_node().create_publisher(TFMessage, "/tf", 10)
 
-    send_until(ros_context, publisher, message, lambda: heard and heard[-1].skeletons)
+    send_until(
+        ros_context, partial(publisher.publish, message), lambda: heard and heard[-1].skeletons
+    )
 
     (skeleton,) = heard[-1].skeletons
     row = skeleton.name.index("left_elbow")
@@ -70,7 +74,7 @@ def test_poses_have_smpls_names_and_the_stamp_of_the_capture(ros_context):
     message, joints = tf_message()
     publisher = ros_context.make_node().create_publisher(TFMessage, "/tf", 10)
 
-    send_until(ros_context, publisher, message, lambda: heard)
+    send_until(ros_context, partial(publisher.publish, message), lambda: heard)
 
     found = heard[-1]
     assert (found.header.stamp.sec, found.header.frame_id) == (STAMP_S, "map")
@@ -105,14 +109,25 @@ def test_rep_155s_tools_find_the_person(ros_context):
         names += [f"{side}_elbow_flexion", f"{side}_knee_flexion"]
     state = JointState(name=names, position=[0.2] * len(names))
 
-    def told():
-        frames.publish(tf_message()[0])
-        roots = [m.transforms[0].child_frame_id for m in tf]
-        return states and urdf and "body_person" in roots and tracked and tracked[-1].ids
+    message, _ = tf_message()
 
-    send_until(ros_context, publisher, state, told)
-    assert list(tracked[-1].ids) == ["person"]
+    def publish():
+        frames.publish(message)
+        publisher.publish(state)
+
+    def has_root():
+        return any(m.transforms[0].child_frame_id == "body_person" for m in tf[-20:])
+
+    def is_tracked():
+        return any(list(m.ids) == ["person"] for m in tracked)
+
+    send_until(
+        ros_context,
+        publish,
+        lambda: states and urdf and has_root() and is_tracked(),
+        "joint states, tree, root frame and the list of bodies",
+    )
     assert "l_knee_person" in states[-1].name
     assert states[-1].position[states[-1].name.index("l_knee_person")] == pytest.approx(-0.2)
     assert "l_wrist_person" in urdf[-1].data
-    ros_context.spin_until(lambda: not tracked[-1].ids)
+    ros_context.spin_until(lambda: not tracked[-1].ids, what="a list without the person")
