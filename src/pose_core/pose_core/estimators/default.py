@@ -282,10 +282,18 @@ class DefaultEstimator(StepwiseEstimator):
             velocity=np.empty(3),
             rotations=np.empty((links, 3, 3)),
             rates=np.empty((links, 3)),
+            joints=np.empty((len(JOINTS), 3)),
             place_variance=np.empty(3),
             covariance=np.empty((links, 3, 3)),
             information=information,
             scale=np.empty(1),
         )
-        copy_state(state.pose, state.P, self._tree.parents, variance_scale(self._fit), numbers)
+        copy_state(
+            self._tree.numbers,
+            state.pose,
+            state.P,
+            self._tree.parents,
+            variance_scale(self._fit),
+            numbers,
+        )
         return numbers

@@ -25,6 +25,7 @@ class StateNumbers(NamedTuple):
     velocity: FloatArray  # (3,) [m/s]
     rotations: FloatArray  # (links, 3, 3): R_map_link
     rates: FloatArray  # (links, 3) [rad/s] in map
+    joints: FloatArray  # (joints, 3) [m] in map, as far as they have slid
     place_variance: FloatArray  # (3,) [m²] of the root's position
     covariance: FloatArray  # (links, 3, 3) [rad²] of each link's turn, relative to its parent's
     information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link

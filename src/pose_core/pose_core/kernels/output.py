@@ -14,7 +14,7 @@ from pose_core.kernels.joint_angle_extraction import (
     continuous_vector,
     extract_pose,
 )
-from pose_core.kernels.joint_kinematics import Pose
+from pose_core.kernels.joint_kinematics import BodyArrays, Pose, compute_joints
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
 from pose_core.kernels.rotations import logarithm, product_transposed, turn_by
@@ -42,18 +42,24 @@ class PoseOutput(NamedTuple):
     weight_kinect: FloatArray  # (n, d) [-]
     weight_imu: FloatArray  # (n, d) [-]
     source: NDArray[np.uint8]  # (n, d)
-    joints: FloatArray  # (n, joints, 3) [m]: of the pose that the degrees of freedom give
-    T_map_link: FloatArray  # (n, links, 4, 4): likewise
+    joints: FloatArray  # (n, joints, 3) [m]: the filter's own
+    T_map_link: FloatArray  # (n, links, 4, 4): of the pose that the degrees of freedom give
     sensor_weight: FloatArray  # (n, s, joints) [-]
 
 
-@compiled_in_place
+@compiled
 def copy_state(
-    pose: Pose, P: FloatArray, parents: NDArray[np.int64], scale: float, out: StateNumbers
+    body: BodyArrays,
+    pose: Pose,
+    P: FloatArray,
+    parents: NDArray[np.int64],
+    scale: float,
+    out: StateNumbers,
 ) -> None:
     """Copy what of a state is published, but for the information, which is its update's own.
 
     Args:
+        body: The tree of links.
         pose: The state.
         P: Its covariance.
         parents: Of its links, (links,); −1 of the root.
@@ -61,6 +67,8 @@ def copy_state(
         out: Filled.
     """
     out.scale[0] = scale
+    levers = np.zeros((len(out.joints), len(parents), 3))
+    compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
     for axis in range(3):
         out.position[axis], out.velocity[axis] = pose.position[axis], pose.velocity[axis]
         out.place_variance[axis] = P[axis, axis]
@@ -98,12 +106,14 @@ def output_states(
     """
     of_dof = np.empty((5, len(blending.position)))
     rotations = np.empty(states.rotations.shape[1:])
+    placed = np.empty((1, states.joints.shape[1], 3))
     for n in range(len(states.position)):
         state = StateNumbers(
             states.position[n],
             states.velocity[n],
             states.rotations[n],
             states.rates[n],
+            states.joints[n],
             states.place_variance[n],
             states.covariance[n],
             states.information[n],
@@ -124,17 +134,18 @@ def output_states(
         )
         output.position[n], output.velocity[n] = blending.position, blending.velocity
         output.weight_kinect[n], output.weight_imu[n] = of_dof[3], of_dof[4]
+        output.joints[n] = state.joints
         compute_links(
             body.numbers,
             np.eye(3),
             blending.position.reshape((1, -1)),
             rotations.reshape((1, len(rotations), 3, 3)),
-            output.joints[n : n + 1],
+            placed,
         )
         compute_link_transforms(
             blending.position,
             rotations,
-            output.joints[n],
+            placed[0],
             body.numbers.turns_about,
             output.T_map_link[n],
         )
