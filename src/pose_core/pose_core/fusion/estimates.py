@@ -35,6 +35,7 @@ class BodyEstimate:
     weight_imu: FloatArray  # (d,) 0..1
     source: NDArray[np.uint8]  # (d,), values of Source
     joints: FloatArray  # (15, 3) [m] in map
+    placed_joints: FloatArray  # (15, 3) [m] in map, by the degrees of freedom, as /tf has them
     tracking_state: NDArray[np.uint8]  # (15,), of the estimate
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (links, 4, 4), origin at the joint it turns about
@@ -56,6 +57,7 @@ class EstimateBlock:
     weight_imu: FloatArray  # (n, d) 0..1
     source: NDArray[np.uint8]  # (n, d), values of Source
     joints: FloatArray  # (n, 15, 3) [m] in map
+    placed_joints: FloatArray  # (n, 15, 3) [m] in map
     tracking_state: NDArray[np.uint8]  # (n, 15)
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (n, links, 4, 4)
@@ -90,6 +92,7 @@ class EstimateBlock:
             weight_imu=self.weight_imu[row],
             source=self.source[row],
             joints=self.joints[row],
+            placed_joints=self.placed_joints[row],
             tracking_state=self.tracking_state[row],
             link_names=self.link_names,
             T_map_link=self.T_map_link[row],

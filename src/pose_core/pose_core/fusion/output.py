@@ -105,6 +105,7 @@ class _StateOutput:
             weight_imu=weight_imu,
             source=np.empty((count, size), np.uint8),
             joints=np.empty((count, len(JOINTS), 3)),
+            placed_joints=np.empty((count, len(JOINTS), 3)),
             T_map_link=np.empty((count, links, 4, 4)),
             sensor_weight=np.empty((count, sensors, len(JOINTS))),
         )
@@ -127,6 +128,7 @@ class _StateOutput:
             weight_imu=output.weight_imu,
             source=output.source,
             joints=output.joints,
+            placed_joints=output.placed_joints,
             tracking_state=tracking_states(states, self._body.numbers),
             link_names=model.link_names,
             T_map_link=output.T_map_link,

@@ -90,7 +90,7 @@ def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
         poses = runner.update(_observation(sensors, shape, stamp_ns, imus.read(stamp_ns)))
         for block in runner.estimates(poses):
             example = block
-            instants = (block.T_map_link, block.position, block.joints)
+            instants = (block.T_map_link, block.position, block.placed_joints)
             BodyFrames(model, parameters.subject).places(*instants)
     stamp_ns = (FRAMES + 1) * PERIOD_NS
     for block in (

@@ -42,8 +42,9 @@ class PoseOutput(NamedTuple):
     weight_kinect: FloatArray  # (n, d) [-]
     weight_imu: FloatArray  # (n, d) [-]
     source: NDArray[np.uint8]  # (n, d)
-    joints: FloatArray  # (n, joints, 3) [m]: the filter's own
-    T_map_link: FloatArray  # (n, links, 4, 4): of the pose that the degrees of freedom give
+    joints: FloatArray  # (n, joints, 3) [m]: the filter's, seen from the published root
+    placed_joints: FloatArray  # (n, joints, 3) [m]: of the pose that the degrees of freedom give
+    T_map_link: FloatArray  # (n, links, 4, 4): likewise
     sensor_weight: FloatArray  # (n, s, joints) [-]
 
 
@@ -106,7 +107,6 @@ def output_states(
     """
     of_dof = np.empty((5, len(blending.position)))
     rotations = np.empty(states.rotations.shape[1:])
-    placed = np.empty((1, states.joints.shape[1], 3))
     for n in range(len(states.position)):
         state = StateNumbers(
             states.position[n],
@@ -133,19 +133,19 @@ def output_states(
             output.variance[n],
         )
         output.position[n], output.velocity[n] = blending.position, blending.velocity
+        move_along(state, blending, output.joints[n])
         output.weight_kinect[n], output.weight_imu[n] = of_dof[3], of_dof[4]
-        output.joints[n] = state.joints
         compute_links(
             body.numbers,
             np.eye(3),
             blending.position.reshape((1, -1)),
             rotations.reshape((1, len(rotations), 3, 3)),
-            placed,
+            output.placed_joints[n : n + 1],
         )
         compute_link_transforms(
             blending.position,
             rotations,
-            placed[0],
+            output.placed_joints[n],
             body.numbers.turns_about,
             output.T_map_link[n],
         )
@@ -212,6 +212,20 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
     blending.R_map_root[:] = R
     for at in range(ROOT_DOF):
         blending.position[at], blending.velocity[at] = of_dof[0, at], of_dof[1, at]
+
+
+@compiled
+def move_along(state: StateNumbers, blending: Blending, joints: FloatArray) -> None:
+    """The filter's joints, (joints, 3), moved along with the root from its pose to the published."""
+    turn = np.empty((3, 3))
+    product_transposed(blending.R_map_root, state.rotations[0], turn)
+    for joint in range(len(joints)):
+        x = state.joints[joint, 0] - state.position[0]
+        y = state.joints[joint, 1] - state.position[1]
+        z = state.joints[joint, 2] - state.position[2]
+        for axis in range(3):
+            turned = turn[axis, 0] * x + turn[axis, 1] * y + turn[axis, 2] * z
+            joints[joint, axis] = blending.position[axis] + turned
 
 
 @compiled_in_place
