@@ -28,8 +28,8 @@ from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_view.live import LiveGraph
-from pose_view.nodes.newest import Newest, first_child
 from pose_view.messages import BODY_TOPIC
+from pose_view.nodes.newest import Newest, first_child
 from pose_view.parameters import ViewParameters
 from pose_view.plain_words import as_html
 from pose_view.web.places import place_of

@@ -81,8 +81,8 @@ class Viewer:
             zero_s: What the plots call zero [s].
             robot: The past of a robot that follows.
         """
-        for body in snapshot.bodies.keys() - self.stage.avatars.keys():
-            self._add_person(body)
+        for name in sorted(snapshot.bodies.keys() - self.stage.avatars.keys()):
+            self._add_person(name)
         self.stage.show(snapshot)
         if time.monotonic() - self._plotted_s < PLOT_PERIOD_S:
             return
