@@ -72,21 +72,22 @@ class Recognition:
     def _cost(self, newcomer: PersonTrack, away: PersonTrack) -> float:
         """Negative log ratio of both being one person, against somebody new; infinite: too far."""
         gone_s = max(0.0, (newcomer.born_ns - away.last_seen_ns) * 1e-9)
-        ratio = newcomer.size.likeness(away.size)
-        if gone_s < JUST_LEFT_S:
-            way = float(np.linalg.norm(newcomer.born_at - away.expected_centre(newcomer.born_ns)))
-            if way > REACH_M + REACH_SPEED * gone_s:
-                return float("inf")
-            spread = PLACE_M + PLACE_SPEED * gone_s
-            ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
-            ratio -= 0.5 * (way / spread) ** 2 + NEW_PERSON
-        else:
-            ratio -= NEW_PERSON_LATER
-        same_id = any(
+        has_same_id = any(
             name in away.views and away.views[name].person == view.person
             for name, view in newcomer.views.items()
         )
-        return -ratio - SAME_ID * same_id
+        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
+        way = float(np.linalg.norm(newcomer.born_at - away.expected_centre(newcomer.born_ns)))
+        anywhere = NEW_PERSON_LATER - ratio
+        if gone_s > JUST_LEFT_S:
+            return anywhere
+        # Under one id a tracker may jump; somebody else's cannot.
+        most = anywhere if has_same_id else float("inf")
+        if way > REACH_M + REACH_SPEED * gone_s:
+            return most
+        spread = PLACE_M + PLACE_SPEED * gone_s
+        ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
+        return min(most, NEW_PERSON - ratio + 0.5 * (way / spread) ** 2)
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""

@@ -145,8 +145,10 @@ class Tracks:
             return []
         given: list[Assigned] = []
         people = self._without_doubles(ripe, stamp_ns)
-        for track, known, margin in self._recognition.recognise(people, self.of(Presence.AWAY)):
-            is_clear = margin >= CERTAIN and (known is not None or not self.of(Presence.AWAY))
+        known_ones = self.of(Presence.PRESENT, Presence.AWAY)
+        unseen = [track for track in known_ones if not track.is_certain(stamp_ns)]
+        for track, known, margin in self._recognition.recognise(people, unseen):
+            is_clear = margin >= CERTAIN and (known is not None or not unseen)
             if not is_clear and track.in_view_s < UNCERTAIN_FOR_S:
                 continue
             if known is None:
