@@ -50,7 +50,7 @@ def methods_of_bag(
         extrinsics: How the sensors stand; those in the bag if None.
 
     Raises:
-        InputError: If the bag holds no sensors' skeletons.
+        InputError: If the bag holds neither a sensor's skeletons nor a fused one.
     """
     placed = read_extrinsics(bag)
     names = sensor_topics(bag)
@@ -58,14 +58,15 @@ def methods_of_bag(
         known = extrinsics_from_map({name: placed[name] for name in names})
         extrinsics = replace(known, clocks=read_clocks(bag))
     clocks = read_clocks(bag) if clocks is None else clocks
+    has_body = body_topic(bag, "skeleton", body) is not None
+    raw = {} if has_body and not names else read_sensor_series(bag, person, extrinsics)
     sensors = {
-        name: series_on_reference_clock(series, clocks.get(name))
-        for name, series in read_sensor_series(bag, person, extrinsics).items()
+        name: series_on_reference_clock(series, clocks.get(name)) for name, series in raw.items()
     }
     methods = dict(sensors)
     if len(sensors) > 1 and set(sensors) <= set(placed):
         methods[MEAN] = mean_series(sensors, placed)
-    if body_topic(bag, "skeleton", body) is not None:
+    if has_body:
         methods[FUSED] = read_body_series(bag, body)
     return methods
 

@@ -41,15 +41,16 @@ class LiveGraph:
     """Takes messages in as they come; tells what there is to show.
 
     Args:
-        bodies: Ids, with the title of each.
+        bodies: Ids of those that are expected, with the title of each.
         sensors: Names of the cameras.
         span_s: How far back tracks reach [s].
     """
 
     def __init__(self, bodies: Mapping[str, str], sensors: Sequence[str], span_s: float) -> None:
-        self._titles = dict(bodies)
+        self._titles: dict[str, str] = {}
+        self._expected = tuple(bodies)
         self._span_ns = round((span_s + 1.0) * NS_PER_S)
-        self._tracks: dict[str, deque[BodySnapshot]] = {body: deque() for body in bodies}
+        self._tracks: dict[str, deque[BodySnapshot]] = {}
         self._dof: dict[str, DofSnapshot] = {}
         self._rotations: dict[str, dict[str, FloatArray]] = {}
         self._robot: RobotSnapshot | None = None
@@ -61,9 +62,22 @@ class LiveGraph:
         self._transforms: dict[str, Any] = {}
         self._sensors: dict[str, FloatArray] = {}
         self._reports: dict[str, _Report] = {}
-        self._body_monitors = {body: StreamMonitor() for body in bodies}
+        self._body_monitors: dict[str, StreamMonitor] = {}
         self._sensor_monitors = {sensor: StreamMonitor() for sensor in sensors}
         self.counters = Counters("malformed_skeletons", "malformed_transforms", "late_skeletons")
+        for body, title in bodies.items():
+            self.add_body(body, title)
+
+    @property
+    def bodies(self) -> Iterable[str]:
+        """Ids of all bodies."""
+        return self._titles.keys()
+
+    def add_body(self, body: str, title: str) -> None:
+        """Take one more body's messages."""
+        self._titles[body] = title
+        self._tracks[body] = deque()
+        self._body_monitors[body] = StreamMonitor()
 
     # -- messages in ----------------------------------------------------------------------------
 
@@ -188,6 +202,8 @@ class LiveGraph:
         for name, title in (("calibration", "Calibration"), ("fusion", "Fusion")):
             yield node_line(title, self._report(name, now_ns))
         for body, monitor in self._body_monitors.items():
+            if body not in self._expected and self._is_silent(body, now_ns):
+                continue  # somebody who has left
             dof = self._dof.get(body)
             delay_s = None if dof is None else dof.latency_s
             yield stream_line(self._titles[body], monitor.reading(now_ns), delay_s)

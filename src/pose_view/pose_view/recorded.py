@@ -93,6 +93,11 @@ class Recorded:
         self.end_ns = max(each[-1] for each in stamps if each)
 
     @property
+    def has_raw(self) -> bool:
+        """Whether there are cameras' skeletons in it."""
+        return bool(self._raw)
+
+    @property
     def duration_s(self) -> float:
         """From the first thing that can be shown to the last [s]."""
         return (self.end_ns - self.start_ns) / NS_PER_S

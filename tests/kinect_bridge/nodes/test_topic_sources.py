@@ -153,6 +153,7 @@ def test_markers_that_are_no_joints_and_places_that_are_no_numbers_are_counted(b
     message = markers(ns_to_stamp(heard.now_ns()), {1: joints})
     message.markers.append(Marker(id=190))
     message.markers.append(Marker(id=-5))
+    message.markers.append(message.markers[elbow])
 
     (skeleton,) = heard.send(message).skeletons
 
@@ -160,6 +161,7 @@ def test_markers_that_are_no_joints_and_places_that_are_no_numbers_are_counted(b
     assert math.isnan(place(skeleton, "left_elbow")[0])
     counts = heard.counts()
     assert counts["markers_unknown"] == "2"
+    assert counts["markers_repeated"] == "1"
     assert counts["joints_out_of_range"] == "1"
     assert counts["frames_received"] == "1"
 

@@ -6,7 +6,7 @@ import pytest
 
 from pose_fusion.tools import calibrate, fuse
 from pose_io.bags import open_bag
-from pose_view.tools import report
+from pose_view.tools import report, view
 
 pytestmark = pytest.mark.data
 
@@ -63,3 +63,13 @@ def test_all_people_are_fused_where_they_are_wanted(shared_data, tmp_path, monke
     with open_bag(tmp_path / "fused") as bag:
         bodies = {topic.split("/")[3] for topic in bag.topics if topic.startswith("/humans/")}
     assert bodies == {"subject", "person_2"}
+
+
+def test_view_computes_everybody_of_a_recording(shared_data):
+    recording = shared_data / "kinectmultitrack"
+    recording /= "two_persons_Study_22_Kinect_1_Time_2_16_21_PM.csv.gz"
+
+    shown = view.read(recording, ("subject_kinect", "subject"), max_people=6)
+
+    assert set(shown.sensors) == {"left", "right"}
+    assert set(shown.bodies) == {"subject", "person_2"}

@@ -75,6 +75,30 @@ def test_a_body_that_is_published_is_drawn(ros_context, viewer, visitor, spin_un
     spin_until(lambda: tuple(drawn().position) != before)
 
 
+def test_people_who_come_are_drawn_beside_the_bodies_asked_for(
+    ros_context, viewer, visitor, spin_until
+):
+    from pose_msgs.msg import Skeleton
+
+    publisher = ros_context.make_node().create_publisher(
+        Skeleton, "/humans/bodies/person_2/skeleton", 10
+    )
+    joints = moving_joints(3.0)
+    scene = viewer.viewer.server.scene
+    count = 0
+
+    def drawn():
+        nonlocal count
+        message = skeleton_message(joints[count % len(joints)], to_header(count * 33_000_000), "")
+        publisher.publish(message)
+        count += 1
+        return scene.get_handle_by_name("/bodies/person_2/left_forearm")
+
+    spin_until(drawn)
+    assert scene.get_handle_by_name("/bodies/person_2/title").text == "Person 2"
+    assert "Person 2" in viewer.viewer.plots.legend
+
+
 def test_buttons_call_the_services_of_the_graph(ros_context, viewer, spin_until):
     calls = []
     node = ros_context.make_node()

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from viewed_bag import BODIES, write_viewed_bag
 
+from pose_core.api import FusionParameters, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
-from pose_view.comparison import compute_body, missing_bodies
+from pose_view.comparison import compute_bodies, missing_bodies
 from pose_view.recorded import Recorded
 
 
@@ -52,9 +53,12 @@ def test_a_track_is_the_stretch_that_was_asked_for(recorded):
 def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded):
     with open_bag(recording[0]) as bag:
         missing = missing_bodies(recorded, BODIES, bag)
-        snapshots = compute_body(bag, recorded, "kinect", lambda share: None)
+        extrinsics = extrinsics_from_map(recorded.sensors)
+        fusion = FusionParameters(sensors=extrinsics.sensors, subject="subject_kinect")
+        computed = compute_bodies(bag, "kinect", fusion, extrinsics, lambda share: None)
 
     assert missing == {"subject_kinect": "kinect"}  # there are no IMUs in it
+    snapshots = computed["subject_kinect"]
     assert len(snapshots) > 60
     last = snapshots[-1]
     assert np.isfinite(last.joints).all()

@@ -29,7 +29,7 @@ class MarkersSource(LiveSource):
             topic,
             find_joint_map(parameters.joint_map or "azure_kinect_ros"),
             on_host_clock=True,
-            counters=("messages_too_long", "markers_unknown"),
+            counters=("messages_too_long", "markers_unknown", "markers_repeated"),
             topics=(Topic(name=topic, type_name="visualization_msgs/msg/MarkerArray"),),
         )
 
@@ -49,6 +49,7 @@ class MarkersSource(LiveSource):
             stamp_ns = max(stamp_ns, nanoseconds(marker.header.stamp))
             places = bodies.setdefault(body, np.full((count, 3), np.nan))
             position = marker.pose.position
+            self.counters.add("markers_repeated", bool(np.isfinite(places[joint, 0])))
             places[joint] = position.x, position.y, position.z
         people = [Person(id=str(body), positions=places) for body, places in bodies.items()]
         self.push(people, stamp_ns or None)

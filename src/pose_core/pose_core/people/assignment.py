@@ -17,8 +17,8 @@ def assign(cost: FloatArray) -> list[tuple[int, int]]:
     """
     if cost.size == 0 or not np.isfinite(cost).any():
         return []
-    if cost.size == 1:
-        return [(0, 0)]
+    if cost.shape[1] == 1:
+        return [(int(np.argmin(cost[:, 0])), 0)]
     # Loads scipy for half a second, which one person alone never needs.
     from scipy.optimize import linear_sum_assignment
 

@@ -16,15 +16,14 @@ from numpy.typing import NDArray
 
 from pose_core.people.assignment import assign
 from pose_core.people.distances import joint_distances
-from pose_core.people.person_track import PersonTrack, Presence
+from pose_core.people.person_track import PersonTrack
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
-GATE_M = 0.55  # [m] mean distance of the joints from their predicted positions
-GATE_SPEED = 1.5  # [m/s] by which the gate widens while no sensor sees where a person is
-WIDEST_GATE_M = 0.95  # [m]
+GATE_M = 0.55  # [m] mean distance of the joints from their predicted positions, under a known id
+OTHER_ID_GATE_M = 0.3  # [m] the same under any other id: people pass each other at arm's length
 SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and against others
-ID_HOLDS_S = 2.0  # [s] for which a sensor's id counts
-TENTATIVE_M = 0.1  # [m] advantage of a confirmed person over a tentative one
+ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
+UNCERTAIN_M = 0.1  # [m] advantage of a confirmed person who is seen
 
 
 def associate(
@@ -49,23 +48,26 @@ def associate(
         return [], np.empty((0, len(frame)), np.bool_)
     predicted = np.stack([track.expected(stamp_ns) for track in tracks])
     distance, is_mirrored = joint_distances(predicted, positions)
-    cost = distance.copy()
-    for row, track in enumerate(tracks):
-        gate = min(GATE_M + GATE_SPEED * track.unplaced_s(stamp_ns), WIDEST_GATE_M)
-        cost[row, distance[row] > gate] = np.inf
-        cost[row] += TENTATIVE_M * (track.presence is Presence.TENTATIVE)
-    return assign(cost + _id_costs(tracks, frame, stamp_ns)), is_mirrored
+    has_other_id = _other_ids(tracks, frame, stamp_ns)
+    cost = distance + SAME_ID_M * has_other_id
+    cost[distance > np.where(has_other_id, OTHER_ID_GATE_M, GATE_M)] = np.inf
+    is_certain = [track.is_certain(stamp_ns) for track in tracks]
+    cost[np.logical_not(is_certain)] += UNCERTAIN_M
+    # A skeleton rather begins a track than it pushes another one off its own.
+    nobody = np.full((len(frame), len(frame)), np.inf)
+    np.fill_diagonal(nobody, GATE_M + UNCERTAIN_M)
+    pairs = assign(np.vstack([cost, nobody]))
+    return [(row, column) for row, column in pairs if row < len(tracks)], is_mirrored
 
 
-def _id_costs(
+def _other_ids(
     tracks: Sequence[PersonTrack], frame: Sequence[SkeletonSample], stamp_ns: int
-) -> FloatArray:
-    """Cost of an id that another person had [m], shape (tracks, skeletons)."""
-    costs = np.zeros((len(tracks), len(frame)))
+) -> NDArray[np.bool_]:
+    """Whether a skeleton has another id than the sensor gave the person, (tracks, skeletons)."""
+    is_other = np.ones((len(tracks), len(frame)), np.bool_)
     for row, track in enumerate(tracks):
         view = track.views.get(frame[0].sensor)
         if view is None or stamp_ns - view.stamp_ns > ID_HOLDS_S * 1e9:
             continue
-        for column, sample in enumerate(frame):
-            costs[row, column] = 0.0 if sample.person == view.person else SAME_ID_M
-    return costs
+        is_other[row] = [sample.person != view.person for sample in frame]
+    return is_other

@@ -9,60 +9,62 @@ from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
-BONES: dict[str, tuple[tuple[str, str], ...]] = {
-    "thigh": tuple((f"{side}_hip", f"{side}_knee") for side in SIDES),
-    "shank": tuple((f"{side}_knee", f"{side}_foot") for side in SIDES),
-    "upper_arm": tuple((f"{side}_shoulder", f"{side}_elbow") for side in SIDES),
-    "forearm": tuple((f"{side}_elbow", f"{side}_hand") for side in SIDES),
-    "trunk": (("neck", "left_hip"), ("neck", "right_hip")),
-}
-"""The joints between which each length is measured; the two of a kind are averaged."""
-OWN_SPREAD, COMMON_SPREAD = 0.045, 0.028
-"""Standard deviations of logarithmic lengths over 1.5 s, against the same sensor's before: of each
-bone, and of all bones together (five recordings of KinectMultiTrack; simulated trackers)."""
-OTHER_OWN_SPREAD, OTHER_COMMON_SPREAD = 0.08, 0.04
-"""The same against another sensor's, whose tracker has other mistakes."""
-LEAST = 12  # [-] measurements of a bone before it counts
-LEAST_BONES = 2  # [-] of five
-OUTLYING = 4.0  # [-] variances: a bone that is farther off is hidden, and says no more than this
-KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
-SHAPE_JOINTS = ("left_knee", "left_foot", "left_elbow", "left_hand")
-"""The joints whose distance from the one before is one of the first four lengths."""
-SURE = 60  # [-] measurements before given measures are judged
-LEAST_SHAPE_BONES = 3  # [-] of four
-OTHER_BODY = 0.1  # [-] of the lengths, by which measures are somebody else's
-_START, _END = (
-    np.array([[JOINT_INDEX[pair[i]] for pair in pairs] for pairs in BONES.values()]) for i in (0, 1)
+BONES: tuple[tuple[str, str], ...] = (
+    *((f"{side}_hip", f"{side}_knee") for side in SIDES),
+    *((f"{side}_knee", f"{side}_foot") for side in SIDES),
+    *((f"{side}_shoulder", f"{side}_elbow") for side in SIDES),
+    *((f"{side}_elbow", f"{side}_hand") for side in SIDES),
+    ("neck", "left_hip"),
+    ("neck", "right_hip"),
+    ("left_shoulder", "right_shoulder"),
+    ("left_hip", "right_hip"),
+    ("neck", "head"),
+    ("neck", "torso"),
+    ("head", "left_hip"),
 )
+"""The joints between which lengths are measured; the first eight are of the body shape too."""
+SPREADS = np.array([4.5, 4.5, 4, 4, 5.5, 5.5, 5.5, 6, 3, 3, 3.5, 6, 5, 5, 2.5]) / 100.0
+"""Standard deviations of their logarithms over 1.5 s, against the same sensor's before (seven
+recordings of KinectMultiTrack; simulated trackers)."""
+COMMON_SPREAD = 0.018  # [-] of all of them together
+OTHER_SENSOR_SPREAD, OTHER_SENSOR_COMMON = 0.06, 0.04  # [-] in addition, against another sensor's
+PEOPLE_SPREAD, PEOPLE_COMMON = 0.05, 0.07  # [-] in addition, from one person to another
+FRAMES, FADING = 45.0, 0.35  # [-] of 1.5 s; power of their number with which the variances fall
+TAIL = 4.0  # [-] degrees of freedom of Student's distribution: hidden joints are far off
+LEAST = 8  # [-] measurements of a bone before it counts
+LEAST_BONES = 4  # [-]
+KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
+SHAPE_BONES = 8
+SURE = 60  # [-] measurements before given measures are judged
+LEAST_SHAPE_BONES = 6  # [-]
+OTHER_BODY = 0.1  # [-] of the lengths, by which measures are somebody else's
+_START, _END = (np.array([JOINT_INDEX[pair[i]] for pair in BONES]) for i in (0, 1))
 
 
 def log_lengths(sample: SkeletonSample) -> FloatArray:
-    """Logarithm of each bone's length [m] where both its joints are tracked, else NaN; (5,)."""
+    """Logarithm of each bone's length [m] where both its joints are tracked, else NaN; (15,)."""
     joints = np.where(
         (sample.tracking_state == TrackingState.TRACKED)[:, None], sample.positions, np.nan
     )
-    lengths = np.linalg.norm(joints[_END] - joints[_START], axis=2)
-    lengths[~(lengths > 0.01)] = np.nan
-    known = np.isfinite(lengths)
-    count = known.sum(axis=1)
-    total = np.where(known, lengths, 0.0).sum(axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.asarray(np.log(np.where(count > 0, total / count, np.nan)))
+    lengths = np.linalg.norm(joints[_END] - joints[_START], axis=1)
+    return np.asarray(np.log(np.where(lengths > 0.01, lengths, np.nan)))
 
 
 @dataclass
 class _Lengths:
     """What one sensor measures, thinned over time."""
 
-    rows: list[FloatArray] = field(default_factory=list)  # (5,) each
+    rows: list[FloatArray] = field(default_factory=list)  # (15,) each
     every: int = 1  # measurements of which one is kept
     left_out: int = 0
+    _median: tuple[FloatArray, FloatArray] | None = None
 
     def add(self, measured: FloatArray) -> None:
         self.left_out += 1
         if self.left_out < self.every:
             return
         self.left_out = 0
+        self._median = None
         self.rows.append(measured)
         if len(self.rows) > KEPT:
             self.rows, self.every = self.rows[::2], 2 * self.every
@@ -71,13 +73,15 @@ class _Lengths:
         for row in other.rows:
             self.add(row)
 
-    def median(self) -> FloatArray:
-        """(5,); NaN where too little is known."""
-        rows = np.array(self.rows).reshape(-1, len(BONES))
-        count = np.isfinite(rows).sum(axis=0)
-        return np.array(
-            [np.nanmedian(rows[:, i]) if n >= LEAST else np.nan for i, n in enumerate(count)]
-        )
+    def median(self) -> tuple[FloatArray, FloatArray]:
+        """Medians, NaN where too little is known, and how many there are of each; (15,)."""
+        if self._median is None:
+            rows = np.array(self.rows).reshape(-1, len(BONES))
+            count = np.isfinite(rows).sum(axis=0).astype(float)
+            middle = np.full(len(BONES), np.nan)
+            middle[count >= LEAST] = np.nanmedian(rows[:, count >= LEAST], axis=0)
+            self._median = middle, count
+        return self._median
 
 
 class BodySize:
@@ -96,30 +100,58 @@ class BodySize:
         for sensor, lengths in other._by_sensor.items():
             self._by_sensor.setdefault(sensor, _Lengths()).merge(lengths)
 
-    def disagreement(self, other: "BodySize") -> float:
-        """How much two sizes differ, in standard deviations; NaN where too little is known."""
-        shared = [name for name in self._by_sensor if name in other._by_sensor]
-        off = _mean([self._by_sensor[s].median() - other._by_sensor[s].median() for s in shared])
-        own_spread, common_spread = OWN_SPREAD, COMMON_SPREAD
-        if np.isfinite(off).sum() < LEAST_BONES:
-            off = self.mean() - other.mean()
-            own_spread, common_spread = OTHER_OWN_SPREAD, OTHER_COMMON_SPREAD
-        off = off[np.isfinite(off)]
-        if len(off) < LEAST_BONES:
-            return float("nan")
-        # A difference common to all lengths is what distinguishes people best.
-        common = float(np.median(off)) / common_spread
-        own = float(np.mean(np.minimum((off / own_spread) ** 2, OUTLYING)))
-        return float(np.sqrt(0.5 * (common**2 + own)))
+    def likeness(self, other: "BodySize") -> float:
+        """How much likelier these are one person's than two persons', log ratio; 0: unknown."""
+        shared = [
+            _difference(lengths, other._by_sensor[sensor])
+            for sensor, lengths in self._by_sensor.items()
+            if sensor in other._by_sensor
+        ]
+        known = [each for each in shared if each is not None]
+        if known:
+            return sum(known)
+        variance = SPREADS**2 + OTHER_SENSOR_SPREAD**2
+        common = COMMON_SPREAD**2 + OTHER_SENSOR_COMMON**2
+        return _likeness(self.mean() - other.mean(), variance, common) or 0.0
 
     def mean(self) -> FloatArray:
-        """Logarithm of each bone's length [m], mean of the sensors, (5,); NaN where unknown."""
-        return _mean([lengths.median() for lengths in self._by_sensor.values()])
+        """Logarithm of each bone's length [m], mean of the sensors, (15,); NaN where unknown."""
+        return _mean([lengths.median()[0] for lengths in self._by_sensor.values()])
 
     @property
     def measurements(self) -> int:
         """How many there were, of all sensors; those that were thinned out are not counted."""
         return sum(len(lengths.rows) for lengths in self._by_sensor.values())
+
+
+def _difference(one: _Lengths, other: _Lengths) -> float | None:
+    """Log likelihood ratio of what one sensor measures of both."""
+    (middle, count), (other_middle, other_count) = one.median(), other.median()
+    frames = np.maximum([count * one.every, other_count * other.every], 1.0)
+    share = ((FRAMES / frames) ** FADING).sum(axis=0)
+    return _likeness(middle - other_middle, SPREADS**2 * share, COMMON_SPREAD**2 * share.mean())
+
+
+def _likeness(off: FloatArray, variance: FloatArray, common_variance: float) -> float | None:
+    """Log likelihood ratio of a difference of lengths; None where too little is known."""
+    known = np.isfinite(off)
+    if known.sum() < LEAST_BONES:
+        return None
+    off, variance = off[known], variance[known]
+    # A difference common to all lengths is what distinguishes people best.
+    common = float(np.median(off))
+    own = off - common
+    common_variance += 1.5 / float((1.0 / variance).sum())
+    ratio = _log_student(own, variance) - _log_student(own, variance + PEOPLE_SPREAD**2)
+    variances = np.array([common_variance, common_variance + PEOPLE_COMMON**2])
+    of_common = -0.5 * (common**2 / variances + np.log(variances))
+    return float(ratio.sum() + of_common[0] - of_common[1])
+
+
+def _log_student(off: FloatArray, variance: FloatArray) -> FloatArray:
+    """Logarithm of Student's density, but for a constant."""
+    power = 0.5 * (TAIL + 1.0)
+    return np.asarray(-power * np.log1p(off**2 / (TAIL * variance)) - 0.5 * np.log(variance))
 
 
 def _mean(rows: Sequence[FloatArray]) -> FloatArray:
@@ -136,8 +168,8 @@ def _mean(rows: Sequence[FloatArray]) -> FloatArray:
 def is_of_size(size: BodySize, shape: BodyShape) -> bool | None:
     """Whether a person is as large as given measures say; None while too little is known."""
     lengths = shape.bone_lengths()
-    given = np.array([np.log(lengths[joint]) for joint in SHAPE_JOINTS])
-    off = size.mean()[: len(SHAPE_JOINTS)] - given
+    given = np.array([np.log(lengths[end]) for _, end in BONES[:SHAPE_BONES]])
+    off = size.mean()[:SHAPE_BONES] - given
     off = off[np.isfinite(off)]
     if size.measurements < SURE or len(off) < LEAST_SHAPE_BONES:
         return None

@@ -40,8 +40,8 @@ class Encounters:
             elif apart_m > APART_M and pair in self._meeting:
                 self._meeting.discard(pair)
                 self._parted.add(pair)
-                self._recognition.doubt(one, stamp_ns)
-                self._recognition.doubt(other, stamp_ns)
+                self._recognition.measure_anew(one, stamp_ns)
+                self._recognition.measure_anew(other, stamp_ns)
             elif pair in self._parted and _are_measured(one, other):
                 self._parted.discard(pair)
                 if self._recognition.are_exchanged(one, other):

@@ -12,6 +12,7 @@ from pose_core.streams.samples import FloatArray, SkeletonSample
 
 SMOOTHING = 0.6  # [-] weight of a new frame in the joints' places
 VELOCITY_OVER_NS = 150_000_000  # [ns] over which the velocity is taken
+LOST_AFTER_S = 0.1  # [s] unseen by all sensors
 FASTEST = 3.5  # [m/s] of a person
 KEEPS_MOVING_S = 0.5  # [s] for which somebody who is not seen keeps their velocity
 
@@ -41,6 +42,7 @@ class PersonTrack:
     presence: Presence
     born_ns: int  # [ns]
     last_seen_ns: int  # [ns]
+    born_at: FloatArray  # (3,) [m], middle of the first skeleton
     positions: FloatArray  # (15, 3) [m], NaN where never seen
     velocity: FloatArray = field(default_factory=lambda: np.zeros(3))  # [m/s]
     size: BodySize = field(default_factory=BodySize)
@@ -58,13 +60,22 @@ class PersonTrack:
         way_s = KEEPS_MOVING_S * (1.0 - np.exp(-ahead_s / KEEPS_MOVING_S))
         return self.positions + self.velocity * way_s
 
+    @property
+    def in_view_s(self) -> float:
+        """Time from the first frame to the last one [s]."""
+        return (self.last_seen_ns - self.born_ns) / NS_PER_S
+
+    def expected_centre(self, stamp_ns: int) -> FloatArray:
+        """Predicted middle at an instant [ns], (3,) [m]."""
+        return centre(self.expected(stamp_ns))
+
     def unseen_s(self, stamp_ns: int) -> float:
         """Time since any sensor saw them [s]."""
         return max(0, stamp_ns - self.last_seen_ns) / NS_PER_S
 
-    def unplaced_s(self, stamp_ns: int) -> float:
-        """Time since the joints were updated [s]."""
-        return max(0, stamp_ns - self._updated_ns) / NS_PER_S
+    def is_certain(self, stamp_ns: int) -> bool:
+        """Whether they are a known person whom a sensor sees at this instant [ns]."""
+        return self.presence is Presence.PRESENT and self.unseen_s(stamp_ns) < LOST_AFTER_S
 
     def move(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
         """Update with joints in the common frame, (15, 3) [m]; ``anew``: without a prediction."""

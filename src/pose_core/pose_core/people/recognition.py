@@ -1,8 +1,10 @@
-"""Re-identification of people after absences and encounters, by body size.
+"""Re-identification of people after absences and encounters.
 
-Somebody who has just left is recognised by size and by how far they can have come; later by size
-alone. After each return, and at intervals, the size is measured again and compared with the known
-one: who is clearly smaller or larger is another person.
+That a newcomer is somebody who is away is weighed against their being anybody else by the log
+likelihood ratio of the bone lengths as each sensor measures them (:mod:`body_size`), of the way
+from where the person was last seen, and of the sensors' ids. All newcomers are compared with all
+who are away in one assignment, and each one is decided upon when the next best assignment in
+which it is somebody else is much less likely (Wald's sequential test).
 """
 
 from collections.abc import Sequence
@@ -18,15 +20,16 @@ from pose_core.streams.samples import FloatArray, SkeletonSample
 
 JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back
 REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
-SAME_SIZE = 3.2  # [-] disagreement of the sizes of one person who has just left
-SAME_SIZE_LATER = 2.0  # [-] the same, of one who left long ago
-OTHER_SIZE = 2.4  # [-] disagreement on which somebody in sight is somebody else
-EXCHANGED = 1.5  # [-] by which two sizes must agree better with each other's person
-UNKNOWN_SIZE = 0.9  # [-] in place of a disagreement that is not known
-KNOWN_ID = 0.5  # [-] by which an id that a sensor gave them speaks for a person
+PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the way
+AREA_M2 = 10.0  # [m²] in which anybody may appear
+SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
+NEW_PERSON = -5.0  # [-] log ratio of somebody new against one who has just left
+NEW_PERSON_LATER = -2.0  # [-] the same against one who left long ago
+CERTAIN = 4.0  # [-] log ratio by which the next best assignment must be less likely
+OTHER_SIZE = -6.0  # [-] log ratio at which somebody in sight is somebody else
+EXCHANGED = 8.0  # [-] log ratio at which two who met are exchanged
 WINDOW_S = 1.5  # [s] of measurements that are compared with what is known
 WINDOW_MEASUREMENTS = 30  # [-] at least
-WINDOWS = 2  # [-] in a row, that have to speak against somebody who never left
 SETTLED = 120  # [-] measurements
 REMEMBERED = 12  # [-] persons who left
 
@@ -40,32 +43,51 @@ class Recognition:
 
     def __init__(self, counters: Counters) -> None:
         self._counters = counters
-        self._doubts: dict[int, int] = {}  # windows in a row that spoke against a person
+        self._doubts: set[int] = set()  # numbers of those who came back and are not measured yet
 
     def recognise(
-        self, ripe: Sequence[PersonTrack], away: Sequence[PersonTrack], stamp_ns: int
-    ) -> list[tuple[PersonTrack, PersonTrack | None]]:
-        """Match newcomers with people who are away; ``None``: somebody new."""
-        cost = np.array([[self._cost(n, a, stamp_ns) for a in away] for n in ripe])
-        known = dict(assign(cost.reshape(len(ripe), len(away))))
-        return [(track, away[known[i]] if i in known else None) for i, track in enumerate(ripe)]
+        self, newcomers: Sequence[PersonTrack], away: Sequence[PersonTrack]
+    ) -> list[tuple[PersonTrack, PersonTrack | None, float]]:
+        """Match newcomers with people who are away.
 
-    def _cost(self, newcomer: PersonTrack, away: PersonTrack, stamp_ns: int) -> float:
-        """Cost of the hypothesis that both are one person [-]; infinite: they are two."""
-        off = newcomer.size.disagreement(away.size)
-        gone_s = (newcomer.born_ns - away.last_seen_ns) * 1e-9
-        has_just_left = gone_s < JUST_LEFT_S
-        if off > (SAME_SIZE if has_just_left else SAME_SIZE_LATER):
-            return float("inf")
-        cost = UNKNOWN_SIZE if np.isnan(off) else off
-        if has_just_left:
-            way = float(np.linalg.norm(centre(newcomer.positions) - centre(away.positions)))
-            cost += way / (REACH_M + REACH_SPEED * max(gone_s, 0.0))
-        same_id = any(
+        Returns:
+            Of each newcomer: the person, ``None`` if it is somebody new, and the log ratio of
+            this against the best assignment in which the newcomer is anybody else.
+        """
+        cost = np.full((len(newcomers), len(away) + len(newcomers)), np.inf)
+        for row, newcomer in enumerate(newcomers):
+            cost[row, : len(away)] = [self._cost(newcomer, each) for each in away]
+        np.fill_diagonal(cost[:, len(away) :], 0.0)
+        best = dict(assign(cost))
+        total = _sum(cost, best)
+        found = []
+        for row, track in enumerate(newcomers):
+            without = cost.copy()
+            without[row, best[row]] = np.inf
+            next_best = _sum(without, dict(assign(without)))
+            person = away[best[row]] if best[row] < len(away) else None
+            found.append((track, person, next_best - total))
+        return found
+
+    def _cost(self, newcomer: PersonTrack, away: PersonTrack) -> float:
+        """Negative log ratio of both being one person, against somebody new; infinite: too far."""
+        gone_s = max(0.0, (newcomer.born_ns - away.last_seen_ns) * 1e-9)
+        has_same_id = any(
             name in away.views and away.views[name].person == view.person
             for name, view in newcomer.views.items()
         )
-        return cost - KNOWN_ID * same_id
+        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
+        way = float(np.linalg.norm(newcomer.born_at - away.expected_centre(newcomer.born_ns)))
+        anywhere = NEW_PERSON_LATER - ratio
+        if gone_s > JUST_LEFT_S:
+            return anywhere
+        # Under one id a tracker may jump; somebody else's cannot.
+        most = anywhere if has_same_id else float("inf")
+        if way > REACH_M + REACH_SPEED * gone_s:
+            return most
+        spread = PLACE_M + PLACE_SPEED * gone_s
+        ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
+        return min(most, NEW_PERSON - ratio + 0.5 * (way / spread) ** 2)
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""
@@ -79,7 +101,7 @@ class Recognition:
         track.presence = Presence.PRESENT
         track.move(stamp_ns, joints, anew=True)
         track.recent_size, track.returned_ns = BodySize(), stamp_ns
-        self._doubts[track.number] = WINDOWS
+        self._doubts.add(track.number)
 
     def return_as(self, known: PersonTrack, newcomer: PersonTrack, stamp_ns: int) -> None:
         """Continue a known person's track with a newcomer's."""
@@ -92,7 +114,7 @@ class Recognition:
     def settle(self, track: PersonTrack) -> None:
         """Drop the recent size and the doubts of somebody who has left."""
         track.recent_size = None
-        self._doubts.pop(track.number, None)
+        self._doubts.discard(track.number)
 
     def measure(self, track: PersonTrack, sample: SkeletonSample, stamp_ns: int) -> bool:
         """Add a measurement of a person in view; returns whether they are somebody else."""
@@ -102,33 +124,25 @@ class Recognition:
         too_early = stamp_ns - track.returned_ns < WINDOW_S * 1e9
         if too_early or track.recent_size.measurements < WINDOW_MEASUREMENTS:
             return False
-        off = track.recent_size.disagreement(track.size)
-        if off > OTHER_SIZE:
-            self._doubts[track.number] = self._doubts.get(track.number, 0) + 1
-            if self._doubts[track.number] >= WINDOWS:
+        if track.number in self._doubts:
+            if track.recent_size.likeness(track.size) < OTHER_SIZE:
                 return True
-        else:
-            track.size.merge(track.recent_size)
-            self._doubts.pop(track.number, None)
+            self._doubts.remove(track.number)
+        track.size.merge(track.recent_size)
         track.recent_size = None
         return False
 
-    def doubt(self, track: PersonTrack, stamp_ns: int) -> None:
-        """Doubt somebody who has been so near to another person that both may be exchanged."""
+    def measure_anew(self, track: PersonTrack, stamp_ns: int) -> None:
+        """Measure somebody afresh who has been so near to another that both may be exchanged."""
         track.recent_size, track.returned_ns = BodySize(), stamp_ns
-        self._doubts[track.number] = WINDOWS
 
     def are_exchanged(self, one: PersonTrack, other: PersonTrack) -> bool:
         """Whether two people who met have had each other's size since."""
         if one.recent_size is None or other.recent_size is None:
             return False
-        as_they_are = one.recent_size.disagreement(one.size) + other.recent_size.disagreement(
-            other.size
-        )
-        exchanged = one.recent_size.disagreement(other.size) + other.recent_size.disagreement(
-            one.size
-        )
-        return bool(exchanged + EXCHANGED < as_they_are)
+        as_they_are = one.recent_size.likeness(one.size) + other.recent_size.likeness(other.size)
+        exchanged = one.recent_size.likeness(other.size) + other.recent_size.likeness(one.size)
+        return exchanged - as_they_are > EXCHANGED
 
     def is_settled(self, track: PersonTrack) -> bool:
         """Whether a person's size is well known and not in doubt."""
@@ -141,6 +155,7 @@ class Recognition:
             presence=Presence.PRESENT,
             born_ns=track.returned_ns,
             last_seen_ns=track.last_seen_ns,
+            born_at=centre(track.positions),
             positions=track.positions,
             velocity=track.velocity,
             size=track.recent_size or BodySize(),
@@ -151,3 +166,10 @@ class Recognition:
         track.presence, track.views = Presence.AWAY, {}
         self.settle(track)
         return other
+
+
+def _sum(cost: FloatArray, pairs: dict[int, int]) -> float:
+    """Sum of an assignment's costs; infinite if somebody is left over."""
+    if len(pairs) < len(cost):
+        return float("inf")
+    return float(sum(cost[row, column] for row, column in pairs.items()))

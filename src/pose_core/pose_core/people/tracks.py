@@ -7,14 +7,15 @@ away, and is compared with everybody who comes later (:mod:`recognition`).
 import numpy as np
 
 from pose_core.counters import Counters
+from pose_core.people.distances import centre
 from pose_core.people.doubles import Doubles
 from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.people.recognition import REMEMBERED, Recognition
+from pose_core.people.recognition import CERTAIN, REMEMBERED, Recognition
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
-AWAY_AFTER_S = 0.7  # [s] unseen by all sensors, a person is away
+AWAY_AFTER_S = 0.35  # [s] unseen by all sensors, a person is away
 CONFIRMED_AFTER_S = 0.3  # [s] in view: shorter ones are trackers' ghosts
-COMPARED_AFTER_S = 0.5  # [s] the same, where somebody is away whom they may be
+UNCERTAIN_FOR_S = 2.0  # [s] in view, for which it may stay uncertain who of those away they are
 CONFIRMED_FRAMES = 5  # [-] the same in frames
 GHOST_AFTER_S = 0.3  # [s] unseen, a tentative person was a ghost
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
@@ -102,6 +103,7 @@ class Tracks:
             presence=Presence.TENTATIVE,
             born_ns=stamp_ns,
             last_seen_ns=stamp_ns,
+            born_at=centre(joints),
             positions=np.full_like(joints, np.nan),
         )
         track.move(stamp_ns, joints, anew=True)
@@ -120,7 +122,7 @@ class Tracks:
         self._counters.add("taken_over")
         away = self.of(Presence.AWAY)
         other = self._recognition.split(track, self._new_number(), stamp_ns)
-        ((_, known),) = self._recognition.recognise([other], away, stamp_ns)
+        ((_, known, _),) = self._recognition.recognise([other], away)
         if known is not None:
             self._recognition.return_as(known, other, stamp_ns)
             return known
@@ -134,19 +136,21 @@ class Tracks:
         Returns:
             Their skeletons until now: all of somebody new, the last one of somebody who is back.
         """
-        away = self.of(Presence.AWAY)
-        after_s = COMPARED_AFTER_S if away else CONFIRMED_AFTER_S
         ripe = [
             track
             for track in self.of(Presence.TENTATIVE)
-            if track.frames >= CONFIRMED_FRAMES
-            and track.last_seen_ns - track.born_ns >= after_s * 1e9
+            if track.frames >= CONFIRMED_FRAMES and track.in_view_s >= CONFIRMED_AFTER_S
         ]
         if not ripe:
             return []
         given: list[Assigned] = []
         people = self._without_doubles(ripe, stamp_ns)
-        for track, known in self._recognition.recognise(people, away, stamp_ns):
+        known_ones = self.of(Presence.PRESENT, Presence.AWAY)
+        unseen = [track for track in known_ones if not track.is_certain(stamp_ns)]
+        for track, known, margin in self._recognition.recognise(people, unseen):
+            is_clear = margin >= CERTAIN and (known is not None or not unseen)
+            if not is_clear and track.in_view_s < UNCERTAIN_FOR_S:
+                continue
             if known is None:
                 track.presence = Presence.PRESENT
                 self._counters.add("came")

@@ -61,6 +61,8 @@ class FusionReporter:
     def _tracking(self, is_tracking: bool) -> str:
         status = self._pipeline.status
         if status == "tracking" and not is_tracking:
+            if self._pipeline.people:
+                return f"the subject is out of sight; in sight: {', '.join(self._pipeline.people)}"
             return "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
         if not (is_tracking and idle):

@@ -28,9 +28,11 @@ from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_view.live import LiveGraph
+from pose_view.messages import BODY_TOPIC
 from pose_view.nodes.newest import Newest, first_child
 from pose_view.parameters import ViewParameters
 from pose_view.plain_words import as_html
+from pose_view.web.places import place_of
 from pose_view.web.viewer import Viewer
 
 IDLE_NS = 200_000_000  # [ns] between looks for visitors
@@ -111,6 +113,7 @@ class ViewerNode(Node):
             panel.show_status(as_html(self._graph.lines(now_ns)))
             panel.show_recording(self._graph.bag())
             panel.offer_persons(self._graph.persons())
+            self._look_for_people()
 
     def _new_graph(self) -> LiveGraph:
         titles = {place.body: place.title for place in self.viewer.places}
@@ -119,13 +122,8 @@ class ViewerNode(Node):
     def _look(self) -> None:
         """Subscribe to everything."""
         self._graph, self._newest = self._new_graph(), Newest()
-        for body in self._settings.bodies:
-            prefix = f"humans/bodies/{body}"
-            self._subscribe(
-                Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body), raw=True
-            )
-            on_estimate = partial(self._on_estimate, body)
-            self._subscribe(PoseEstimate, f"{prefix}/estimate", on_estimate, raw=True)
+        for body in self._graph.bodies:
+            self._look_at(body)
         for sensor in self._settings.sensors:
             self._subscribe(
                 SkeletonArray,
@@ -143,6 +141,19 @@ class ViewerNode(Node):
         self._subscribe(TFMessage, "tf_static", self._graph.add_static_tf, latched(50))
         self._subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics)
         self._pace(round(NS_PER_S / self._settings.rate))
+
+    def _look_at(self, body: str) -> None:
+        prefix = f"humans/bodies/{body}"
+        self._subscribe(Skeleton, f"{prefix}/skeleton", partial(self._on_skeleton, body), raw=True)
+        on_estimate = partial(self._on_estimate, body)
+        self._subscribe(PoseEstimate, f"{prefix}/estimate", on_estimate, raw=True)
+
+    def _look_for_people(self) -> None:
+        """Subscribe to everybody who is published beside the bodies that are asked for."""
+        found = (BODY_TOPIC.match(topic) for topic, _ in self.get_topic_names_and_types())
+        for body in sorted({each["body"] for each in found if each} - set(self._graph.bodies)):
+            self._graph.add_body(body, place_of(body).title)
+            self._look_at(body)
 
     def _look_away(self) -> None:
         """A closed browser costs nothing."""

@@ -4,21 +4,26 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import Progress, TaskID
 
+from pose_core.api import FusionParameters
 from pose_core.errors import PoseError
 from pose_core.parameters import add_arguments, from_arguments
+from pose_fusion.tools.fuse import find_extrinsics
 from pose_io.bags import open_bag
+from pose_io.topics import sensor_topics
 from pose_node.command_line import run_tool
-from pose_view.comparison import compute_body, missing_bodies
+from pose_view.comparison import FUSED, compute_bodies, missing_bodies
 from pose_view.parameters import ViewParameters
 from pose_view.recorded import Recorded
 from pose_view.web.viewer import Viewer
 
+MOST_PEOPLE = 6
 IDLE_S = 0.1  # [s] between looks for visitors
 
 
@@ -35,7 +40,13 @@ def view(words: Sequence[str]) -> int:
 
         run_viewer(from_arguments(ViewParameters, options))
     parameters = from_arguments(ViewParameters, options)
-    recorded = _read(options.bag, parameters, alone=options.alone)
+    recorded = read(
+        options.bag,
+        parameters.bodies,
+        alone=options.alone,
+        person=options.person,
+        max_people=options.max_people,
+    )
     viewer = Viewer(parameters, recorded=recorded)
     if viewer.server.opened:
         print(viewer.server.opened, flush=True)
@@ -47,22 +58,50 @@ def view(words: Sequence[str]) -> int:
     return 0
 
 
-def _read(path: Path, parameters: ViewParameters, *, alone: bool) -> Recorded:
-    """The recording, with the bodies that it lacks."""
-    progress = Progress(console=Console(stderr=True), transient=True)
+def read(
+    path: Path,
+    bodies: tuple[str, ...],
+    *,
+    alone: bool = True,
+    person: str = "first",
+    max_people: int = 1,
+) -> Recorded:
+    """The recording, with the bodies that it lacks.
+
+    Args:
+        path: A bag or a recording of skeletons.
+        bodies: Ids of the bodies that are wanted.
+        alone: Whether those of one kind of sensor alone are wanted too.
+        person: The subject, by the rule of :class:`PersonChoice`.
+        max_people: How many people's poses are computed.
+    """
+    console = Console(stderr=True)
+    progress = Progress(console=console, transient=True)
     with open_bag(path) as bag, progress:
         reading = progress.add_task("reading", total=1.0)
         recorded = Recorded(bag, lambda share: progress.update(reading, completed=share))
-        missing = missing_bodies(recorded, parameters.bodies, bag) if alone else {}
+        missing = missing_bodies(recorded, bodies, bag, alone=alone)
+        if not missing:
+            return recorded
+        fusion = FusionParameters(sensors=tuple(sensor_topics(bag)), person=person)
+        try:
+            extrinsics = find_extrinsics(bag, fusion, console)
+        except PoseError as error:
+            print(f"without {', '.join(missing)}: {error}", file=sys.stderr)
+            return recorded
+        recorded.sensors = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
         for body, kind in missing.items():
             task = progress.add_task(f"computing {body}", total=1.0)
+            people = max_people if kind == FUSED else 1
+            chosen = replace(fusion, subject=body, max_people=people)
             report = partial(_completed, progress, task)
             try:
-                snapshots = compute_body(bag, recorded, kind, report)
+                computed = compute_bodies(bag, kind, chosen, extrinsics, report)
             except PoseError as error:
                 print(f"without {body}: {error}", file=sys.stderr)
                 continue
-            recorded.add_body(body, snapshots)
+            for found, snapshots in computed.items():
+                recorded.add_body(found, snapshots)
     return recorded
 
 
@@ -90,12 +129,28 @@ def _parser() -> argparse.ArgumentParser:
         " and the IMUs alone see it, side by side, with curves of their angles. Without BAG, show"
         " the graph that runs.",
     )
-    parser.add_argument("bag", nargs="?", metavar="BAG", type=Path, help="a recording to show")
+    parser.add_argument(
+        "bag", nargs="?", metavar="BAG", type=Path, help="a bag or a recording of skeletons"
+    )
     parser.add_argument(
         "--alone",
         action=argparse.BooleanOptionalAction,
         default=True,
         help="compute the bodies of cameras alone and IMUs alone, where they were not recorded",
+    )
+    parser.add_argument(
+        "--person",
+        default="first",
+        help="the subject, where nobody was recorded: first, nearest, imus, or a sensor's id "
+        "(default: %(default)s)",
+    )
+    parser.add_argument(
+        "--max-people",
+        type=int,
+        choices=range(1, MOST_PEOPLE + 1),
+        default=1,
+        metavar="N",
+        help="how many people's poses are computed, where none were recorded (%(default)s)",
     )
     add_arguments(parser, ViewParameters)
     return parser

@@ -1,6 +1,5 @@
 """Where the bodies stand, what they are called and which colour they have."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -15,22 +14,30 @@ class Place:
     wears_imus: bool = True
 
 
-def places_of(bodies: Sequence[str]) -> tuple[Place, ...]:
-    """From left to right, by the bodies' ids: those that end in a kind of sensor use it alone."""
-    places = []
-    for body in bodies:
-        kind = body.rpartition("_")[2]
-        if kind == "kinect":
-            place = Place(
-                body=body,
-                title="Kinects alone",
-                skin=(146, 170, 198),
-                line="#3f73ab",
-                wears_imus=False,
-            )
-        elif kind == "imu":
-            place = Place(body=body, title="IMUs alone", skin=(156, 190, 164), line="#2f8f5b")
-        else:
-            place = Place(body=body, title="Fused", skin=(224, 198, 172), line="#c2541b")
-        places.append(place)
-    return tuple(places)
+PEOPLE = (
+    ((214, 176, 190), "#a34a72"),
+    ((200, 200, 160), "#7d7a1f"),
+    ((186, 178, 214), "#6b55a8"),
+    ((160, 200, 200), "#2a7f86"),
+    ((206, 190, 176), "#7a5536"),
+)
+"""Skin and line of people beside the subject, by turns."""
+
+
+def place_of(body: str) -> Place:
+    """By the body's id: one that ends in a kind of sensor uses it alone."""
+    name, _, kind = body.rpartition("_")
+    if kind == "kinect":
+        return Place(
+            body=body,
+            title="Kinects alone",
+            skin=(146, 170, 198),
+            line="#3f73ab",
+            wears_imus=False,
+        )
+    if kind == "imu":
+        return Place(body=body, title="IMUs alone", skin=(156, 190, 164), line="#2f8f5b")
+    if name == "person" and kind.isdecimal():
+        skin, line = PEOPLE[int(kind) % len(PEOPLE)]
+        return Place(body=body, title=f"Person {kind}", skin=skin, line=line, wears_imus=False)
+    return Place(body=body, title="Fused", skin=(224, 198, 172), line="#c2541b")

@@ -42,17 +42,31 @@ class PlotPanel:
     def __init__(
         self, server: LocalServer, places: Sequence[Place], span_s: float, time_label: str
     ) -> None:
-        self._places = places
+        self._places = list(places)
         self._span_s = span_s
         self._time_label = time_label
         self._titles = titles()
         self._robot_joints: dict[str, str] = {}  # by title
         panel = server.gui.add_panel()
         with panel.add_tab("Angles"):
-            self._legend = server.gui.add_html(_legend([(p.title, p.line) for p in places]))
+            self._legend = server.gui.add_html(self._own_legend())
             self._plots = [self._add(server, title) for title in DEFAULTS]
         panel.dock_right()
         panel.set_width(WIDTH)
+
+    @property
+    def legend(self) -> str:
+        """What stands above the plots, as HTML."""
+        return str(self._legend.content)
+
+    def add(self, place: Place) -> None:
+        """Draw one more body's curves."""
+        self._places.append(place)
+        self._legend.content = self._own_legend()
+
+    def _own_legend(self) -> str:
+        robot = [("Robot", ROBOT_LINE)] if self._robot_joints else []
+        return _legend([(place.title, place.line) for place in self._places] + robot)
 
     def offer_dof(self, names: tuple[str, ...]) -> None:
         """Offer the model's own angles too, once their names are known."""
@@ -65,8 +79,7 @@ class PlotPanel:
     def _offer_robot(self, joints: Sequence[str]) -> None:
         """Offer a robot's joints, and show the first ones."""
         self._robot_joints = {_robot_title(joint): joint for joint in joints}
-        own = [(place.title, place.line) for place in self._places]
-        self._legend.content = _legend([*own, ("Robot", ROBOT_LINE)])
+        self._legend.content = self._own_legend()
         self._titles = (*self._titles, *self._robot_joints)
         for (chosen, _), title in zip(self._plots, self._robot_joints, strict=False):
             chosen.options = self._titles

@@ -77,16 +77,9 @@ class Stage:
             shadow_opacity=0.25,
         )
         middle = (len(places) - 1) / 2.0
-        self.avatars = {
-            place.body: Avatar(
-                scene,
-                place,
-                (0.0, SPACING * (middle - index), 0.0),
-                EXPECTED_AT,
-                absent[place.body],
-            )
-            for index, place in enumerate(places)
-        }
+        self.avatars: dict[str, Avatar] = {}
+        for index, place in enumerate(places):
+            self.add(place, absent[place.body], SPACING * (middle - index))
         self._centre_body = places[len(places) // 2].body if places else ""
         self._sensors: dict[str, FloatArray] = {}
         self._ghosts: dict[str, LineSegmentsHandle] = {}
@@ -97,6 +90,12 @@ class Stage:
         server.on_client_connect(self._welcome)
         self._shows_sensors = True
         self._shows_ghosts = False
+
+    def add(self, place: Place, absent: str, left: float = 0.0) -> None:
+        """Add a body, so far [m] to the left of where it is in map."""
+        self.avatars[place.body] = Avatar(
+            self._server.scene, place, (0.0, left, 0.0), EXPECTED_AT, absent
+        )
 
     def show(self, snapshot: Snapshot) -> None:
         """Draw a snapshot; all of it at once."""

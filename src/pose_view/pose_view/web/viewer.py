@@ -10,7 +10,7 @@ from pose_view.robot import RobotTrack
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.legend import legend_html
-from pose_view.web.places import places_of
+from pose_view.web.places import place_of
 from pose_view.web.playback_panel import PlaybackPanel
 from pose_view.web.plots import PlotPanel, TrackOf
 from pose_view.web.server import LocalServer
@@ -37,7 +37,7 @@ class Viewer:
         recorded: Recorded | None = None,
     ) -> None:
         self.server = LocalServer(parameters.host, parameters.port, "Pose fusion")
-        self.places = places_of(parameters.bodies)
+        self.places = [place_of(body) for body in parameters.bodies]
         is_recorded = (lambda _: True) if recorded is None else recorded.bodies.__contains__
         absent = {
             place.body: "nothing yet" if is_recorded(place.body) else "not recorded"
@@ -81,6 +81,8 @@ class Viewer:
             zero_s: What the plots call zero [s].
             robot: The past of a robot that follows.
         """
+        for name in sorted(snapshot.bodies.keys() - self.stage.avatars.keys()):
+            self._add_person(name)
         self.stage.show(snapshot)
         if time.monotonic() - self._plotted_s < PLOT_PERIOD_S:
             return
@@ -99,13 +101,22 @@ class Viewer:
     def _add_choices(self) -> None:
         """What to draw."""
         gui = self.server.gui
-        with gui.add_folder("Show"):
+        self._choices = gui.add_folder("Show")
+        with self._choices:
             for place in self.places:
                 self._switch(place.title, True, self.stage.avatars[place.body].set_visible)
             self._switch("Sensors", True, self.stage.show_sensors)
             self._switch("Raw skeletons of the cameras", False, self.stage.show_ghosts)
             reset = gui.add_button("Reset view", icon=viser.Icon.HOME)
             reset.on_click(lambda _: self.stage.reset_view())
+
+    def _add_person(self, body: str) -> None:
+        """Show somebody who is there beside the bodies that are asked for, where they stand."""
+        place = place_of(body)
+        self.stage.add(place, "")
+        self.plots.add(place)
+        with self._choices:
+            self._switch(place.title, True, self.stage.avatars[body].set_visible)
 
     def _switch(self, title: str, on: bool, act) -> None:  # type: ignore[no-untyped-def]
         box = self.server.gui.add_checkbox(title, on)
