@@ -1,4 +1,4 @@
-"""Where the page's parts are: viser docks panels at the sides, and lays them over a phone's picture.
+"""Where the page's parts are: viser docks panels beside the picture, on a phone before it.
 
 The rules name what viser 1 makes; `tests/pose_view/graph/test_browser.py` looks at the result.
 """

@@ -10,8 +10,8 @@ from pose_view.robot import RobotTrack
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.legend import legend_html
-from pose_view.web.places import places_of
 from pose_view.web.page_style import PHONE_STYLE
+from pose_view.web.places import places_of
 from pose_view.web.playback_panel import PlaybackPanel
 from pose_view.web.plots import PlotPanel, TrackOf
 from pose_view.web.server import LocalServer
