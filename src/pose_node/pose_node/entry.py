@@ -31,7 +31,8 @@ class Interrupt:
 
     Args:
         once: For a node: a second signal is only remembered, since it must not break off the
-            ending; and a compilation is left at once, for the compiler drops exceptions.
+            ending; and a compilation, which takes a minute, is left at once, also in a callback:
+            the compiler drops exceptions.
     """
 
     def __init__(self, *, once: bool = False) -> None:
@@ -42,16 +43,16 @@ class Interrupt:
     def __call__(self, _number: int, frame: "FrameType | None") -> None:
         """Handle the signal."""
         is_first, self.asked = not self.asked, True
-        if self.breaks_off and self._once and _compiles(frame):
+        if self._once and _compiles(frame):
             leave(STOPPED)
         if self.breaks_off and (is_first or not self._once):
             raise KeyboardInterrupt
 
 
 def _compiles(frame: "FrameType | None") -> bool:
-    """Whether the compiler of the kernels is at work, which calls Python back from C."""
+    """Whether the compiler of the kernels is at work."""
     while frame is not None:
-        if "llvmlite" in frame.f_code.co_filename:
+        if str(frame.f_globals.get("__name__")).startswith(("numba.", "llvmlite.")):
             return True
         frame = frame.f_back
     return False

@@ -153,7 +153,8 @@ def run_job(job: Job) -> Outcome:
     command = [str(part) if word == OUTPUT else word for word in job.command]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = (ended.stdout if ended.returncode == 0 else ended.stderr).strip().splitlines()
-    message = lines[-1] if lines else f"exit status {ended.returncode}"
+    last = lines[-1] if lines else f"exit status {ended.returncode}"
+    message = last.replace(str(part), job.output)
     state = "done" if ended.returncode == 0 and part.exists() else "failed"
     if state == "done" and not output.exists():
         part.rename(output)

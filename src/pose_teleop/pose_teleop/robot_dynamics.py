@@ -46,7 +46,6 @@ class SimulatedArm:
         self._pin = require("pinocchio")
         self._arm = arm
         self._model = arm.model.copy()
-        self._model.armature = np.full(self._model.nv, ROTOR_INERTIA)
         self._data = self._model.createData()
         self._assumed = self._model.copy()
         for inertia in self._assumed.inertias:
@@ -94,8 +93,12 @@ class SimulatedArm:
         wished = np.clip(wished, *room)
         arm, pin = self._arm, self._pin
         q, v = arm.model_order(self.position), arm.model_order(self.velocity)
-        pin.aba(self._model, self._data, q, v, self._torque(q, v, arm.model_order(wished)))
-        self.velocity = self.velocity + self._step_s * arm.our_order(self._data.ddq)
+        # The motors' inertia is added here: Pinocchio 2, of numpy 1, does not know of it.
+        inertia = pin.crba(self._model, self._data, q)
+        inertia = np.triu(inertia) + np.triu(inertia, 1).T + ROTOR_INERTIA * np.eye(len(v))
+        bias = pin.nonLinearEffects(self._model, self._data, q, v)
+        acceleration = np.linalg.solve(inertia, self._torque(q, v, arm.model_order(wished)) - bias)
+        self.velocity = self.velocity + self._step_s * arm.our_order(acceleration)
         moved = self.position + self._step_s * self.velocity
         self.position = np.clip(moved, arm.lower, arm.upper)  # the joints' stops
         self.velocity = np.where(moved == self.position, self.velocity, 0.0)
@@ -108,7 +111,7 @@ class SimulatedArm:
         """
         rnea = partial(self._pin.rnea, self._assumed, self._assumed_data, q, v)
         still = rnea(np.zeros_like(wished)).copy()  # gravity and Coriolis
-        moving = rnea(wished) - still
+        moving = rnea(wished) - still + ROTOR_INERTIA * wished
         most = self._arm.model_order(self._arm.max_effort)
         room = np.maximum(np.where(moving > 0.0, most - still, most + still), 0.0)
         share = min(1.0, float((room / np.maximum(np.abs(moving), 1e-9)).min()))

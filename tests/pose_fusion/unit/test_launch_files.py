@@ -1,5 +1,6 @@
 """The shipped launch files: they evaluate, and their parameters are the nodes' own."""
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from imu_bridge.parameters import ImuBridgeParameters
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.parameters import from_mapping, from_ros_yaml
+from pose_core.parameters import from_mapping, from_ros_yaml, specs
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_launch.evaluation import Evaluation
 from pose_view.parameters import ViewParameters
@@ -26,6 +27,20 @@ PARAMETERS = {
     "recorder": RecorderParameters,
     "viewer": ViewParameters,
 }
+
+
+@dataclass(frozen=True)
+class NoParameters:
+    """Of a node that is not looked at."""
+
+
+def nodes_of(actions):
+    for action in actions:
+        ((kind, element),) = action.items()
+        if kind == "group":
+            yield from nodes_of(element["children"])
+        elif kind == "node" and "param" in element:
+            yield element
 
 
 def evaluate(file, **given):
@@ -61,6 +76,20 @@ def test_its_parameters_are_the_nodes_own(file):
             else:
                 own = {k: v for k, v in source.items() if k not in ("use_sim_time", "autostart")}
                 from_mapping(parameters, own)
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
+def test_a_text_stays_one_whatever_it_looks_like(file):
+    """YAML takes ``off`` for false and ``5`` for a number, unless ``type`` says what it is."""
+    for node in nodes_of(yaml.safe_load(file.read_text())["launch"]):
+        texts = [
+            name
+            for name, (default, _) in specs(PARAMETERS.get(node["exec"], NoParameters)).items()
+            if isinstance(default, str)
+        ]
+        for part in node["param"]:
+            if part.get("name") in texts and "$(" in part["value"]:
+                assert part.get("type") == "str", part
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)

@@ -111,3 +111,37 @@ def test_ctrl_c_breaks_the_making_of_a_node_off(start_process):
 
     assert process.wait() == 0
     assert process.output.split() == ["making"]
+
+
+COMPILING = """
+import numba
+import rclpy
+from rclpy.node import Node
+from pose_node.nodes.running import run_node
+
+names = {}
+exec("def long(x):" + "x = x * x + 1.0;" * 20000 + "return x", names)
+
+class Compiling(Node):
+    def __init__(self):
+        super().__init__("compiling")
+        self.create_timer(0.01, self.compile)
+
+    def compile(self):
+        print("compiling", flush=True)
+        numba.njit(names["long"])(1.0)
+        print("compiled", flush=True)
+
+run_node(Compiling)
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_compilation_in_a_callback_is_left_at_a_signal(start_process, number):
+    process = start_process([sys.executable, "-c", COMPILING])
+    process.wait_for_output("compiling")
+
+    process.signal(number)
+
+    assert process.wait() == 0
+    assert process.output.split() == ["compiling"]

@@ -16,7 +16,7 @@ from pose_node.many import (
     summary,
 )
 
-COPY = "import shutil, sys; shutil.copy(*sys.argv[1:3]); print('copied')"
+COPY = "import shutil, sys; shutil.copy(*sys.argv[1:3]); print('made', sys.argv[2])"
 SLOW_COPY = "import time; time.sleep(0.3); " + COPY
 BROKEN = "import sys; open(sys.argv[2], 'w').write('half'); sys.exit('error: damaged')"
 
@@ -54,7 +54,9 @@ def test_bags_are_found_at_any_depth_and_a_bag_is_no_folder_of_bags(tmp_path):
 
 def test_a_second_run_makes_only_what_is_missing(tmp_path):
     jobs = jobs_of(bags(tmp_path / "in", 5), tmp_path / "out")
-    assert [each.state for each in run_jobs(jobs, 2)] == ["done"] * 5
+    made = list(run_jobs(jobs, 2))
+    assert [each.state for each in made] == ["done"] * 5
+    assert {each.message for each in made} == {f"made {job.output}" for job in jobs}
     Path(jobs[2].output).unlink()
     states = {each.job.output: each.state for each in run_jobs(jobs, 2)}
     assert states.pop(jobs[2].output) == "done"

@@ -126,3 +126,24 @@ def test_a_click_on_record_makes_a_bag_and_the_viewer_takes_nothing_with_it(
     with open_bag(output) as made:
         assert made.topics["/humans/bodies/subject/skeleton"].count > 0
     assert browser.refused == []
+
+
+@pytest.mark.parametrize(("width", "height"), [(1000, 460), (390, 844)], ids=["desk", "phone"])
+def test_the_slider_spans_the_page_and_no_panel_lies_over_the_picture(
+    browser, start_process, bag, width, height
+):
+    process = start_process([VIEW, bag, "--port", "0"])
+    page = browser.open(process.wait_for_output(ADDRESS)[1], width=width, height=height)
+    page.wait_for_selector("canvas")
+    slider = page.get_by_role("slider").first.locator("xpath=../..")
+    button = page.get_by_role("button", name=re.compile("Pause|Play"))
+
+    def is_laid_out():
+        bar, picture, panel = (
+            part.bounding_box() for part in (slider, page.locator("canvas").first, button)
+        )
+        below = picture["y"] + picture["height"]
+        beside = panel["x"] + panel["width"] <= picture["x"] or panel["y"] >= below
+        return bar["width"] > 0.5 * width and below <= bar["y"] < height and beside
+
+    until(page, is_laid_out, "the slider at the bottom, the panels beside or below the picture")

@@ -4,13 +4,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from moving_body import motion
-from session_bag import write_session
+from session_bag import static_transforms, write_session
 
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.errors import InputError
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.samples import SkeletonSample
 from pose_evaluation.offline import IMU_ENDING, known_setups
+from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.references.reference import reference_of_skeleton
 from pose_view.report.analysis import analyse
@@ -70,6 +71,14 @@ def test_one_sensor_has_a_report_too(one):
     analysis = analyse(recording, None)
     assert view_tables(analysis.agreement) == []
     assert set(analysis.steadiness) == {"left", "joint_kf"}
+
+
+def test_a_bag_without_a_camera_is_refused_with_what_it_holds(tmp_path):
+    path = tmp_path / "fused"
+    with BagWriter(path) as bag:
+        bag.write("/tf_static", static_transforms({"left": np.eye(4)}), 1)
+    with pytest.raises(InputError, match=r"holds no skeletons: expected topics kinect_<name>"):
+        read(path)
 
 
 def test_where_the_sensors_stand_may_be_unknown(two):

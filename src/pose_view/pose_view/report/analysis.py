@@ -11,7 +11,6 @@ from pose_evaluation.agreement import (
     measure_steadiness,
 )
 from pose_evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
-from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.range_of_motion import AngleRange, ranges_of_motion
 from pose_evaluation.reference_alignment import Alignment, align_reference
 from pose_evaluation.scores import (
@@ -76,17 +75,12 @@ def analyse(recording: Recording, reference: Reference | None) -> Analysis:
     if compared is not None:
         angles[REFERENCE] = compared.reference.angles
         cycles_of = REFERENCE
-    raw = {
-        name: recording.methods[name]
-        for name in (*recording.sensors, MEAN, FUSED)
-        if name in recording.methods
-    }
     cycles = find_cycles(angles[cycles_of])
     return Analysis(
         recording=recording,
         angles=angles,
         compared=compared,
-        agreement=measure_agreement(raw, recording.T_map_sensor),
+        agreement=measure_agreement(recording.views, recording.T_map_sensor),
         steadiness={name: measure_steadiness(each) for name, each in recording.methods.items()},
         ranges={name: ranges_of_motion(each, recording.begin_ns) for name, each in angles.items()},
         cycles=cycles,

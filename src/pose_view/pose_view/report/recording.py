@@ -16,11 +16,12 @@ from pose_core.api import (
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
 from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
-from pose_io.bag_samples import BagSamples, read_estimates
+from pose_io.bag_samples import BagFrames, BagSamples, read_estimates
 from pose_io.bags import BagReader
 from pose_io.topics import imu_topics, sensor_topics
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
+ALL = "all"  # of the methods
 COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself
 LONGEST_S = 1e9  # [s] stands for the end of a recording
 SYNTHETIC = "synthetic"  # how such a comment begins where no person was recorded
@@ -36,13 +37,18 @@ class Recording:
     begin_ns: int  # [ns] first instant of any method: zero of every time axis
     duration_s: float  # [s]
     comment: str  # what the source says of itself; empty if nothing
-    sensors: tuple[str, ...]
+    views: Mapping[str, SkeletonSeries]  # by sensor, in its own frame
     segments: tuple[str, ...]  # that carry an IMU
     T_map_sensor: Mapping[str, FloatArray]  # (4, 4); empty where the extrinsics are unknown
-    methods: Mapping[str, SkeletonSeries]  # in the order of the tables; sensors in their own frame
+    methods: Mapping[str, SkeletonSeries]  # in the order of the tables; sensors as in `views`
     estimates: Mapping[str, EstimateSeries]  # of the methods that give any
     focus: str  # the method that single figures are about
     notes: tuple[str, ...] = field(default=())  # what is missing, and why
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Those that saw somebody."""
+        return tuple(self.views)
 
     @property
     def is_synthetic(self) -> bool:
@@ -62,7 +68,7 @@ class Wanted:
     """What the user asked for."""
 
     name: str  # of the recording
-    methods: tuple[str, ...] = ()  # all if empty
+    methods: tuple[str, ...] = ()  # of `usual_methods` if empty
     focus: str = ""  # the best there is if empty
     person: str = ""
     body: str = ""
@@ -91,13 +97,17 @@ def read_recording(
     estimated = _estimate(bag, wanted, bool(segments), find_extrinsics, progress)
     whole = _span(estimated.methods)
     methods = _cut(estimated.methods, wanted, whole[0])
+    if not methods:
+        raise InputError(
+            f"nobody is seen from {wanted.from_s:g} to {wanted.until_s:g} s of this recording"
+        )
     begin_ns, end_ns = _span(methods)
     return Recording(
         name=wanted.name,
         begin_ns=begin_ns,
         duration_s=(end_ns - begin_ns) * 1e-9,
         comment=comment_of(bag),
-        sensors=tuple(name for name in sensor_topics(bag) if name in methods),
+        views=_cut(estimated.views, wanted, whole[0]),
         segments=segments,
         T_map_sensor=estimated.T_map_sensor,
         methods=methods,
@@ -109,6 +119,12 @@ def read_recording(
         focus=wanted.focus if wanted.focus in methods else preferred(list(methods)),
         notes=(*estimated.notes, *_cut_note(whole, (begin_ns, end_ns))),
     )
+
+
+def usual_methods(known: Sequence[str], sensors: Sequence[str]) -> tuple[str, ...]:
+    """The three to compare: the cameras' mean, a Kalman filter per joint, the best there is."""
+    cameras = MEAN if len(sensors) > 1 else sensors[0]
+    return (cameras, "joint_kf", preferred(known))
 
 
 def preferred(names: Sequence[str]) -> str:
@@ -131,6 +147,7 @@ class _Estimated:
     """What a whole bag gives, before a stretch of it is chosen."""
 
     methods: dict[str, SkeletonSeries]
+    views: dict[str, SkeletonSeries] = field(default_factory=dict)
     estimates: dict[str, EstimateSeries] = field(default_factory=dict)
     T_map_sensor: dict[str, FloatArray] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -145,6 +162,8 @@ def _estimate(
 ) -> _Estimated:
     """All methods: the sensors, their mean, the estimators, the bag's own result."""
     sensors = tuple(sensor_topics(bag))
+    if not sensors:
+        BagFrames(bag)  # says what is missing
     extrinsics: Extrinsics | None = None
     trouble = ""
     try:
@@ -153,7 +172,13 @@ def _estimate(
         trouble = f"The sensors' places are unknown ({error}): no method joins them."
     own = methods_of_bag(bag, wanted.person, wanted.body, {}, extrinsics)
     setups = known_setups(has_imus=has_imus)
-    _refuse_unknown(wanted, [*own, MEAN, *(setup.name for setup in setups)])
+    known = [*own, MEAN, *(setup.name for setup in setups)]
+    _refuse_unknown(wanted, known)
+    if not wanted.methods:
+        usual = tuple(own) if extrinsics is None else usual_methods(known, sensors)
+        wanted = replace(wanted, methods=usual)
+    elif wanted.methods == (ALL,):
+        wanted = replace(wanted, methods=tuple(known))
     result = _Estimated(methods={name: own[name] for name in sensors})
     if extrinsics is None:
         result.notes.append(trouble)
@@ -165,12 +190,13 @@ def _estimate(
         }
         if len(sensors) > 1:
             result.methods[MEAN] = mean_series(result.methods, result.T_map_sensor)
-        chosen = [s for s in setups if not wanted.methods or s.name in wanted.methods]
+        chosen = [setup for setup in setups if setup.name in (*wanted.methods, wanted.focus)]
         for name, run in _run(bag, wanted, chosen, extrinsics, progress).items():
             result.methods[name], result.estimates[name] = run.series, run.estimates
     if FUSED in own:
         result.methods[FUSED] = own[FUSED]
         result.estimates[FUSED] = read_estimates(bag, wanted.body)
+    result.views = {name: result.methods[name] for name in sensors}
     for name in [name for name, series in result.methods.items() if len(series) < 2]:
         result.notes.append(f"{name} gave no pose, and is left out.")
         del result.methods[name]
@@ -194,7 +220,7 @@ def _run(
 
 def _refuse_unknown(wanted: Wanted, known: Sequence[str]) -> None:
     asked = [*wanted.methods, *([wanted.focus] if wanted.focus else [])]
-    unknown = sorted(set(asked) - set(known))
+    unknown = sorted(set(asked) - {*known, ALL})
     if unknown:
         names = ", ".join(dict.fromkeys(known))
         raise InputError(f"there is no method {', '.join(unknown)} here: expected some of {names}")
@@ -204,7 +230,7 @@ def _shown(methods: Mapping[str, SkeletonSeries], wanted: Wanted) -> dict[str, S
     shown = {
         name: series
         for name, series in methods.items()
-        if not wanted.methods or name in wanted.methods or name == wanted.focus
+        if name in wanted.methods or name == wanted.focus
     }
     if not shown:
         raise InputError("nobody is seen in this recording: there is nothing to report")
@@ -224,12 +250,7 @@ def _cut(
     begin_ns = zero_ns + round(wanted.from_s * 1e9)
     end_ns = zero_ns + round(min(wanted.until_s, LONGEST_S) * 1e9)
     cut = {name: series.between(begin_ns, end_ns) for name, series in methods.items()}
-    cut = {name: series for name, series in cut.items() if len(series) > 1}
-    if not cut:
-        raise InputError(
-            f"nobody is seen from {wanted.from_s:g} to {wanted.until_s:g} s of this recording"
-        )
-    return cut
+    return {name: series for name, series in cut.items() if len(series) > 1}
 
 
 def _cut_estimates(estimates: EstimateSeries, begin_ns: int, end_ns: int) -> EstimateSeries:

@@ -49,8 +49,8 @@ def make_parser() -> argparse.ArgumentParser:
         default=[],
         metavar="NAME",
         help="what to compare: sensors, mean, fused (the bag's own result), estimators, with +imus "
-        "where IMUs are to be used, for example: left mean joint_kf default default+imus "
-        "(default: all)",
+        "where IMUs are to be used, for example: left mean joint_kf default default+imus; "
+        "all: all of them (default: mean, joint_kf and the best there is)",
     )
     parser.add_argument(
         "--focus", default="", metavar="NAME", help="the method that single figures show"

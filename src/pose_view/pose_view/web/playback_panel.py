@@ -8,6 +8,7 @@ import viser
 
 from pose_core.stamps import NS_PER_S
 from pose_io.playback import PlaybackClock
+from pose_view.web.page_style import SLIDER_STYLE
 from pose_view.web.server import LocalServer
 
 RATES = {"⅛ speed": 0.125, "¼ speed": 0.25, "½ speed": 0.5, "as it was": 1.0, "2 × faster": 2.0}
@@ -30,7 +31,7 @@ class PlaybackPanel:
         self._clock = PlaybackClock(0, 1.0, paused=False, now_ns=time.monotonic_ns())
         self._written_s = self._touched_s = 0.0
         gui = server.gui
-        gui.add_html(f"<b>{escape(path.name)}</b>, {duration_s:.1f} s")
+        gui.add_html(f"<b>{escape(path.name)}</b>, {duration_s:.1f} s{SLIDER_STYLE}")
         self._slider = gui.add_slider(
             "Time [s]", 0.0, max(round(duration_s, 2), SLIDER_STEP_S), SLIDER_STEP_S, 0.0
         )

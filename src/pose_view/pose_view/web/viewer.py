@@ -10,6 +10,7 @@ from pose_view.robot import RobotTrack
 from pose_view.snapshot import Snapshot
 from pose_view.web.graph_panel import GraphCommands, GraphPanel
 from pose_view.web.legend import legend_html
+from pose_view.web.page_style import PHONE_STYLE
 from pose_view.web.places import place_of
 from pose_view.web.playback_panel import PlaybackPanel
 from pose_view.web.plots import PlotPanel, TrackOf
@@ -53,7 +54,7 @@ class Viewer:
             self.playback = PlaybackPanel(self.server, recorded.path, recorded.duration_s)
         if commands is not None:
             self.graph = GraphPanel(self.server, commands)
-        gui.add_html(legend_html())
+        gui.add_html(legend_html() + PHONE_STYLE)
         self._add_choices()
         label = "time before now [s]" if recorded is None else "time [s]"
         self.plots = PlotPanel(self.server, self.places, parameters.plot_span, label)

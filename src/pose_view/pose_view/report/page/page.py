@@ -7,14 +7,31 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from pose_evaluation.methods import FUSED, MEAN
+from pose_evaluation.offline import IMU_ENDING
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style
 from pose_view.report.figures.courses import legend
 from pose_view.report.figures.figure import FigureSet
 from pose_view.report.page.section import Section
 from pose_view.report.page.sections import sections
+from pose_view.report.page.verdict import verdict
 from pose_view.report.tables.accuracy import method_label
 from pose_view.report.tables.table import Table
+
+MEANINGS = {
+    REFERENCE: "what it is compared with",
+    MEAN: "of all cameras, without a filter",
+    FUSED: "what the recording itself holds",
+    "joint_kf": "a linear Kalman filter for each joint's position (Moon et al. 2016)",
+    "dof_kf": "a linear Kalman filter on joint angles (the ablation of Li et al.)",
+    "li2020": "the unscented filter on a kinematic tree of Li et al. (2020)",
+    "zhang2015": "cameras and IMUs weighted by their variances (Zhang et al. 2015)",
+    "default": "this project's estimator",
+    "smoothed": "the same, which looks ahead too",
+    "ukf": "the same models in an unscented filter",
+    "imu": "the IMUs alone",
+}
+"""What each method is; the others are cameras."""
 
 DAY = 24 * 3600 * 1_000_000_000  # [ns] stamps below it are no dates
 
@@ -40,6 +57,7 @@ def render_page(analysis: Analysis, joint: str) -> str:
     return environment.get_template("report.html.jinja").render(
         title=f"Report: {analysis.recording.name}",
         is_synthetic=analysis.is_synthetic,
+        verdict=verdict(analysis),
         facts=facts(analysis),
         notes=notes(analysis),
         sections=parts,
@@ -61,7 +79,6 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     lines.append(("Kinects", ", ".join(recording.sensors) or "none"))
     segments = ", ".join(name.replace("_", " ") for name in recording.segments)
     lines.append(("IMUs", f"{len(recording.segments)}: {segments}" if segments else "none"))
-    lines.append(("methods", ", ".join(method_label(name) for name in recording.methods)))
     lines.append(("figures of one method show", method_label(recording.focus)))
     lines += _reference_facts(analysis)
     return lines
@@ -110,6 +127,8 @@ def _methods(analysis: Analysis, parts: Sequence[Section]) -> list[dict[str, obj
     return [
         {
             "name": text,
+            "meaning": MEANINGS.get(name.removesuffix(IMU_ENDING), "one camera, as it is")
+            + (", with the IMUs weighted in" if name.endswith(IMU_ENDING) else ""),
             "group": group_of(name),
             "colour": method_style(name, sensors)["color"],
             "is_dashed": method_style(name, sensors).get("linestyle", "-") != "-",

@@ -1,6 +1,7 @@
 """The parts of the page, from an analysis."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from markupsafe import Markup
 
@@ -45,6 +46,7 @@ from pose_view.report.tables.steadiness import (
     timing_table,
     view_tables,
 )
+from pose_view.report.tables.table import Table
 
 
 def sections(analysis: Analysis, joint: str) -> list[Section]:
@@ -65,7 +67,16 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
     if analysis.recording.estimates:
         parts += [_uncertainty(analysis), _sources(analysis)]
     parts += [_attitudes(analysis), _joint(analysis, joint), _steadiness(analysis)]
-    return parts
+    return without_empty(parts)
+
+
+def without_empty(parts: Iterable[Section]) -> list[Section]:
+    """Without the tables that say nothing, and the sections that held nothing else."""
+    full = [
+        replace(part, blocks=[b for b in part.blocks if not (isinstance(b, Table) and b.is_empty)])
+        for part in parts
+    ]
+    return [part for part in full if part.blocks]
 
 
 def _accuracy(compared: Compared) -> Section:

@@ -36,6 +36,11 @@ class Table:
     rows: tuple[Row, ...]
     note: str = ""
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether it says nothing."""
+        return all(cell.text == UNKNOWN for row in self.rows for cell in row.cells)
+
 
 def smallest(values: Sequence[float]) -> float:
     """For errors."""

@@ -1,0 +1,105 @@
+"""The three sentences at the top of the report, the legend, and what is left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pose_core.api import ANGLES
+from pose_evaluation.agreement import Agreement, Steadiness, ViewAgreement
+from pose_view.report.page.section import Section
+from pose_view.report.page.sections import without_empty
+from pose_view.report.page.verdict import verdict
+from pose_view.report.recording import Recording, usual_methods
+from pose_view.report.tables.table import Table, number_row
+
+VIEW = ViewAgreement(
+    first="left",
+    second="right",
+    frames=900,
+    as_logged_cm=30.0,
+    calibrated_cm=4.0,
+    best_rigid_cm=3.5,
+    angle_difference_deg=dict.fromkeys(ANGLES, 10.0),
+)
+STEADY = Steadiness(
+    frames=900,
+    duration_s=30.0,
+    gaps=0,
+    longest_gap_s=0.1,
+    bone_cv_percent={},
+    bone_sd_mm={},
+    jerk={},
+)
+
+
+class Analysis:
+    """What the verdict reads of one."""
+
+    def __init__(self, *views, steadiness=STEADY, segments=("pelvis",), placed=True):
+        self.compared = None
+        self.agreement = Agreement(views=views, steadiness={})
+        self.steadiness = {"default": steadiness}
+        sensors = ("left", "right") if views else ("left",)
+        self.recording = Recording(
+            name="walk",
+            begin_ns=0,
+            duration_s=30.0,
+            comment="",
+            views=dict.fromkeys(sensors),
+            segments=segments,
+            T_map_sensor=dict.fromkeys(sensors, np.eye(4)) if placed else {},
+            methods={},
+            estimates={},
+            focus="default",
+        )
+
+
+def test_it_says_how_good_how_near_the_views_and_what_to_do():
+    good, near, to_do = verdict(Analysis(VIEW))
+
+    assert good == "There is no reference to compare with, so how good the angles are is not known."
+    assert near.startswith("The views of left and right agree well: the same joint is 4.0 cm apart")
+    assert to_do == "Nothing has to be done."
+
+
+@pytest.mark.parametrize(
+    ("analysis", "advice"),
+    [
+        (Analysis(replace(VIEW, calibrated_cm=np.nan), placed=False), "Calibrate (./pose"),
+        (Analysis(replace(VIEW, calibrated_cm=12.0)), "Calibrate again"),
+        (Analysis(VIEW, steadiness=replace(STEADY, longest_gap_s=4.0)), "Keep the whole person"),
+        (Analysis(replace(VIEW, calibrated_cm=11.0, best_rigid_cm=10.0)), "Look at the cameras"),
+        (Analysis(VIEW, segments=()), "Nothing has to be done; worn IMUs"),
+        (Analysis(), "Nothing has to be done."),
+    ],
+)
+def test_the_advice_is_of_the_worst_trouble(analysis, advice):
+    assert verdict(analysis)[2].startswith(advice)
+
+
+def test_the_pair_of_views_that_agrees_least_is_named():
+    back = replace(VIEW, second="back", calibrated_cm=9.0)
+
+    assert "left and back agree badly: the same joint is 9.0 cm" in verdict(Analysis(VIEW, back))[1]
+
+
+def test_three_methods_are_compared_unless_others_are_named():
+    known = ["left", "right", "mean", "joint_kf", "li2020", "default", "default+imus"]
+    assert usual_methods(known, ["left", "right"]) == ("mean", "joint_kf", "default+imus")
+    assert usual_methods(["left", "fused", *known], ["left"]) == ("left", "joint_kf", "fused")
+
+
+def test_a_table_that_says_nothing_is_left_out():
+    tables = [
+        Table(caption="", head="", columns=("a",), rows=rows)
+        for rows in ((), (number_row("x", [np.nan], 1),), (number_row("x", [1.0], 1),))
+    ]
+    parts = [
+        Section(anchor="some", title="", blocks=tables),
+        Section(anchor="none", title="", blocks=tables[:2]),
+    ]
+
+    (left,) = without_empty(parts)
+
+    assert left.blocks == tables[2:]
