@@ -142,7 +142,7 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
         tables += [_angle_difference_table(view) for view in agreement.views]
     steady = _table("Are bones constant, is motion smooth?")
     if FUSED in agreement.steadiness:
-        steady.caption = Text("fused: bone lengths are the body model's, constant by construction")
+        steady.caption = Text("fused: shoulders, hips, knees and feet slide by a centimetre or so")
     for heading in ("method", "frames", "gaps > 0.2 s", "longest", "bone CV", "bone SD", "jerk"):
         steady.add_column(heading, justify="left" if heading == "method" else "right")
     for name, each in agreement.steadiness.items():

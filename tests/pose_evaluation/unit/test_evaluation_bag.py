@@ -96,7 +96,7 @@ def test_a_bag_that_was_not_fused_has_its_raw_methods(make_bag):
     assert list(methods(make_bag(fused=False))) == ["left", "right", "mean"]
 
 
-def test_a_bag_without_sensors_is_refused(make_bag):
-    path = make_bag(sensors=())
+def test_a_bag_without_anybody_is_refused(make_bag):
+    path = make_bag(sensors=(), fused=False)
     with pytest.raises(InputError, match="holds no skeletons"):
         methods(path)

@@ -216,7 +216,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
 
 @compiled
 def move_along(state: StateNumbers, blending: Blending, joints: FloatArray) -> None:
-    """The filter's joints, (joints, 3), moved along with the root from its pose to the published."""
+    """The filter's joints, (joints, 3), moved with the root from its pose to the published one."""
     turn = np.empty((3, 3))
     product_transposed(blending.R_map_root, state.rotations[0], turn)
     for joint in range(len(joints)):

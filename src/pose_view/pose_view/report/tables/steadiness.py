@@ -104,7 +104,8 @@ def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
             )
             for name, each in steadiness.items()
         ),
-        note="Methods with a body model have constant bones by construction.",
+        note="The bones of li2020 and zhang2015 are constant by construction; the default lets "
+        "shoulders, hips, knees and feet slide.",
     )
 
 
