@@ -1,5 +1,7 @@
 """The viewer node: what it subscribes to, when; what its buttons ask the graph for."""
 
+import itertools
+
 import pytest
 import viser
 from patience import PATIENCE_S
@@ -53,22 +55,26 @@ def test_it_looks_while_a_browser_is_open_and_no_longer(viewer, spin_until, monk
     spin_until(lambda: not wanted & subscriptions(viewer))
 
 
-def test_a_body_that_is_published_is_drawn(ros_context, viewer, visitor, spin_until):
+def publish_and_find(ros_context, viewer, body):
+    """Publishes a body's next skeleton at each call, and returns its forearm in the scene."""
     from pose_msgs.msg import Skeleton
 
-    publisher = ros_context.make_node().create_publisher(
-        Skeleton, "/humans/bodies/subject/skeleton", 10
-    )
+    topic = f"/humans/bodies/{body}/skeleton"
+    publisher = ros_context.make_node().create_publisher(Skeleton, topic, 10)
     joints = moving_joints(3.0)
-    scene = viewer.viewer.server.scene
-    count = 0
+    count = itertools.count()
 
     def drawn():
-        nonlocal count
-        message = skeleton_message(joints[count % len(joints)], to_header(count * 33_000_000), "")
-        publisher.publish(message)
-        count += 1
-        return scene.get_handle_by_name("/bodies/subject/left_forearm")
+        at = next(count)
+        header = to_header(at * 33_000_000)
+        publisher.publish(skeleton_message(joints[at % len(joints)], header, ""))
+        return viewer.viewer.server.scene.get_handle_by_name(f"/bodies/{body}/left_forearm")
+
+    return drawn
+
+
+def test_a_body_that_is_published_is_drawn(ros_context, viewer, visitor, spin_until):
+    drawn = publish_and_find(ros_context, viewer, "subject")
 
     spin_until(drawn)
     before = tuple(drawn().position)
@@ -78,24 +84,10 @@ def test_a_body_that_is_published_is_drawn(ros_context, viewer, visitor, spin_un
 def test_people_who_come_are_drawn_beside_the_bodies_asked_for(
     ros_context, viewer, visitor, spin_until
 ):
-    from pose_msgs.msg import Skeleton
+    spin_until(publish_and_find(ros_context, viewer, "person_2"))
 
-    publisher = ros_context.make_node().create_publisher(
-        Skeleton, "/humans/bodies/person_2/skeleton", 10
-    )
-    joints = moving_joints(3.0)
-    scene = viewer.viewer.server.scene
-    count = 0
-
-    def drawn():
-        nonlocal count
-        message = skeleton_message(joints[count % len(joints)], to_header(count * 33_000_000), "")
-        publisher.publish(message)
-        count += 1
-        return scene.get_handle_by_name("/bodies/person_2/left_forearm")
-
-    spin_until(drawn)
-    assert scene.get_handle_by_name("/bodies/person_2/title").text == "Person 2"
+    title = viewer.viewer.server.scene.get_handle_by_name("/bodies/person_2/title")
+    assert title.text == "Person 2"
     assert "Person 2" in viewer.viewer.plots.legend
 
 

@@ -3,10 +3,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from exported_motion import write_motion_bag
 from moving_body import motion
 from session_bag import static_transforms, write_session
 
 from pose_calibration.rigid_transform import CalibrationError
+from pose_core.api import load_body_model
 from pose_core.errors import InputError
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.samples import SkeletonSample
@@ -79,6 +81,13 @@ def test_a_bag_without_a_camera_is_refused_with_what_it_holds(tmp_path):
         bag.write("/tf_static", static_transforms({"left": np.eye(4)}), 1)
     with pytest.raises(InputError, match=r"holds no skeletons: expected topics kinect_<name>"):
         read(path)
+
+
+def test_a_bag_of_fused_bodies_alone_has_a_report(tmp_path):
+    write_motion_bag(tmp_path / "fused", load_body_model("default"))
+    recording = read(tmp_path / "fused")
+    assert list(recording.methods) == [recording.focus] == ["fused"]
+    assert "there is no camera" in recording.notes[0]
 
 
 def test_where_the_sensors_stand_may_be_unknown(two):

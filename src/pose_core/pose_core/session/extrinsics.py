@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pose_core.errors import InputError
 from pose_core.session.clocks import Clock
 from pose_core.session.floor_estimate import FloorEstimate
 from pose_core.session.session_body import SessionBody
@@ -75,7 +76,13 @@ class Extrinsics:
 
 
 def extrinsics_from_map(T_map_sensor: Mapping[str, FloatArray]) -> Extrinsics:
-    """Extrinsics from each sensor's place in ``map``, (4, 4) by sensor, the reference first."""
+    """Extrinsics from each sensor's place in ``map``, (4, 4) by sensor, the reference first.
+
+    Raises:
+        InputError: If there is no sensor.
+    """
+    if not T_map_sensor:
+        raise InputError("there is no camera")
     reference = next(iter(T_map_sensor))
     T_reference_map = inverse(T_map_sensor[reference])
     return Extrinsics(

@@ -90,8 +90,6 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
 
 def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Console) -> Extrinsics:
     """Extrinsics from the file, else from the bag's transforms, else from its motion."""
-    if not parameters.sensors:
-        raise InputError(f"{bag.path} holds no camera's skeletons")
     if parameters.extrinsics_file:
         return load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
     placed = read_extrinsics(bag)

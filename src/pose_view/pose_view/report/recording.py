@@ -16,7 +16,7 @@ from pose_core.api import (
 from pose_core.errors import InputError, PoseError
 from pose_evaluation.methods import FUSED, MEAN, mean_series, methods_of_bag
 from pose_evaluation.offline import MethodRun, MethodSetup, known_setups, run_methods
-from pose_io.bag_samples import BagFrames, BagSamples, read_estimates
+from pose_io.bag_samples import BagSamples, read_estimates
 from pose_io.bags import BagReader
 from pose_io.topics import imu_topics, sensor_topics
 
@@ -162,8 +162,6 @@ def _estimate(
 ) -> _Estimated:
     """All methods: the sensors, their mean, the estimators, the bag's own result."""
     sensors = tuple(sensor_topics(bag))
-    if not sensors:
-        BagFrames(bag)  # says what is missing
     extrinsics: Extrinsics | None = None
     trouble = ""
     try:
