@@ -65,8 +65,6 @@ METHODS = (
     CapturedMethod(name=BASELINE, estimator=BASELINE),
     CapturedMethod(name="li2020", estimator="li2020"),
     CapturedMethod(name="zhang2015", estimator="zhang2015", use_imus=True),
-    CapturedMethod(name="ukf", estimator="ukf"),
-    CapturedMethod(name="ukf+imus", estimator="ukf", use_imus=True),
     CapturedMethod(name="default"),
     CapturedMethod(name="default+imus", use_imus=True),
     CapturedMethod(name="smoothed", estimator="smoothed"),

@@ -38,8 +38,6 @@ METHODS: tuple[Method, ...] = (
     Method(name="dof_kf", estimator="dof_kf"),
     Method(name="li2020", estimator="li2020"),
     Method(name="zhang2015", estimator="zhang2015", use_imus=True),
-    Method(name="ukf", estimator="ukf"),
-    Method(name="ukf+imus", estimator="ukf", use_imus=True),
     Method(name="default", estimator="default"),
     Method(name="default+imus", estimator="default", use_imus=True),
     Method(name="imu", estimator="imu", use_imus=True),

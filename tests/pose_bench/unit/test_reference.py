@@ -8,7 +8,6 @@ from pose_bench.reference.default_filter import ReferenceFilter, inject_error
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
-from pose_core.estimators.ukf import sigma_weights
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
 from pose_core.filter.imu import NO_IMUS, ImuReadings, add_imus
@@ -16,11 +15,13 @@ from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.posture import add_posture
 from pose_core.filter.rows import make_rows
-from pose_core.filter.sigma_points import Scratch, predict_by_points, update_with_frame_by_points
+from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import start_state, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.warm_up import neutral_pose
+from pose_core.joints import JOINT_INDEX
+from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.session.n_pose import shape_of
 
 MODEL = load_body_model("default")
@@ -165,6 +166,7 @@ def test_derivatives_of_camera_rows_late_ones_to_first_order_in_the_turn(late_s,
     state, dof = random_state(rng, imus=(3,))
     state.delay[:] = 0.0
     state.pose.rates[:] = rng.uniform(-rate, rate, (LINKS, 3))
+    state.P[:] *= 1e-8  # where the points' line is the tangent
     tracked = np.full(15, 2, np.uint8)
     frame = CameraFrame(0, pose_of(dof).positions, tracked, CAMERAS[0].copy(), late_s)
 
@@ -272,25 +274,22 @@ def test_no_kernel_is_compiled_twice():
     assert {k.py_func.__name__: len(k.signatures) for k in kernels if len(k.signatures) > 1} == {}
 
 
-def test_sigma_points_give_what_derivatives_give_where_all_is_nearly_linear():
-    rng = np.random.default_rng(11)
-    state, dof = random_state(rng)
-    state.P[:] *= 1e-4
-    truth = pose_of(dof + rng.normal(0.0, 0.002, MODEL.size))
-    by_points, before = state.copy(), state.copy()
-    scratch = Scratch(point=state.copy(), centre=state.copy())
-    weights = sigma_weights(len(state.P))
-    positions = truth.positions + rng.normal(0.0, 0.001, truth.positions.shape)
-    frame = CameraFrame(0, positions, np.full(15, 2, np.uint8), CAMERAS[0].copy(), 0.0)
-    information = np.zeros((2, LINKS, 3, 3))
-    predict(CONSTANTS.motion, state, 0.03)
-    predict_by_points(CONSTANTS.motion, by_points, scratch, weights, 0.03)
-    np.testing.assert_allclose(by_points.P, state.P, rtol=0.0, atol=0.01 * np.abs(state.P).max())
-    update_with_frame(CONSTANTS, state, frame, information[0])
-    update_with_frame_by_points(CONSTANTS, by_points, scratch, weights, frame, information[1])
-    for name in MEAN:
-        moved = getattr(state.pose, name) - getattr(before.pose, name)
-        apart = getattr(by_points.pose, name) - getattr(state.pose, name)
-        # Slides move by a tenth of a millimetre here, rotations by far more.
-        share = 0.25 if name == "slides" else 0.1
-        assert np.abs(apart).max() < share * np.abs(moved).max(), name
+def test_a_joints_line_and_noise_have_the_moments_of_its_place():
+    rng = np.random.default_rng(14)
+    state, _ = random_state(rng)
+    factor = rng.normal(0.0, 0.015, (len(state.P), len(state.P)))  # 0.15 rad
+    state.P[:] = factor @ factor.T
+    body, joint = CONSTANTS.camera.body, JOINT_INDEX["left_hand"]
+    levers, places = np.zeros((15, LINKS, 3)), np.empty((15, 3))
+    pose = state.pose
+    compute_joints(body, pose.position, pose.rotations, pose.slides, levers, places)
+    H, shift, noise = np.zeros((3, len(state.P))), np.empty(3), np.zeros((3, 3))
+    linearise_joint(body, joint, levers, state.P, H, shift, noise)
+
+    links = slice(3, 3 + 3 * LINKS)
+    errors = rng.multivariate_normal(np.zeros(3 * LINKS), state.P[links, links], 200_000)
+    turns = Rotation.from_rotvec(errors.reshape(-1, 3)).as_matrix().reshape(-1, LINKS, 3, 3)
+    moved = np.einsum("nlik,lk->ni", turns, levers[joint]) - levers[joint].sum(axis=0)
+    np.testing.assert_allclose(shift, moved.mean(axis=0), atol=0.1 * np.linalg.norm(shift))
+    total = H[:, links] @ state.P[links, links] @ H[:, links].T + noise
+    np.testing.assert_allclose(total, np.cov(moved.T), atol=0.05 * np.abs(total).max())

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from filterpy.kalman import MerweScaledSigmaPoints
 from scipy.spatial.transform import Rotation
 
 from pose_core.filter.camera import CameraConstants, CameraFrame
@@ -15,6 +16,7 @@ from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuConstants, ImuReadings
 from pose_core.filter.occlusion import Capsules
 from pose_core.filter.posture import PostureConstants
+from pose_core.filter.sigma_points import ALPHA, BETA
 from pose_core.filter.state import FilterState
 from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.streams.samples import FloatArray
@@ -58,11 +60,6 @@ def heading_matrix(angle: float) -> FloatArray:
     """A turn about map's z axis, (3, 3)."""
     R: FloatArray = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
     return R
-
-
-def skew(v: FloatArray) -> FloatArray:
-    """The matrix of v ×, (3, 3)."""
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
 def columns(state: FilterState) -> tuple[int, int]:
@@ -170,29 +167,43 @@ def camera_groups(
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
         offset = view.heading() @ state.offset[frame.sensor, joint]
+        H, shift, unfitted = joint_regression(constants.body, state, view, joint)
         yield Group(
-            H=joint_derivative(constants.body, state, view, joint),
-            residual=seen - view.places[joint] - offset,
-            noise=joint_noise(constants, state, frame, view, joint),
+            H=H,
+            residual=seen - view.places[joint] - shift - offset,
+            noise=joint_noise(constants, state, frame, view, joint) + unfitted,
             student_dof=constants.student_dof,
             source=joint,
         )
 
 
-def joint_derivative(
+def joint_regression(
     body: BodyArrays, state: FilterState, view: PlainView, joint: int
-) -> FloatArray:
-    """A joint's derivative by the error, (3, n)."""
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The line that fits a joint's sigma points best, by filterpy's points and weights.
+
+    Returns:
+        H, (3, n); how far the mean lies from the centre, (3,); the covariance about the line.
+    """
+    carriers = body.carriers[joint, : body.carrier_count[joint]]
+    spread = np.concatenate([np.arange(3 + 3 * link, 6 + 3 * link) for link in carriers])
+    P = state.P[np.ix_(spread, spread)]
+    points = MerweScaledSigmaPoints(len(P), ALPHA, BETA, 0.0)
+    errors = points.sigma_points(np.zeros(len(P)), P)
+    turns = Rotation.from_rotvec(errors.reshape(-1, 3)).as_matrix().reshape(-1, len(carriers), 3, 3)
+    places = np.einsum("nlik,lk->ni", turns, view.levers[joint, carriers])
+    apart = places - points.Wm @ places
+    regression = np.linalg.solve(P, (points.Wc[:, None] * errors).T @ apart).T
+    unfitted = (points.Wc[:, None] * apart).T @ apart - regression @ P @ regression.T
     slides, velocity = columns(state)
     H = np.zeros((3, len(state.P)))
     H[:, :3] = np.eye(3)
-    for link, lever in enumerate(view.levers[joint]):
-        H[:, link_columns(link)] = -skew(lever)
+    H[:, spread] = regression
     H[:, velocity : velocity + slides] = -view.tau_s * H[:, :slides]
     for slide, link in enumerate(body.sliding_links):
         at = slides + 3 * slide
         H[:, at : at + 3] = body.slides[joint, slide] * view.rotations[link]
-    return H
+    return H, points.Wm @ places - places[0], unfitted
 
 
 def joint_noise(

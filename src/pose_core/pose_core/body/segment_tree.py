@@ -105,24 +105,19 @@ class SegmentTree:
     @cached_property
     def numbers(self) -> BodyArrays:
         """The tree as the kernels take it."""
-        links = len(self.parents)
-        depends = [
-            [
-                0,
-                *(1 + np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))),
-                *(1 + links + np.flatnonzero(goes_along)),
-            ]
+        carriers = [
+            np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))
             for offsets, goes_along in zip(self.offsets, self.slides, strict=True)
         ]
-        columns = np.zeros((len(depends), max(map(len, depends))), np.int64)
-        for row, blocks in zip(columns, depends, strict=True):
-            row[: len(blocks)] = blocks
+        listed = np.zeros((len(carriers), max(map(len, carriers))), np.int64)
+        for row, links in zip(listed, carriers, strict=True):
+            row[: len(links)] = links
         return BodyArrays(
             offsets=self.offsets,
             sliding_links=self.sliding_links,
             slides=self.slides,
-            columns=columns,
-            column_count=np.array([len(blocks) for blocks in depends], np.int64),
+            carriers=listed,
+            carrier_count=np.array([len(links) for links in carriers], np.int64),
         )
 
     def _slides_in(self, goes_along: FloatArray) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ take their choices from this table.
 ESTIMATORS: dict[str, str] = {
     "default": "default.DefaultEstimator",
     "smoothed": "smoothed.SmoothedEstimator",
-    "ukf": "ukf.UkfEstimator",
+    "ukf": "default.DefaultEstimator",  # what the default is, by its name
     "li2020": "li2020.Li2020Estimator",
     "zhang2015": "zhang2015.Zhang2015Estimator",
     "joint_kf": "joint_kf.JointKalmanFilter",

@@ -6,10 +6,10 @@ where it was then, with the view's slow offset b:
 .. math:: z_{cj} = p_j(t - \mathrm{late}) + R_z(\mathrm{heading})\,b_{cj} + n, \quad
           p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
 
-Its derivative by a link's rotation error is :math:`-[R_l o_{jl}]_\times`, by the rates
-:math:`-\mathrm{late}` times that by the pose. The noise n grows along the line of sight,
-with speed, where a limb points at the camera, for inferred joints and where the body hides the
-joint (``occlusion``).
+The rotations enter by sigma points (``sigma_points``), what is linear by its derivative, the rates
+by :math:`-\mathrm{late}` times that of the pose. The noise n grows along the line of sight, with
+speed, where a limb points at the camera, for inferred joints and where the body hides the joint
+(``occlusion``).
 """
 
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
+from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import (
@@ -108,19 +109,21 @@ def add_camera(
     moving = 3 + 3 * links
     velocity = moving + 3 * slides
     c, s = heading_of(view.rotations[0])
+    shift = np.empty(3)
     for joint in range(len(frame.positions)):
         if not is_tracked(frame, joint):
             continue
         group = add_group(rows, 3, constants.student_dof, joint)
         first = rows.first[group]
         H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
-        joint_jacobian(constants.body, joint, view.levers, view.rotations, 1.0, H)
+        joint_jacobian(constants.body, joint, view.rotations, H)
+        own = state.offset_variance[frame.sensor, joint]
+        joint_noise(constants, frame, view, joint, own, rows.noise[group])
+        linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         for axis in range(3):
             for k in range(moving):
                 H[axis, velocity + k] = -view.tau_s * H[axis, k]
-        joint_residual(state, frame, joint, view.places[joint], c, s, residual)
-        own = state.offset_variance[frame.sensor, joint]
-        joint_noise(constants, frame, view, joint, own, rows.noise[group])
+        joint_residual(state, frame, joint, view.places[joint] + shift, c, s, residual)
     add_foreshortening(constants, view, frame, rows)
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pose_core.filter.adaptation import adapt, estimate_delay, estimate_offsets
-from pose_core.filter.camera import CameraFrame, View, add_camera, predict_view
+from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
 from pose_core.filter.posture import add_posture, turn_back
@@ -50,15 +50,6 @@ def update_with_imus(
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
-    return finish_imu_update(state, readings, rows, information)
-
-
-@compiled
-def finish_imu_update(
-    state: FilterState, readings: ImuReadings, rows: Rows, information: FloatArray
-) -> bool:
-    """The update of :func:`update_with_imus`, given its measurement rows."""
-    count = len(readings.links)
     weights, distance, spread = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
     if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance, spread):
         return False
@@ -85,20 +76,7 @@ def update_with_frame(
     rows = make_rows(3 * joints + POSTURE_ROWS, joints + POSTURE_ROWS, len(state.P))
     view = predict_view(constants.camera, state, frame)
     add_camera(constants.camera, state, frame, view, rows)
-    return finish_frame_update(constants, state, frame, view, rows, information)
-
-
-@compiled
-def finish_frame_update(
-    constants: FilterConstants,
-    state: FilterState,
-    frame: CameraFrame,
-    view: View,
-    rows: Rows,
-    information: FloatArray,
-) -> StepResult:
-    """The update of :func:`update_with_frame`, given the joints' measurement rows."""
-    joints, seen = len(frame.positions), rows.filled[1]
+    seen = rows.filled[1]
     add_posture(constants.posture, state.pose.rotations, rows)
     groups, count = rows.filled[1], rows.filled[0]
     weights, distance, spread = np.empty(groups), np.empty(groups), np.empty(count)

@@ -2,9 +2,7 @@ r"""Joint positions and velocities from link rotations, and their Jacobian by th
 
 .. math:: p_j = p_\mathrm{root} + \sum_l R_l\,(o_{jl} + s_{jl})
 
-A joint depends on few links: those between it and the root. ``columns`` lists them, as blocks of
-three columns of the error state: block 0 is the root's position, block 1 + l link l's rotation,
-the last ones are the slides.
+A joint is carried by few links, those between it and the root: ``carriers`` lists them.
 """
 
 from typing import NamedTuple
@@ -22,8 +20,8 @@ class BodyArrays(NamedTuple):
     offsets: FloatArray  # (joints, links, 3) [m] in the links' axes
     sliding_links: NDArray[np.int64]  # (slides,): the link that each slides in
     slides: FloatArray  # (joints, slides): 1 where a joint goes along
-    columns: NDArray[np.int64]  # (joints, most): blocks of the error that each depends on
-    column_count: NDArray[np.int64]  # (joints,)
+    carriers: NDArray[np.int64]  # (joints, most): the links that carry each
+    carrier_count: NDArray[np.int64]  # (joints,)
 
 
 class Pose(NamedTuple):
@@ -55,14 +53,11 @@ def compute_joints(
         levers: Filled, (joints, links, 3) [m]: what each link adds to each joint.
         joints: Filled, (joints, 3) [m].
     """
-    count, links = levers.shape[0], levers.shape[1]
-    for j in range(count):
+    for j in range(len(levers)):
         for axis in range(3):
             joints[j, axis] = position[axis]
-        for c in range(body.column_count[j]):
-            link = body.columns[j, c] - 1
-            if not 0 <= link < links:
-                continue
+        for c in range(body.carrier_count[j]):
+            link = body.carriers[j, c]
             R, offset = rotations[link], body.offsets[j, link]
             for axis in range(3):
                 levers[j, link, axis] = (
@@ -76,11 +71,9 @@ def compute_joints(
                     levers[j, link, axis] += body.slides[j, column] * (
                         R[axis, 0] * slide[0] + R[axis, 1] * slide[1] + R[axis, 2] * slide[2]
                     )
-        for c in range(body.column_count[j]):
-            link = body.columns[j, c] - 1
-            if 0 <= link < links:
-                for axis in range(3):
-                    joints[j, axis] += levers[j, link, axis]
+        for c in range(body.carrier_count[j]):
+            for axis in range(3):
+                joints[j, axis] += levers[j, body.carriers[j, c], axis]
 
 
 @compiled_in_place
@@ -88,53 +81,33 @@ def compute_joint_velocities(
     body: BodyArrays, levers: FloatArray, velocity: FloatArray, rates: FloatArray, out: FloatArray
 ) -> None:
     """Compute joint velocities [m/s], (joints, 3): the root's plus ω × lever of every link."""
-    links = levers.shape[1]
-    for j in range(levers.shape[0]):
+    for j in range(len(levers)):
         for axis in range(3):
             out[j, axis] = velocity[axis]
-        for c in range(body.column_count[j]):
-            link = body.columns[j, c] - 1
-            if 0 <= link < links:
-                w, r = rates[link], levers[j, link]
-                out[j, 0] += w[1] * r[2] - w[2] * r[1]
-                out[j, 1] += w[2] * r[0] - w[0] * r[2]
-                out[j, 2] += w[0] * r[1] - w[1] * r[0]
+        for c in range(body.carrier_count[j]):
+            link = body.carriers[j, c]
+            w, r = rates[link], levers[j, link]
+            out[j, 0] += w[1] * r[2] - w[2] * r[1]
+            out[j, 1] += w[2] * r[0] - w[0] * r[2]
+            out[j, 2] += w[0] * r[1] - w[1] * r[0]
 
 
 @compiled_in_place
-def joint_jacobian(
-    body: BodyArrays,
-    joint: int,
-    levers: FloatArray,
-    rotations: FloatArray,
-    share: float,
-    out: FloatArray,
-) -> None:
-    """Compute one joint's Jacobian: I, −[lever]ₓ and the slides' axes, where not zero.
+def joint_jacobian(body: BodyArrays, joint: int, rotations: FloatArray, out: FloatArray) -> None:
+    """Fill a joint's derivatives by the root's position and by its slides, (3, size).
 
     Args:
         body: The tree.
         joint: Which.
-        levers: See :func:`compute_joints`.
         rotations: ``R_map_link``, (links, 3, 3).
-        share: Factor [-] of all columns but the root's position.
-        out: The Jacobian, (3, size): only the columns that the joint depends on are filled.
+        out: Only the columns that the joint depends on are filled.
     """
-    links = levers.shape[1]
-    for c in range(body.column_count[joint]):
-        block = body.columns[joint, c]
-        at = 3 * block
-        if block == 0:
-            out[0, at] = out[1, at + 1] = out[2, at + 2] = 1.0
-        elif block <= links:
-            x, y, z = levers[joint, block - 1]
-            out[0, at + 1], out[1, at] = share * z, -share * z
-            out[0, at + 2], out[2, at] = -share * y, share * y
-            out[1, at + 2], out[2, at + 1] = share * x, -share * x
-        else:
-            column = block - 1 - links
-            goes_along = share * body.slides[joint, column]
+    out[0, 0] = out[1, 1] = out[2, 2] = 1.0
+    first = 3 + 3 * len(rotations)
+    for column in range(len(body.sliding_links)):
+        share = body.slides[joint, column]
+        if share != 0.0:
             R = rotations[body.sliding_links[column]]
             for i in range(3):
                 for k in range(3):
-                    out[i, at + k] = goes_along * R[i, k]
+                    out[i, first + 3 * column + k] = share * R[i, k]
