@@ -26,9 +26,9 @@ MEANINGS = {
     "dof_kf": "a linear Kalman filter on joint angles (the ablation of Li et al.)",
     "li2020": "the unscented filter on a kinematic tree of Li et al. (2020)",
     "zhang2015": "cameras and IMUs weighted by their variances (Zhang et al. 2015)",
-    "default": "this project's estimator",
+    "default": "this project's unscented filter",
     "smoothed": "the same, which looks ahead too",
-    "ukf": "the same models in an unscented filter",
+    "ukf": "the default by its other name",
     "imu": "the IMUs alone",
 }
 """What each method is; the others are cameras."""
