@@ -37,6 +37,7 @@ MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
     *("nis", "unheard_s", "adaptation", "contradicted_s"),
+    *("waist_mean", "waist_s", "shared_offset"),
 )
 
 
@@ -266,6 +267,28 @@ def test_one_joint_a_metre_off_moves_the_pose_by_little():
     off[5] += [0.0, 0.0, 1.0]
     take(off, 0)
     assert np.linalg.norm(TREE.joints(state.pose) - before, axis=1).max() < 0.02
+
+
+def test_a_hips_line_that_all_cameras_see_turned_is_half_put_right_over_a_minute():
+    state, dof = random_state(np.random.default_rng(15), dof=np.zeros(MODEL.size))
+    joints, tracked = pose_of(dof).positions.copy(), np.full(15, 2, np.uint8)
+    left, right = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"]
+    line = joints[left] - joints[right]
+    turned = Rotation.from_euler("z", 6.0, degrees=True).apply(line)
+    joints[left] += 0.5 * (turned - line)
+    joints[right] -= 0.5 * (turned - line)
+
+    def turn_after(seconds):
+        for step in range(int(30 * seconds)):
+            predict(CONSTANTS.motion, state, 1.0 / 30.0)
+            frame = CameraFrame(step % 2, joints, tracked, CAMERAS[step % 2].copy(), 0.0)
+            update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
+        placed = TREE.joints(state.pose)
+        x, y, _ = placed[left] - placed[right]
+        return np.degrees(np.arctan2(-x, y))
+
+    assert turn_after(0.5) > 3.9
+    assert 1.5 < turn_after(60.0) < 3.0
 
 
 def test_no_kernel_is_compiled_twice():

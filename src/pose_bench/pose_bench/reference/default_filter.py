@@ -26,6 +26,7 @@ from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
+from pose_core.joints import JOINTS
 from pose_core.streams.samples import FloatArray
 
 FRAME_PERIOD_S = 1.0 / 30.0
@@ -33,6 +34,7 @@ LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, HEARD_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.15)
 DELAY_GAIN = 1.5
+WAIST_MEMORY_S, WAIST_MOTION = 60.0, 0.02  # [s], [rad² s]
 MOST_DISTANCE, CONTRADICTED, MOST_TYPICAL = 400.0, 25.0, 9.0  # [-]
 LEAST_IMU_WEIGHT = 1e-3
 
@@ -99,6 +101,8 @@ class ReferenceFilter:
         self._estimate_offsets(frame, view, joints, np.array(spread), weights)
         if frame.late_s == 0.0:
             self._estimate_delay(frame, view, joints, weights)
+        if joints:
+            self._estimate_shared_offsets(frame.sensor, view)
         self._adapt(frame.sensor, joints, distance)
         information = np.zeros((len(state.heading), 3, 3))
         for group, weight in zip(joints, weights, strict=False):
@@ -175,6 +179,33 @@ class ReferenceFilter:
         prior = constants.delay_prior
         delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
         state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
+
+    def _estimate_shared_offsets(self, sensor: int, view: PlainView) -> None:
+        """Take the waist into its mean; what most likely turns both lines is an offset."""
+        state, constants = self.state, self.constants.shared_offsets
+        gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S) / len(state.unheard_s)
+        state.waist_s[0] = min(state.waist_s[0] + gap_s, WAIST_MEMORY_S)
+        if state.waist_s[0] == 0.0:
+            return
+        place = dict(zip(JOINTS, view.places, strict=True))
+        across = place["left_hip"] - place["right_hip"]
+        up = place["neck"] - 0.5 * (place["left_hip"] + place["right_hip"])
+        cosine = across @ up / np.linalg.norm(across) / np.linalg.norm(up)
+        x, y, _ = view.rotations[constants.trunk].T @ across
+        seen = np.array([np.arccos(cosine) - 0.5 * np.pi, np.arctan2(x, y)])
+        hips = np.full(2, constants.hips_variance)
+        shoulders = np.array([0.0, constants.shoulders_variance])
+        total = hips + shoulders + constants.mean_variance + WAIST_MOTION / state.waist_s[0]
+        uncorrected = seen + (hips + shoulders) / total * state.waist_mean
+        state.waist_mean[:] += gap_s / state.waist_s[0] * (uncorrected - state.waist_mean)
+        for line, half, error in (
+            ("hip", constants.half_hips, -hips / total * state.waist_mean),
+            ("shoulder", constants.half_shoulders, shoulders / total * state.waist_mean),
+        ):
+            for side, y in (("left", half), ("right", -half)):
+                turn = np.array([error[0], 0.0, error[1]])
+                offset = np.cross(turn, [0.0, y, 0.0])
+                state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
 
     def _adapt(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
         """Smooth the joints' distances; what no camera that is heard finds near, moves more."""

@@ -166,7 +166,7 @@ def camera_groups(
     for joint, seen in enumerate(frame.positions):
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
-        offset = view.heading() @ state.offset[frame.sensor, joint]
+        offset = view.heading() @ (state.offset[frame.sensor, joint] + state.shared_offset[joint])
         H, shift, unfitted = joint_regression(constants.body, state, view, joint)
         yield Group(
             H=H,

@@ -138,12 +138,11 @@ def joint_residual(
     out: FloatArray,
 ) -> None:
     """Seen minus predicted place of a joint [m], given cosine and sine of the root's heading."""
-    offset = state.offset[frame.sensor, joint]
-    for axis in range(3):
-        out[axis] = frame.positions[joint, axis] - place[axis]
-    out[0] -= cosine * offset[0] - sine * offset[1]
-    out[1] -= sine * offset[0] + cosine * offset[1]
-    out[2] -= offset[2]
+    own, shared = state.offset[frame.sensor, joint], state.shared_offset[joint]
+    x, y, z = own[0] + shared[0], own[1] + shared[1], own[2] + shared[2]
+    out[0] = frame.positions[joint, 0] - place[0] - (cosine * x - sine * y)
+    out[1] = frame.positions[joint, 1] - place[1] - (sine * x + cosine * y)
+    out[2] = frame.positions[joint, 2] - place[2] - z
 
 
 @compiled_in_place

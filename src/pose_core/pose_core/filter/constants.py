@@ -12,6 +12,7 @@ from pose_core.filter.imu import ImuConstants
 from pose_core.filter.motion import MotionConstants
 from pose_core.filter.occlusion import make_capsules
 from pose_core.filter.posture import PostureConstants
+from pose_core.filter.shared_offsets import SharedOffsetConstants
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.left_right_swaps import SWAPS, SwapArrays
@@ -39,6 +40,7 @@ class FilterConstants(NamedTuple):
     camera: CameraConstants
     posture: PostureConstants
     imu: ImuConstants
+    shared_offsets: SharedOffsetConstants
     swaps: SwapArrays
     starts: NDArray[np.int64]  # (links,) joint that each link turns about; −1 of the root
     ends: NDArray[np.int64]  # (links,) joint that shows each link
@@ -66,6 +68,7 @@ def make_constants(
             student_dof=tuning.imu.student_dof,
             rate_stddev=tuning.imu.rate_stddev,
         ),
+        shared_offsets=_shared_offsets(tree, tuning),
         swaps=SWAPS,
         starts=tree.model.link_joints,
         ends=_link_ends(tree.model),
@@ -139,6 +142,28 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
         spine_parents=tree.parents[spine].astype(np.int64),
         spine_links=spine,
         spine_variance=np.square(prior.waist_stddev),
+    )
+
+
+def _shared_offsets(tree: SegmentTree, tuning: FilterTuning) -> SharedOffsetConstants:
+    """Of a body without a waist, nothing is assumed."""
+    trunk = tree.spine[0] if tree.spine else 0
+    pelvis = int(tree.parents[trunk]) if tree.spine else 0
+
+    def half(joint: str, link: int) -> float:
+        """Half the distance of a pair of joints [m]."""
+        left, right = (tree.offsets[JOINT_INDEX[f"{side}_{joint}"], link, 1] for side in SIDES)
+        return float(0.5 * (left - right))
+
+    hips, shoulders = half("hip", pelvis), half("shoulder", trunk)
+    variance = 0.5 * tuning.camera.shared_offset_stddev**2 if tree.spine else 0.0
+    return SharedOffsetConstants(
+        trunk=trunk,
+        half_hips=hips,
+        half_shoulders=shoulders,
+        hips_variance=variance / hips**2,
+        shoulders_variance=variance / shoulders**2,
+        mean_variance=np.square(tuning.posture.waist_mean_stddev),
     )
 
 

@@ -33,6 +33,9 @@ class FilterState(NamedTuple):
     unheard_s: FloatArray  # (sensors,) [s] since each camera's last frame
     adaptation: FloatArray  # (1 + links,) [-] factor of the process noise; the root's first
     contradicted_s: FloatArray  # (links,) [s] for which all cameras have disagreed
+    waist_mean: FloatArray  # (2,) [rad] of its sideways bend and its turn, as the cameras see them
+    waist_s: FloatArray  # (1,) [s] over which that mean was taken
+    shared_offset: FloatArray  # (joints, 3) [m] of all views, in the pelvis's heading
 
     def copy(self) -> "FilterState":
         """An independent copy."""
@@ -86,6 +89,9 @@ def start_state(
         unheard_s=np.full(sensors, 10.0),
         adaptation=np.ones(1 + links),
         contradicted_s=np.zeros(links),
+        waist_mean=np.zeros(2),
+        waist_s=np.zeros(1),
+        shared_offset=np.zeros((joints, 3)),
     )
 
 

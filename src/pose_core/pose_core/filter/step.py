@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_core.filter.adaptation import adapt, estimate_delay, estimate_offsets
+from pose_core.filter.adaptation import LONGEST_GAP_S, adapt, estimate_delay, estimate_offsets
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
 from pose_core.filter.posture import add_posture, turn_back
 from pose_core.filter.rows import Rows, make_rows
+from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled
@@ -98,6 +99,9 @@ def update_with_frame(
             weights,
             np.empty(joints, np.int64),
         )
+    if seen > 0:
+        gap_s = min(state.unheard_s[frame.sensor], LONGEST_GAP_S) / len(state.unheard_s)
+        estimate_shared_offsets(constants.shared_offsets, view, gap_s, state)
     adapt(
         constants.ends,
         constants.most_adaptation,

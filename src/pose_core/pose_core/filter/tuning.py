@@ -58,6 +58,7 @@ class CameraNoise:
     least_weight: float = 0.02  # [-] of a sample, however far it lies
     offset_stddev: float = 0.012  # [m] of a view's slow offset of a joint
     offset_memory: float = 3.6  # [s]
+    shared_offset_stddev: float = 0.012  # [m] of what all views mistake of a joint alike
     delay_prior: float = (
         40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
@@ -75,6 +76,7 @@ class PosturePrior:
         default_factory=lambda: {"upper_arm": 1.8, "thigh": 1.4, "head": 1.8}
     )
     waist_stddev: tuple[float, float, float] = (0.25, 1.1, 0.5)  # [rad] sideways, forward, turn
+    waist_mean_stddev: tuple[float, float] = (0.03, 0.05)  # [rad] sideways, turn, over a minute
     wrong_bend: float = 0.6  # [rad] beyond which a limb is turned by half a turn
 
 

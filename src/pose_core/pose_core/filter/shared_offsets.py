@@ -1,0 +1,82 @@
+r"""What all cameras mistake alike of the hips' and of the shoulders' line.
+
+Trackers misplace each joint by a centimetre or two for good. What they mistake alike shows in no
+residual, and it turns the hips' line, in which every angle of hips and shoulders is measured, by
+some degrees. But over a minute a person's pelvis faces where the chest does and stands square to
+the spine: with m the running mean of the waist's sideways bend or turn, over T seconds, the lines'
+most likely errors are
+
+.. math:: e_\mathrm{hips} = -\frac{\sigma_h^2}{\sigma^2}\,m, \quad
+          e_\mathrm{shoulders} = \frac{\sigma_s^2}{\sigma^2}\,m, \quad
+          \sigma^2 = \sigma_h^2 + \sigma_s^2 + \sigma_w^2 + q / T
+
+with :math:`\sigma_h` and :math:`\sigma_s` what offsets do to a line, :math:`\sigma_w` how far
+people's means differ from zero, q / T what motion leaves in the mean. For the sideways bend, which
+the neck shows, the shoulders' share is nothing.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pose_core.filter.camera import View
+from pose_core.filter.state import FilterState
+from pose_core.joints import JOINT_INDEX
+from pose_core.kernels.compiling import compiled
+from pose_core.streams.samples import FloatArray
+
+LEFT_HIP, RIGHT_HIP, NECK = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"], JOINT_INDEX["neck"]
+LEFT_SHOULDER, RIGHT_SHOULDER = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
+MEMORY_S = 60.0  # [s] of the mean
+MOTION = 0.02  # [rad² s] q: a waist moves by 6°, for a second each time
+BEND, TURN = 0, 1
+
+
+class SharedOffsetConstants(NamedTuple):
+    """A body's two lines and how wrong they may be seen; variances of zero: nothing is assumed."""
+
+    trunk: int  # link
+    half_hips: float  # [m] from the middle to a hip
+    half_shoulders: float  # [m]
+    hips_variance: float  # [rad²]
+    shoulders_variance: float  # [rad²]
+    mean_variance: FloatArray  # (2,) [rad²] of a person's mean sideways bend and turn
+
+
+@compiled
+def estimate_shared_offsets(
+    constants: SharedOffsetConstants, view: View, gap_s: float, state: FilterState
+) -> None:
+    """Take one frame's waist into the mean, and set the offsets of hips and shoulders.
+
+    Args:
+        constants: Of the body.
+        view: The joints as predicted.
+        gap_s: For which this frame counts [s].
+        state: The state; ``waist_mean``, ``waist_s`` and ``shared_offset`` are updated.
+    """
+    state.waist_s[0] = min(state.waist_s[0] + gap_s, MEMORY_S)
+    if state.waist_s[0] == 0.0:
+        return
+    places, seen, hips, shoulders = view.places, np.empty(2), np.empty(2), np.empty(2)
+    across = places[LEFT_HIP] - places[RIGHT_HIP]
+    up = places[NECK] - 0.5 * (places[LEFT_HIP] + places[RIGHT_HIP])
+    line = np.dot(view.rotations[constants.trunk].T, across)
+    seen[BEND] = -np.arcsin(np.sum(across * up) / np.sqrt(np.sum(across**2) * np.sum(up**2)))
+    seen[TURN] = np.arctan2(line[0], line[1])
+    for axis in range(2):
+        of_shoulders = constants.shoulders_variance if axis == TURN else 0.0
+        both = constants.hips_variance + of_shoulders
+        total = both + constants.mean_variance[axis] + MOTION / state.waist_s[0]
+        uncorrected = seen[axis] + both / total * state.waist_mean[axis]
+        share = gap_s / state.waist_s[0]
+        state.waist_mean[axis] += share * (uncorrected - state.waist_mean[axis])
+        hips[axis] = constants.half_hips * constants.hips_variance / total * state.waist_mean[axis]
+        shoulders[axis] = constants.half_shoulders * of_shoulders / total * state.waist_mean[axis]
+    for hip, shoulder, sign in (
+        (LEFT_HIP, LEFT_SHOULDER, 1.0),
+        (RIGHT_HIP, RIGHT_SHOULDER, -1.0),
+    ):
+        state.shared_offset[hip, 0] = sign * hips[TURN]
+        state.shared_offset[hip, 2] = -sign * hips[BEND]
+        state.shared_offset[shoulder, 0] = -sign * shoulders[TURN]
