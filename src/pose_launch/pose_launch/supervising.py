@@ -162,8 +162,7 @@ class Supervisor:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=writing,
                 stderr=asyncio.subprocess.STDOUT,
-                cwd=process.folder,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", **process.environment},
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
                 start_new_session=True,
                 preexec_fn=end_with_parent(),
             )
