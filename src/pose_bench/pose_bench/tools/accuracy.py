@@ -8,11 +8,16 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pose_bench import kinectmultitrack, uiprmd
-from pose_bench.accuracy import run_suite
+from pose_bench.accuracy import (
+    ESTIMATORS,
+    rows_csv,
+    run_kinectmultitrack,
+    run_suite,
+    run_uiprmd,
+    scores_csv,
+)
 from pose_bench.methods import METHODS, Method, available_methods
 from pose_bench.pool import Progress as ToldProgress
-from pose_bench.real_data import ESTIMATORS, run_kinectmultitrack, run_uiprmd
-from pose_bench.scores_csv import rows_csv, scores_csv
 from pose_bench.suite import CALIBRATION_WALK, JUDGING_SEEDS, LEVELS, cells, quick_cells
 from pose_bench.summary import failures, tables
 from pose_bench.tables import TextTable
