@@ -1,7 +1,5 @@
 """The accuracy suite: every method on every cell, in several processes."""
 
-import csv
-import io
 import math
 from collections.abc import Sequence
 from dataclasses import fields
@@ -21,6 +19,7 @@ from pose_bench.uiprmd import AngleAgreement
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import ANGLES, Extrinsics, series_from_samples
 from pose_core.errors import PoseError
+from pose_evaluation.tables import csv_text
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_sim.scene import SENSORS
 
@@ -37,49 +36,30 @@ ESTIMATORS = ("joint_kf", "li2020", "default")
 
 def scores_csv(scores: Sequence[Score]) -> str:
     """One row a cell and method, all figures."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    ratio_names = (f"rmse_to_{BASELINE}", f"mpjpe_to_{BASELINE}")
     cell_names = tuple(field.name for field in fields(Cell))
-    angle_names = tuple(f"rmse_deg_{angle}" for angle in ANGLES)
-    writer.writerow(
-        ("subject_kind", *cell_names, "method", *ratio_names, *FIGURES, *angle_names, "error")
+    head = (
+        *("subject_kind", *cell_names, "method", f"rmse_to_{BASELINE}", f"mpjpe_to_{BASELINE}"),
+        *(*FIGURES, *(f"rmse_deg_{angle}" for angle in ANGLES), "error"),
     )
-    for ratio in ratios(scores):
-        score = ratio.score
-        values = (
-            ratio.rmse,
-            ratio.mpjpe,
-            *(getattr(score, name) for name in FIGURES),
-            *(score.angle_rmse_deg.get(angle, math.nan) for angle in ANGLES),
+    rows = (
+        (
+            "synthetic",
+            *(getattr(ratio.score.cell, name) for name in cell_names),
+            *(ratio.score.method, ratio.rmse, ratio.mpjpe),
+            *(float(getattr(ratio.score, name)) for name in FIGURES),
+            *(ratio.score.angle_rmse_deg.get(angle, math.nan) for angle in ANGLES),
+            ratio.score.error,
         )
-        writer.writerow(
-            (
-                "synthetic",
-                *(getattr(score.cell, name) for name in cell_names),
-                score.method,
-                *(_cell(float(value)) for value in values),
-                score.error,
-            )
-        )
-    return out.getvalue()
+        for ratio in ratios(scores)
+    )
+    return csv_text(head, rows)
 
 
 def rows_csv(rows: Sequence[Any]) -> str:
     """One row a dataclass value, all of one kind; of real people."""
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     names = [each.name for each in fields(rows[0])] if rows else []
-    writer.writerow(("subject_kind", *names))
-    for row in rows:
-        writer.writerow(("real", *(_cell(getattr(row, name)) for name in names)))
-    return out.getvalue()
-
-
-def _cell(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}" if math.isfinite(value) else ""
-    return str(value)
+    values = (("real", *(getattr(row, name) for name in names)) for row in rows)
+    return csv_text(("subject_kind", *names), values)
 
 
 def run_uiprmd(
@@ -112,14 +92,12 @@ def run_kinectmultitrack(
     return [view for views in found for view in views]
 
 
-def run_cell(cell: Cell, methods: Sequence[Method], cache: Path | None = None) -> list[Score]:
+def run_cell(cell: Cell, methods: Sequence[Method]) -> list[Score]:
     """Make a cell's session and run every method on it.
 
     A method that fails has a row that says why.
     """
-    session = bench_session(
-        cell.session, imus=any(method.use_imus for method in methods), cache=cache
-    )
+    session = bench_session(cell.session, imus=any(method.use_imus for method in methods))
     raw_lag_s = _raw_lag_s(session)
     known: Extrinsics | PoseError = session.extrinsics
     if cell.condition != KNOWN:
@@ -131,7 +109,6 @@ def run_suite(
     cells: Sequence[Cell],
     methods: Sequence[Method],
     *,
-    cache: Path | None = None,
     jobs: int = 1,
     progress: Progress = ignored,
 ) -> list[Score]:
@@ -140,11 +117,10 @@ def run_suite(
     Args:
         cells: The cells.
         methods: The methods.
-        cache: Folder for the IMUs' samples, see :func:`pose_bench.sessions.bench_session`.
         jobs: Processes at once.
         progress: Told before the first cell and after each.
     """
-    arguments = [(cell, tuple(methods), cache) for cell in cells]
+    arguments = [(cell, tuple(methods)) for cell in cells]
     found = run_all(run_cell, arguments, jobs=jobs, progress=progress)
     return [score for scores in found for score in scores]
 

@@ -165,18 +165,6 @@ def values_from_ros_yaml(path: Path, node: str) -> dict[str, Any]:
     return values
 
 
-def markdown_table(parameters: type) -> str:
-    """The README's table of parameters."""
-    lines = ["| name | type | default | unit | range | meaning |", "|---|---|---|---|---|---|"]
-    for name, (default, spec) in specs(parameters).items():
-        shown = ", ".join(default) if isinstance(default, tuple) else default
-        lines.append(
-            f"| `{name}` | {type_name(default)} | {shown} | {spec.unit} "
-            f"| {spec.range_text} | {spec.doc} |"
-        )
-    return "\n".join(lines) + "\n"
-
-
 def add_arguments(parser: argparse._ActionsContainer, parameters: type) -> None:
     """Add one ``--option`` a parameter, without defaults, so that only given ones override."""
     for name, (default, spec) in specs(parameters).items():

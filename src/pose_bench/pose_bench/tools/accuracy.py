@@ -59,13 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="folder for accuracy.md and the CSV files"
     )
-    parser.add_argument(
-        "--cache",
-        type=Path,
-        metavar="DIR",
-        default=default_cache(),
-        help="folder that keeps the IMUs' orientations for the next run (default: %(default)s)",
-    )
 
 
 def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
@@ -93,12 +86,6 @@ def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
         help=f"seeds (default: {' '.join(map(str, JUDGING_SEEDS))}, which nothing is tuned on)",
     )
     group.add_argument("--quick", action="store_true", help="three short sessions instead")
-
-
-def default_cache() -> Path:
-    """The user's folder for what can be made again."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "pose_fusion" / "bench"
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -160,7 +147,6 @@ class _Bench:
         scores = run_suite(
             chosen,
             self._methods,
-            cache=arguments.cache,
             jobs=arguments.jobs,
             progress=self._bar("sessions"),
         )

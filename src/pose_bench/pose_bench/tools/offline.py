@@ -15,7 +15,7 @@ from rich.console import Console
 from pose_bench.processes import descendants, usage
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import executable
@@ -93,10 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         for times in arguments.times:
             with Console(stderr=True).status(f"{times} times the bag"):
                 table.rows.append(_row(arguments.bag, times, imus))
-    show([table])
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "offline.md").write_text(document("Offline", [table]))
+    publish([table], "Offline", arguments.output, "offline.md")
     return 0
 
 

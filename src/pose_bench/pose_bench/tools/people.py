@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.api import PeopleTracker
 from pose_evaluation.identity import IdentityScore, score_identities
 from pose_sim.captured.clips import bundled_clips
@@ -104,8 +104,5 @@ def run(arguments: argparse.Namespace) -> int:
                     number(score.frame_s * 1e3, 2),
                 ]
             )
-    show([table])
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "people.md").write_text(document("People", [table]))
+    publish([table], "People", arguments.output, "people.md")
     return 0

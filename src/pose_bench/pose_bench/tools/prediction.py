@@ -1,7 +1,7 @@
 """``./pose bench prediction``: what ``output_rate`` is worth, against the truth of now.
 
-Every ten milliseconds somebody asks for the pose of now. The answer is either the last output, as it
-stands, or the state predicted to now.
+Every ten milliseconds somebody asks for the pose of now. The answer is either the last output, as
+it stands, or the state predicted to now.
 """
 
 import argparse
@@ -14,16 +14,16 @@ from rich.console import Console
 
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.api import (
     BodyEstimate,
     FloatArray,
     FusionParameters,
     FusionPipeline,
-    ImuSample,
     SkeletonSample,
     SkeletonSeries,
     angle_series,
+    wrapped,
 )
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, TrackingState
@@ -40,7 +40,6 @@ class PredictionErrors:
     predicted_deg: float  # the same of the prediction
     held_stddev_deg: float  # the published standard deviation [deg], median
     predicted_stddev_deg: float
-    age_ms: float  # how old the last output is [ms], median
 
 
 def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
@@ -51,7 +50,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
     pipeline = FusionPipeline(parameters, session.extrinsics)
     truth = session.judged_truth
     stamps_ns = truth.stamps_ns.tolist()
-    asked = [each for each in _asked(session, pipeline, stamps_ns, use_imus) if each is not None]
+    asked = list(_asked(session, pipeline, stamps_ns, use_imus))
     if not asked:
         raise InputError("no instant to judge: expected a longer --duration")
     rows = np.searchsorted(truth.stamps_ns, [now_ns for now_ns, _, _ in asked])
@@ -64,41 +63,35 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
             positions=np.array([pose.joints for pose in poses]),
             tracking_state=np.full((len(poses), len(JOINTS)), TrackingState.TRACKED, np.uint8),
         )
-        told = angle_series(series).at(now_ns)
-        turns = [np.remainder(told[n] - true[n] + np.pi, 2.0 * np.pi) - np.pi for n in true]
-        return float(np.degrees(np.mean([np.sqrt(np.nanmean(turn**2)) for turn in turns])))
+        found = angle_series(series).at(now_ns)
+        errors = [wrapped(found[name] - true[name]) for name in true]
+        return float(np.degrees(np.mean([np.sqrt(np.nanmean(error**2)) for error in errors])))
 
     held, predicted = [h for _, h, _ in asked], [p for _, _, p in asked]
-    age_ns = now_ns - np.array([pose.stamp_ns for pose in held])
     return PredictionErrors(
         held_deg=error_deg(held),
         predicted_deg=error_deg(predicted),
         held_stddev_deg=_stddev_deg(held),
         predicted_stddev_deg=_stddev_deg(predicted),
-        age_ms=float(np.median(age_ns)) * 1e-6,
     )
 
 
 def _asked(
     session: BenchSession, pipeline: FusionPipeline, stamps_ns: list[int], use_imus: bool
-) -> Iterator[tuple[int, BodyEstimate, BodyEstimate] | None]:
+) -> Iterator[tuple[int, BodyEstimate, BodyEstimate]]:
     """Now [ns], the last output and the prediction, at each instant at which there are both."""
     last: BodyEstimate | None = None
     arriving = iter(zip(session.arrivals_ns, session.samples, strict=True))
     arrival_ns, sample = next(arriving)
     for now_ns in stamps_ns:
         while arrival_ns <= now_ns:
-            for estimate in _fed(pipeline, sample, use_imus):
-                last = estimate
+            if use_imus or isinstance(sample, SkeletonSample):
+                estimates = pipeline.add(sample)
+                last = estimates[-1] if estimates else last
             arrival_ns, sample = next(arriving, (2**63, sample))
         predicted = pipeline.predict(now_ns)
-        yield None if last is None or predicted is None else (now_ns, last, predicted)
-
-
-def _fed(
-    pipeline: FusionPipeline, sample: SkeletonSample | ImuSample, use_imus: bool
-) -> list[BodyEstimate]:
-    return pipeline.add(sample) if use_imus or isinstance(sample, SkeletonSample) else []
+        if last is not None and predicted is not None:
+            yield now_ns, last, predicted
 
 
 def _stddev_deg(poses: list[BodyEstimate]) -> float:
@@ -114,7 +107,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, default=30.0, metavar="S", help="of each session [s] (30)"
     )
-    parser.add_argument("--cache", type=Path, metavar="DIR", help="keeps the IMUs' orientations")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for prediction.md")
 
 
@@ -131,15 +123,12 @@ def run(arguments: argparse.Namespace) -> int:
             choreography=name, level="typical", seed=SEED, duration_s=arguments.duration
         )
         with Console(stderr=True).status(f"predicting {name}"):
-            session = bench_session(spec, cache=arguments.cache)
+            session = bench_session(spec)
             for use_imus in (False, True):
-                told = prediction_errors(session, use_imus=use_imus)
+                found = prediction_errors(session, use_imus=use_imus)
                 label = f"{name}, two Kinects{', nine IMUs' if use_imus else ''}"
-                values = (told.held_deg, told.predicted_deg, told.predicted_deg / told.held_deg)
-                stddevs = (told.held_stddev_deg, told.predicted_stddev_deg)
+                values = (found.held_deg, found.predicted_deg, found.predicted_deg / found.held_deg)
+                stddevs = (found.held_stddev_deg, found.predicted_stddev_deg)
                 table.rows.append([label, *(number(each, 2) for each in (*values, *stddevs))])
-    show([table])
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "prediction.md").write_text(document("Prediction", [table]))
+    publish([table], "Prediction", arguments.output, "prediction.md")
     return 0

@@ -17,6 +17,14 @@ def show(tables: Sequence[TextTable]) -> None:
         console.print()
 
 
+def publish(tables: Sequence[TextTable], title: str, folder: Path | None, name: str) -> None:
+    """Print tables, and write them as a Markdown file ``name`` where a folder is given."""
+    show(tables)
+    if folder is not None:
+        with output_folder(folder):
+            (folder / name).write_text(document(title, tables))
+
+
 def document(title: str, tables: Sequence[TextTable]) -> str:
     """Tables as one Markdown document."""
     return "\n".join([f"# {title}", "", *(table.markdown() for table in tables)])

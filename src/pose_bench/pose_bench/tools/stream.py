@@ -12,7 +12,7 @@ from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
 from pose_bench.tables import UNKNOWN, TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     ROOT_DOF,
@@ -144,12 +144,9 @@ def run(arguments: argparse.Namespace) -> int:
             table.rows.append(row_of(name, quality))
             missed = ("nothing published",) if quality is None else quality.broken(_rate(arguments))
             broken += [f"{name}: {what}" for what in missed]
-    show([table])
+    publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
         print(f"not met  {line}")
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "stream.md").write_text(document(SUMMARY, [table]))
     return int(bool(broken))
 
 

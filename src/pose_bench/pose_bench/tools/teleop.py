@@ -14,7 +14,7 @@ from pose_bench.processes import descendants, usage
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number, percent
 from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleop
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end
@@ -61,10 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     tables = [_table(scores, arguments)]
     for line in failed:
         print(f"failed  {line}")
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder_:
-            (folder_ / "teleop.md").write_text(document("Tele-operation", tables))
+    publish(tables, "Tele-operation", arguments.output, "teleop.md")
     return int(bool(failed) or any(max(each.beyond) > 1e-9 for each in scores.values()))
 
 

@@ -73,12 +73,7 @@ def tracking_states(states: StateNumbers, numbers: ModelArrays) -> NDArray[np.ui
 
 
 class Output:
-    """Makes estimates of poses; a body's angles go on from one block to the next.
-
-    Args:
-        model: The body model.
-        parameters: See :class:`FusionParameters`.
-    """
+    """Makes estimates of poses; a body's angles go on from one block to the next."""
 
     def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
         self._model = model

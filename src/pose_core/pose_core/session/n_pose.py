@@ -46,11 +46,7 @@ class NPose:
 
 
 class NPoseDetector:
-    """Detects the N-pose.
-
-    Args:
-        model: The body model.
-    """
+    """Detects the N-pose."""
 
     def __init__(self, model: BodyModel) -> None:
         self._model = model

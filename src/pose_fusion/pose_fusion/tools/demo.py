@@ -115,11 +115,7 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
     with started as (graph, start_at_ns):
         watch(graph, start_at_ns, duration_s, console)
         graph.stop()
-    return DemoRun(
-        folder=folder,
-        subject=subject,
-        nodes=graph.nodes,
-    )
+    return DemoRun(folder=folder, subject=subject, nodes=graph.nodes)
 
 
 def _subject(options: argparse.Namespace) -> str:

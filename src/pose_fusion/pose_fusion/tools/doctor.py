@@ -7,19 +7,18 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
 from pose_core.errors import InputError
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
-from pose_fusion.watching.findings import Finding, Verdict, graph_findings
+from pose_fusion.watching.findings import GRAPH, Finding, Verdict, graph_findings
 from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.machine import machine_findings
 from pose_io.bag_repair import Condition, examine, mcap_file, repair
 from pose_io.bags import open_bag
 from pose_node.command_line import run_tool
-from pose_node.plain_console import plain_console
+from pose_node.plain_console import plain_console, progress_bar
 
 LISTEN_S = 4.0  # [s] diagnostics come once a second
 MARKS = {
@@ -56,8 +55,7 @@ def doctor_bag(bag: Path, output: Path | None) -> int:
         else:
             print(f"→ ./pose doctor {bag} --output MENDED writes what is whole as a new bag")
         return 0 if is_whole else 1
-    columns = (TextColumn("mending"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    with progress_bar(Console(stderr=True)) as progress:
         task = progress.add_task("mending", total=1.0)
         repair(file, condition, output, lambda share: progress.update(task, completed=share))
     _describe(output)
@@ -121,12 +119,10 @@ def look_at_graph(duration_s: float) -> list[Finding]:
     except Exception as error:  # whatever a broken installation raises
         reason = " ".join(str(error).split()) or type(error).__name__
         return [
-            Finding(
-                area="graph",
-                subject="ROS",
-                verdict=Verdict.WRONG,
-                found=f"a node cannot start: {reason}",
-                remedy="./pose build; is RMW_IMPLEMENTATION one that is installed?",
+            GRAPH.wrong(
+                "ROS",
+                f"a node cannot start: {reason}",
+                "./pose build; is RMW_IMPLEMENTATION one that is installed?",
             )
         ]
 

@@ -21,7 +21,7 @@ across sensors:
 The maps are data: :mod:`pose_io.recordings.joint_map_files` reads them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -125,18 +125,3 @@ def mark_missing(positions: FloatArray, tracking_state: StateArray) -> None:
     missing |= tracking_state == TrackingState.NOT_TRACKED
     positions[missing] = np.nan
     tracking_state[missing] = TrackingState.NOT_TRACKED
-
-
-def markdown_table(joint_maps: Iterable[JointMap]) -> str:
-    """The README's table of joints."""
-    maps = list(joint_maps)
-    lines = [
-        "| joint | " + " | ".join(f"{m.sensor} ({len(m.joints)})" for m in maps),
-        "|---" * (1 + len(maps)),
-    ]
-    for name in JOINTS:
-        cells = [
-            " + ".join(f"`{source}`" for source in joint_map.sources[name]) for joint_map in maps
-        ]
-        lines.append(f"| `{name}` | " + " | ".join(cells))
-    return "".join(f"{line} |\n" if line[-1] != "-" else f"{line}|\n" for line in lines)

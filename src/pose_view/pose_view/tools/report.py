@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import TimeRemainingColumn
 
 from pose_core.api import Extrinsics, FusionParameters
 from pose_core.errors import InputError
@@ -15,6 +15,7 @@ from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
 from pose_view.report.recording import Wanted, read_recording
 
@@ -143,11 +144,7 @@ def run() -> int | None:
         )
         return find_extrinsics(bag, parameters, console)
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    bars = Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
-    )
-    with open_bag(options.bag) as bag, bars as progress:
+    with open_bag(options.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=None)
 
         def show(share: float) -> None:

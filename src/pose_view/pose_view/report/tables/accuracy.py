@@ -78,17 +78,15 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
     rows = [
         text_row(
             method_label(name),
-            (
-                number(100.0 * each.within_1, 1),
-                number(100.0 * each.within_2, 1),
-                number(each.mean_stddev_deg, 1),
-                str(each.samples),
-            ),
+            number(100.0 * each.within_1, 1),
+            number(100.0 * each.within_2, 1),
+            number(each.mean_stddev_deg, 1),
+            str(each.samples),
         )
         for name, each in totals.items()
     ]
     one, two = (number(100.0 * share, 1) for share in NORMAL_SHARE)
-    rows.append(text_row("if it were honest", (one, two, "–", "–"), is_summary=True))
+    rows.append(text_row("if it were honest", one, two, "–", "–", is_summary=True))
     return Table(
         caption="Is the published uncertainty honest? Share of the true angles within it",
         head="method",
@@ -168,7 +166,7 @@ def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
         head="angle",
         columns=names,
         rows=tuple(
-            text_row(readable(angle), [limits(method, angle) for method in evaluation.methods])
+            text_row(readable(angle), *(limits(method, angle) for method in evaluation.methods))
             for angle in ANGLES
         ),
         note="19 of 20 differences lie between them, if they are normally distributed.",

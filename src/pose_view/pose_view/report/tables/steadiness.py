@@ -43,13 +43,11 @@ def view_tables(agreement: Agreement) -> list[Table]:
         rows=tuple(
             text_row(
                 f"{view.first} – {view.second}",
-                (
-                    number(view.as_logged_cm, 1),
-                    number(view.calibrated_cm, 1),
-                    number(view.best_rigid_cm, 1),
-                    number(mean_known(list(view.angle_difference_deg.values())), 1),
-                    str(view.frames),
-                ),
+                number(view.as_logged_cm, 1),
+                number(view.calibrated_cm, 1),
+                number(view.best_rigid_cm, 1),
+                number(mean_known(list(view.angle_difference_deg.values())), 1),
+                str(view.frames),
             )
             for view in agreement.views
         ),
@@ -93,14 +91,12 @@ def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
         rows=tuple(
             text_row(
                 method_label(name),
-                (
-                    str(each.frames),
-                    str(each.gaps),
-                    number(each.longest_gap_s, 1),
-                    number(each.mean_bone_sd_mm, 1),
-                    number(each.mean_bone_cv_percent, 1),
-                    number(each.mean_jerk, 0),
-                ),
+                str(each.frames),
+                str(each.gaps),
+                number(each.longest_gap_s, 1),
+                number(each.mean_bone_sd_mm, 1),
+                number(each.mean_bone_cv_percent, 1),
+                number(each.mean_jerk, 0),
             )
             for name, each in steadiness.items()
         ),
