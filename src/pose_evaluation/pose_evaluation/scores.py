@@ -236,12 +236,17 @@ def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
     Both (n, 15, 3) [m]; pairs with a NaN do not count. At least three known pairs are needed.
     """
     known = known_joints(positions) & known_joints(target)
-    source_mean, target_mean = positions[known].mean(axis=0), target[known].mean(axis=0)
+    R, t = rigid_motion(positions[known], target[known])
+    return positions @ R.T + t
+
+
+def rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotation (3, 3) and translation [m] that bring points (n, 3) closest to others."""
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
     # Umeyama (1991), without scale.
-    rotation, _ = Rotation.align_vectors(
-        target[known] - target_mean, positions[known] - source_mean
-    )
-    return (positions - source_mean) @ rotation.as_matrix().T + target_mean
+    rotation, _ = Rotation.align_vectors(target - target_mean, source - source_mean)
+    R = rotation.as_matrix()
+    return R, target_mean - R @ source_mean
 
 
 def known_joints(positions: FloatArray) -> NDArray[np.bool_]:

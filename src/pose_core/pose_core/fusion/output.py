@@ -57,8 +57,7 @@ def joint_stddev(states: StateNumbers, numbers: ModelArrays) -> FloatArray:
             squared = float(numbers.offsets[joint] @ numbers.offsets[joint])
             turned = np.trace(C, axis1=1, axis2=2) * squared - np.einsum("ni,nij,nj->n", p, C, p)
             variance[:, joint] = base[:, link] + np.maximum(turned, 0.0)
-    stddev: FloatArray = np.sqrt(variance * states.scale)
-    return stddev
+    return np.sqrt(variance * states.scale)
 
 
 def tracking_states(states: StateNumbers, numbers: ModelArrays) -> NDArray[np.uint8]:

@@ -75,8 +75,7 @@ for _row, _name in enumerate(_JOINTS):
 
 def azure_joints(positions: FloatArray) -> FloatArray:
     """The 32 joints of people, (n, 15, 3) to (n, 32, 3) [m]."""
-    joints: FloatArray = _WEIGHTS @ positions
-    return joints
+    return _WEIGHTS @ positions
 
 
 def as_published(optical: FloatArray) -> FloatArray:
@@ -252,5 +251,4 @@ def slow(
     keep = np.exp(-1.0 / (seconds * rate))
     noise = rng.standard_normal(shape)
     noise[1:] *= np.sqrt(1.0 - keep**2)
-    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
-    return process
+    return lfilter([1.0], [1.0, -keep], noise, axis=0)
