@@ -60,13 +60,13 @@ NOTE = (
 )
 
 
-def published_stream(path: Path, subject: str = "subject") -> AngleStream:
+def published_stream(path: Path) -> AngleStream:
     """The person's stream of joint angles in a recorded bag, with the limits of its ``urdf``.
 
     Raises:
         InputError: If the bag lacks the person's joint states, estimates or tree.
     """
-    body = f"humans/bodies/{subject}"
+    body = "humans/bodies/subject"
     with open_bag(path) as bag:
         motion = read_joint_motion(bag, f"{body}/joint_states")
         if motion is None or len(motion.stamps_ns) < 2:

@@ -75,20 +75,18 @@ class JointMap:
         state[..., ~is_mapped] = TrackingState.NOT_TRACKED
         return self.unit_m * mean @ self.R_optical_sdk.T, state
 
-    def states(self, confidence: FloatArray | None, count: int | None = None) -> StateArray:
+    def states(self, confidence: FloatArray | None) -> StateArray:
         """What confidences mean.
 
         Args:
             confidence: In the source's scale, any shape; NaN where the source does not say. None:
                 it says nothing of any joint.
-            count: The number of joints, if ``confidence`` is None; that of :attr:`joints` unless
-                given.
 
         Returns:
             Values of ``TrackingState``; what the source does not say counts as tracked.
         """
         if confidence is None:
-            return np.full(count or len(self.joints), TrackingState.TRACKED, dtype=np.uint8)
+            return np.full(len(self.joints), TrackingState.TRACKED, dtype=np.uint8)
         state = np.full(np.shape(confidence), TrackingState.TRACKED, dtype=np.uint8)
         if self.confidence is not None:
             state[confidence < self.confidence.tracked] = TrackingState.INFERRED

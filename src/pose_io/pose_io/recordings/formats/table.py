@@ -166,7 +166,8 @@ def _text(path: Path, data: bytes, *, is_whole: bool) -> Iterator[TextIO]:
         ) from error
 
 
-def _listed(names: Sequence[str], shown: int = 5) -> str:
+def _listed(names: Sequence[str]) -> str:
+    shown = 5
     more = f" and {len(names) - shown} more" if len(names) > shown else ""
     quoted = ", ".join(f"'{name}'" for name in names[:shown])
     return f"column{'s' * (len(names) > 1)} {quoted}{more}"
