@@ -17,7 +17,8 @@ from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_s
 from pose_bench.tables import TextTable, number
 from pose_core.api import ANGLES, FloatArray, joint_angles, wrapped
 from pose_core.errors import InputError
-from pose_evaluation.scores import known_joints, mean_known, rigid_motion
+from pose_core.finite_numbers import mean_known
+from pose_evaluation.scores import known_joints, rigid_motion
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.recording import Recording
@@ -91,7 +92,7 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
                 camera=recording.streams[fed].name,
                 method=method,
                 seconds=period_s * float(np.sum(known.any(axis=1))),
-                distance_cm=100.0 * _mean(np.linalg.norm(moved - seen, axis=2)),
+                distance_cm=100.0 * mean_known(np.linalg.norm(moved - seen, axis=2)),
                 angle_deg=_angle_difference_deg(moved, seen),
             )
         )
@@ -103,14 +104,10 @@ def _angle_difference_deg(one: FloatArray, other: FloatArray) -> float:
     first, second = joint_angles(one), joint_angles(other)
     return mean_known(
         [
-            float(np.degrees(np.sqrt(_mean(wrapped(first[name] - second[name]) ** 2))))
+            float(np.degrees(np.sqrt(mean_known(wrapped(first[name] - second[name]) ** 2))))
             for name in ANGLES
         ]
     )
-
-
-def _mean(values: FloatArray) -> float:
-    return mean_known(list(values.ravel()))
 
 
 def table(found: Sequence[OtherView]) -> TextTable:

@@ -9,7 +9,7 @@ from pose_bench.scoring import Score
 from pose_bench.suite import CONDITIONS, LEVELS, TUNING_CHOREOGRAPHIES, Cell
 from pose_bench.tables import TextTable, number, percent
 from pose_bench.targets import target_table
-from pose_evaluation.scores import mean_known
+from pose_core.finite_numbers import mean_known
 
 COVERAGES = ("within_1", "within_2", "all_within_1", "all_within_2")
 TUNING = ("may look at it", "has not seen it")

@@ -7,8 +7,9 @@ from itertools import combinations
 import numpy as np
 
 from pose_core.api import ANGLES, AngleSeries, FloatArray, SkeletonSeries, joint_angles, wrapped
+from pose_core.finite_numbers import mean_known
 from pose_evaluation.methods import aligned_frames
-from pose_evaluation.scores import known_joints, mean_known, rigidly_aligned
+from pose_evaluation.scores import known_joints, rigidly_aligned
 from pose_evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk
 
 COMPARING_RATE = 30.0  # [Hz]
@@ -167,8 +168,8 @@ def _shared(one: FloatArray, two: FloatArray) -> int:
 
 def _mean_distance_cm(one: FloatArray, two: FloatArray) -> float:
     distance = np.linalg.norm(one - two, axis=2)
-    return 100.0 * mean_known(list(distance.ravel()))
+    return 100.0 * mean_known(distance)
 
 
 def _rms_deg(difference: FloatArray) -> float:
-    return float(np.degrees(np.sqrt(mean_known(list(difference**2)))))
+    return float(np.degrees(np.sqrt(mean_known(difference**2))))

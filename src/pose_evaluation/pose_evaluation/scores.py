@@ -24,6 +24,7 @@ from pose_core.api import (
     wrapped,
 )
 from pose_core.errors import InputError
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.stability import bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
@@ -252,9 +253,3 @@ def rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, Fl
 def known_joints(positions: FloatArray) -> NDArray[np.bool_]:
     """Which joints have a position, shape (n, 15)."""
     return np.asarray(np.isfinite(positions).all(axis=2))
-
-
-def mean_known(values: list[float]) -> float:
-    """Mean of what is not NaN; NaN if nothing is left."""
-    known = np.array(values)[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan

@@ -9,9 +9,9 @@ from pose_bench.methods import METHODS, run_method
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
 from pose_core.api import FloatArray, SkeletonSeries, wrapped
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.limb_attitude import limb_attitude
-from pose_evaluation.scores import mean_known
 from pose_evaluation.stability import BONES
 
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"

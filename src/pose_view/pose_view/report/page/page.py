@@ -9,10 +9,10 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from pose_core.api import ANGLES
+from pose_core.finite_numbers import mean_known
 from pose_evaluation.agreement import ViewAgreement
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.offline import IMU_ENDING
-from pose_evaluation.scores import mean_known
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import group_of, method_style
 from pose_view.report.figures.courses import legend

@@ -6,8 +6,9 @@ Tables 1 and 3 of the paper hold the correlations, 2 and 4 the errors, of its tw
 from collections.abc import Callable, Mapping
 
 from pose_core.api import ANGLES
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINTS
-from pose_evaluation.scores import AngleScore, Evaluation, MethodScores, mean_known
+from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
 from pose_evaluation.tables import readable
 from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
 from pose_view.report.tables.table import (

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pose_core.api import ANGLES, AngleSeries, EstimateSeries, Source
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINTS, SIDES
 from pose_evaluation.agreement import (
     Agreement,
@@ -12,7 +13,6 @@ from pose_evaluation.agreement import (
     ViewAgreement,
     angle_differences_deg,
 )
-from pose_evaluation.scores import mean_known
 from pose_evaluation.stability import BONES
 from pose_evaluation.tables import readable
 from pose_view.report.tables.accuracy import method_label
