@@ -6,7 +6,15 @@ from itertools import combinations
 
 import numpy as np
 
-from pose_core.api import ANGLES, AngleSeries, FloatArray, SkeletonSeries, joint_angles, wrapped
+from pose_core.api import (
+    ANGLES,
+    AngleSeries,
+    FloatArray,
+    SkeletonSeries,
+    joint_angles,
+    transformed,
+    wrapped,
+)
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.methods import aligned_frames
 from pose_evaluation.scores import known_joints, rigidly_aligned
@@ -102,7 +110,7 @@ def view_agreement(
     calibrated = np.nan
     if first in T_map_sensor and second in T_map_sensor:
         moved = [
-            _moved(positions, T_map_sensor[name])
+            transformed(T_map_sensor[name], positions)
             for name, positions in ((first, one), (second, two))
         ]
         calibrated = _mean_distance_cm(*moved)
@@ -156,10 +164,6 @@ def measure_steadiness(series: SkeletonSeries) -> Steadiness:
         bone_sd_mm=bone_length_sd_mm(series.positions),
         jerk=rms_jerk(series),
     )
-
-
-def _moved(positions: FloatArray, T_target_source: FloatArray) -> FloatArray:
-    return positions @ T_target_source[:3, :3].T + T_target_source[:3, 3]
 
 
 def _shared(one: FloatArray, two: FloatArray) -> int:

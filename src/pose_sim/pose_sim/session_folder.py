@@ -11,7 +11,7 @@ import numpy as np
 from rosbags.typesys.store import Typestore
 from scipy.spatial.transform import Rotation
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.plain_yaml import dump_yaml
 from pose_core.stamps import NS_PER_S
@@ -150,11 +150,9 @@ def write_session(path: Path, session: Session, start_ns: int) -> None:
     """
     if path.exists() or path.is_symlink():
         raise InputError(f"{path} exists already: name another folder, or remove it first")
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         hidden = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-", dir=path.parent))
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
     try:
         _write_files(hidden, session, start_ns)
         hidden.chmod(0o755)

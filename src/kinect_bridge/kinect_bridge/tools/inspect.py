@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pose_core.errors import InputError
+from pose_core.errors import writing
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_io.recordings.formats import AUTO, FORMATS, read_recording
 from pose_io.recordings.joint_maps import FloatArray, StateArray
@@ -53,10 +53,8 @@ def draw_first_frames(recording: Recording, path: Path) -> None:
         for row, view in enumerate(VIEWS):
             _draw(axes[row, column], stream, view)
     figure.suptitle(f"{Path(recording.source).name}: format {recording.format}")
-    try:
+    with writing(path):
         figure.savefig(path, format="png", dpi=80)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pose_bench.tables import TextTable
-from pose_core.errors import InputError
+from pose_core.errors import writing
 from pose_node.plain_console import plain_console
 
 
@@ -37,8 +37,6 @@ def output_folder(folder: Path) -> Iterator[Path]:
     Raises:
         InputError: If it, or anything in it, cannot be written.
     """
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         yield folder
-    except OSError as error:
-        raise InputError(f"cannot write {folder}: {error.strerror}") from error

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import rclpy
 from rclpy.node import Node
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_node.command_line import run_tool
 
 VERSION = "0.2.0"  # of sros2's policy schema
@@ -111,10 +111,8 @@ def run(arguments: list[str] | None = None) -> None:
     if options.output is None:
         print(text, end="")
         return
-    try:
+    with writing(options.output):
         options.output.write_text(text)
-    except OSError as error:
-        raise InputError(f"cannot write {options.output}: {error.strerror}") from error
     print(f"{options.output}: {len(nodes)} nodes")
 
 

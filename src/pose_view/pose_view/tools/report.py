@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import TimeRemainingColumn
 
 from pose_core.api import Extrinsics, FusionParameters
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS
 from pose_fusion.tools.fuse import find_extrinsics
 from pose_io.bags import BagReader, open_bag
@@ -104,12 +104,10 @@ def write_report(analysis: Analysis, joint: str, folder: Path) -> list[Path]:
     from pose_view.report.page.page import render_page
 
     files = {PAGE: render_page(analysis, joint), **csv_files(analysis)}
-    try:
+    with writing(folder):
         folder.mkdir(parents=True)
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write {folder}: {error.strerror}") from error
     return [folder / name for name in files]
 
 
