@@ -44,7 +44,7 @@ def scores_csv(scores: Sequence[Score]) -> str:
     rows = (
         (
             "synthetic",
-            *(getattr(ratio.score.cell, name) for name in cell_names),
+            *(str(getattr(ratio.score.cell, name)) for name in cell_names),
             *(ratio.score.method, ratio.rmse, ratio.mpjpe),
             *(float(getattr(ratio.score, name)) for name in FIGURES),
             *(ratio.score.angle_rmse_deg.get(angle, math.nan) for angle in ANGLES),
