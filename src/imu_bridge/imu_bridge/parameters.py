@@ -17,20 +17,18 @@ class ImuBridgeParameters:
         "`socket://HOST:PORT`",
     )
     baudrate: int = parameter(
-        921600, unit="bit/s", low=1200, high=4_000_000, doc="speed of that port"
+        921600, unit="bit/s", limits=(1200, 4_000_000), doc="speed of that port"
     )
     wait_for_port: float = parameter(
         0.0,
         unit="s",
-        low=0.0,
-        high=1e6,
+        limits=(0.0, 1e6),
         doc="how long to wait for a port that is not there yet; 0: fail at once",
     )
     read_period: float = parameter(
         0.01,
         unit="s",
-        low=0.001,
-        high=0.1,
+        limits=(0.001, 0.1),
         doc="bytes are collected for so long and handled together: latency against load",
     )
     nodes_file: str = parameter("", doc="YAML file: ports, node id to body segment, calibrations")
@@ -46,66 +44,58 @@ class ImuBridgeParameters:
     acceleration_tau: float = parameter(
         FilterSettings.acceleration_tau_s,
         unit="s",
-        low=0.05,
-        high=60.0,
+        limits=(0.05, 60.0),
         doc="`vqf`: time constant of the inclination's correction",
     )
     magnetometer_tau: float = parameter(
         FilterSettings.magnetometer_tau_s,
         unit="s",
-        low=0.05,
-        high=600.0,
+        limits=(0.05, 600.0),
         doc="`vqf`: time constant of the heading's correction",
     )
     beta: float = parameter(
         FilterSettings.beta,
         unit="rad/s",
-        low=0.0,
-        high=10.0,
+        limits=(0.0, 10.0),
         doc="`madgwick`: gain, trust in accelerometer and magnetometer",
     )
     gain: float = parameter(
-        FilterSettings.gain, low=0.0, high=10.0, doc="`imufusion`: gain, the same"
+        FilterSettings.gain, limits=(0.0, 10.0), doc="`imufusion`: gain, the same"
     )
     gyro_bias_window: float = parameter(
         FilterSettings.bias_window_s,
         unit="s",
-        low=0.0,
-        high=60.0,
+        limits=(0.0, 60.0),
         doc="a sensor at rest for so long gives its gyroscope's bias; 0: no bias is estimated",
     )
     max_gap: float = parameter(
         0.3,
         unit="s",
-        low=0.01,
-        high=60.0,
+        limits=(0.01, 60.0),
         doc="after a longer gap in a node's samples its orientation begins anew",
     )
     max_clock_drift: float = parameter(
-        1e-3, unit="s/s", low=0.0, high=0.05, doc="largest relative drift of a node's clock"
+        1e-3, unit="s/s", limits=(0.0, 0.05), doc="largest relative drift of a node's clock"
     )
     transport_delay: float = parameter(
         0.0,
         unit="s",
-        low=0.0,
-        high=1.0,
+        limits=(0.0, 1.0),
         doc="least delay from sampling to arrival, if it is known; taken off the stamps",
     )
     inclination_stddev: float = parameter(
-        0.025, unit="rad", low=1e-4, high=3.2, doc="published uncertainty of the inclination"
+        0.025, unit="rad", limits=(1e-4, 3.2), doc="published uncertainty of the inclination"
     )
     heading_stddev: float = parameter(
         FilterSettings.heading_stddev,
         unit="rad",
-        low=1e-4,
-        high=3.2,
+        limits=(1e-4, 3.2),
         doc="published uncertainty of a heading that a good magnetic field corrects",
     )
     heading_drift: float = parameter(
         FilterSettings.heading_drift,
         unit="rad/s",
-        low=0.0,
-        high=1.0,
+        limits=(0.0, 1.0),
         doc="by which that uncertainty grows while no field corrects it",
     )
 

@@ -71,8 +71,7 @@ class ImuBatch:
     @property
     def has_heading(self) -> NDArray[np.bool_]:
         """Whether the heading is known at all, shape (n,)."""
-        known: NDArray[np.bool_] = self.heading_stddev < UNKNOWN_HEADING
-        return known
+        return self.heading_stddev < UNKNOWN_HEADING
 
 
 class NodeState:

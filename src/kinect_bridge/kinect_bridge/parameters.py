@@ -41,7 +41,7 @@ class KinectBridgeParameters:
     udp_address: str = parameter(
         "127.0.0.1", doc="of `udp`: where to listen; beyond the loopback `udp_senders` is needed"
     )
-    udp_port: int = parameter(9870, doc="of `udp`: where to listen", low=0, high=65535)
+    udp_port: int = parameter(9870, doc="of `udp`: where to listen", limits=(0, 65535))
     udp_senders: str = parameter(
         "",
         doc="of `udp`: IP addresses that may send, with commas between; empty: all that can reach "
@@ -65,7 +65,7 @@ class KinectBridgeParameters:
         choices=CLOCKS,
     )
     rate: float = parameter(
-        1.0, doc="how many times faster than recorded to replay", low=0.01, high=1000.0
+        1.0, doc="how many times faster than recorded to replay", limits=(0.01, 1000.0)
     )
     loop: bool = parameter(False, doc="begin anew at the end; stamps keep increasing")
     exit_at_end: bool = parameter(False, doc="end the node when the recording has ended")

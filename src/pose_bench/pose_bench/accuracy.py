@@ -1,28 +1,103 @@
 """The accuracy suite: every method on every cell, in several processes."""
 
+import math
 from collections.abc import Sequence
+from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
-from pose_bench.methods import Method, run_method
+from pose_bench import kinectmultitrack, uiprmd
+from pose_bench.kinectmultitrack import OtherView
+from pose_bench.means import ratios
+from pose_bench.methods import BASELINE, Method, run_method
+from pose_bench.one_camera import RAW
 from pose_bench.pool import Progress, ignored, run_all
 from pose_bench.scoring import Score, score
 from pose_bench.sessions import BenchSession, bench_session
 from pose_bench.suite import KNOWN, Cell
+from pose_bench.uiprmd import AngleAgreement
 from pose_calibration.session_calibration import calibrate
-from pose_core.api import Extrinsics, series_from_samples
+from pose_core.api import ANGLES, Extrinsics, series_from_samples
 from pose_core.errors import PoseError
+from pose_evaluation.tables import csv_text
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_sim.scene import SENSORS
 
+FIGURES = tuple(
+    field.name
+    for field in fields(Score)
+    if field.name not in ("cell", "method", "error", "angle_rmse_deg")
+)
 
-def run_cell(cell: Cell, methods: Sequence[Method], cache: Path | None = None) -> list[Score]:
+
+ESTIMATORS = ("joint_kf", "li2020", "default")
+"""Those that are run on one camera, beside its raw view."""
+
+
+def scores_csv(scores: Sequence[Score]) -> str:
+    """One row a cell and method, all figures."""
+    cell_names = tuple(field.name for field in fields(Cell))
+    head = (
+        *("subject_kind", *cell_names, "method", f"rmse_to_{BASELINE}", f"mpjpe_to_{BASELINE}"),
+        *(*FIGURES, *(f"rmse_deg_{angle}" for angle in ANGLES), "error"),
+    )
+    rows = (
+        (
+            "synthetic",
+            *(str(getattr(ratio.score.cell, name)) for name in cell_names),
+            *(ratio.score.method, ratio.rmse, ratio.mpjpe),
+            *(float(getattr(ratio.score, name)) for name in FIGURES),
+            *(ratio.score.angle_rmse_deg.get(angle, math.nan) for angle in ANGLES),
+            ratio.score.error,
+        )
+        for ratio in ratios(scores)
+    )
+    return csv_text(head, rows)
+
+
+def rows_csv(rows: Sequence[Any]) -> str:
+    """One row a dataclass value, all of one kind; of real people."""
+    names = [each.name for each in fields(rows[0])] if rows else []
+    values = (("real", *(getattr(row, name) for name in names)) for row in rows)
+    return csv_text(("subject_kind", *names), values)
+
+
+def run_uiprmd(
+    folder: Path, estimators: Sequence[str], *, jobs: int, progress: Progress
+) -> tuple[list[AngleAgreement], dict[str, int]]:
+    """Every repetition, raw and through each estimator; and the repetitions left out, by reason.
+
+    Raises:
+        InputError: If the folder holds no usable repetition, or one is damaged.
+    """
+    repetitions = uiprmd.read_repetitions(folder)
+    subjects = dict.fromkeys(repetition.subject for repetition in repetitions.used)
+    by_subject = [[r for r in repetitions.used if r.subject == subject] for subject in subjects]
+    arguments = [(own, name) for name in (RAW, *estimators) for own in by_subject]
+    found = run_all(uiprmd.compare_subject, arguments, jobs=jobs, progress=progress)
+    return [each for agreements in found for each in agreements], repetitions.left_out.as_dict()
+
+
+def run_kinectmultitrack(
+    folder: Path, estimators: Sequence[str], *, jobs: int, progress: Progress
+) -> list[OtherView]:
+    """Every recording of one person: each camera's raw view and estimates against the other's.
+
+    Raises:
+        InputError: If the folder holds no usable recording, or one is damaged.
+    """
+    recordings = kinectmultitrack.single_person_recordings(folder)
+    arguments = [(recording, fed, tuple(estimators)) for recording in recordings for fed in (0, 1)]
+    found = run_all(kinectmultitrack.compare_views, arguments, jobs=jobs, progress=progress)
+    return [view for views in found for view in views]
+
+
+def run_cell(cell: Cell, methods: Sequence[Method]) -> list[Score]:
     """Make a cell's session and run every method on it.
 
     A method that fails has a row that says why.
     """
-    session = bench_session(
-        cell.session, imus=any(method.use_imus for method in methods), cache=cache
-    )
+    session = bench_session(cell.session, imus=any(method.use_imus for method in methods))
     raw_lag_s = _raw_lag_s(session)
     known: Extrinsics | PoseError = session.extrinsics
     if cell.condition != KNOWN:
@@ -34,7 +109,6 @@ def run_suite(
     cells: Sequence[Cell],
     methods: Sequence[Method],
     *,
-    cache: Path | None = None,
     jobs: int = 1,
     progress: Progress = ignored,
 ) -> list[Score]:
@@ -43,11 +117,10 @@ def run_suite(
     Args:
         cells: The cells.
         methods: The methods.
-        cache: Folder for the IMUs' samples, see :func:`pose_bench.sessions.bench_session`.
         jobs: Processes at once.
         progress: Told before the first cell and after each.
     """
-    arguments = [(cell, tuple(methods), cache) for cell in cells]
+    arguments = [(cell, tuple(methods)) for cell in cells]
     found = run_all(run_cell, arguments, jobs=jobs, progress=progress)
     return [score for scores in found for score in scores]
 

@@ -34,7 +34,7 @@ from pose_sim.session import make_session, settings_of
 from pose_sim.virtual_imu import NODES
 
 FloatArray = NDArray[np.float64]
-Progress = Callable[[int, int], None]
+Progress = Callable[[float], None]
 
 BROAD_KEYS = ("imu_gyr", "imu_acc", "imu_mag", "opt_quat", "movement", "sampling_rate")
 NS_PER_S = 1e9
@@ -197,7 +197,7 @@ def filtered(
         for i, q in zip(index.tolist(), orientation, strict=True):
             results[i][k] = q
         if progress is not None and k % 1000 == 0:
-            progress(k, longest)
+            progress(k / longest)
     return results
 
 

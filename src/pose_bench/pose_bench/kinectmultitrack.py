@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
 from pose_bench.tables import TextTable, number
 from pose_core.api import ANGLES, FloatArray, joint_angles, wrapped
 from pose_core.errors import InputError
-from pose_evaluation.scores import known_joints, mean_known
+from pose_core.finite_numbers import mean_known
+from pose_evaluation.scores import known_joints, rigid_motion
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.recording import Recording
@@ -77,7 +77,9 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
     views = {name: series.shifted(-shift_s).at(stamps_ns) for name, series in made.items()}
     # What is compared is what all of them know.
     known = known_joints(seen) & np.all([known_joints(view) for view in views.values()], axis=0)
-    R_other_one, t = _rigid_motion(views[RAW][known], seen[known])
+    if known.sum() < 3:
+        raise InputError(f"the two cameras share {known.sum()} joints: expected a common view")
+    R_other_one, t = rigid_motion(views[RAW][known], seen[known])
     name = Path(recording.source).name
     period_s = float(np.median(np.diff(stamps_ns))) * 1e-9
     found = []
@@ -90,22 +92,11 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
                 camera=recording.streams[fed].name,
                 method=method,
                 seconds=period_s * float(np.sum(known.any(axis=1))),
-                distance_cm=100.0 * _mean(np.linalg.norm(moved - seen, axis=2)),
+                distance_cm=100.0 * mean_known(np.linalg.norm(moved - seen, axis=2)),
                 angle_deg=_angle_difference_deg(moved, seen),
             )
         )
     return found
-
-
-def _rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (3, 3) and translation [m] that bring points (n, 3) closest to others."""
-    if len(source) < 3:
-        raise InputError(f"the two cameras share {len(source)} joints: expected a common view")
-    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
-    # Umeyama (1991), without scale.
-    rotation, _ = Rotation.align_vectors(target - target_mean, source - source_mean)
-    matrix = rotation.as_matrix()
-    return matrix, target_mean - matrix @ source_mean
 
 
 def _angle_difference_deg(one: FloatArray, other: FloatArray) -> float:
@@ -113,14 +104,10 @@ def _angle_difference_deg(one: FloatArray, other: FloatArray) -> float:
     first, second = joint_angles(one), joint_angles(other)
     return mean_known(
         [
-            float(np.degrees(np.sqrt(_mean(wrapped(first[name] - second[name]) ** 2))))
+            float(np.degrees(np.sqrt(mean_known(wrapped(first[name] - second[name]) ** 2))))
             for name in ANGLES
         ]
     )
-
-
-def _mean(values: FloatArray) -> float:
-    return mean_known(list(values.ravel()))
 
 
 def table(found: Sequence[OtherView]) -> TextTable:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pose_bench.methods import BASELINE
 from pose_bench.scoring import Score
 from pose_bench.tables import UNKNOWN
-from pose_evaluation.scores import mean_known
+from pose_core.finite_numbers import mean_known
 
 
 @dataclass(frozen=True, kw_only=True)

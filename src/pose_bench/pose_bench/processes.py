@@ -1,8 +1,11 @@
 """What running processes take of the machine, from Linux's ``/proc``."""
 
 import os
+import time
 from dataclasses import dataclass
 from pathlib import Path
+
+from pose_core.stamps import NS_PER_S
 
 PROC = Path("/proc")
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
@@ -15,6 +18,11 @@ class Usage:
     name: str  # of its executable
     cpu_s: float  # [s] since it began
     memory_mb: float  # [MB] its own and its share of what others use too
+
+
+def sleep_until(when_ns: int) -> None:
+    """Wait for an instant of the system's clock [ns]."""
+    time.sleep(max(0.0, (when_ns - time.time_ns()) / NS_PER_S))
 
 
 def descendants(root: int) -> list[int]:

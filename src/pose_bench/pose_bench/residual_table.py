@@ -9,11 +9,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pose_bench.uiprmd import Repetition, read_repetitions
 from pose_core.api import FloatArray, SkeletonSeries
 from pose_core.errors import InputError
+from pose_evaluation.scores import rigidly_aligned
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.references.uiprmd import read_uiprmd
 from pose_sim.captured.residuals import posture_axes, postures_of
@@ -35,12 +35,7 @@ def residuals_of(repetition: Repetition, vicon: SkeletonSeries) -> tuple[FloatAr
     seen, true = seen[known], true[known]
     if len(seen) < RATE:
         return np.empty((0, 15, 3)), np.empty((0, 15, 3))
-    middle_seen, middle_true = seen.mean(axis=(0, 1)), true.mean(axis=(0, 1))
-    turn, _ = Rotation.align_vectors(
-        (true - middle_true).reshape(-1, 3), (seen - middle_seen).reshape(-1, 3)
-    )
-    aligned = (seen - middle_seen) @ turn.as_matrix().T + middle_true
-    errors = (aligned - true) @ posture_axes(true)
+    errors = (rigidly_aligned(seen, true) - true) @ posture_axes(true)
     return postures_of(true), np.clip(errors, -LARGEST, LARGEST)
 
 

@@ -10,9 +10,10 @@ from pose_bench.methods import TimedRun
 from pose_bench.sessions import BenchSession
 from pose_bench.suite import Cell
 from pose_core.api import ABDUCTION_OF, ANGLES, FloatArray, SkeletonSeries, wrapped
+from pose_core.finite_numbers import mean_known
 from pose_core.streams.angle_series import SIDEWAYS
 from pose_evaluation.offline import MethodRun
-from pose_evaluation.scores import mean_known, score_method
+from pose_evaluation.scores import score_method
 from pose_sim.angles import JOINT_NAMES
 
 HIP_AND_KNEE = tuple(angle for angle in ANGLES if "hip" in angle or "knee" in angle)
@@ -149,5 +150,4 @@ def _median(values: FloatArray) -> float:
 
 
 def _rms_deg(error: FloatArray) -> float:
-    known = error[np.isfinite(error)]
-    return float(np.degrees(np.sqrt(np.mean(known**2)))) if len(known) else np.nan
+    return float(np.degrees(np.sqrt(mean_known(error**2))))

@@ -8,7 +8,6 @@ which they arrive at the host; beyond that, nothing knows of anything but their 
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,7 +72,6 @@ def bench_session(
     spec: SessionSpec,
     *,
     imus: bool = True,
-    cache: Path | None = None,
     overrides: Mapping[str, Any] | None = None,
     imu_filter: str = FILTER,
 ) -> BenchSession:
@@ -81,8 +79,7 @@ def bench_session(
 
     Args:
         spec: Which session.
-        imus: Also make the IMUs' samples, which take most of the time.
-        cache: Folder that keeps the IMUs' samples for the next time; None keeps nothing.
+        imus: Also make the IMUs' samples.
         overrides: Parameters of ``pose_sim`` by section and name, beyond the level's.
         imu_filter: The bridge's orientation filter.
 
@@ -94,7 +91,7 @@ def bench_session(
     settings = settings_of(spec.level, sections)
     session = make_session(spec.choreography, spec.duration_s, spec.seed, settings)
     timed_skeletons = _skeleton_samples(session)
-    timed_imus = imu_samples(session, START_NS, cache, imu_filter) if imus else []
+    timed_imus = imu_samples(session, START_NS, imu_filter) if imus else []
     every: list[tuple[int, SkeletonSample | ImuSample]] = [*timed_skeletons, *timed_imus]
     every.sort(key=lambda timed: timed[0])
     return BenchSession(

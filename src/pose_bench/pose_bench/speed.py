@@ -70,12 +70,7 @@ class Timing:
 
 
 class Scene:
-    """A person who moves, seen by any number of cameras and IMUs; the same one every time.
-
-    Args:
-        model: The body model.
-        frames: Number of frames.
-    """
+    """A person who moves, seen by any number of cameras and IMUs; the same one every time."""
 
     def __init__(self, model: BodyModel, frames: int) -> None:
         rng = np.random.default_rng(1)

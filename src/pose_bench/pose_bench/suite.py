@@ -73,7 +73,6 @@ def cells(
     choreographies: Sequence[str] = (),
     levels: Sequence[str] = LEVELS,
     seeds: Sequence[int] = JUDGING_SEEDS,
-    duration_s: float = DURATION_S,
 ) -> list[Cell]:
     """The suite's cells; all of :data:`MOTIONS` if none are named.
 
@@ -89,7 +88,6 @@ def cells(
             level=level,
             seed=seed,
             condition=CONDITIONS[(seed_index + level_index) % len(CONDITIONS)],  # (1)
-            duration_s=duration_s,
         )
         for choreography in (choreographies or MOTIONS)
         for level_index, level in enumerate(levels)

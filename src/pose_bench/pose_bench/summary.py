@@ -1,7 +1,7 @@
 """The accuracy suite's scores as tables: by method, motion, level and condition."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from pose_bench.means import MethodMeans, Ratio, ratios
 from pose_bench.methods import BASELINE, METHODS
@@ -9,7 +9,7 @@ from pose_bench.scoring import Score
 from pose_bench.suite import CONDITIONS, LEVELS, TUNING_CHOREOGRAPHIES, Cell
 from pose_bench.tables import TextTable, number, percent
 from pose_bench.targets import target_table
-from pose_evaluation.scores import mean_known
+from pose_core.finite_numbers import mean_known
 
 COVERAGES = ("within_1", "within_2", "all_within_1", "all_within_2")
 TUNING = ("may look at it", "has not seen it")
@@ -27,9 +27,22 @@ def tables(scores: Sequence[Score]) -> list[TextTable]:
     conditions = _present(CONDITIONS, (score.cell.condition for score in scores))
     motions = list(dict.fromkeys(_motion(score.cell) for score in scores))
     made = [
-        by_method(found),
+        by_method(
+            found,
+            f"Accuracy, mean over {_count(found)}",
+            ACCURACY,
+            f"{SYNTHETIC} RMSE, r and the size of the bias: mean over 12 angles. Ratios: to "
+            f"{BASELINE}, which is given the true extrinsics.",
+        ),
         worst_cells(found),
-        timing(found),
+        by_method(
+            found,
+            "Timing",
+            TIMING,
+            "lag: of the angles against the truth; added: beyond the raw left Kinect's; "
+            "wait: from an estimate's instant to the arrival of the sample that completed it; "
+            "CPU: of one estimate; instants: share of time with an estimate.",
+        ),
         uncertainty(found),
         _by(found, "motion", _motion, motions),
         _by(found, "tuning", _tuning, _present(TUNING, map(_tuning, (s.cell for s in scores)))),
@@ -40,37 +53,33 @@ def tables(scores: Sequence[Score]) -> list[TextTable]:
     return [table for table in made if table.rows]
 
 
-def by_method(found: Sequence[Ratio]) -> TextTable:
-    """How accurate each method is: means over the cells."""
-    table = TextTable(
-        title=f"Accuracy, mean over {_count(found)}",
-        header=(
-            "method",
-            "RMSE ratio",
-            "RMSE [°]",
-            "hip, knee [°]",
-            "r",
-            "bias [°]",
-            "MPJPE [mm]",
-            "MPJPE ratio",
-        ),
-        note=f"{SYNTHETIC} RMSE, r and the size of the bias: mean over 12 angles. Ratios: to "
-        f"{BASELINE}, which is given the true extrinsics.",
-    )
+Columns = Mapping[str, Callable[[MethodMeans], str]]
+"""What a column shows of a method, by its heading."""
+ACCURACY: Columns = {
+    "RMSE ratio": lambda mean: number(mean.rmse_ratio, 2),
+    "RMSE [°]": lambda mean: number(mean("rmse_deg"), 1),
+    "hip, knee [°]": lambda mean: number(mean("hip_knee_rmse_deg"), 1),
+    "r": lambda mean: number(mean("r"), 3),
+    "bias [°]": lambda mean: number(mean("bias_deg"), 1),
+    "MPJPE [mm]": lambda mean: number(mean("mpjpe_mm"), 0),
+    "MPJPE ratio": lambda mean: number(mean.mpjpe_ratio, 2),
+}
+TIMING: Columns = {
+    "lag [ms]": lambda mean: number(mean("lag_ms"), 0),
+    "added [ms]": lambda mean: number(mean("added_lag_ms"), 0, sign=True),
+    "wait [ms]": lambda mean: number(mean("latency_ms"), 0),
+    "CPU [ms]": lambda mean: number(mean("cpu_ms"), 1),
+    "instants": lambda mean: percent(mean("instants")),
+    "failed": lambda mean: str(mean.failed),
+}
+
+
+def by_method(found: Sequence[Ratio], title: str, columns: Columns, note: str) -> TextTable:
+    """A table with a row for each method: means over the cells."""
+    table = TextTable(title=title, header=("method", *columns), note=note)
     for method in _methods(found):
         mean = MethodMeans(found, method)
-        table.rows.append(
-            (
-                method,
-                number(mean.rmse_ratio, 2),
-                number(mean("rmse_deg"), 1),
-                number(mean("hip_knee_rmse_deg"), 1),
-                number(mean("r"), 3),
-                number(mean("bias_deg"), 1),
-                number(mean("mpjpe_mm"), 0),
-                number(mean.mpjpe_ratio, 2),
-            )
-        )
+        table.rows.append((method, *(show(mean) for show in columns.values())))
     return table
 
 
@@ -85,39 +94,6 @@ def worst_cells(found: Sequence[Ratio]) -> TextTable:
         motion, motion_ratio = mean.worst_motion
         cell, cell_ratio = mean.worst_cell
         table.rows.append((method, motion, number(motion_ratio, 2), cell, number(cell_ratio, 2)))
-    return table
-
-
-def timing(found: Sequence[Ratio]) -> TextTable:
-    """How late each method is, and how often it has an answer."""
-    table = TextTable(
-        title="Timing",
-        header=(
-            "method",
-            "lag [ms]",
-            "added [ms]",
-            "wait [ms]",
-            "CPU [ms]",
-            "instants",
-            "failed",
-        ),
-        note="lag: of the angles against the truth; added: beyond the raw left Kinect's; "
-        "wait: from an estimate's instant to the arrival of the sample that completed it; "
-        "CPU: of one estimate; instants: share of time with an estimate.",
-    )
-    for method in _methods(found):
-        mean = MethodMeans(found, method)
-        table.rows.append(
-            (
-                method,
-                number(mean("lag_ms"), 0),
-                number(mean("added_lag_ms"), 0, sign=True),
-                number(mean("latency_ms"), 0),
-                number(mean("cpu_ms"), 1),
-                percent(mean("instants")),
-                str(mean.failed),
-            )
-        )
     return table
 
 

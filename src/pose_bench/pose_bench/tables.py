@@ -8,7 +8,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-UNKNOWN = "–"
+from pose_evaluation.tables import UNKNOWN, number
 
 
 @dataclass(kw_only=True)
@@ -50,14 +50,6 @@ class TextTable:
         return table
 
 
-def number(value: float, digits: int, sign: bool = False) -> str:
-    """A number for people; a dash where it is not known."""
-    if not math.isfinite(value):
-        return UNKNOWN
-    rounded = round(value, digits) + 0.0  # no −0.0
-    return f"{rounded:{'+' if sign else ''}.{digits}f}"
-
-
 def percent(share: float) -> str:
     """A share in percent, for people."""
-    return UNKNOWN if not math.isfinite(share) else f"{100.0 * share:.0f} %"
+    return UNKNOWN if not math.isfinite(share) else f"{number(100.0 * share, 0)} %"

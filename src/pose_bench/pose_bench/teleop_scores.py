@@ -50,13 +50,13 @@ class TeleopScores:
     robot_beyond: tuple[float, float]
 
 
-def score_teleop(bag_path: Path, robot: str = "g1", side: str = "left") -> TeleopScores:
-    """Judge a run.
+def score_teleop(bag_path: Path) -> TeleopScores:
+    """Judge a run of a G1's left arm.
 
     Raises:
         NotFollowedError: If the bag holds no tele-operation.
     """
-    arm = RobotArm(load_robot(robot, side))
+    arm = RobotArm(load_robot("g1", "left"))
     with open_bag(bag_path) as bag:
         found = [read_joint_motion(bag, topic) for topic in (TARGET, COMMAND, ROBOT)]
         sent_ns, trajectories = _first_points(bag)

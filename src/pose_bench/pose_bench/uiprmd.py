@@ -33,7 +33,8 @@ from pose_core.api import (
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
-from pose_evaluation.scores import AngleScore, mean_known, score_angle
+from pose_core.finite_numbers import mean_known
+from pose_evaluation.scores import AngleScore, score_angle
 from pose_io.recordings.formats import read_recording
 from pose_io.references.uiprmd import read_uiprmd
 
@@ -278,7 +279,7 @@ def table(found: Sequence[AngleAgreement]) -> TextTable:
         r = [mean_known([e.r for e in own if e.method == method]) for method in methods]
         means.append([*sd, *r])
         made.rows.append((movement, str(len(own) // len(methods)), *_cells(sd, r)))
-    mean = [mean_known(list(column)) for column in zip(*means, strict=True)]
+    mean = [mean_known(column) for column in zip(*means, strict=True)]
     cells = _cells(mean[: len(methods)], mean[len(methods) :])
     made.rows.append(("mean of the movements", str(len(found) // len(methods)), *cells))
     return made

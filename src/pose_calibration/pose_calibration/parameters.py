@@ -15,20 +15,18 @@ class CalibrationParameters:
 
     person: str = parameter("", doc="a sensor's id of the person; empty: one whose views agree")
     minimum_frames: int = parameter(
-        60, low=10, high=100_000, doc="frames in which a sensor and the first see the person"
+        60, limits=(10, 100_000), doc="frames in which a sensor and the first see the person"
     )
     rotation_stddev: float = parameter(
         0.0262,
         unit="rad",
-        low=0.001,
-        high=0.2,
+        limits=(0.001, 0.2),
         doc="uncertainty of a sensor's rotation above which the motion does not suffice",
     )
     median_residual: float = parameter(
         0.15,
         unit="m",
-        low=0.01,
-        high=1.0,
+        limits=(0.01, 1.0),
         doc="median distance of a joint in two views above which a calibration is refused",
     )
     mounting: str = parameter(
@@ -37,13 +35,12 @@ class CalibrationParameters:
         doc="whether tilt and height of the first sensor are estimated or given below",
     )
     sensor_tilt: float = parameter(
-        0.0, unit="rad", low=-1.2, high=1.2, doc="downward tilt of the first sensor, if known"
+        0.0, unit="rad", limits=(-1.2, 1.2), doc="downward tilt of the first sensor, if known"
     )
     sensor_height: float = parameter(
         1.0,
         unit="m",
-        low=0.0,
-        high=10.0,
+        limits=(0.0, 10.0),
         doc="height of the first sensor above the floor, if known",
     )
 
@@ -84,42 +81,36 @@ class LiveCalibrationParameters(CalibrationParameters):
         pattern=RUN,
     )
     minimum_duration: float = parameter(
-        3.0, unit="s", low=0.5, high=600.0, doc="time of common view before the first solution"
+        3.0, unit="s", limits=(0.5, 600.0), doc="time of common view before the first solution"
     )
     collect_duration: float = parameter(
         60.0,
         unit="s",
-        low=1.0,
-        high=3600.0,
+        limits=(1.0, 3600.0),
         doc="time of common view after which it is no longer refined",
     )
     enough_rotation_stddev: float = parameter(
         0.007,
         unit="rad",
-        low=0.0005,
-        high=0.1,
+        limits=(0.0005, 0.1),
         doc="uncertainty of every rotation at which the calibration ends by itself",
     )
     enough_position_stddev: float = parameter(
-        0.015,
-        unit="m",
-        low=0.001,
-        high=0.2,
-        doc="the same of every sensor's place",
+        0.015, unit="m", limits=(0.001, 0.2), doc="the same of every sensor's place"
     )
     watch: bool = parameter(True, doc="compare the views afterwards and tell a moved sensor")
     recalibrate_when_moved: bool = parameter(
         False, doc="begin anew by itself when a sensor has been moved"
     )
     max_offset: float = parameter(
-        0.5, unit="s", low=0.0, high=2.0, doc="largest offset between two sensors' clocks"
+        0.5, unit="s", limits=(0.0, 2.0), doc="largest offset between two sensors' clocks"
     )
     max_skew: float = parameter(
-        0.02, unit="s", low=0.001, high=0.1, doc="largest difference of stamps in a pair of frames"
+        0.02, unit="s", limits=(0.001, 0.1), doc="largest difference of stamps in a pair of frames"
     )
     max_gap: float = parameter(
-        0.1, unit="s", low=0.02, high=1.0, doc="longest gap of one sensor to interpolate across"
+        0.1, unit="s", limits=(0.02, 1.0), doc="longest gap of one sensor to interpolate across"
     )
     max_wait: float = parameter(
-        0.2, unit="s", low=0.05, high=2.0, doc="longest silence of a sensor to wait for"
+        0.2, unit="s", limits=(0.05, 2.0), doc="longest silence of a sensor to wait for"
     )

@@ -1,5 +1,9 @@
 """Errors that a user can mend: each says what was found, what was expected, what to do."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 
 class PoseError(Exception):
     """Anything the user can mend; the message is one complete line."""
@@ -11,6 +15,19 @@ class ParameterError(PoseError):
 
 class InputError(PoseError):
     """A file, a device or a stream is missing or not what it should be."""
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Around whatever writes a file or a folder.
+
+    Raises:
+        InputError: If it cannot be written.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(f"cannot write {path}: {error.strerror or error}") from error
 
 
 def one_line(error: BaseException) -> str:

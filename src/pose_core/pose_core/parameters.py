@@ -29,8 +29,7 @@ class ParameterSpec:
 
     doc: str
     unit: str = "-"
-    low: float | None = None
-    high: float | None = None
+    limits: tuple[float, float] | None = None  # smallest and largest allowed value, in `unit`
     choices: tuple[str, ...] | None = None
     pattern: str | None = None  # of the text, or of each of the texts
 
@@ -44,11 +43,7 @@ class ParameterSpec:
         """The allowed values, for people."""
         if self.choices is not None:
             return ", ".join(self.choices)
-        if self.low is None and self.high is None:
-            return ""
-        low = "-inf" if self.low is None else f"{self.low:g}"
-        high = "inf" if self.high is None else f"{self.high:g}"
-        return f"[{low}, {high}]"
+        return "" if self.limits is None else "[{:g}, {:g}]".format(*self.limits)
 
 
 def parameter(
@@ -56,8 +51,7 @@ def parameter(
     *,
     doc: str,
     unit: str = "-",
-    low: float | None = None,
-    high: float | None = None,
+    limits: tuple[float, float] | None = None,
     choices: Sequence[str] | None = None,
     pattern: str | None = None,
 ) -> Any:
@@ -67,20 +61,13 @@ def parameter(
         default: A bool, int, float, str, or tuple of str; its type is the parameter's type.
         doc: One line that says what it does.
         unit: The unit, ``-`` if it has none.
-        low: Smallest allowed value, in ``unit``.
-        high: Largest allowed value, in ``unit``.
+        limits: Smallest and largest allowed value, in ``unit``.
         choices: The allowed strings.
         pattern: What the string, or each of them, must match because it becomes part of topics
             and frames: :data:`NAME` or :data:`NAME_ENDING`.
     """
-    spec = ParameterSpec(
-        doc=doc,
-        unit=unit,
-        low=low,
-        high=high,
-        choices=tuple(choices) if choices else None,
-        pattern=pattern,
-    )
+    chosen = tuple(choices) if choices else None
+    spec = ParameterSpec(doc=doc, unit=unit, limits=limits, choices=chosen, pattern=pattern)
     return dataclasses.field(default=default, metadata={"spec": spec})
 
 
@@ -120,9 +107,7 @@ def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
         raise ParameterError(f"{name} = {value}{unit} is not finite")
     if spec.choices is not None and value not in spec.choices:
         raise ParameterError(f"{name} = {value!r} is not one of {spec.range_text}")
-    below = spec.low is not None and value < spec.low
-    above = spec.high is not None and value > spec.high
-    if below or above:
+    if spec.limits is not None and not spec.limits[0] <= value <= spec.limits[1]:
         raise ParameterError(f"{name} = {value}{unit} is outside {spec.range_text}")
     return value
 
@@ -178,18 +163,6 @@ def values_from_ros_yaml(path: Path, node: str) -> dict[str, Any]:
             raise InputError(f"{path}: section '{key}' has no 'ros__parameters' mapping")
         values.update(section["ros__parameters"])
     return values
-
-
-def markdown_table(parameters: type) -> str:
-    """The README's table of parameters."""
-    lines = ["| name | type | default | unit | range | meaning |", "|---|---|---|---|---|---|"]
-    for name, (default, spec) in specs(parameters).items():
-        shown = ", ".join(default) if isinstance(default, tuple) else default
-        lines.append(
-            f"| `{name}` | {type_name(default)} | {shown} | {spec.unit} "
-            f"| {spec.range_text} | {spec.doc} |"
-        )
-    return "\n".join(lines) + "\n"
 
 
 def add_arguments(parser: argparse._ActionsContainer, parameters: type) -> None:

@@ -127,5 +127,4 @@ def dump_yaml(document: Any, **style: Any) -> str:
         document: Plain values.
         **style: Of ``yaml.dump``.
     """
-    text: str = yaml.dump(document, Dumper=PlainDumper, sort_keys=False, **style)
-    return text
+    return yaml.dump(document, Dumper=PlainDumper, sort_keys=False, **style)

@@ -6,9 +6,18 @@ from itertools import combinations
 
 import numpy as np
 
-from pose_core.api import ANGLES, AngleSeries, FloatArray, SkeletonSeries, joint_angles, wrapped
+from pose_core.api import (
+    ANGLES,
+    AngleSeries,
+    FloatArray,
+    SkeletonSeries,
+    joint_angles,
+    transformed,
+    wrapped,
+)
+from pose_core.finite_numbers import mean_known
 from pose_evaluation.methods import aligned_frames
-from pose_evaluation.scores import known_joints, mean_known, rigidly_aligned
+from pose_evaluation.scores import known_joints, rigidly_aligned
 from pose_evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk
 
 COMPARING_RATE = 30.0  # [Hz]
@@ -101,7 +110,7 @@ def view_agreement(
     calibrated = np.nan
     if first in T_map_sensor and second in T_map_sensor:
         moved = [
-            _moved(positions, T_map_sensor[name])
+            transformed(T_map_sensor[name], positions)
             for name, positions in ((first, one), (second, two))
         ]
         calibrated = _mean_distance_cm(*moved)
@@ -157,18 +166,14 @@ def measure_steadiness(series: SkeletonSeries) -> Steadiness:
     )
 
 
-def _moved(positions: FloatArray, T_target_source: FloatArray) -> FloatArray:
-    return positions @ T_target_source[:3, :3].T + T_target_source[:3, 3]
-
-
 def _shared(one: FloatArray, two: FloatArray) -> int:
     return int((known_joints(one) & known_joints(two)).sum())
 
 
 def _mean_distance_cm(one: FloatArray, two: FloatArray) -> float:
     distance = np.linalg.norm(one - two, axis=2)
-    return 100.0 * mean_known(list(distance.ravel()))
+    return 100.0 * mean_known(distance)
 
 
 def _rms_deg(difference: FloatArray) -> float:
-    return float(np.degrees(np.sqrt(mean_known(list(difference**2)))))
+    return float(np.degrees(np.sqrt(mean_known(difference**2))))

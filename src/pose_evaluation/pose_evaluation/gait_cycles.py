@@ -103,11 +103,10 @@ def cycle_curves(series: AngleSeries, cycles: Cycles) -> dict[str, CycleCurve]:
 
 def _regular(degrees: FloatArray) -> list[tuple[int, int]]:
     """Pairs of successive peaks, as indices, between which like cycles lie."""
-    known = degrees[np.isfinite(degrees)]
-    swing = float(np.ptp(np.percentile(known, [5, 95]))) if len(known) else 0.0
+    swing = _swing(degrees)
     if swing < LEAST_SWING:
         return []
-    filled = np.where(np.isfinite(degrees), degrees, known.min())
+    filled = np.where(np.isfinite(degrees), degrees, np.nanmin(degrees))
     prominence = max(0.5 * LEAST_SWING, LEAST_PROMINENCE * swing)
     peaks, _ = find_peaks(filled, prominence=prominence, distance=round(SHORTEST_S * RATE))
     pairs = [

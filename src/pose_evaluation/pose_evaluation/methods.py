@@ -19,7 +19,7 @@ from pose_core.api import (
     series_from_samples,
     series_on_reference_clock,
 )
-from pose_evaluation.scores import known_joints
+from pose_core.finite_numbers import nan_mean
 from pose_io.bag_samples import read_body_series, read_extrinsics, read_sensor_series
 from pose_io.bags import BagReader
 from pose_io.clock_messages import read_clocks
@@ -109,16 +109,10 @@ def _samples(sensor: str, series: SkeletonSeries) -> Iterator[SkeletonSample]:
 
 def _mean(frame: AlignedFrame) -> SkeletonSample:
     views = list(frame.samples.values())
-    positions = np.stack([view.positions for view in views])
-    known = known_joints(positions)
-    count = known.sum(axis=0)
-    total = np.where(known[:, :, None], positions, 0.0).sum(axis=0)
-    with np.errstate(invalid="ignore"):
-        mean = total / np.where(count > 0, count, np.nan)[:, None]
     return SkeletonSample(
         stamp_ns=frame.stamp_ns,
         sensor="",
         person="",
-        positions=mean,
+        positions=nan_mean(np.stack([view.positions for view in views])),
         tracking_state=np.max([view.tracking_state for view in views], axis=0),
     )

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pose_core.api import ANGLES, MAX_GAP_S, FloatArray, SkeletonSeries, joint_angles
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_evaluation.scores import Evaluation
 from pose_evaluation.stability import BONES, bone_lengths
 
@@ -131,11 +131,9 @@ def save_figure(figure: Figure, path: Path) -> None:
     Raises:
         InputError: If the file cannot be written.
     """
-    try:
+    with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         FigureCanvasAgg(figure).print_png(str(path), metadata={"Software": None})
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
 
 
 def style_of(name: str, names: Sequence[str]) -> tuple[str, float, str]:

@@ -24,6 +24,7 @@ from pose_core.api import (
     wrapped,
 )
 from pose_core.errors import InputError
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.stability import bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
@@ -236,20 +237,19 @@ def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
     Both (n, 15, 3) [m]; pairs with a NaN do not count. At least three known pairs are needed.
     """
     known = known_joints(positions) & known_joints(target)
-    source_mean, target_mean = positions[known].mean(axis=0), target[known].mean(axis=0)
+    R, t = rigid_motion(positions[known], target[known])
+    return positions @ R.T + t
+
+
+def rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Rotation (3, 3) and translation [m] that bring points (n, 3) closest to others."""
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
     # Umeyama (1991), without scale.
-    rotation, _ = Rotation.align_vectors(
-        target[known] - target_mean, positions[known] - source_mean
-    )
-    return (positions - source_mean) @ rotation.as_matrix().T + target_mean
+    rotation, _ = Rotation.align_vectors(target - target_mean, source - source_mean)
+    R = rotation.as_matrix()
+    return R, target_mean - R @ source_mean
 
 
 def known_joints(positions: FloatArray) -> NDArray[np.bool_]:
     """Which joints have a position, shape (n, 15)."""
     return np.asarray(np.isfinite(positions).all(axis=2))
-
-
-def mean_known(values: list[float]) -> float:
-    """Mean of what is not NaN; NaN if nothing is left."""
-    known = np.array(values)[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan

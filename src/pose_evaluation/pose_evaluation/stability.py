@@ -3,6 +3,7 @@
 import numpy as np
 
 from pose_core.api import FloatArray, SkeletonSeries
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX, SIDES
 
 BONES: dict[str, tuple[str, str]] = {
@@ -54,12 +55,9 @@ def rms_jerk(series: SkeletonSeries) -> dict[str, float]:
         np.diff(positions, n=3, axis=0) * JERK_RATE**3 for positions in series.on_grids(JERK_RATE)
     ]
     squared = np.sum(np.concatenate([np.zeros((0, 15, 3)), *differences]) ** 2, axis=2)
-    return {name: float(np.sqrt(_mean(squared[:, index]))) for name, index in JOINT_INDEX.items()}
-
-
-def _mean(values: FloatArray) -> float:
-    known = values[np.isfinite(values)]
-    return float(known.mean()) if len(known) else np.nan
+    return {
+        name: float(np.sqrt(mean_known(squared[:, index]))) for name, index in JOINT_INDEX.items()
+    }
 
 
 def _sd(values: FloatArray) -> float:
@@ -68,5 +66,5 @@ def _sd(values: FloatArray) -> float:
 
 
 def _cv_percent(values: FloatArray) -> float:
-    mean = _mean(values)
+    mean = mean_known(values)
     return 100.0 * _sd(values) / mean if mean > 0.0 else np.nan

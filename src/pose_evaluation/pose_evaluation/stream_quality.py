@@ -96,8 +96,7 @@ def unexplained_steps(stream: AngleStream) -> FloatArray:
     """Step of each angle less the mean velocity times the interval, (n − 1, d) [rad]."""
     dt = np.diff(stream.stamps_ns)[:, None] / NS_PER_S
     mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
-    steps: FloatArray = np.abs(np.diff(stream.position, axis=0) - mean_velocity * dt)
-    return steps
+    return np.abs(np.diff(stream.position, axis=0) - mean_velocity * dt)
 
 
 def measure_stream(stream: AngleStream) -> StreamQuality:

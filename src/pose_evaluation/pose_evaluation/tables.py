@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from rich import box
 from rich.table import Table
@@ -30,6 +30,14 @@ SUMMARY: tuple[tuple[str, int, Callable[[MethodScores], float]], ...] = (
 def readable(name: str) -> str:
     """A name of the code, for people."""
     return name.replace("_", " ")
+
+
+def number(value: float, digits: int, sign: bool = False) -> str:
+    """A number for people; a dash where it is not known."""
+    if not math.isfinite(value):
+        return UNKNOWN
+    rounded = round(value, digits) + 0.0  # no −0.0
+    return f"{rounded:{'+' if sign else ''}.{digits}f}"
 
 
 def title_of(evaluation: Evaluation) -> str:
@@ -63,7 +71,7 @@ def evaluation_table(evaluation: Evaluation) -> Table:
     table.add_row("mean of the angles", *_rmse_cells(rmse, r))
     table.add_section()
     for name, digits, value in SUMMARY:
-        cells = [_number(value(method), digits) for method in evaluation.methods]
+        cells = [number(value(method), digits) for method in evaluation.methods]
         table.add_row(Text(name), *cells)
     return table
 
@@ -80,18 +88,18 @@ def evaluation_markdown(evaluation: Evaluation) -> str:
     for angle in ANGLES:
         scores = [method.angles[angle] for method in evaluation.methods]
         cells = [
-            f"{_number(s.rmse_deg, 1)} / {_number(s.bias_deg, 1, sign=True)} / {_number(s.r, 2)}"
+            f"{number(s.rmse_deg, 1)} / {number(s.bias_deg, 1, sign=True)} / {number(s.r, 2)}"
             for s in scores
         ]
         lines.append(f"| {readable(angle)} | {' | '.join(cells)} |")
     cells = [
-        f"**{_number(m.mean_rmse_deg, 1)}** / {_number(m.mean_absolute_bias_deg, 1)} "
-        f"/ {_number(m.mean_r, 2)}"
+        f"**{number(m.mean_rmse_deg, 1)}** / {number(m.mean_absolute_bias_deg, 1)} "
+        f"/ {number(m.mean_r, 2)}"
         for m in evaluation.methods
     ]
     lines.append(f"| mean (of sizes, for the bias) | {' | '.join(cells)} |")
     for name, digits, value in SUMMARY[1:]:
-        cells = [_number(value(method), digits) for method in evaluation.methods]
+        cells = [number(value(method), digits) for method in evaluation.methods]
         lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"
 
@@ -133,10 +141,10 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
             views.add_row(
                 f"{view.first} – {view.second}",
                 str(view.frames),
-                f"{_number(view.as_logged_cm, 1)} cm",
-                f"{_number(view.calibrated_cm, 1)} cm",
-                f"{_number(view.best_rigid_cm, 1)} cm",
-                f"{_number(mean, 1)}° RMS",
+                f"{number(view.as_logged_cm, 1)} cm",
+                f"{number(view.calibrated_cm, 1)} cm",
+                f"{number(view.best_rigid_cm, 1)} cm",
+                f"{number(mean, 1)}° RMS",
             )
         tables.append(views)
         tables += [_angle_difference_table(view) for view in agreement.views]
@@ -151,9 +159,9 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
             str(each.frames),
             str(each.gaps),
             f"{each.longest_gap_s:.1f} s",
-            f"{_number(each.mean_bone_cv_percent, 1)} %",
-            f"{_number(each.mean_bone_sd_mm, 1)} mm",
-            f"{_number(each.mean_jerk, 0)} m/s³",
+            f"{number(each.mean_bone_cv_percent, 1)} %",
+            f"{number(each.mean_bone_sd_mm, 1)} mm",
+            f"{number(each.mean_jerk, 0)} m/s³",
         )
     tables.append(steady)
     return tables
@@ -189,7 +197,7 @@ def _angle_difference_table(view: ViewAgreement) -> Table:
         table.add_column(f"{side} limb", justify="right")
     for angle in ANGLES[: len(ANGLES) // len(SIDES)]:
         joint = angle.removeprefix(f"{SIDES[0]}_")
-        cells = [_number(view.angle_difference_deg[f"{side}_{joint}"], 1) for side in SIDES]
+        cells = [number(view.angle_difference_deg[f"{side}_{joint}"], 1) for side in SIDES]
         table.add_row(readable(joint), *cells)
     return table
 
@@ -209,18 +217,11 @@ def _rmse_cells(rmse: Sequence[float], r: Sequence[float]) -> list[Text]:
     best = min(known) if known else math.nan
     return [
         Text(
-            f"{_number(error, 1):>5} {_number(correlation, 2):>4}",
+            f"{number(error, 1):>5} {number(correlation, 2):>4}",
             style="bold" if error == best else "",
         )
         for error, correlation in zip(rmse, r, strict=True)
     ]
-
-
-def _number(value: float, digits: int, sign: bool = False) -> str:
-    if not math.isfinite(value):
-        return UNKNOWN
-    rounded = round(value, digits) + 0.0  # no −0.0
-    return f"{rounded:{'+' if sign else ''}.{digits}f}"
 
 
 def _reference(name: str, synthetic: bool) -> str:
@@ -228,10 +229,20 @@ def _reference(name: str, synthetic: bool) -> str:
 
 
 def _csv(reference: str, rows: Sequence[tuple[str, str, str, float, str]]) -> str:
+    head = ("reference", "method", "quantity", "of", "value", "unit")
+    return csv_text(head, ((reference, *names, float(value), unit) for *names, value, unit in rows))
+
+
+def csv_text(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table as CSV; what is not known is left empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("reference", "method", "quantity", "of", "value", "unit"))
-    for method, quantity, of, value, unit in rows:
-        shown = "" if not math.isfinite(value) else f"{value:.6g}"
-        writer.writerow((reference, method, quantity, of, shown, unit))
+    writer.writerow(head)
+    writer.writerows([_cell(value) for value in row] for row in rows)
     return out.getvalue()
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, float):
+        return f"{value:.6g}" if math.isfinite(value) else ""
+    return value

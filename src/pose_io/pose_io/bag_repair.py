@@ -9,7 +9,7 @@ from pathlib import Path
 from rosbags.interfaces import QosReliability
 from rosbags.rosbag2.storage_mcap import decompress
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.mcap import CHUNK_HEAD, CHUNK_KIND, COMPRESSION, RECORD
@@ -151,15 +151,12 @@ def repair(
 
 
 def _copy_closed(path: Path, whole: int, copy: Path) -> None:
-    try:
-        with path.open("rb") as source, copy.open("wb") as target:
-            left = whole
-            while left and (block := source.read(min(left, 1 << 20))):
-                target.write(block)
-                left -= len(block)
-            target.write(END)
-    except OSError as error:
-        raise InputError(f"cannot write {copy}: {error.strerror}") from error
+    with writing(copy), path.open("rb") as source, copy.open("wb") as target:
+        left = whole
+        while left and (block := source.read(min(left, 1 << 20))):
+            target.write(block)
+            left -= len(block)
+        target.write(END)
 
 
 def _rewrite(path: Path, output: Path, progress: Callable[[float], None] | None) -> int:

@@ -20,7 +20,7 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys.store import Typestore
 
-from pose_core.errors import InputError, one_line
+from pose_core.errors import InputError, one_line, writing
 from pose_io.typestore import make_typestore, register_package
 
 STORAGES = {"mcap": StoragePlugin.MCAP, "sqlite3": StoragePlugin.SQLITE3}
@@ -54,14 +54,12 @@ class BagWriter:
             raise InputError(f"unknown storage '{storage}': expected one of {', '.join(STORAGES)}")
         if self.path.exists():
             raise InputError(f"{self.path} exists already: name another one, or remove it first")
-        try:
+        with writing(self.path):
             self.path.parent.mkdir(parents=True, exist_ok=True)
             # rosbag2 names the files inside after the folder: only the parent's name is temporary.
             self._hidden = Path(
                 tempfile.mkdtemp(prefix=f".{self.path.name}.partial-", dir=self.path.parent)
             )
-        except OSError as error:
-            raise InputError(f"cannot write {self.path}: {error.strerror}") from error
         self._writer = Writer(
             self._hidden / self.path.name, version=9, storage_plugin=STORAGES[storage]
         )

@@ -6,13 +6,11 @@ from pathlib import Path
 
 from pose_core.api import ChosenPerson, ImuBlock, SkeletonSample
 from pose_io.bag_samples import BagSamples
-from pose_io.bags import open_bag
+from pose_io.bags import BAG_SUFFIXES, open_bag
 from pose_io.recordings.formats import AUTO, read_recording
 from pose_io.recordings.recording import SensorStream
 from pose_io.recordings.timeline import make_timeline
 from pose_io.topics import sensor_topics
-
-BAG_SUFFIXES = (".mcap", ".db3")
 
 
 @dataclass(frozen=True, kw_only=True)

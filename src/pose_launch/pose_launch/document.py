@@ -92,18 +92,14 @@ class Entity:
             raise LaunchError(self.place, f"'{self.kind}' lacks '{name}'")
         return value
 
-    def typed(self, name: str, kind: type[bool] | type[float]) -> Any:
-        """A bool or a number, written plainly; None if it is not there.
-
-        ``ros2 launch`` takes neither a quoted one nor an integer where it wants a float.
-        """
+    def number(self, name: str) -> float | None:
+        """A number with a point, without quotes, as ``ros2 launch`` wants it; None: not there."""
         value = self.value(name)
-        if value is not None and type(value) is not kind:
-            example = {bool: "true or false", float: "a number with a point, such as 1.0"}[kind]
+        if value is not None and not isinstance(value, float):
             raise LaunchError(
                 self.place_of(name),
-                f"'{name}' of '{self.kind}' is {value!r}: expected {example}, without quotes"
-                " ('ros2 launch' insists)",
+                f"'{name}' of '{self.kind}' is {value!r}: expected a number with a point, such as"
+                " 1.0, without quotes ('ros2 launch' insists)",
             )
         return value
 

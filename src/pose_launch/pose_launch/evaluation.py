@@ -3,10 +3,8 @@
 What differs there is said in the package's README.
 """
 
-import os
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pose_launch import node_parameters
@@ -16,7 +14,6 @@ from pose_launch.locating import find_executable
 from pose_launch.processes import Process
 from pose_launch.substitutions import Scope, condition, resolve, split_command_line
 
-NAMESPACE = "ros_namespace"  # the variable in which launch_ros keeps the pushed namespace
 DEEPEST_INCLUDE = 20
 
 
@@ -27,7 +24,6 @@ class Argument:
     name: str
     default: str | None  # as written; None: must be given
     description: str
-    choices: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +32,6 @@ class Graph:
 
     arguments: tuple[Argument, ...]
     processes: tuple[Process, ...]
-    messages: tuple[str, ...] = ()
 
 
 @dataclass
@@ -44,9 +39,6 @@ class _State:
     """What changes from action to action."""
 
     variables: dict[str, str]
-    environment: dict[str, str] = field(default_factory=dict)  # set by the file, beside ours
-    file: Path = Path()
-    has_included: bool = False  # whether this file has: $(dirname) is not to be relied on then
     passed: frozenset[str] | None = None  # arguments that the include passes; None: no include
     depth: int = 0
 
@@ -67,7 +59,6 @@ class Evaluation:
         self._arguments: dict[str, Argument] = {}
         self._settled: set[str] = set()  # arguments that an include decides
         self._processes: list[Process] = []
-        self._messages: list[str] = []
         self._actions: dict[str, Callable[[Entity], None]] = {
             "arg": self._arg,
             "let": self._let,
@@ -75,10 +66,6 @@ class Evaluation:
             "executable": self._executable,
             "include": self._include,
             "group": self._group,
-            "push_ros_namespace": self._push_namespace,
-            "push-ros-namespace": self._push_namespace,
-            "set_env": self._set_environment,
-            "log": self._log,
         }
 
     def run(self, file: Path) -> Graph:
@@ -95,21 +82,12 @@ class Evaluation:
                 f"{file.name} has no argument '{unknown[0]}':"
                 f" there are {', '.join(self._arguments) or 'none'}",
             )
-        return Graph(
-            arguments=tuple(self._arguments.values()),
-            processes=tuple(self._processes),
-            messages=tuple(self._messages),
-        )
+        return Graph(arguments=tuple(self._arguments.values()), processes=tuple(self._processes))
 
     # -- plumbing -------------------------------------------------------------------------------
 
     def _scope(self) -> Scope:
-        return Scope(
-            variables=self._state.variables,
-            environment={**os.environ, **self._state.environment},
-            folder=None if self._state.has_included else self._state.file.parent,
-            run_commands=not self._describe,
-        )
+        return Scope(variables=self._state.variables, run_commands=not self._describe)
 
     def _resolve(self, text: str, place: Place) -> str:
         return resolve(text, self._scope(), place)
@@ -131,13 +109,11 @@ class Evaluation:
     def _evaluate_file(self, file: Path, passed: frozenset[str] | None = None) -> None:
         if self._state.depth > DEEPEST_INCLUDE:
             raise LaunchError(None, f"{file} includes itself")
-        before = self._state.file, self._state.passed
-        self._state.file, self._state.passed = file, passed
-        self._state.has_included = False
+        before = self._state.passed
+        self._state.passed = passed
         self._state.depth += 1
         self._evaluate(read_launch_file(file))
-        self._state.file, self._state.passed = before
-        self._state.has_included = True
+        self._state.passed = before
         self._state.depth -= 1
 
     def _evaluate(self, parent: Entity) -> None:
@@ -153,26 +129,15 @@ class Evaluation:
                 action(entity)
                 entity.finish()
 
-    @contextmanager
-    def _scoped(self, scoped: bool) -> Iterator[None]:
-        variables, environment = self._state.variables, self._state.environment
-        if scoped:
-            self._state.variables, self._state.environment = dict(variables), dict(environment)
-        yield
-        if scoped:
-            self._state.variables, self._state.environment = variables, environment
-
     # -- actions --------------------------------------------------------------------------------
 
     def _arg(self, entity: Entity) -> None:
         name = entity.required_text("name")
         default = entity.text("default")
-        choices = tuple(choice.required_text("value") for choice in entity.parts("choice"))
         description = entity.text("description") or ""
         if name not in self._settled:
             self._arguments.setdefault(
-                name,
-                Argument(name=name, default=default, description=description, choices=choices),
+                name, Argument(name=name, default=default, description=description)
             )
         passed = self._state.passed
         if default is None and passed is not None and name not in passed:
@@ -188,29 +153,15 @@ class Evaluation:
                     entity.place, f"the argument '{name}'{about} must be given: {name}:=VALUE"
                 )
             self._state.variables[name] = self._resolve(default or "", entity.place_of("default"))
-        value = self._state.variables[name]
-        if choices and value not in choices and not self._describe:
-            raise LaunchError(entity.place, f"{name}:={value} is not one of {', '.join(choices)}")
 
     def _let(self, entity: Entity) -> None:
         self._state.variables[self._text(entity, "name")] = self._text(entity, "value")
 
-    def _log(self, entity: Entity) -> None:
-        self._messages.append(self._text(entity, "message"))
-
-    def _set_environment(self, entity: Entity) -> None:
-        self._state.environment[self._text(entity, "name")] = self._text(entity, "value")
-
-    def _push_namespace(self, entity: Entity) -> None:
-        pushed = self._text(entity, "namespace")
-        self._state.variables[NAMESPACE] = join_namespace(
-            self._state.variables.get(NAMESPACE), pushed
-        )
-
     def _group(self, entity: Entity) -> None:
-        scoped = entity.typed("scoped", bool)
-        with self._scoped(scoped is not False):
-            self._evaluate(entity)
+        variables = self._state.variables
+        self._state.variables = dict(variables)
+        self._evaluate(entity)
+        self._state.variables = variables
 
     def _include(self, entity: Entity) -> None:
         place = entity.place_of("file")
@@ -232,10 +183,7 @@ class Evaluation:
         program = executable
         if not self._describe:
             program = find_executable(package, executable, entity.place_of("exec"))
-        pushed = self._state.variables.get(NAMESPACE)
         namespace = self._optional_text(entity, "namespace")
-        if namespace is not None or pushed is not None:
-            namespace = join_namespace(pushed, namespace or "")
         name = self._optional_text(entity, "name")
         process = self._process(entity, name or executable, (program, *self._words(entity, "args")))
         self._processes.append(
@@ -243,7 +191,7 @@ class Evaluation:
                 process,
                 is_node=True,
                 node_name=name,
-                namespace=namespace,
+                namespace=None if namespace is None else "/" + namespace.strip("/"),
                 parameters=node_parameters.sources(entity.parts("param"), self._scope()),
                 remappings=tuple(
                     (self._text(remap, "from"), self._text(remap, "to"))
@@ -272,18 +220,12 @@ class Evaluation:
                 entity.place_of("on_exit"), f"on_exit is '{on_exit}', expected 'shutdown'"
             )
         respawn = self._optional_text(entity, "respawn") or "false"
-        delay_s = entity.typed("respawn_delay", float) or 0.0
+        delay_s = entity.number("respawn_delay") or 0.0
         if delay_s < 0.0:
             raise LaunchError(entity.place_of("respawn_delay"), f"{delay_s} s is negative")
-        folder = self._optional_text(entity, "cwd")
-        environment = dict(self._state.environment)
-        for variable in entity.parts("env"):
-            environment[self._text(variable, "name")] = self._text(variable, "value")
         return Process(
             name=self._unique_name(name),
             command=command,
-            environment=environment,
-            folder=None if folder is None else Path(folder),
             respawn=condition(respawn, self._scope(), entity.place_of("respawn")),
             respawn_delay_s=delay_s,
             ends_graph=on_exit == "shutdown",
@@ -293,9 +235,3 @@ class Evaluation:
         used = {process.name for process in self._processes}
         candidates = (name if count == 1 else f"{name}-{count}" for count in range(1, 10**6))
         return next(candidate for candidate in candidates if candidate not in used)
-
-
-def join_namespace(base: str | None, namespace: str) -> str:
-    """A namespace below a base, absolute."""
-    below = namespace if namespace.startswith("/") else f"{base or ''}/{namespace}"
-    return "/" + below.strip("/")

@@ -41,20 +41,13 @@ def sources(entries: list[Entity], scope: Scope) -> tuple[ParameterSource, ...]:
     return tuple(found)
 
 
-def _values(entry: Entity, scope: Scope, prefix: str = "") -> dict[str, Any]:
-    """An entry's value by name; nested names are joined with dots."""
-    name = prefix + resolve(entry.required_text("name"), scope, entry.place_of("name"))
+def _values(entry: Entity, scope: Scope) -> dict[str, Any]:
+    """An entry's value by name."""
+    name = resolve(entry.required_text("name"), scope, entry.place_of("name"))
     value = entry.value("value")
-    nested = entry.parts("param")
     kind = entry.text("type")
-    if (value is None) == (not nested):
-        raise LaunchError(entry.place, f"parameter '{name}' needs either 'value' or 'param'")
-    entry.finish()
-    if nested:
-        values: dict[str, Any] = {}
-        for part in nested:
-            values.update(_values(part, scope, f"{name}."))
-        return values
+    if value is None:
+        raise LaunchError(entry.place, f"parameter '{name}' lacks 'value'")
     place = entry.place_of("value")
     if kind is not None and kind not in TYPES:
         raise LaunchError(entry.place_of("type"), f"type '{kind}' is none of {', '.join(TYPES)}")

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,12 +20,10 @@ class Process:
         name: What its output is prefixed with, unique in the graph.
         command: Program and arguments, without those for ROS.
         is_node: Whether it takes arguments for ROS.
-        environment: What it sees beside this process's environment.
         node_name: The ROS node's name, if the launch file gives one.
         namespace: The ROS namespace, if there is one.
         parameters: Parameter files and values; later ones override.
         remappings: Pairs of names.
-        folder: Working directory, the launcher's if None.
         respawn: Whether to start it again when it ends.
         respawn_delay_s: How long to wait before [s].
         ends_graph: Whether everything stops when it ends.
@@ -34,12 +32,10 @@ class Process:
     name: str
     command: tuple[str, ...]
     is_node: bool = False
-    environment: Mapping[str, str] = field(default_factory=dict)
     node_name: str | None = None
     namespace: str | None = None
     parameters: tuple[ParameterSource, ...] = ()
     remappings: tuple[tuple[str, str], ...] = ()
-    folder: Path | None = None
     respawn: bool = False
     respawn_delay_s: float = 0.0
     ends_graph: bool = False
@@ -65,8 +61,7 @@ class Process:
             for name, value in source.items():
                 text = dump_yaml(_plain(value), default_flow_style=True, width=10**6)
                 arguments += ["-p", f"{name}:={text.removesuffix('...' + chr(10)).strip()}"]
-        environment = [f"{key}={value}" for key, value in sorted(self.environment.items())]
-        return shlex.join([*(["env", *environment] if environment else []), *self._with(arguments)])
+        return shlex.join(self._with(arguments))
 
     def _names(self) -> list[str]:
         arguments = []

@@ -8,7 +8,6 @@ import shlex
 import subprocess
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 from ament_index_python.packages import (
     PackageNotFoundError,
@@ -35,8 +34,6 @@ class Scope:
     """What substitutions can see."""
 
     variables: Mapping[str, str]
-    environment: Mapping[str, str]
-    folder: Path | None  # of the launch file; None: after an include, which loses it
     run_commands: bool = True  # False: ``$(command …)`` gives an empty text
 
 
@@ -129,9 +126,8 @@ def _resolve_call(call: Call, scope: Scope, place: Place) -> str:
             f"the substitution $({call.name} …) is not supported:"
             f" there are {', '.join(SUBSTITUTIONS)}",
         )
-    least, most, function = SUBSTITUTIONS[call.name]
-    if not least <= len(call.arguments) <= most:
-        expected = f"{least}" if least == most else f"{least} to {most}"
+    expected, function = SUBSTITUTIONS[call.name]
+    if len(call.arguments) != expected:
         raise LaunchError(
             place, f"$({call.name} …) has {len(call.arguments)} arguments, expected {expected}"
         )
@@ -140,22 +136,11 @@ def _resolve_call(call: Call, scope: Scope, place: Place) -> str:
 
 
 def _variable(arguments: list[str], scope: Scope, place: Place) -> str:
-    name, *default = arguments
+    (name,) = arguments
     if name in scope.variables:
         return scope.variables[name]
-    if default:
-        return default[0]
     known = ", ".join(sorted(scope.variables)) or "none"
     raise LaunchError(place, f"$(var {name}): nothing of that name is set here ({known})")
-
-
-def _environment(arguments: list[str], scope: Scope, place: Place) -> str:
-    name, *default = arguments
-    if name in scope.environment:
-        return scope.environment[name]
-    if default:
-        return default[0]
-    raise LaunchError(place, f"$(env {name}): the environment variable is not set; export it")
 
 
 def _package(
@@ -172,28 +157,15 @@ def _package(
     return function
 
 
-def _folder(arguments: list[str], scope: Scope, place: Place) -> str:
-    if scope.folder is None:
-        raise LaunchError(
-            place,
-            "$(dirname) after an include: 'ros2 launch' then gives the included file's folder;"
-            " write $(find-pkg-share PACKAGE)/…",
-        )
-    return str(scope.folder)
-
-
 def _command(arguments: list[str], scope: Scope, place: Place) -> str:
     if not scope.run_commands:
         return ""
     command = arguments[0]
     try:
-        result = subprocess.run(
-            shlex.split(command), capture_output=True, text=True, env=dict(scope.environment)
-        )
+        result = subprocess.run(shlex.split(command), capture_output=True, text=True)
     except (OSError, ValueError) as error:
         raise LaunchError(place, f"$(command '{command}') cannot run: {error}") from error
-    on_stderr = arguments[1] if len(arguments) > 1 else "fail"
-    if result.returncode != 0 or (result.stderr and on_stderr == "fail"):
+    if result.returncode != 0 or result.stderr:
         said = (result.stderr.strip().splitlines() or ["nothing"])[-1]
         raise LaunchError(
             place,
@@ -217,13 +189,8 @@ def condition(text: str, scope: Scope, place: Place) -> bool:
     return _truth(resolve(text, scope, place), place)
 
 
-def _boolean(
-    function: Callable[..., bool],
-) -> Callable[[list[str], Scope, Place], str]:
-    def wrapped(arguments: list[str], scope: Scope, place: Place) -> str:
-        return str(function(*(_truth(argument, place) for argument in arguments))).lower()
-
-    return wrapped
+def _not(arguments: list[str], scope: Scope, place: Place) -> str:
+    return str(not _truth(arguments[0], place)).lower()
 
 
 def _equals(arguments: list[str], scope: Scope, place: Place) -> str:
@@ -234,20 +201,16 @@ def _not_equals(arguments: list[str], scope: Scope, place: Place) -> str:
     return str(arguments[0] != arguments[1]).lower()
 
 
-SUBSTITUTIONS: dict[str, tuple[int, int, Callable[[list[str], Scope, Place], str]]] = {
-    "var": (1, 2, _variable),
-    "env": (1, 2, _environment),
-    "find-pkg-share": (1, 1, _package(get_package_share_directory)),
-    "find-pkg-prefix": (1, 1, _package(get_package_prefix)),
-    "dirname": (0, 0, _folder),
-    "command": (1, 2, _command),
-    "equals": (2, 2, _equals),
-    "not-equals": (2, 2, _not_equals),
-    "and": (2, 2, _boolean(lambda left, right: left and right)),
-    "or": (2, 2, _boolean(lambda left, right: left or right)),
-    "not": (1, 1, _boolean(lambda value: not value)),
+SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope, Place], str]]] = {
+    "var": (1, _variable),
+    "find-pkg-share": (1, _package(get_package_share_directory)),
+    "find-pkg-prefix": (1, _package(get_package_prefix)),
+    "command": (1, _command),
+    "equals": (2, _equals),
+    "not-equals": (2, _not_equals),
+    "not": (1, _not),
 }
-"""By name: fewest and most arguments, and what resolves it."""
+"""By name: how many arguments, and what resolves it."""
 
 
 def split_command_line(text: str, scope: Scope, place: Place) -> list[str]:

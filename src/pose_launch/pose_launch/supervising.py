@@ -17,10 +17,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TextIO
 
-from pose_launch.backoff import BackOff
 from pose_launch.parameter_folder import parameter_folder
 from pose_launch.processes import Process
 from pose_node.child_process import end_with_parent
+
+RECOVERED_S = 10.0  # [s] one that has run as long has recovered: the next wait is the first again
+LONGEST_DELAY_S = 30.0  # [s]
+
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None))
@@ -32,6 +35,24 @@ STARTING_S = 5.0  # [s] what fails sooner has not started
 ENDING_S = 2.0  # [s] for what the last frames of the recordings still lead to
 CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
 COLOURS = (36, 33, 32, 35, 34, 31)
+
+
+class BackOff:
+    """Delays that double from death to death, and begin anew after a long life.
+
+    Args:
+        first_s: The first delay [s].
+    """
+
+    def __init__(self, first_s: float) -> None:
+        self._first_s = first_s
+        self._next_s = first_s
+
+    def delay_s(self, lived_s: float) -> float:
+        """The delay [s] after a process that has run for ``lived_s`` [s]."""
+        delay_s = self._first_s if lived_s >= RECOVERED_S else self._next_s
+        self._next_s = max(self._first_s, min(2.0 * delay_s, LONGEST_DELAY_S))
+        return delay_s
 
 
 @dataclass
@@ -162,8 +183,7 @@ class Supervisor:
                 stdin=asyncio.subprocess.DEVNULL,
                 stdout=writing,
                 stderr=asyncio.subprocess.STDOUT,
-                cwd=process.folder,
-                env={**os.environ, "PYTHONUNBUFFERED": "1", **process.environment},
+                env={**os.environ, "PYTHONUNBUFFERED": "1"},
                 start_new_session=True,
                 preexec_fn=end_with_parent(),
             )

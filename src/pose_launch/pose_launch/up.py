@@ -45,8 +45,6 @@ def up(words: Sequence[str]) -> int:
         return 0
     if not graph.processes:
         raise PoseError(f"{file} starts nothing with these arguments")
-    for message in graph.messages:
-        print(f"[up] {message}", flush=True)
     print(f"[up] starting {', '.join(process.name for process in graph.processes)}", flush=True)
     recordings = [process.name for process in graph.processes if _ends_by_itself(process)]
     ending = ", and so does the end of the recording" if recordings else ""
@@ -66,8 +64,7 @@ def _ends_by_itself(process: Process) -> bool:
 def _show_arguments(graph: Graph) -> None:
     for argument in graph.arguments:
         default = "must be given" if argument.default is None else f"default: {argument.default!r}"
-        choices = f"; one of {', '.join(argument.choices)}" if argument.choices else ""
-        print(f"{argument.name}:=  ({default}{choices})")
+        print(f"{argument.name}:=  ({default})")
         if argument.description:
             print(f"    {argument.description}")
 

@@ -19,4 +19,4 @@ class BringUpParameters:
     """What the user of ``bring_up`` can set."""
 
     nodes: tuple[str, ...] = parameter((), doc="the managed nodes, in the order to start them in")
-    period: float = parameter(0.5, unit="s", doc="how often to look at them", low=0.05, high=60.0)
+    period: float = parameter(0.5, unit="s", doc="how often to look at them", limits=(0.05, 60.0))

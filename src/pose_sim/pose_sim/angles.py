@@ -49,8 +49,7 @@ def measured_angles(joints: FloatArray) -> dict[str, FloatArray]:
     """
 
     def joint(name: str) -> FloatArray:
-        position: FloatArray = joints[:, JOINT_INDEX[name]]
-        return position
+        return joints[:, JOINT_INDEX[name]]
 
     mid_hip = 0.5 * (joint("left_hip") + joint("right_hip"))
     y = _unit(joint("left_hip") - joint("right_hip"))
@@ -96,10 +95,8 @@ def true_joint_angles(motion: Motion) -> dict[str, FloatArray]:
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    unit: FloatArray = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    return unit
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
 
 
 def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = np.einsum("ni,ni->n", a, b)
-    return product
+    return np.einsum("ni,ni->n", a, b)

@@ -92,12 +92,11 @@ class Body:
     def __post_init__(self) -> None:
         object.__setattr__(self, "offsets", _offsets(self.height))
 
-    def pose(self, angles: Mapping[str, FloatArray], root: FloatArray | None = None) -> Pose:
-        """Forward kinematics.
+    def pose(self, angles: Mapping[str, FloatArray]) -> Pose:
+        """Forward kinematics, midway between the hips at the origin.
 
         Args:
             angles: Angles [rad] by their names in :data:`BODY_ANGLES`, shape (n,) each.
-            root: Mid-hip position [m] in ``map``, shape (n, 3); the origin if None.
 
         Returns:
             All joints, segments and foot contacts; segments' axes are parallel to the pelvis' in
@@ -107,7 +106,7 @@ class Body:
         pelvis = about_z(angles["pelvis_yaw"]) @ about_y(angles["pelvis_tilt"])
         pelvis = pelvis @ about_x(angles["pelvis_obliquity"])
         builder = _Builder(self.offsets)
-        builder.place("pelvis", pelvis, np.zeros((count, 3)) if root is None else root)
+        builder.place("pelvis", pelvis, np.zeros((count, 3)))
         builder.chain("pelvis", "lumbar", _spine(angles, "lumbar"))
         builder.chain("lumbar", "torso", _spine(angles, "thoracic"))
         builder.chain("torso", "head", _spine(angles, "neck"))

@@ -100,8 +100,7 @@ class _Flight:
         air, ground = t - PUSH_TIME, t - PUSH_TIME - self._air
         hips = np.where(air < 0.0, self._push(t), self._ballistic(air))
         hips = np.where(ground >= 0.0, self._absorb(ground), hips)
-        bend: FloatArray = self._bend(hips - self.clearance(t))
-        return bend
+        return self._bend(hips - self.clearance(t))
 
 
 class _LegProfile:

@@ -40,8 +40,7 @@ class Motion:
 
     def joints_at(self, times: FloatArray) -> FloatArray:
         """Joint positions [m] in ``map`` at times [s], shape (m,) to (m, 15, 3)."""
-        joints: FloatArray = self._joints(times)
-        return joints
+        return self._joints(times)
 
     def segment(self, segment: str, offset: FloatArray) -> "SegmentPath":
         """The path of a segment and of a point fixed to it (``offset`` [m] in its frame)."""
@@ -74,13 +73,11 @@ class SegmentPath:
         vector_rate, scalar_rate = rate[:, :3], rate[:, 3:]
         # omega = 2 Im(q* q'), for a quaternion of any norm
         product = scalar * vector_rate - vector * scalar_rate - np.cross(vector, vector_rate)
-        velocity: FloatArray = 2.0 * product / norm2
-        return velocity
+        return 2.0 * product / norm2
 
     def acceleration(self, times: FloatArray) -> FloatArray:
         """Acceleration of the point [m/s^2] in ``map``, shape (m, 3)."""
-        acceleration: FloatArray = self.position(times, 2)
-        return acceleration
+        return self.position(times, 2)
 
 
 def perform(

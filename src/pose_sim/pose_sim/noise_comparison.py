@@ -20,6 +20,7 @@ LEG_ANGLES = tuple(
     for side in SIDES
 )
 WARM_UP_END = 16.0  # [s] figures are taken of the choreography itself
+DURATION = 60.0  # [s] of each session
 LARGEST_SHIFT = 0.2  # [s] searched for the one global time shift
 POLE = np.radians(60.0)  # abduction from which on flexion is undefined
 BONES = tuple(
@@ -163,13 +164,12 @@ class Row:
     simulated: str
 
 
-def compare(preset: str, seeds: Sequence[int] = (1, 2), duration: float = 60.0) -> list[Row]:
+def compare(preset: str, seeds: Sequence[int] = (1, 2)) -> list[Row]:
     """The published figures of one Kinect beside those of the virtual ones.
 
     Args:
         preset: One of :data:`pose_sim.session.NOISE_PRESETS`.
         seeds: Sessions over which the figures are averaged.
-        duration: Length of each session [s].
     """
     made: dict[tuple[str, float], list[Session]] = {}
 
@@ -177,7 +177,7 @@ def compare(preset: str, seeds: Sequence[int] = (1, 2), duration: float = 60.0) 
         settings = settings_of(preset, {"scene": {"aside": aside}})
         key = (choreography, aside)
         if key not in made:
-            made[key] = [make_session(choreography, duration, seed, settings) for seed in seeds]
+            made[key] = [make_session(choreography, DURATION, seed, settings) for seed in seeds]
         return made[key]
 
     rows = []
@@ -186,7 +186,7 @@ def compare(preset: str, seeds: Sequence[int] = (1, 2), duration: float = 60.0) 
         rows.append(_angles_row(quantity, published, performed, names, sensor))
     for quantity, aside, (start, end), published in VIEW_FIGURES:
         performed = sessions("leg_lift_march", aside)
-        rows.append(_views_row(quantity, published, performed, start, min(end, duration - 1.0)))
+        rows.append(_views_row(quantity, published, performed, start, min(end, DURATION - 1.0)))
     return rows
 
 

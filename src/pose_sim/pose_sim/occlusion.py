@@ -88,8 +88,7 @@ def hidden(joints: FloatArray, camera: FloatArray, height: float) -> FloatArray:
     gaps = _segment_distances(camera, sight, starts, ends - starts)
     depth = np.where(_HIDES, height * _RADII - gaps, -1.0)  # [m] of the sight line in a capsule
     most = np.clip(depth.max(axis=2) / SOFTNESS, -30.0, 30.0)
-    blocked: FloatArray = 1.0 / (1.0 + np.exp(-2.0 * most))
-    return blocked
+    return 1.0 / (1.0 + np.exp(-2.0 * most))
 
 
 def _segment_distances(
@@ -111,5 +110,4 @@ def _segment_distances(
     t = np.clip((b * s + f) / e, 0.0, 1.0)
     s = np.clip((b * t - c) / a, 0.0, 1.0)
     squared = g + a * s * s + e * t * t + 2.0 * (c * s - f * t - b * s * t)
-    distances: FloatArray = np.sqrt(np.maximum(squared, 0.0))
-    return distances
+    return np.sqrt(np.maximum(squared, 0.0))

@@ -38,8 +38,7 @@ def _about(axis: int, angle: FloatArray) -> FloatArray:
 
 def rotate(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
     """Turn vectors (..., 3) by matrices (..., 3, 3)."""
-    rotated: FloatArray = (matrices @ vectors[..., None])[..., 0]
-    return rotated
+    return (matrices @ vectors[..., None])[..., 0]
 
 
 def continuous_quaternions(matrices: FloatArray) -> FloatArray:
@@ -47,5 +46,4 @@ def continuous_quaternions(matrices: FloatArray) -> FloatArray:
     quaternions = Rotation.from_matrix(matrices).as_quat()
     flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
     signs = np.where(np.cumsum(np.concatenate(([0], flips))) % 2, -1.0, 1.0)
-    continuous: FloatArray = quaternions * signs[:, None]
-    return continuous
+    return quaternions * signs[:, None]

@@ -20,25 +20,24 @@ class SceneParameters:
     """The place."""
 
     distance: float = parameter(
-        2.2, unit="m", low=1.0, high=4.5, doc="sensors to the subject's starting place, level"
+        2.2, unit="m", limits=(1.0, 4.5), doc="sensors to the subject's starting place, level"
     )
     sensor_height: float = parameter(
-        1.3, unit="m", low=0.3, high=3.0, doc="height of both sensors above the floor"
+        1.3, unit="m", limits=(0.3, 3.0), doc="height of both sensors above the floor"
     )
     aside: float = parameter(
         38.0,
         unit="deg",
-        low=-180.0,
-        high=180.0,
+        limits=(-180.0, 180.0),
         doc="how far the right sensor is moved around the subject, to its own right",
     )
     tilt: float = parameter(
-        8.0, unit="deg", low=-45.0, high=45.0, doc="how far both sensors look down"
+        8.0, unit="deg", limits=(-45.0, 45.0), doc="how far both sensors look down"
     )
     roll: float = parameter(
-        3.0, unit="deg", low=-45.0, high=45.0, doc="how far the right sensor is rolled"
+        3.0, unit="deg", limits=(-45.0, 45.0), doc="how far the right sensor is rolled"
     )
-    body_height: float = parameter(1.75, unit="m", low=1.2, high=2.2, doc="the subject's height")
+    body_height: float = parameter(1.75, unit="m", limits=(1.2, 2.2), doc="the subject's height")
 
 
 def subject_place(scene: SceneParameters) -> tuple[tuple[float, float], float]:

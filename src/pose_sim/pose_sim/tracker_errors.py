@@ -82,8 +82,7 @@ def tracked(
     pull = p.inertia * np.clip(blocked + pointing + quick, 0.0, 1.0)
     for upper, lower in ARMS:
         pull[:, [upper, lower]] = np.maximum(pull[:, [upper]], pull[:, [lower]])
-    pulled: FloatArray = late + pull[..., None] * (remembered - relative)
-    return pulled
+    return late + pull[..., None] * (remembered - relative)
 
 
 def offsets(
@@ -133,8 +132,7 @@ def wander(
     size = size + p.hidden_error * blocked * stirred + p.foreshortened_error * pointing
     process = slow_process(truth_shape=velocity.shape, seconds=p.wander_time, p=p, rng=rng)
     _liken_arms(process.swapaxes(0, 1), p)
-    wrong: FloatArray = size[..., None] * process
-    return wrong
+    return size[..., None] * process
 
 
 def with_stiff_bones(wrong: FloatArray, truth: FloatArray, p: KinectParameters) -> FloatArray:
@@ -158,8 +156,7 @@ def glitches(velocity: FloatArray, p: KinectParameters, rng: np.random.Generator
     width = GLITCH_TIME * p.frame_rate / 2.0
     spread = gaussian_filter1d(size, width, axis=0, mode="constant")
     spread *= np.sqrt(2.0 * np.pi) * width  # a glitch's peak has the size drawn
-    wrong: FloatArray = p.glitch_size / np.sqrt(3.0) * spread
-    return wrong
+    return p.glitch_size / np.sqrt(3.0) * spread
 
 
 def white_noise(optical: FloatArray, p: KinectParameters, rng: np.random.Generator) -> FloatArray:
@@ -178,8 +175,7 @@ def slow_process(
     keep = np.exp(-1.0 / (p.frame_rate * seconds))
     noise = rng.standard_normal(truth_shape)
     noise[1:] *= np.sqrt(1.0 - keep**2)
-    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
-    return process
+    return lfilter([1.0], [1.0, -keep], noise, axis=0)
 
 
 def _liken_arms(draws: FloatArray, p: KinectParameters) -> None:

@@ -118,8 +118,7 @@ def earth_field(parameters: ImuParameters, heading_enu_map: float) -> FloatArray
     """
     dip = np.radians(parameters.field_dip)
     enu = 1e-6 * parameters.field_strength * np.array([0.0, np.cos(dip), -np.sin(dip)])
-    field: FloatArray = Rotation.from_euler("z", -heading_enu_map).apply(enu)
-    return field
+    return Rotation.from_euler("z", -heading_enu_map).apply(enu)
 
 
 def measure(

@@ -131,8 +131,7 @@ def _clocks(
 
 
 def _optical(points: FloatArray, T_map_optical: FloatArray) -> FloatArray:
-    optical: FloatArray = (points - T_map_optical[:3, 3]) @ T_map_optical[:3, :3]
-    return optical
+    return (points - T_map_optical[:3, 3]) @ T_map_optical[:3, :3]
 
 
 def _out_of_view(optical: FloatArray) -> FloatArray:

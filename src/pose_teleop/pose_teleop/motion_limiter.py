@@ -47,11 +47,7 @@ class Motion:
 
 
 class MotionLimiter:
-    """Moves n joints towards a target, within limits.
-
-    Args:
-        limits: Of the joints.
-    """
+    """Moves n joints towards a target, within limits."""
 
     def __init__(self, limits: MotionLimits) -> None:
         ruckig = require("ruckig")

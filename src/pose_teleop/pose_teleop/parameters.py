@@ -24,10 +24,10 @@ class ArmParameters:
         "joints", doc="follow joint by joint, or the place of the wrist", choices=MODES
     )
     scale: float = parameter(
-        1.0, doc="of `wrist`: reach of the robot over its arm's length", low=0.1, high=2.0
+        1.0, doc="of `wrist`: reach of the robot over its arm's length", limits=(0.1, 2.0)
     )
     rate: float = parameter(
-        100.0, doc="of commands while no joint states come", unit="Hz", low=20.0, high=1000.0
+        100.0, doc="of commands while no joint states come", unit="Hz", limits=(20.0, 1000.0)
     )
     dead_man: str = parameter(
         "heartbeat",
@@ -35,77 +35,69 @@ class ArmParameters:
         "`none` is for simulations",
         choices=DEAD_MEN,
     )
-    joy_button: int = parameter(4, doc="of `joy`: the button that is held", low=0, high=31)
+    joy_button: int = parameter(4, doc="of `joy`: the button that is held", limits=(0, 31))
     dead_man_timeout: float = parameter(
-        0.3, doc="silence of the dead-man input that counts as let go", unit="s", low=0.02, high=5.0
+        0.3, doc="silence of the dead-man input that counts as let go", unit="s", limits=(0.02, 5.0)
     )
     max_age: float = parameter(
         0.15,
         doc="older joint states, of person or robot, or estimates stop the robot",
         unit="s",
-        low=0.02,
-        high=2.0,
+        limits=(0.02, 2.0),
     )
     max_deviation: float = parameter(
         0.5,
         doc="a larger standard deviation of the hand's place for 0.1 s stops the robot",
         unit="m",
-        low=0.005,
-        high=1.0,
+        limits=(0.005, 1.0),
     )
     max_jump: float = parameter(
         0.5,
         doc="a larger step of an angle between two joint states stops the robot",
         unit="rad",
-        low=0.05,
-        high=6.3,
+        limits=(0.05, 6.3),
     )
     settle_time: float = parameter(
-        0.5, doc="how long all must be well before the robot starts", unit="s", low=0.0, high=60.0
+        0.5, doc="how long all must be well before the robot starts", unit="s", limits=(0.0, 60.0)
     )
     soft_velocity: float = parameter(
         0.5,
         doc="of every joint in the soft start; after 3 s more, so that it catches up",
         unit="rad/s",
-        low=0.01,
-        high=10.0,
+        limits=(0.01, 10.0),
     )
     soft_tolerance: float = parameter(
         0.1,
         doc="the soft start ends when every joint is this near to the person's pose",
         unit="rad",
-        low=0.01,
-        high=1.0,
+        limits=(0.01, 1.0),
     )
     ramp_time: float = parameter(
-        1.5, doc="from the soft start's velocity to the full one", unit="s", low=0.0, high=60.0
+        1.5, doc="from the soft start's velocity to the full one", unit="s", limits=(0.0, 60.0)
     )
     velocity_share: float = parameter(
-        0.9, doc="share of the URDF's velocity limits to use", low=0.01, high=1.0
+        0.9, doc="share of the URDF's velocity limits to use", limits=(0.01, 1.0)
     )
     max_acceleration: float = parameter(
-        0.0, doc="of every joint; 0: the robot file's", unit="rad/s²", low=0.0, high=1000.0
+        0.0, doc="of every joint; 0: the robot file's", unit="rad/s²", limits=(0.0, 1000.0)
     )
     max_jerk: float = parameter(
         0.0,
         doc="of every joint; 0: 25 a second of the acceleration",
         unit="rad/s³",
-        low=0.0,
-        high=100000.0,
+        limits=(0.0, 100000.0),
     )
     position_margin: float = parameter(
         0.02,
         doc="commands keep this far inside the limits of position",
         unit="rad",
-        low=0.0,
-        high=0.5,
+        limits=(0.0, 0.5),
     )
     max_lag: float = parameter(
         0.5,
         doc="a robot that is further than this from its command is stopped",
         unit="rad",
-        low=0.01,
-        high=6.3,
+        limits=(0.01, 6.3),
     )
 
 
@@ -138,7 +130,7 @@ class HriParameters:
     )
     ids_type: str = parameter("hri_msgs/msg/IdsList", doc="the message of `/humans/bodies/tracked`")
     timeout: float = parameter(
-        1.0, doc="silence after which the person is no longer tracked", unit="s", low=0.1, high=60.0
+        1.0, doc="silence after which the person is no longer tracked", unit="s", limits=(0.1, 60.0)
     )
 
 
@@ -149,15 +141,15 @@ class SimulatedRobotParameters:
     robot: str = parameter("g1", doc="a shipped robot (`g1`, `panda`), or a YAML file like theirs")
     urdf: str = parameter("", doc="another URDF than the robot's; a path or `package://`")
     side: str = parameter("left", doc="the robot's arm", choices=SIDES)
-    x: float = parameter(2.0, doc="where the robot stands in map", unit="m", low=-100.0, high=100.0)
-    y: float = parameter(-0.9, doc="where the robot stands", unit="m", low=-100.0, high=100.0)
-    z: float = parameter(0.8, doc="where the robot stands", unit="m", low=-100.0, high=100.0)
+    x: float = parameter(2.0, doc="where the robot stands in map", unit="m", limits=(-100.0, 100.0))
+    y: float = parameter(-0.9, doc="where the robot stands", unit="m", limits=(-100.0, 100.0))
+    z: float = parameter(0.8, doc="where the robot stands", unit="m", limits=(-100.0, 100.0))
     yaw: float = parameter(
-        3.1416, doc="where the robot looks: 0 along map's x", unit="rad", low=-6.3, high=6.3
+        3.1416, doc="where the robot looks: 0 along map's x", unit="rad", limits=(-6.3, 6.3)
     )
-    rate: float = parameter(200.0, doc="of its joint states", unit="Hz", low=10.0, high=1000.0)
+    rate: float = parameter(200.0, doc="of its joint states", unit="Hz", limits=(10.0, 1000.0))
     mass_error: float = parameter(
-        0.1, doc="by how much its controller misjudges the masses", low=-0.5, high=0.5
+        0.1, doc="by how much its controller misjudges the masses", limits=(-0.5, 0.5)
     )
 
 
@@ -165,4 +157,4 @@ class SimulatedRobotParameters:
 class HoldParameters:
     """What the user of the ``hold`` node can set."""
 
-    rate: float = parameter(20.0, doc="of the heartbeat", unit="Hz", low=5.0, high=100.0)
+    rate: float = parameter(20.0, doc="of the heartbeat", unit="Hz", limits=(5.0, 100.0))

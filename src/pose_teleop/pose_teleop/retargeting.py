@@ -79,13 +79,8 @@ class NamedPoses:
     is_valid: tuple[bool, ...]
 
 
-def smpl_poses(places: BodyPlaces, is_known: bool = True) -> NamedPoses | None:
-    """The 24 joints; None if a frame is missing.
-
-    Args:
-        places: The person's frames.
-        is_known: Whether the person is known at all.
-    """
+def smpl_poses(places: BodyPlaces) -> NamedPoses | None:
+    """The 24 joints of a person's frames; None if a frame is missing."""
     # A body without a waist has no trunk of its own.
     index = {"trunk": places.index.get("body", 0), **places.index}
     wanted = {n for rule in RULES for n in (rule.start, rule.end, rule.turned_as)}
@@ -98,7 +93,5 @@ def smpl_poses(places: BodyPlaces, is_known: bool = True) -> NamedPoses | None:
     ahead = turned.apply(np.array([rule.ahead for rule in RULES]))
     position = starts + share * (ends - starts) + ahead
     finite = np.isfinite(position).all(axis=1)
-    valid = (
-        bool(is_known and ok and not rule.is_guess) for rule, ok in zip(RULES, finite, strict=True)
-    )
+    valid = (bool(ok and not rule.is_guess) for rule, ok in zip(RULES, finite, strict=True))
     return NamedPoses(position=position, xyzw=turned.as_quat(), is_valid=tuple(valid))

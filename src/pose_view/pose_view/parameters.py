@@ -13,7 +13,7 @@ class ViewParameters:
         "127.0.0.1", doc="address to serve the page on; 0.0.0.0: for all that have the token"
     )
     port: int = parameter(
-        8080, low=0, high=65535, doc="port of the page; the next free one if it is taken, any for 0"
+        8080, limits=(0, 65535), doc="port of the page; the next free one if it is taken, any for 0"
     )
     bodies: tuple[str, ...] = parameter(
         ("subject_kinect", "subject", "subject_imu"),
@@ -23,7 +23,7 @@ class ViewParameters:
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
     )
-    rate: float = parameter(30.0, unit="Hz", low=1.0, high=120.0, doc="pictures a second, at most")
+    rate: float = parameter(30.0, unit="Hz", limits=(1.0, 120.0), doc="pictures a second, at most")
     plot_span: float = parameter(
-        10.0, unit="s", low=2.0, high=120.0, doc="how far the plots look back"
+        10.0, unit="s", limits=(2.0, 120.0), doc="how far the plots look back"
     )

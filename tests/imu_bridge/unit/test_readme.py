@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from readme_tables import markdown_table
 
 from imu_bridge.devices import PortConfig, parse_devices, read_devices
 from imu_bridge.filters import FILTERS
@@ -13,7 +14,7 @@ from imu_bridge.protocols import PROTOCOLS
 from imu_bridge.protocols import star as protocol
 from imu_bridge.protocols.star import Decoder
 from pose_core.joints import SEGMENTS
-from pose_core.parameters import from_mapping, markdown_table, specs, values_from_ros_yaml
+from pose_core.parameters import from_mapping, specs, values_from_ros_yaml
 
 PACKAGE = Path(__file__).parents[3] / "src" / "imu_bridge"
 README = (PACKAGE / "README.md").read_text()

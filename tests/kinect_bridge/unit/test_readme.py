@@ -1,11 +1,12 @@
 import re
 from pathlib import Path
 
+from readme_tables import joints_table, markdown_table
+
 from kinect_bridge.parameters import KinectBridgeParameters
-from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_core.parameters import from_mapping, values_from_ros_yaml
 from pose_io.recordings.formats import FORMATS, plain_csv
 from pose_io.recordings.joint_map_files import SHIPPED, shipped_joint_map
-from pose_io.recordings.joint_maps import markdown_table as joints_table
 
 PACKAGE = Path(__file__).parents[3] / "src" / "kinect_bridge"
 README = (PACKAGE / "README.md").read_text()

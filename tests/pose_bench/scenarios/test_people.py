@@ -2,7 +2,7 @@
 
 import pytest
 
-from pose_bench.people import make_scene, score_scene
+from pose_bench.tools.people import make_scene, score_scene
 
 
 @pytest.mark.parametrize("people", [2, 3, 4])

@@ -75,7 +75,7 @@ def test_the_tool_writes_the_table_and_the_csv(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(accuracy_tool, "quick_cells", lambda: [CELL])
     arguments = ["accuracy", "--quick", "--methods", "left", "joint_kf", "--jobs", "1"]
 
-    status = bench.run([*arguments, "-o", str(tmp_path / "out"), "--cache", str(tmp_path)])
+    status = bench.run([*arguments, "-o", str(tmp_path / "out")])
 
     assert status == 0
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"accuracy.md", "accuracy.csv"}

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from pose_bench import kinectmultitrack, uiprmd
+from pose_bench.accuracy import rows_csv
 from pose_bench.one_camera import RAW
-from pose_bench.scores_csv import rows_csv
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_core.streams.angle_series import AngleSeries, angle_series
 from pose_io.recordings.recording import make_recording, make_stream

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pose_bench.accuracy import scores_csv
 from pose_bench.means import MethodMeans, ratios
 from pose_bench.methods import TimedRun
-from pose_bench.scores_csv import scores_csv
 from pose_bench.scoring import Score, coverage, dof_errors, score
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.suite import KNOWN, Cell

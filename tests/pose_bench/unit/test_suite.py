@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from pose_bench.accuracy import FIGURES
 from pose_bench.methods import METHODS
-from pose_bench.scores_csv import FIGURES
 from pose_bench.suite import (
     CONDITIONS,
     JUDGING_SEEDS,

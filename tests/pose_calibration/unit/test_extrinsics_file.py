@@ -11,9 +11,10 @@ from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibra
 from pose_calibration.files.extrinsics_file import (
     load_extrinsics,
     load_extrinsics_of,
+    read_document,
     save_extrinsics,
+    write_document,
 )
-from pose_calibration.files.session_file import load_section, save_section
 from pose_core.errors import InputError
 from pose_core.plain_yaml import dump_yaml
 from pose_core.session.clocks import Clock
@@ -253,28 +254,11 @@ def test_view_offsets_are_saved_by_joint_and_loaded(extrinsics, document, tmp_pa
 def test_sections_are_kept_when_the_calibration_is_replaced(extrinsics, tmp_path):
     path = tmp_path / "session.yaml"
     save_extrinsics(path, extrinsics)
-    assert load_section(path, "straps") is None
-    save_section(path, "straps", {"bone_lengths": {"left_thigh": 0.43}, "joints": ["head"]})
+    straps = {"bone_lengths": {"left_thigh": 0.43}, "joints": ["head"]}
+    write_document(path, {**read_document(path), "straps": straps})
     save_extrinsics(path, extrinsics_from_map(POSES))
-    assert load_section(path, "straps") == {
-        "bone_lengths": {"left_thigh": 0.43},
-        "joints": ["head"],
-    }
+    assert read_document(path)["straps"] == straps
     assert load_extrinsics(path).reference == "left"
-
-
-def test_sections_are_plain_and_do_not_hide_the_calibration(extrinsics, tmp_path):
-    path = tmp_path / "session.yaml"
-    save_extrinsics(path, extrinsics)
-    with pytest.raises(InputError, match="'sensors' cannot be a section"):
-        save_section(path, "sensors", {})
-    with pytest.raises(InputError, match="section body/x holds a ndarray"):
-        save_section(path, "body", {"x": np.zeros(3)})
-    with pytest.raises(InputError, match="cannot read the calibration"):
-        save_section(tmp_path / "none.yaml", "body", {})
-    path.write_text(path.read_text() + "imus: 3\n")
-    with pytest.raises(InputError, match="section 'imus' is 3, expected a mapping"):
-        load_section(path, "imus")
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from synthetic_body import MODEL, SHAPE, kinematics, random_dof
 
 from pose_core.body.inverse_kinematics import dof_from_positions
 from pose_core.body.joint_angles import joint_angles
-from pose_core.body.joint_rotations import continuous_vector, link_angles, link_rates
+from pose_core.body.joint_rotations import continuous_vector, link_angles
 from pose_core.body.kinematics import left_jacobian, rotation_from_vector
 from pose_core.joints import JOINT_INDEX
 
@@ -42,15 +42,6 @@ def test_position_jacobian_matches_finite_differences(rng):
             axis=-1,
         )
         np.testing.assert_allclose(body.jacobian(dof), numeric, atol=1e-8)
-
-
-def test_angular_velocities_match_finite_differences(rng):
-    body = kinematics()
-    dof, rates = random_dof(rng)[0], rng.normal(size=MODEL.size)
-    before = Rotation.from_matrix(body.pose(dof - STEP * rates).rotations)
-    after = Rotation.from_matrix(body.pose(dof + STEP * rates).rotations)
-    expected = (after * before.inv()).as_rotvec() / (2 * STEP)
-    np.testing.assert_allclose(body.angular_velocities(dof, rates), expected, atol=1e-6)
 
 
 def test_bones_keep_their_lengths_in_every_pose(rng):
@@ -100,19 +91,6 @@ def test_link_angles_undo_the_links_chain(rng):
             parent = rotations[MODEL.link_names.index(link.parent)]
             found = link_angles(link, parent.T @ rotations[index], dof[which])
             np.testing.assert_allclose(found, dof[which], atol=1e-9, err_msg=link.name)
-
-
-def test_link_rates_undo_the_angular_velocities(rng):
-    body = kinematics()
-    dof, rates = random_dof(rng)[0], rng.normal(size=MODEL.size)
-    omega, rotations = body.angular_velocities(dof, rates), body.pose(dof).rotations
-    for index, link in enumerate(MODEL.links.values()):
-        if link.parent is None:
-            continue
-        which = [MODEL.dof_index[d.name] for d in link.dof]
-        parent = MODEL.link_names.index(link.parent)
-        found = link_rates(link, rotations[parent], dof[which], omega[index] - omega[parent])
-        np.testing.assert_allclose(found, rates[which], atol=0.03, err_msg=link.name)
 
 
 def test_shoulder_angles_do_not_jump_while_an_arm_is_raised_past_the_pole():

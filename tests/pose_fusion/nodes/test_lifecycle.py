@@ -176,5 +176,5 @@ def test_every_number_may_be_given_as_an_integer(ros_context, parameters):
 
 def an_integer(spec):
     """One that is allowed, None if none is."""
-    low = 0 if spec.low is None else math.ceil(spec.low)
-    return low if spec.high is None or low <= spec.high else None
+    low, high = spec.limits or (0.0, math.inf)
+    return math.ceil(low) if math.ceil(low) <= high else None

@@ -2,7 +2,7 @@
 
 from xml.etree import ElementTree
 
-from pose_fusion.watching.policy import NodeUse, policy_xml
+from pose_fusion.nodes.policy import NodeUse, policy_xml
 
 
 def test_each_node_may_do_what_it_does_and_nothing_else():

@@ -2,11 +2,12 @@ import re
 from pathlib import Path
 
 import pytest
+from readme_tables import markdown_table
 
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_core.parameters import from_mapping, values_from_ros_yaml
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 

@@ -7,7 +7,7 @@ import pytest
 
 from pose_core.errors import InputError
 from pose_fusion.recording.recording import Recording
-from pose_fusion.tools.doctor_bag import doctor_bag
+from pose_fusion.tools.doctor import doctor_bag
 from pose_io.bag_repair import END, examine, repair
 from pose_io.bags import open_bag
 from pose_io.typestore import make_typestore

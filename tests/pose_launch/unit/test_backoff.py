@@ -1,6 +1,6 @@
 """How long the launcher waits before it starts a process again."""
 
-from pose_launch.backoff import LONGEST_DELAY_S, RECOVERED_S, BackOff
+from pose_launch.supervising import LONGEST_DELAY_S, RECOVERED_S, BackOff
 
 
 def test_quick_deaths_are_answered_ever_more_slowly():

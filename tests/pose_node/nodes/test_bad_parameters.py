@@ -13,7 +13,7 @@ from pose_node.nodes.declaring import declare_parameters
 
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
-    rate: float = parameter(30.0, unit="Hz", doc="how often", low=1.0, high=240.0)
+    rate: float = parameter(30.0, unit="Hz", doc="how often", limits=(1.0, 240.0))
     subject: str = parameter("subject", doc="whose", pattern=NAME)
     sensors: tuple[str, ...] = parameter(("left",), doc="from whom", pattern=NAME_ENDING)
 

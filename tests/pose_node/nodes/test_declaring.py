@@ -14,7 +14,7 @@ from pose_node.nodes.declaring import accept_changes, declare_parameters
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
     names: tuple[str, ...] = parameter((), doc="some names")
-    rate: float = parameter(30.0, unit="Hz", doc="how often", low=1.0, high=240.0)
+    rate: float = parameter(30.0, unit="Hz", doc="how often", limits=(1.0, 240.0))
     count: int = parameter(3, doc="how many")
 
 

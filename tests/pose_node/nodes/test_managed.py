@@ -18,7 +18,7 @@ from pose_node.nodes.managed import ManagedNode
 
 @dataclass(frozen=True, kw_only=True)
 class Parameters:
-    rate: float = parameter(30.0, unit="Hz", doc="how often", low=1.0, high=240.0)
+    rate: float = parameter(30.0, unit="Hz", doc="how often", limits=(1.0, 240.0))
     whom: str = parameter("", doc="to whom")
     file: str = parameter("", doc="where from")
 

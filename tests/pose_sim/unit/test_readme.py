@@ -3,8 +3,8 @@ import re
 from pathlib import Path
 
 import pytest
+from readme_tables import markdown_table
 
-from pose_core.parameters import markdown_table
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.imu_noise import ImuParameters
 from pose_sim.kinect_noise import KinectParameters

@@ -4,8 +4,9 @@ import re
 from pathlib import Path
 
 import pytest
+from readme_tables import markdown_table
 
-from pose_core.parameters import from_mapping, markdown_table, values_from_ros_yaml
+from pose_core.parameters import from_mapping, values_from_ros_yaml
 from pose_teleop.parameters import (
     ArmParameters,
     HoldParameters,

@@ -11,7 +11,7 @@ from pose_core.joints import JOINT_INDEX
 from pose_view.curves import BodyTrack, curve, on_grid, titles
 from pose_view.plain_words import Line, Mark, NodeReport, as_html, imu_line, node_line, stream_line
 from pose_view.stream_monitor import StreamMonitor
-from pose_view.svg_plot import svg_plot, ticks
+from pose_view.web.plots import svg_plot, ticks
 
 JOINTS = moving_joints(4.0)
 TRACK = BodyTrack(stamps_ns=START_NS + FRAME_NS * np.arange(len(JOINTS)), joints=JOINTS)

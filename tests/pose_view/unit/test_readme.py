@@ -1,7 +1,8 @@
 import re
 from pathlib import Path
 
-from pose_core.parameters import markdown_table
+from readme_tables import markdown_table
+
 from pose_view.parameters import ViewParameters
 
 README = Path(__file__).parents[3] / "src" / "pose_view" / "README.md"

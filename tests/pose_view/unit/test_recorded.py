@@ -8,8 +8,8 @@ from pose_core.api import FusionParameters, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
-from pose_view.comparison import compute_bodies, missing_bodies
 from pose_view.recorded import Recorded
+from pose_view.tools.view import compute_bodies, missing_bodies
 
 
 @pytest.fixture(scope="module")

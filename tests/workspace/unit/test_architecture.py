@@ -8,7 +8,6 @@ import pytest
 
 SRC = Path(__file__).resolve().parents[3] / "src"
 PACKAGES = sorted(setup.parent.name for setup in SRC.glob("*/setup.py"))
-BRIDGES = ("kinect_bridge", "imu_bridge")
 _PURE = {"pose_core", "pose_calibration", "pose_io", "pose_evaluation"}
 ALLOWED = {
     "pose_core": set(),

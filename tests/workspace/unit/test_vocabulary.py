@@ -34,7 +34,7 @@ PRIVATE = {
 """Words that have been in names once, and what the field says."""
 OF_VARIABLES = PRIVATE.keys() - {"beside", "following", "fresh", "lean", "looks"}
 """Those that are no plain English words for a variable, parameter or field either."""
-STILL_PRIVATE = ("pose_core/filter/", "pose_core/imu/", "pose_bench/")
+STILL_PRIVATE = ("pose_core/filter/",)
 """Folders whose variables have private words still."""
 
 

@@ -12,7 +12,6 @@ from imu_bridge.filters.offered_field import OfferedField
 from imu_bridge.filters.orientation_filter import (
     FilterSettings,
     FloatArray,
-    IndexArray,
     SampleRound,
 )
 from imu_bridge.filters.quaternions import rotate
@@ -53,7 +52,7 @@ class ConditionedFilter(ABC):
         self._bias.update(index, dt, samples.angular_velocity, samples.acceleration)
         rate = samples.angular_velocity - self.bias[index]
         field = self._believed(samples, rate)
-        q = self._advance(index, dt, rate, samples.acceleration, field)
+        q = self._advance(samples, rate, field)
         self._orientation[index] = q
         corrected = ~np.isnan(field[:, 0]) & ~np.isnan(q[:, 3])
         self._heading.update(index, dt, corrected)
@@ -79,12 +78,5 @@ class ConditionedFilter(ABC):
         """Begin one sensor anew."""
 
     @abstractmethod
-    def _advance(
-        self,
-        index: IndexArray,
-        dt: FloatArray,
-        rate: FloatArray,
-        acceleration: FloatArray,
-        field: FloatArray,
-    ) -> FloatArray:
-        """One step of the plain filter, arrays as in :class:`SampleRound`; the orientations."""
+    def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:
+        """One step of the plain filter, by corrected rates and the fields to use; orientations."""

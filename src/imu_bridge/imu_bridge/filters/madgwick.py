@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imu_bridge.filters.conditioned import ConditionedFilter
-from imu_bridge.filters.orientation_filter import FilterSettings
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.filters.quaternions import (
     cross,
     from_matrix,
@@ -199,12 +199,5 @@ class MadgwickOrientation(ConditionedFilter):
     def _forget(self, index: int) -> None:
         self._filter.reset(index)
 
-    def _advance(
-        self,
-        index: IndexArray,
-        dt: FloatArray,
-        rate: FloatArray,
-        acceleration: FloatArray,
-        field: FloatArray,
-    ) -> FloatArray:
-        return self._filter.update(index, dt, rate, acceleration, field)
+    def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:
+        return self._filter.update(samples.index, samples.dt, rate, samples.acceleration, field)

@@ -112,8 +112,7 @@ class FieldCheck:
 
 def _share(dt: FloatArray, tau_s: float) -> FloatArray:
     """How much of a difference a first-order low-pass takes in, shape (k, 1)."""
-    share: FloatArray = -np.expm1(-dt / tau_s)[:, None]
-    return share
+    return -np.expm1(-dt / tau_s)[:, None]
 
 
 def _alike(field: FloatArray, reference: FloatArray) -> BoolArray:

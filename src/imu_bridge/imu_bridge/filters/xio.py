@@ -10,7 +10,7 @@ import numpy as np
 
 from imu_bridge.filters.conditioned import ConditionedFilter
 from imu_bridge.filters.madgwick import initial_orientation
-from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, IndexArray
+from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
 from imu_bridge.filters.quaternions import multiply
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
 
@@ -50,14 +50,8 @@ class XioOrientation(ConditionedFilter):
     def _forget(self, index: int) -> None:
         self._filters[index] = self._begin()
 
-    def _advance(
-        self,
-        index: IndexArray,
-        dt: FloatArray,
-        rate: FloatArray,
-        acceleration: FloatArray,
-        field: FloatArray,
-    ) -> FloatArray:
+    def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:
+        index, acceleration = samples.index, samples.acceleration
         degrees, g = np.degrees(rate), acceleration / STANDARD_GRAVITY
         has_field = ~np.isnan(field[:, 0])
         usable = np.abs(g).max(axis=1, initial=0.0) > 0.0
@@ -69,7 +63,7 @@ class XioOrientation(ConditionedFilter):
                 if not usable[row]:
                     continue
                 self._start(ahrs, acceleration[row], field[row])
-            ahrs.set_sample_period(dt[row])
+            ahrs.set_sample_period(samples.dt[row])
             if has_field[row]:
                 ahrs.update(degrees[row], g[row], field[row] * 1e6)
             else:

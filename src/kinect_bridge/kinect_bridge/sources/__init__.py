@@ -28,5 +28,4 @@ def make_source(parameters: "KinectBridgeParameters") -> SkeletonSource:
         PoseError: If one of its parameters is not what it should be.
     """
     module, name = SOURCES[parameters.source].split(".")
-    source: SkeletonSource = getattr(import_module(f"{__name__}.{module}"), name)(parameters)
-    return source
+    return getattr(import_module(f"{__name__}.{module}"), name)(parameters)

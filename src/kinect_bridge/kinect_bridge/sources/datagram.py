@@ -73,5 +73,4 @@ def _four(joint: list[float | None] | None) -> list[float]:
 
 def _confidence(values: FloatArray) -> FloatArray:
     """Infinite ones say no more than missing ones."""
-    confidence: FloatArray = np.where(np.isfinite(values[:, 3]), values[:, 3], np.nan)
-    return confidence
+    return np.where(np.isfinite(values[:, 3]), values[:, 3], np.nan)

@@ -49,7 +49,7 @@ class LiveSource:
     Args:
         name: The source, for messages.
         hardware_id: The device, port or topic.
-        joint_map: Of the people that are pushed without one of their own.
+        joint_map: Of the people that are pushed.
         on_host_clock: As of :class:`LiveClock`.
         counters: Further reasons for which the subclass leaves something out.
         topics: What to subscribe to.
@@ -97,15 +97,12 @@ class LiveSource:
     def close(self) -> None:
         """Nothing to let go of."""
 
-    def push(
-        self, people: Sequence[Person], capture_ns: int | None, joint_map: JointMap | None = None
-    ) -> None:
+    def push(self, people: Sequence[Person], capture_ns: int | None) -> None:
         """Give a frame to the node.
 
         Args:
             people: Everybody in the frame.
             capture_ns: When it was captured [ns], None if nobody said.
-            joint_map: Of these people, if it is another one than the source's.
         """
         arrival_ns = self._now_ns()
         self._heard_ns = arrival_ns
@@ -116,7 +113,7 @@ class LiveSource:
         if len(self._frames) == QUEUE:
             self.counters.add("frames_overrun")
             self._frames.popleft()
-        self._frames.append(self._frame(people, stamp_ns, joint_map or self.joint_map))
+        self._frames.append(self._frame(people, stamp_ns))
         self._wake()
 
     def report(self) -> SourceReport:
@@ -146,12 +143,14 @@ class LiveSource:
         """Further values for ``/diagnostics``."""
         return {}
 
-    def _frame(self, people: Sequence[Person], stamp_ns: int, joint_map: JointMap) -> SkeletonFrame:
+    def _frame(self, people: Sequence[Person], stamp_ns: int) -> SkeletonFrame:
         ids, positions, states = [], [], []
-        for person in self._acceptable(people, joint_map):
-            state = np.minimum(joint_map.states(person.confidence), np.uint8(person.at_most))
+        for person in self._acceptable(people):
+            state = np.minimum(self.joint_map.states(person.confidence), np.uint8(person.at_most))
             given = np.asarray(person.positions, np.float64)
-            place, state = joint_map.convert(np.where(np.isfinite(given), given, np.nan), state)
+            place, state = self.joint_map.convert(
+                np.where(np.isfinite(given), given, np.nan), state
+            )
             far = np.abs(place).max(axis=-1) > MAX_DISTANCE_M  # NaN is not
             self.counters.add("joints_out_of_range", int(far.sum()))
             place[far] = np.nan
@@ -169,7 +168,7 @@ class LiveSource:
             tracking_state=np.array(states, dtype=np.uint8).reshape(-1, len(JOINTS)),
         )
 
-    def _acceptable(self, people: Sequence[Person], joint_map: JointMap) -> list[Person]:
+    def _acceptable(self, people: Sequence[Person]) -> list[Person]:
         """The people whose id and number of joints are as they should be."""
         self.counters.add("people_beyond_limit", max(0, len(people) - MAX_PEOPLE))
         accepted: dict[str, Person] = {}
@@ -178,7 +177,7 @@ class LiveSource:
                 self.counters.add("people_bad_id")
             elif person.id in accepted:
                 self.counters.add("people_repeated")
-            elif np.shape(person.positions) != (len(joint_map.joints), 3):
+            elif np.shape(person.positions) != (len(self.joint_map.joints), 3):
                 self.counters.add("people_wrong_joints")
             else:
                 accepted[person.id] = person

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from pose_bench.methods import METHODS, run_method
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
-from pose_evaluation.scores import mean_known, score_method
+from pose_core.finite_numbers import mean_known
+from pose_evaluation.scores import score_method
 
 ANGLES = (
     "right_hip_flexion",

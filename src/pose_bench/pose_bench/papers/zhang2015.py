@@ -1,7 +1,6 @@
 """zhang2015's limbs: pitch and yaw by Kinect, IMU and both, while a limb is seen and while not."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +9,9 @@ from pose_bench.methods import METHODS, run_method
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
 from pose_core.api import FloatArray, SkeletonSeries, wrapped
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.limb_attitude import limb_attitude
-from pose_evaluation.scores import mean_known
 from pose_evaluation.stability import BONES
 
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
@@ -21,9 +20,9 @@ SHOWN = ("left", "imu", "zhang2015", "default+imus")
 """The one Kinect that zhang2015 has, the IMUs, the paper's fusion, ours with both Kinects."""
 
 
-def limb_table(seeds: Sequence[int], cache: Path | None) -> TextTable:
+def limb_table(seeds: Sequence[int]) -> TextTable:
     """RMS error of pitch and yaw of four arm segments, means over seeds."""
-    found = [_errors(seed, cache) for seed in seeds]
+    found = [_errors(seed) for seed in seeds]
     table = TextTable(
         title="zhang2015, pitch and yaw of the arms: RMS error [°]",
         header=["", "pitch, seen", "yaw, seen", "pitch, occluded", "yaw, occluded"],
@@ -37,11 +36,10 @@ def limb_table(seeds: Sequence[int], cache: Path | None) -> TextTable:
     return table
 
 
-def _errors(seed: int, cache: Path | None) -> dict[str, FloatArray]:
+def _errors(seed: int) -> dict[str, FloatArray]:
     """By method: RMS error [°] of pitch and yaw, seen and occluded, shape (4,)."""
     session = bench_session(
         SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed),
-        cache=cache,
         imu_filter="madgwick",
     )
     methods = {method.name: method for method in METHODS}

@@ -8,11 +8,16 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pose_bench import kinectmultitrack, uiprmd
-from pose_bench.accuracy import run_suite
+from pose_bench.accuracy import (
+    ESTIMATORS,
+    rows_csv,
+    run_kinectmultitrack,
+    run_suite,
+    run_uiprmd,
+    scores_csv,
+)
 from pose_bench.methods import METHODS, Method, available_methods
 from pose_bench.pool import Progress as ToldProgress
-from pose_bench.real_data import ESTIMATORS, run_kinectmultitrack, run_uiprmd
-from pose_bench.scores_csv import rows_csv, scores_csv
 from pose_bench.suite import CALIBRATION_WALK, JUDGING_SEEDS, LEVELS, cells, quick_cells
 from pose_bench.summary import failures, tables
 from pose_bench.tables import TextTable
@@ -54,13 +59,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-o", "--output", type=Path, metavar="DIR", help="folder for accuracy.md and the CSV files"
     )
-    parser.add_argument(
-        "--cache",
-        type=Path,
-        metavar="DIR",
-        default=default_cache(),
-        help="folder that keeps the IMUs' orientations for the next run (default: %(default)s)",
-    )
 
 
 def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
@@ -88,12 +86,6 @@ def _add_session_arguments(group: argparse._ArgumentGroup) -> None:
         help=f"seeds (default: {' '.join(map(str, JUDGING_SEEDS))}, which nothing is tuned on)",
     )
     group.add_argument("--quick", action="store_true", help="three short sessions instead")
-
-
-def default_cache() -> Path:
-    """The user's folder for what can be made again."""
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "pose_fusion" / "bench"
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -155,7 +147,6 @@ class _Bench:
         scores = run_suite(
             chosen,
             self._methods,
-            cache=arguments.cache,
             jobs=arguments.jobs,
             progress=self._bar("sessions"),
         )

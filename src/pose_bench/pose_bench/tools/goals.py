@@ -1,7 +1,11 @@
 """``./pose bench``: speed, live, offline and prediction in one run, against their goals."""
 
 import argparse
+import json
+import subprocess
+import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from statistics import median
@@ -9,14 +13,22 @@ from statistics import median
 import numpy as np
 from rich.console import Console
 
-from pose_bench.prediction import prediction_errors
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.speed import OPENSIM, TEXTBOOK, WHOLE, exponent, growth, machine, update_timings
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.graph_start import first_state_s
-from pose_bench.tools.live_graph import LiveResult, run_live
+from pose_bench.tools.live_graph import LiveResult, run_live, stopped
 from pose_bench.tools.offline import fuse_cost
+from pose_bench.tools.prediction import prediction_errors
 from pose_bench.tools.showing import show
+from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
+from pose_fusion.tools.demo_processes import executable, run_to_end, start, stop
+
+PROBE_S = 4.0  # [s] until the probe listens
+WATCHED_S = 12.0  # [s] for which the graph runs
+LAUNCH_FILE = "capture.launch.yaml"
+PARAMETERS = "/**:\n  ros__parameters:\n    extrinsics_file: {}\n"
+
 
 SUMMARY = "all of speed, live, offline and prediction against their goals, in one table"
 FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
@@ -24,9 +36,57 @@ STARTS = 3
 LIVE_S = 45.0  # [s] of the live session
 FUSED_S = 7200.0  # [s] of the live session's bag, repeated, for the offline run
 PREDICTION_SEED = 101  # that no parameter was tuned on
-
 Row = tuple[str, str, str, str]
 """What, measured, goal, whether it is met."""
+
+
+def first_state_s(session: Path, bag: Path, folder: Path) -> float:
+    """Replay a session's Kinects with places and measures that are known; time to the first state.
+
+    Args:
+        session: Folder of a synthetic session.
+        bag: What was recorded of it: places and measures are taken from there.
+        folder: Where the files and the log go.
+
+    Returns:
+        Time [s] from the command's start to the arrival of the first joint state.
+
+    Raises:
+        PoseError: If none arrived.
+    """
+    known, parameters = folder / "extrinsics.yaml", folder / "start_fusion.yaml"
+    if not known.exists():
+        run_to_end([executable("pose_fusion", "calibrate"), bag, "-o", known])
+    parameters.write_text(PARAMETERS.format(known))
+    arguments = {
+        "recording": str(session / "kinects.csv"),
+        "format": "csv",
+        "sensor_left": "left",
+        "sensor_right": "right",
+        "view": "false",
+        "record": "false",
+        "bag": str(folder / "nothing"),
+        "extrinsics_file": str(known),
+        "params": str(parameters),
+    }
+    words = [f"{name}:={value}" for name, value in arguments.items()]
+    probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
+    try:
+        time.sleep(PROBE_S)
+        begin_ns = time.time_ns()
+        with (folder / "start.log").open("w") as log:
+            command: list[str | Path] = [executable("pose_launch", "up"), LAUNCH_FILE, *words]
+            graph = start(command, stdout=log, stderr=subprocess.STDOUT)
+            try:
+                time.sleep(WATCHED_S)
+            finally:
+                stop(graph)
+    finally:
+        output = stopped(probe)
+    arrived = json.loads(output)["arrived"].values()
+    if not arrived:
+        raise InputError(f"no joint state came within {WATCHED_S:g} s: see {folder}/start.log")
+    return (min(arrived) - begin_ns) / NS_PER_S
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -134,9 +194,9 @@ def _of_prediction() -> Iterator[Row]:
     spec = SessionSpec(
         choreography="leg_lift_march", level="typical", seed=PREDICTION_SEED, duration_s=30.0
     )
-    session = bench_session(spec, cache=None)
+    session = bench_session(spec)
     for use_imus in (False, True):
-        told = prediction_errors(session, use_imus=use_imus)
-        ratio = told.predicted_deg / told.held_deg
+        errors = prediction_errors(session, use_imus=use_imus)
+        ratio = errors.predicted_deg / errors.held_deg
         name = "two Kinects, nine IMUs" if use_imus else "two Kinects"
         yield _row(f"error predicted to now over last output's, {name}", ratio, 1.0, 2)

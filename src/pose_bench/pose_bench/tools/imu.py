@@ -1,11 +1,10 @@
 """``./pose bench imu [BROAD_DIR]``: every orientation filter, on BROAD and on the synthetic set."""
 
 import argparse
-from dataclasses import dataclass
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from pose_bench.imu_accuracy import (
     VARIANTS,
@@ -17,7 +16,7 @@ from pose_bench.imu_accuracy import (
     trial_errors,
 )
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 
 SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the synthetic subject"
@@ -72,22 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
             tables += _broad(arguments.broad, progress)
         if not arguments.no_synthetic:
             tables += _synthetic(progress)
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "imu_accuracy.md").write_text(document("Orientation filters", tables))
+    publish(tables, "Orientation filters", arguments.output, "imu_accuracy.md")
     return 0
-
-
-@dataclass(frozen=True)
-class _Bar:
-    """Tells a progress bar how much is done."""
-
-    progress: Progress
-    task: TaskID
-
-    def __call__(self, done: int, total: int) -> None:
-        self.progress.update(self.task, completed=done / total)
 
 
 def _broad(folder: Path, progress: Progress) -> list[TextTable]:
@@ -95,7 +80,11 @@ def _broad(folder: Path, progress: Progress) -> list[TextTable]:
     found: dict[Variant, list[Errors]] = {}
     for variant in VARIANTS:
         task = progress.add_task(f"BROAD, {variant.name}", total=1.0)
-        found[variant] = trial_errors(trials, variant, _Bar(progress, task))
+        found[variant] = trial_errors(
+            trials,
+            variant,
+            lambda share: progress.update(task, completed=share),  # noqa: B023
+        )
         progress.update(task, completed=1.0)
     rows = {trial.name: [found[v][k] for v in VARIANTS] for k, trial in enumerate(trials)}
     return _tables("BROAD (optical truth)", rows, PUBLISHED)

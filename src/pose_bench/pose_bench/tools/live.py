@@ -10,7 +10,7 @@ from rich.console import Console
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 
 SUMMARY = "the whole graph in real processes: latency, load, memory, what is lost"
 
@@ -31,10 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     ):
         result = run_live(arguments.duration, Path(folder))
     tables = [_latency_table(result), _cost_table(result)]
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "live.md").write_text(document("Live", tables))
+    publish(tables, "Live", arguments.output, "live.md")
     return 0
 
 

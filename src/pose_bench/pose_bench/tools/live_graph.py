@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_bench.processes import descendants, usage
+from pose_bench.processes import descendants, sleep_until, usage
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -61,10 +61,10 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
     probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
     try:
         with LiveGraph("demo.launch.yaml", arguments, folder / "graph.log") as graph:
-            _sleep_until(start_ns + round(STEADY_S * NS_PER_S))
+            sleep_until(start_ns + round(STEADY_S * NS_PER_S))
             graph.check()
             before = _usages(graph.pid)
-            _sleep_until(start_ns + round((duration_s - 1.0) * NS_PER_S))
+            sleep_until(start_ns + round((duration_s - 1.0) * NS_PER_S))
             graph.check()
             after = _usages(graph.pid)
             graph.stop()
@@ -83,10 +83,6 @@ def stopped(probe: "subprocess.Popen[str]") -> str:
         stop(probe)
         raise
     return str(output)
-
-
-def _sleep_until(when_ns: int) -> None:
-    time.sleep(max(0.0, (when_ns - time.time_ns()) / NS_PER_S))
 
 
 Usages = tuple[float, dict[str, float], dict[str, float]]

@@ -2,6 +2,7 @@
 
 import argparse
 import resource
+import struct
 import subprocess
 import tempfile
 import time
@@ -12,16 +13,58 @@ from pathlib import Path
 from rich.console import Console
 
 from pose_bench.processes import descendants, usage
-from pose_bench.repeated_bag import repeat
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import executable
-from pose_io.bags import open_bag
+from pose_io.bag_writer import BagWriter
+from pose_io.bags import BagReader, open_bag
+from pose_io.topics import imu_topics, sensor_topics
+
+PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning
+STAMP = struct.Struct("<iI")
+STAMP_AT = 4  # [bytes] a message's own stamp comes first, after the encapsulation
+
 
 SUMMARY = "how fast ./pose fuse is on bags of several lengths, and how much memory it takes"
 LOOK_S = 0.2  # [s] between two looks at the memory
+
+
+def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> float:
+    """Write a bag of the sensors' messages and the static transforms; its length [s].
+
+    Args:
+        bag: Of at most some minutes: its messages are kept meanwhile.
+        path: The bag to make.
+        times: How often it is played.
+        imus: The IMUs' too.
+    """
+    topics = [*sensor_topics(bag).values(), *(imu_topics(bag).values() if imus else ())]
+    messages = [entry for batch in bag.batches(topics) for entry in batch]
+    first_ns, last_ns = messages[0][1], messages[-1][1]
+    period_ns = last_ns - first_ns + PAUSE_NS
+    with BagWriter(path) as writer:
+        writer.add_topic("/tf_static", "tf2_msgs/msg/TFMessage", latched=True)
+        for message in list(bag.messages(["/tf_static"]))[-1:]:
+            writer.write_serialized(message.topic, message.msgtype, message.data, first_ns)
+        for turn in range(times):
+            shift_ns = turn * period_ns
+            for connection, stamp_ns, data in messages:
+                shifted = shifted_by(data, shift_ns)
+                writer.write_serialized(
+                    connection.topic, connection.msgtype, shifted, stamp_ns + shift_ns
+                )
+    return times * period_ns / NS_PER_S
+
+
+def shifted_by(data: bytes, shift_ns: int) -> bytes:
+    """A message whose own stamps, all alike, are later."""
+    own = data[STAMP_AT : STAMP_AT + STAMP.size]
+    seconds, nanoseconds = STAMP.unpack(own)
+    later = divmod(seconds * NS_PER_S + nanoseconds + shift_ns, NS_PER_S)
+    return data.replace(own, STAMP.pack(*later))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -50,10 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
         for times in arguments.times:
             with Console(stderr=True).status(f"{times} times the bag"):
                 table.rows.append(_row(arguments.bag, times, imus))
-    show([table])
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "offline.md").write_text(document("Offline", [table]))
+    publish([table], "Offline", arguments.output, "offline.md")
     return 0
 
 

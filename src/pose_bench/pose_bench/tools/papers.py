@@ -8,7 +8,7 @@ from rich.console import Console
 from pose_bench.papers.li2020 import MOTIONS, motion_tables
 from pose_bench.papers.zhang2015 import limb_table
 from pose_bench.suite import LEVELS
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 
 SUMMARY = "li2020's tables 1 to 4 and zhang2015's limbs, as printed and as here"
 SEEDS = (101, 102)  # that no parameter was tuned on
@@ -23,7 +23,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=LEVELS,
         help="of the virtual Kinects' errors; figures are means (default: typical hard)",
     )
-    parser.add_argument("--cache", type=Path, metavar="DIR", help="keeps the IMUs' orientations")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for papers.md")
 
 
@@ -35,9 +34,6 @@ def run(arguments: argparse.Namespace) -> int:
         with console.status(f"li2020: {motion.title}"):
             tables += motion_tables(motion, arguments.levels, SEEDS)
     with console.status("zhang2015: attitudes of the arms"):
-        tables.append(limb_table(SEEDS, arguments.cache))
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "papers.md").write_text(document("The papers' experiments", tables))
+        tables.append(limb_table(SEEDS))
+    publish(tables, "The papers' experiments", arguments.output, "papers.md")
     return 0

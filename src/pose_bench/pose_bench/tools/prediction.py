@@ -1,17 +1,102 @@
-"""``./pose bench prediction``: what ``output_rate`` is worth, against the truth of now."""
+"""``./pose bench prediction``: what ``output_rate`` is worth, against the truth of now.
+
+Every ten milliseconds somebody asks for the pose of now. The answer is either the last output, as
+it stands, or the state predicted to now.
+"""
 
 import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 from rich.console import Console
 
-from pose_bench.prediction import prediction_errors
-from pose_bench.sessions import SessionSpec, bench_session
+from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
+from pose_core.api import (
+    BodyEstimate,
+    FloatArray,
+    FusionParameters,
+    FusionPipeline,
+    SkeletonSample,
+    SkeletonSeries,
+    angle_series,
+    wrapped,
+)
+from pose_core.errors import InputError
+from pose_core.joints import JOINTS, TrackingState
 
 SUMMARY = "the pose predicted to now against the last output, both against the truth of now"
 SEED = 101  # that no parameter was tuned on
+
+
+@dataclass(frozen=True, kw_only=True)
+class PredictionErrors:
+    """Of one session, over all instants at which the truth is known."""
+
+    held_deg: float  # RMSE [deg] of the last output, mean over the angles
+    predicted_deg: float  # the same of the prediction
+    held_stddev_deg: float  # the published standard deviation [deg], median
+    predicted_stddev_deg: float
+
+
+def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
+    """Feed a session as it arrives, and ask for now at each instant of the judged truth."""
+    parameters = FusionParameters(
+        sensors=session.extrinsics.sensors, use_imus=use_imus, output_rate=0.0
+    )
+    pipeline = FusionPipeline(parameters, session.extrinsics)
+    truth = session.judged_truth
+    stamps_ns = truth.stamps_ns.tolist()
+    asked = list(_asked(session, pipeline, stamps_ns, use_imus))
+    if not asked:
+        raise InputError("no instant to judge: expected a longer --duration")
+    rows = np.searchsorted(truth.stamps_ns, [now_ns for now_ns, _, _ in asked])
+    now_ns = truth.stamps_ns[rows]
+    true = angle_series(truth).at(now_ns)
+
+    def error_deg(poses: list[BodyEstimate]) -> float:
+        series = SkeletonSeries(
+            stamps_ns=now_ns,
+            positions=np.array([pose.joints for pose in poses]),
+            tracking_state=np.full((len(poses), len(JOINTS)), TrackingState.TRACKED, np.uint8),
+        )
+        found = angle_series(series).at(now_ns)
+        errors = [wrapped(found[name] - true[name]) for name in true]
+        return float(np.degrees(np.mean([np.sqrt(np.nanmean(error**2)) for error in errors])))
+
+    held, predicted = [h for _, h, _ in asked], [p for _, _, p in asked]
+    return PredictionErrors(
+        held_deg=error_deg(held),
+        predicted_deg=error_deg(predicted),
+        held_stddev_deg=_stddev_deg(held),
+        predicted_stddev_deg=_stddev_deg(predicted),
+    )
+
+
+def _asked(
+    session: BenchSession, pipeline: FusionPipeline, stamps_ns: list[int], use_imus: bool
+) -> Iterator[tuple[int, BodyEstimate, BodyEstimate]]:
+    """Now [ns], the last output and the prediction, at each instant at which there are both."""
+    last: BodyEstimate | None = None
+    arriving = iter(zip(session.arrivals_ns, session.samples, strict=True))
+    arrival_ns, sample = next(arriving)
+    for now_ns in stamps_ns:
+        while arrival_ns <= now_ns:
+            if use_imus or isinstance(sample, SkeletonSample):
+                estimates = pipeline.add(sample)
+                last = estimates[-1] if estimates else last
+            arrival_ns, sample = next(arriving, (2**63, sample))
+        predicted = pipeline.predict(now_ns)
+        if last is not None and predicted is not None:
+            yield now_ns, last, predicted
+
+
+def _stddev_deg(poses: list[BodyEstimate]) -> float:
+    stddev: FloatArray = np.array([pose.position_stddev[6:] for pose in poses])
+    return float(np.degrees(np.nanmedian(stddev)))
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,7 +107,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, default=30.0, metavar="S", help="of each session [s] (30)"
     )
-    parser.add_argument("--cache", type=Path, metavar="DIR", help="keeps the IMUs' orientations")
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for prediction.md")
 
 
@@ -39,15 +123,12 @@ def run(arguments: argparse.Namespace) -> int:
             choreography=name, level="typical", seed=SEED, duration_s=arguments.duration
         )
         with Console(stderr=True).status(f"predicting {name}"):
-            session = bench_session(spec, cache=arguments.cache)
+            session = bench_session(spec)
             for use_imus in (False, True):
-                told = prediction_errors(session, use_imus=use_imus)
+                found = prediction_errors(session, use_imus=use_imus)
                 label = f"{name}, two Kinects{', nine IMUs' if use_imus else ''}"
-                values = (told.held_deg, told.predicted_deg, told.predicted_deg / told.held_deg)
-                stddevs = (told.held_stddev_deg, told.predicted_stddev_deg)
+                values = (found.held_deg, found.predicted_deg, found.predicted_deg / found.held_deg)
+                stddevs = (found.held_stddev_deg, found.predicted_stddev_deg)
                 table.rows.append([label, *(number(each, 2) for each in (*values, *stddevs))])
-    show([table])
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "prediction.md").write_text(document("Prediction", [table]))
+    publish([table], "Prediction", arguments.output, "prediction.md")
     return 0

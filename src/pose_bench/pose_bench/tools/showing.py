@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pose_bench.tables import TextTable
-from pose_core.errors import InputError
+from pose_core.errors import writing
 from pose_node.plain_console import plain_console
 
 
@@ -15,6 +15,14 @@ def show(tables: Sequence[TextTable]) -> None:
     for table in tables:
         console.print(table.rich())
         console.print()
+
+
+def publish(tables: Sequence[TextTable], title: str, folder: Path | None, name: str) -> None:
+    """Print tables, and write them as a Markdown file ``name`` where a folder is given."""
+    show(tables)
+    if folder is not None:
+        with output_folder(folder):
+            (folder / name).write_text(document(title, tables))
 
 
 def document(title: str, tables: Sequence[TextTable]) -> str:
@@ -29,8 +37,6 @@ def output_folder(folder: Path) -> Iterator[Path]:
     Raises:
         InputError: If it, or anything in it, cannot be written.
     """
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         yield folder
-    except OSError as error:
-        raise InputError(f"cannot write {folder}: {error.strerror}") from error

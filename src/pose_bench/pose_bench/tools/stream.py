@@ -3,18 +3,21 @@
 import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from xml.etree import ElementTree
 
+import numpy as np
 from rich.console import Console
 
 from pose_bench.captured import true_extrinsics
 from pose_bench.captured_suite import captured_specs
 from pose_bench.one_camera import CAMERA, LEVEL_MOUNTING, view_of_stream
-from pose_bench.published_stream import published_stream
 from pose_bench.tables import UNKNOWN, TextTable, number
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
+    ROOT_DOF,
     Extrinsics,
+    FloatArray,
     FusionParameters,
     FusionPipeline,
     ImuBlock,
@@ -23,9 +26,13 @@ from pose_core.api import (
     SkeletonSample,
     extrinsics_from_map,
 )
-from pose_evaluation.stream_quality import StreamQuality, measure_stream, stream_of
+from pose_core.errors import InputError
+from pose_evaluation.stream_quality import AngleStream, StreamQuality, measure_stream, stream_of
+from pose_io.bags import BagReader, open_bag
 from pose_io.recordings.formats import read_recording
+from pose_io.robot_motion import read_joint_motion
 from pose_io.samples import read_samples
+from pose_io.skeleton_messages import stamp_ns
 from pose_sim.captured.session import make_captured_session
 
 SUMMARY = "whether a robot could follow joint_states: limits, steps, rate, start"
@@ -51,6 +58,53 @@ NOTE = (
     "others. Captured people before simulated sensors; recordings of one camera as they are, or of "
     "two, calibrated from their own motion; bags as they were published."
 )
+
+
+def published_stream(path: Path) -> AngleStream:
+    """The person's stream of joint angles in a recorded bag, with the limits of its ``urdf``.
+
+    Raises:
+        InputError: If the bag lacks the person's joint states, estimates or tree.
+    """
+    body = "humans/bodies/subject"
+    with open_bag(path) as bag:
+        motion = read_joint_motion(bag, f"{body}/joint_states")
+        if motion is None or len(motion.stamps_ns) < 2:
+            raise InputError(f"{path} holds no /{body}/joint_states: record what the fusion sends")
+        stddev = _deviations(bag, f"/{body}/estimate")
+        limits = _limits(bag, f"/{body}/urdf")
+    unknown = np.full(len(motion.joints), np.nan)
+    return AngleStream(
+        stamps_ns=motion.stamps_ns,
+        arrivals_ns=motion.recorded_ns,
+        position=motion.position,
+        velocity=motion.velocity,
+        stddev=np.array([stddev.get(stamp, unknown) for stamp in motion.stamps_ns.tolist()]),
+        limits=np.array([limits[name] for name in motion.joints]),
+    )
+
+
+def _deviations(bag: BagReader, topic: str) -> dict[int, FloatArray]:
+    """Standard deviations of the joint angles [rad], by stamp."""
+    estimates = (bag.deserialize(message) for message in bag.messages([topic]))
+    return {
+        stamp_ns(estimate.header): np.asarray(estimate.position_stddev)[ROOT_DOF:]
+        for estimate in estimates
+    }
+
+
+def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:
+    """Lower and upper limit [rad] of each joint of the last tree."""
+    texts = [bag.deserialize(message).data for message in bag.messages([topic])]
+    if not texts:
+        raise InputError(f"the bag has no {topic}: record it too")
+    joints = ElementTree.fromstring(texts[-1]).iter("joint")
+    found = {joint.get("name", ""): joint.find("limit") for joint in joints}
+    return {
+        name: (float(limit.get("lower", "-inf")), float(limit.get("upper", "inf")))
+        for name, limit in found.items()
+        if limit is not None
+    }
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -90,12 +144,9 @@ def run(arguments: argparse.Namespace) -> int:
             table.rows.append(row_of(name, quality))
             missed = ("nothing published",) if quality is None else quality.broken(_rate(arguments))
             broken += [f"{name}: {what}" for what in missed]
-    show([table])
+    publish([table], SUMMARY, arguments.output, "stream.md")
     for line in broken:
         print(f"not met  {line}")
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder:
-            (folder / "stream.md").write_text(document(SUMMARY, [table]))
     return int(bool(broken))
 
 

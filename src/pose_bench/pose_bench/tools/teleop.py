@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.processes import descendants, usage
+from pose_bench.processes import descendants, sleep_until, usage
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number, percent
 from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleop
-from pose_bench.tools.showing import document, output_folder, show
+from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end
@@ -61,10 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     tables = [_table(scores, arguments)]
     for line in failed:
         print(f"failed  {line}")
-    show(tables)
-    if arguments.output is not None:
-        with output_folder(arguments.output) as folder_:
-            (folder_ / "teleop.md").write_text(document("Tele-operation", tables))
+    publish(tables, "Tele-operation", arguments.output, "teleop.md")
     return int(bool(failed) or any(max(each.beyond) > 1e-9 for each in scores.values()))
 
 
@@ -89,10 +86,10 @@ def _run(person: str, arguments: argparse.Namespace, folder: Path) -> TeleopScor
     with LiveGraph(launch, words, folder / "graph.log") as graph:
         due_s = FIRST_FAULT_S
         for name in () if arguments.no_faults else FAULTS:
-            _sleep_until(start_ns + round(due_s * NS_PER_S))
+            sleep_until(start_ns + round(due_s * NS_PER_S))
             _kill(graph.pid, name)
             due_s += BETWEEN_S
-        _sleep_until(start_ns + round(arguments.duration * NS_PER_S))
+        sleep_until(start_ns + round(arguments.duration * NS_PER_S))
         graph.finish()
     return score_teleop(folder / "bag")
 
@@ -136,10 +133,6 @@ def _kill(root: int, name: str) -> None:
             os.kill(pid, signal.SIGKILL)
             return
     raise InputError(f"the graph runs no {name} to kill: see its log")
-
-
-def _sleep_until(when_ns: int) -> None:
-    time.sleep(max(0.0, (when_ns - time.time_ns()) / NS_PER_S))
 
 
 def _table(scores: dict[str, TeleopScores], arguments: argparse.Namespace) -> TextTable:

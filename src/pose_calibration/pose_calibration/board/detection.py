@@ -25,11 +25,7 @@ class BoardView:
 
 
 class BoardDetector:
-    """Finds the board.
-
-    Args:
-        board: What to look for.
-    """
+    """Finds the board."""
 
     def __init__(self, board: Board) -> None:
         self._board = board

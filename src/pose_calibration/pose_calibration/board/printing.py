@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from pose_calibration.board.target import CHARUCO, PAPERS, Board
-from pose_core.errors import InputError, ParameterError
+from pose_core.errors import ParameterError, writing
 
 INCH = 0.0254  # [m]
 MARGIN = 0.008  # [m] that printers leave white
@@ -26,11 +26,8 @@ def print_board(board: Board, path: Path, paper: str) -> None:
         ParameterError: If the board does not fit on the paper.
     """
     figure = board_figure(board, paper)
-    try:
-        with matplotlib.rc_context({"pdf.fonttype": 42}):
-            figure.savefig(path, format="pdf", metadata={"CreationDate": None})
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
+    with writing(path), matplotlib.rc_context({"pdf.fonttype": 42}):
+        figure.savefig(path, format="pdf", metadata={"CreationDate": None})
 
 
 def board_figure(board: Board, paper: str) -> Figure:

@@ -27,13 +27,13 @@ class BoardParameters:
     board: str = parameter(
         CHARUCO, choices=(CHARUCO, CHECKERBOARD), doc="charuco may be half hidden, checkerboard not"
     )
-    columns: int = parameter(7, low=3, high=30, doc="squares across, the outermost included")
-    rows: int = parameter(5, low=3, high=30, doc="squares down, the outermost included")
+    columns: int = parameter(7, limits=(3, 30), doc="squares across, the outermost included")
+    rows: int = parameter(5, limits=(3, 30), doc="squares down, the outermost included")
     square: float = parameter(
-        0.034, unit="m", low=0.005, high=0.5, doc="side of a square, measured on the print"
+        0.034, unit="m", limits=(0.005, 0.5), doc="side of a square, measured on the print"
     )
     marker: float = parameter(
-        0.7, low=0.4, high=0.95, doc="side of a ChArUco marker, as a share of the square's"
+        0.7, limits=(0.4, 0.95), doc="side of a ChArUco marker, as a share of the square's"
     )
 
     def __post_init__(self) -> None:

@@ -24,21 +24,23 @@ class Track:
 
     def at(self, stamps: FloatArray) -> FloatArray:
         """Joints at other instants [s], interpolated; NaN in gaps and outside, shape (m, 15, 3)."""
-        after = np.clip(np.searchsorted(self.stamps, stamps), 1, len(self.stamps) - 1)
-        before = after - 1
-        step = self.stamps[after] - self.stamps[before]
-        share = (stamps - self.stamps[before]) / step
-        positions = self.positions[before] + share[:, None, None] * (
-            self.positions[after] - self.positions[before]
-        )
-        outside = (share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)
-        positions[outside] = np.nan
-        return positions
+        return interpolated(self.stamps, self.positions, stamps)
 
     def between(self, begin_s: float, end_s: float) -> "Track":
         """The part from one instant [s] to another, which is left out."""
         first, last = np.searchsorted(self.stamps, [begin_s, end_s])
         return Track(self.stamps[first:last], self.positions[first:last])
+
+
+def interpolated(own: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Values, whose instants [s] ascend, at other instants; NaN in gaps and outside."""
+    after = np.clip(np.searchsorted(own, wanted), 1, len(own) - 1)
+    step = own[after] - own[after - 1]
+    share = (wanted - own[after - 1]) / step
+    shares = share.reshape(-1, *[1] * (values.ndim - 1))
+    result: FloatArray = values[after - 1] + shares * (values[after] - values[after - 1])
+    result[(share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)] = np.nan
+    return result
 
 
 def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:

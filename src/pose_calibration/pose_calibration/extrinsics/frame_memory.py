@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import AlignedFrame, FloatArray
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
@@ -126,11 +127,9 @@ def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
     """How fast each joint moved [m/s] between two frames, mean over the sensors, (15,)."""
     if after.stamp_ns == before_ns:
         return np.full(len(JOINTS), UNKNOWN_SPEED)
-    ways = np.linalg.norm(after.positions - before, axis=2)
-    known = np.isfinite(ways)
-    mean = np.where(known, ways, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    speeds = mean * NS_PER_S / (after.stamp_ns - before_ns)
-    return np.where(known.any(axis=0), speeds, UNKNOWN_SPEED)
+    ways = nan_mean(np.linalg.norm(after.positions - before, axis=2))
+    speeds = ways * NS_PER_S / (after.stamp_ns - before_ns)
+    return np.where(np.isfinite(ways), speeds, UNKNOWN_SPEED)
 
 
 def _with_others(shared: NDArray[np.bool_]) -> NDArray[np.bool_]:

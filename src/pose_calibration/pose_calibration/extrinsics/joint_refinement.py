@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from pose_calibration.rigid_transform import MAXWELL_MEDIAN, TUKEY
 from pose_core.api import FloatArray, transformed
-from pose_core.body.kinematics import rotation_from_vector
+from pose_core.body.kinematics import rotation_from_vector, skew
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 OFFSET_STDDEV_M = 0.012  # [m] prior of an offset in the body, per axis and sensor
@@ -144,7 +144,7 @@ class JointRefinement:
         if s == 0:
             return 0.0, 0.0
         block = covariance[6 * (s - 1) : 6 * s, 6 * (s - 1) : 6 * s]
-        to_sensor = np.hstack([-_cross_matrix(self._T[s, :3, 3] - self._centre), np.eye(3)])
+        to_sensor = np.hstack([-skew(self._T[s, :3, 3] - self._centre), np.eye(3)])
         place = to_sensor @ block @ to_sensor.T
         return (
             OPTIMISM * float(np.sqrt(np.linalg.eigvalsh(block[:3, :3])[-1])),
@@ -215,7 +215,7 @@ class JointRefinement:
         """
         frames, count = w.shape
         J = self._J[joint]
-        J[..., 0:3] = -_cross_matrix(places - self._centre).swapaxes(0, 1)
+        J[..., 0:3] = -skew(places - self._centre).swapaxes(0, 1)
         J[..., 9] = self._sight[:, :, joint].swapaxes(0, 1) @ self._T[:, :3, :3].swapaxes(1, 2)
         total = np.maximum(w.sum(axis=1), LEAST_TOTAL)
         mean = (w[..., None] * places).sum(axis=1) / total[:, None]
@@ -270,12 +270,3 @@ def observation_share(
         _, members, counts = np.unique(voxels, axis=0, return_inverse=True, return_counts=True)
         share[used, joint] = np.minimum(1.0, VOXEL_OBSERVATIONS / counts)[members.reshape(-1)]
     return share
-
-
-def _cross_matrix(v: FloatArray) -> FloatArray:
-    """``[v]x`` with ``[v]x @ u = v x u``, shape (..., 3, 3)."""
-    matrix = np.zeros((*v.shape, 3))
-    matrix[..., 0, 1], matrix[..., 0, 2] = -v[..., 2], v[..., 1]
-    matrix[..., 1, 0], matrix[..., 1, 2] = v[..., 2], -v[..., 0]
-    matrix[..., 2, 0], matrix[..., 2, 1] = -v[..., 1], v[..., 0]
-    return matrix

@@ -15,6 +15,7 @@ from pose_calibration.rigid_transform import (
     estimate_rigid_transform_robustly,
 )
 from pose_core.api import FloatArray, inverse, transformed
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 OTHER_SIDE = [
@@ -152,11 +153,7 @@ def _robust_fit(target: FloatArray, source: FloatArray) -> RobustFit:
 
 def _mean_distance(a: FloatArray, b: FloatArray) -> FloatArray:
     """Mean distance [m] of the known joints in each frame, NaN if there are none."""
-    distance = np.linalg.norm(a - b, axis=2)
-    known = np.isfinite(distance)
-    count = known.sum(axis=1)
-    total = np.where(known, distance, 0.0).sum(axis=1)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return nan_mean(np.linalg.norm(a - b, axis=2), axis=1)
 
 
 def _median(pair: PairFit) -> float:

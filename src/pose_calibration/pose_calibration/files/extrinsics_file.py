@@ -18,7 +18,7 @@
     view_offsets:  # [m] where trackers see joints, in the body's axes
       left: {head: [0.004, -0.002, 0.011], ...}
     body: {...}  # the person's measures, see body_section
-    imus: {...}  # further sections, see session_file
+    imus: {...}  # how each IMU is strapped on, see :mod:`pose_calibration.imus.section`
 
 ``residuals`` and what the map came from are for people: a file by hand does without.
 """
@@ -56,7 +56,7 @@ QUATERNION_DIGITS = 9
 def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
     """Write a calibration, whole or not at all; the same one always gives the same bytes.
 
-    The sections of a file that is replaced (:mod:`session_file`) are kept.
+    Other sections of a file that is replaced are kept.
 
     Args:
         path: The file; one that exists is replaced.

@@ -75,10 +75,10 @@ def estimate_floor(
     directions = _upright_directions(positions)
     up, up_stddev, source = _first_guess(directions, mounting, gravity)
     feet = positions[:, [JOINT_INDEX["left_foot"], JOINT_INDEX["right_foot"]]]
-    sole, slope_stddev, height_stddev, cells = np.nan, up_stddev, np.inf, 0
+    sole, slope_stddev, height_stddev = np.nan, up_stddev, np.inf
     standing = _lower_feet(feet, up)
     if len(standing) >= MIN_UPRIGHT_FRAMES:
-        up, sole, slope_stddev, height_stddev, cells = _plane(standing, up, up_stddev)
+        up, sole, slope_stddev, height_stddev = _plane(standing, up, up_stddev)
         if source != KNOWN_MOUNTING and slope_stddev < FEET_COUNT_BELOW * up_stddev:
             source = FEET if gravity is None else f"{gravity.source} and walking feet"
     height, height_stddev = _height(sole, height_stddev, mounting)
@@ -88,7 +88,6 @@ def estimate_floor(
         up_stddev=slope_stddev,
         height_stddev=height_stddev,
         upright_frames=len(directions),
-        foot_cells=cells,
     )
 
 
@@ -148,12 +147,12 @@ def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
 
 def _plane(
     standing: FloatArray, up: FloatArray, up_stddev: float
-) -> tuple[FloatArray, float, float, float, int]:
+) -> tuple[FloatArray, float, float, float]:
     """The floor that standing feet span, weighted against a first guess of its normal.
 
     Returns:
         Its normal, the feet's height along it as seen from the sensor [m], the standard deviations
-        of the normal [rad] and of that height [m], and the count of places where a foot stood.
+        of the normal [rad] and of that height [m].
     """
     R_level_reference = _map_frame(up, 0.0)[:3, :3]
     level = standing @ R_level_reference.T
@@ -184,7 +183,7 @@ def _plane(
     normal = np.array([-a, -b, 1.0]) / np.sqrt(a * a + b * b + 1.0)
     sole = float(normal @ [*centre, solution[2]])
     stddev = float(np.sqrt(np.linalg.eigvalsh(body_covariance - gain @ body_covariance)[-1]))
-    return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(covariance[2, 2])), len(cells)
+    return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(covariance[2, 2]))
 
 
 def _map_frame(up: FloatArray, height: float) -> FloatArray:

@@ -18,6 +18,7 @@ from pose_core.api import (
     on_reference_clock,
 )
 from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
+from pose_core.finite_numbers import nan_mean
 from pose_core.imu.imu_history import ImuHistory, ImuStates
 from pose_core.imu.observed_axes import LINES, AxisObserver
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
@@ -105,7 +106,7 @@ class ObservationRecorder:
     @property
     def joints(self) -> FloatArray:
         """Mean of the sensors' tracked joints in map now, shape (15, 3) [m]; NaN elsewhere."""
-        return _mean(self._views)
+        return nan_mean(self._views)
 
     def add_imu(self, block: ImuBlock) -> None:
         """Take IMUs' samples."""
@@ -194,14 +195,14 @@ class ObservationRecorder:
                 if segment in instant.readings:
                     R_world_sensor[k, i] = instant.readings[segment].R_world_sensor
                     rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
-            R_map_heading[k] = heading_axes(_mean(instant.views))
+            R_map_heading[k] = heading_axes(nan_mean(instant.views))
             # Each tracker's bias of the joints is known from the N-pose.
-            joints = _mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
+            joints = nan_mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
             _fill_axes(axis_observer, segments, joints, axes[:, k])
         stamps = np.array([instant.stamp_ns for instant in instants], np.int64)
         middle_ns = self.stand.stamp_ns - DURATION_NS // 2
         is_neutral = np.arange(count) < len(self._standing)
-        headings = [standing_heading(_mean(instant.views)) for instant in self._standing]
+        headings = [standing_heading(nan_mean(instant.views)) for instant in self._standing]
         return ImuObservations(
             segments=segments,
             times_s=np.asarray((stamps - middle_ns) * 1e-9, np.float64),
@@ -227,10 +228,3 @@ def _fill_axes(
         if segment in segments:
             line = joints[JOINT_INDEX[end]] - joints[JOINT_INDEX[start]]
             axes[1, segments.index(segment)] = line / np.linalg.norm(line)
-
-
-def _mean(views: FloatArray) -> FloatArray:
-    known = np.isfinite(views)
-    count = known.sum(axis=0)
-    total = np.where(known, views, 0.0).sum(axis=0)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from pose_calibration.files.extrinsics_file import read_document, write_document
 from pose_calibration.files.file_values import (
     quaternion_values,
     read_rotation,
     read_vector,
     rounded,
 )
-from pose_calibration.files.session_file import load_section, save_section
 from pose_core.api import SensorsToSegments, SensorToSegment
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
@@ -50,7 +50,8 @@ def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
             ],
             "residual_deg": rounded(np.degrees(alignment.residual), 2),
         }
-    save_section(path, NAME, {"version": VERSION, "segments": segments})
+    section = {"version": VERSION, "segments": segments}
+    write_document(path, {**read_document(path), NAME: section})
 
 
 def load_alignments(path: Path) -> SensorsToSegments | None:
@@ -59,10 +60,12 @@ def load_alignments(path: Path) -> SensorsToSegments | None:
     Raises:
         InputError: If the file is no session, or the section is not what it should be.
     """
-    section = load_section(path, NAME)
+    section = read_document(path).get(NAME)
     if section is None:
         return None
     where = f"{path}: section '{NAME}'"
+    if not isinstance(section, Mapping):
+        raise InputError(f"{where} is {section!r}, expected a mapping")
     if section.get("version") != VERSION:
         raise InputError(
             f"{where} has version {section.get('version')!r}, expected {VERSION}: calibrate again"

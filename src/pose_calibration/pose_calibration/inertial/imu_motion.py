@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_calibration.clocks.joint_delays import CORRELATION_S, Delay
-from pose_calibration.clocks.motion_track import MAX_GAP_S, SLOW_S, Track, without_slow
+from pose_calibration.clocks.motion_track import SLOW_S, Track, interpolated, without_slow
 from pose_core.api import FloatArray, ImuBlock
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
@@ -104,12 +104,7 @@ class ImuVertical:
 
     def at(self, stamps: FloatArray) -> FloatArray:
         """Interpolate at instants [s], (m,); returns (m, 3), NaN in gaps and outside."""
-        after = np.clip(np.searchsorted(self.stamps, stamps), 1, len(self.stamps) - 1)
-        step = self.stamps[after] - self.stamps[after - 1]
-        share = (stamps - self.stamps[after - 1]) / step
-        up = self.up[after - 1] + share[:, None] * (self.up[after] - self.up[after - 1])
-        up[(share < 0.0) | (share > 1.0) | (step > MAX_GAP_S)] = np.nan
-        return up
+        return interpolated(self.stamps, self.up, stamps)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ import numpy as np
 from pose_calibration.extrinsics.frame_memory import KeptFrame
 from pose_calibration.extrinsics.joint_refinement import body_axes
 from pose_core.api import Extrinsics, FloatArray, transformed
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX
 
 WANTED_WAY_M = 0.6  # [m] from side to side, and from near to far
@@ -65,9 +66,7 @@ def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequen
             for frame in frames
         ]
     )
-    known = np.isfinite(places)
-    joints = np.where(known, places, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1)
-    joints[~known.any(axis=1)] = np.nan
+    joints = nan_mean(places, axis=1)
     neck = joints[:, JOINT_INDEX["neck"]]
     neck = neck[np.isfinite(neck).all(axis=1)]
     if len(neck) == 0:

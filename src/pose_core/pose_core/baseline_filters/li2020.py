@@ -29,32 +29,29 @@ class Li2020Parameters:
     """What a user may tune."""
 
     root_acceleration: float = parameter(
-        5.0, unit="m/s²", low=0.1, high=100.0, doc="`li2020`: process noise of the root's position"
+        5.0, unit="m/s²", limits=(0.1, 100.0), doc="`li2020`: process noise of the root's position"
     )
     angular_acceleration: float = parameter(
-        25.0, unit="rad/s²", low=1.0, high=1000.0, doc="`li2020`: process noise of every rotation"
+        25.0, unit="rad/s²", limits=(1.0, 1000.0), doc="`li2020`: process noise of every rotation"
     )
     initial_position_stddev: float = parameter(
-        0.05, unit="m", low=0.001, high=1.0, doc="`li2020`: of the root, when the filter starts"
+        0.05, unit="m", limits=(0.001, 1.0), doc="`li2020`: of the root, when the filter starts"
     )
     initial_angle_stddev: float = parameter(
         0.2,
         unit="rad",
-        low=0.01,
-        high=1.0,
+        limits=(0.01, 1.0),
         doc="`li2020`: of every rotation, when the filter starts",
     )
     initial_rate_stddev: float = parameter(
         0.5,
         unit="rad/s",
-        low=0.01,
-        high=10.0,
+        limits=(0.01, 10.0),
         doc="`li2020`: of every rate [m/s or rad/s] at the start",
     )
     alpha: float = parameter(
         0.1,
-        low=0.01,
-        high=1.0,
+        limits=(0.01, 1.0),
         doc="`li2020`: spread of the sigma points, in units of √n standard deviations",
     )
 

@@ -5,7 +5,6 @@ The inverse of the chain of :mod:`pose_core.body.kinematics`, link by link.
 
 import numpy as np
 
-from pose_core.body.kinematics import moved_axes
 from pose_core.body.model import Link
 from pose_core.kernels import joint_angle_extraction
 from pose_core.streams.samples import FloatArray
@@ -33,29 +32,6 @@ def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> 
         np.ascontiguousarray(R_parent_link), signs, limits, np.array(previous, float), angles
     )
     return angles
-
-
-def link_rates(
-    link: Link, R_map_parent: FloatArray, angles: FloatArray, omega_map: FloatArray
-) -> FloatArray:
-    """Rates of a link's joint angles.
-
-    Args:
-        link: Any link with degrees of freedom.
-        R_map_parent: The parent's rotation, shape (3, 3).
-        angles: The joint angles [rad].
-        omega_map: Angular velocity of the link relative to its parent, in map, shape (3,) [rad/s].
-
-    Returns:
-        Rates [rad/s]; damped least squares where the axes are nearly dependent.
-    """
-    axes = np.array([dof.axis for dof in link.dof], dtype=float)
-    rates = np.empty((len(link.dof), 1))
-    omega = np.array(omega_map, float).reshape(3, 1)
-    joint_angle_extraction.least_squares(
-        moved_axes(R_map_parent, axes, angles), omega, joint_angle_extraction.RATE_DAMPING, rates
-    )
-    return rates[:, 0]
 
 
 def continuous_vector(vector: FloatArray, previous: FloatArray) -> FloatArray:

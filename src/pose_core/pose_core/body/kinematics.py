@@ -147,28 +147,6 @@ class ForwardKinematics:
                 jacobian[below, :, ROOT_DOF + angle] = np.cross(axis, arms)
         return jacobian
 
-    def angular_velocities(self, dof: FloatArray, rates: FloatArray) -> FloatArray:
-        """Angular velocity of every link in map, at one state.
-
-        Args:
-            dof: Degrees of freedom, shape (d,).
-            rates: Their rates, shape (d,).
-
-        Returns:
-            Shape (links, 3) [rad/s].
-        """
-        pose = self.pose(dof)
-        omega = np.zeros((len(self.model.links), 3))
-        for index, link in enumerate(self.model.links.values()):
-            if link.parent is None:
-                omega[index] = left_jacobian(dof[3:6]) @ rates[3:6]
-                continue
-            parent = self._link_index[link.parent]
-            angles = [self._angle_index[degree.name] for degree in link.dof]
-            axes = moved_axes(pose.rotations[parent], self._axes[angles], dof[ROOT_DOF:][angles])
-            omega[index] = omega[parent] + rates[ROOT_DOF:][angles] @ axes
-        return omega
-
     @property
     def _joints_below(self) -> dict[str, NDArray[np.int_]]:
         """The joints that a link's turning moves."""

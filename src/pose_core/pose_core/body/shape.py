@@ -90,8 +90,7 @@ def _symmetric(offsets: FloatArray) -> FloatArray:
     mirrored = offsets * [1.0, -1.0, 1.0]
     swapped = {"left": "right", "right": "left"}
     others = ["_".join(swapped.get(part, part) for part in joint.split("_")) for joint in JOINTS]
-    symmetric: FloatArray = 0.5 * (offsets + mirrored[[JOINT_INDEX[joint] for joint in others]])
-    return symmetric
+    return 0.5 * (offsets + mirrored[[JOINT_INDEX[joint] for joint in others]])
 
 
 def _robust_mean(name: str, values: FloatArray) -> float:

@@ -26,7 +26,7 @@ class FusionParameters(Li2020Parameters):
         "a sensor's id",
     )
     max_people: int = parameter(
-        1, low=1, high=6, doc="how many people's poses are estimated, the subject first"
+        1, limits=(1, 6), doc="how many people's poses are estimated, the subject first"
     )
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
@@ -47,41 +47,37 @@ class FusionParameters(Li2020Parameters):
         pattern=RUN,
     )
     shape_duration: float = parameter(
-        2.0, unit="s", low=0.2, high=60.0, doc="stretch of samples that bone lengths come from"
+        2.0, unit="s", limits=(0.2, 60.0), doc="stretch of samples that bone lengths come from"
     )
     max_skew: float = parameter(
         0.02,
         unit="s",
-        low=0.001,
-        high=0.1,
+        limits=(0.001, 0.1),
         doc="baselines: largest difference of stamps in a pair of frames",
     )
     max_gap: float = parameter(
         0.1,
         unit="s",
-        low=0.02,
-        high=1.0,
+        limits=(0.02, 1.0),
         doc="baselines: longest gap of one sensor to interpolate across",
     )
     max_wait: float = parameter(
-        0.2, unit="s", low=0.05, high=2.0, doc="baselines: longest silence of a sensor to wait for"
+        0.2, unit="s", limits=(0.05, 2.0), doc="baselines: longest silence of a sensor to wait for"
     )
     output_rate: float = parameter(
         100.0,
         unit="Hz",
-        low=0.0,
-        high=240.0,
+        limits=(0.0, 240.0),
         doc="rate at which the pose is predicted to now and published; 0, and of estimators that "
         "cannot predict: once for each frame",
     )
     restart_after: float = parameter(
-        0.5, unit="s", low=0.1, high=10.0, doc="baselines: gap after which the filter starts anew"
+        0.5, unit="s", limits=(0.1, 10.0), doc="baselines: gap after which the filter starts anew"
     )
     restart_distance: float = parameter(
         0.3,
         unit="m",
-        low=0.05,
-        high=2.0,
+        limits=(0.05, 2.0),
         doc="baselines: a median joint that far from its prediction for half a second restarts "
         "the filter",
     )
@@ -89,37 +85,32 @@ class FusionParameters(Li2020Parameters):
     imu_wait: float = parameter(
         0.1,
         unit="s",
-        low=0.0,
-        high=0.5,
+        limits=(0.0, 0.5),
         doc="baselines: longest wait for an IMU's sample of an instant",
     )
     forget_after: float = parameter(
         1.0,
         unit="s",
-        low=0.1,
-        high=60.0,
+        limits=(0.1, 60.0),
         doc="silence of all sensors after which the default estimator looks anew",
     )
     tracker_delay: float = parameter(
         0.0,
         unit="s",
-        low=0.0,
-        high=0.2,
+        limits=(0.0, 0.2),
         doc="how late the Kinects' joints are against their stamps, as far as it is known; with "
         "IMUs the default estimator seeks each tracker's delay around it",
     )
     kinect_attitude_stddev: float = parameter(
         0.05,
         unit="rad",
-        low=0.001,
-        high=1.0,
+        limits=(0.001, 1.0),
         doc="`zhang2015`: σ₁ of a limb's attitude as the Kinect has it; with σ₂ it gives the "
         "weights, by default the paper's 0.8 and 0.2",
     )
     imu_attitude_stddev: float = parameter(
         0.1,
         unit="rad",
-        low=0.001,
-        high=1.0,
+        limits=(0.001, 1.0),
         doc="`zhang2015`: σ₂ of a limb's attitude as its IMU has it",
     )

@@ -57,10 +57,6 @@ _warm: dict[tuple[str, str], EstimateBlock] = {}
 def warm_up(estimator: str, model: BodyModel) -> EstimateBlock:
     """Compile or load an estimator's kernels; does nothing the second time.
 
-    Args:
-        estimator: Its name.
-        model: The body model.
-
     Returns:
         What was estimated last, as an example.
     """

@@ -40,9 +40,9 @@ class AlignedReadings:
         """State of use of each IMU with samples."""
         return tuple(self._uses[name] for name in sorted(self._uses))
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Use sensor-to-segment rotations of a calibration."""
-        self._sensor_to_segment = mountings
+        self._sensor_to_segment = alignments
 
     def observe(self, stamp_ns: int, states: ImuStates, R_map_links: FloatArray) -> None:
         """Update the alignment by one instant.

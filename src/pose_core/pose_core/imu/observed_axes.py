@@ -22,11 +22,7 @@ LINES = {"pelvis": ("right_hip", "left_hip"), "torso": ("right_shoulder", "left_
 
 
 class AxisObserver:
-    """Computes the axes of a body's segments from joint positions.
-
-    Args:
-        model: The body model.
-    """
+    """Computes the axes of a body's segments from joint positions."""
 
     def __init__(self, model: BodyModel) -> None:
         self._observe = type_specialised(observe_axes)

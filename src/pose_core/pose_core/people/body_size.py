@@ -1,11 +1,11 @@
 """How large a person is, as the sensors see them: what tells two persons apart."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from pose_core.body.shape import BodyShape
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
@@ -116,7 +116,8 @@ class BodySize:
 
     def mean(self) -> FloatArray:
         """Logarithm of each bone's length [m], mean of the sensors, (15,); NaN where unknown."""
-        return _mean([lengths.median()[0] for lengths in self._by_sensor.values()])
+        medians = [lengths.median()[0] for lengths in self._by_sensor.values()]
+        return nan_mean(np.array(medians).reshape(-1, len(BONES)))
 
     @property
     def measurements(self) -> int:
@@ -152,17 +153,6 @@ def _log_student(off: FloatArray, variance: FloatArray) -> FloatArray:
     """Logarithm of Student's density, but for a constant."""
     power = 0.5 * (TAIL + 1.0)
     return np.asarray(-power * np.log1p(off**2 / (TAIL * variance)) - 0.5 * np.log(variance))
-
-
-def _mean(rows: Sequence[FloatArray]) -> FloatArray:
-    """Mean of the known values of each column; NaN where there is none."""
-    if not rows:
-        return np.full(len(BONES), np.nan)
-    values = np.stack(rows)
-    known = np.isfinite(values)
-    count = known.sum(axis=0)
-    total = np.where(known, values, 0.0).sum(axis=0)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
 def is_of_size(size: BodySize, shape: BodyShape) -> bool | None:

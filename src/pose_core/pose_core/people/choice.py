@@ -23,9 +23,6 @@ class PersonChoice:
     - anything else: whom a sensor gives this id.
 
     Somebody who leaves stays chosen for six seconds; then the rule chooses anew.
-
-    Args:
-        rule: One of the above.
     """
 
     def __init__(self, rule: str = FIRST) -> None:

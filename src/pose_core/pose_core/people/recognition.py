@@ -35,11 +35,7 @@ REMEMBERED = 12  # [-] persons who left
 
 
 class Recognition:
-    """Compares people with those who are known.
-
-    Args:
-        counters: Of the tracker.
-    """
+    """Compares people with those who are known."""
 
     def __init__(self, counters: Counters) -> None:
         self._counters = counters

@@ -16,7 +16,6 @@ class FloorEstimate:
     up_stddev: float  # [rad]
     height_stddev: float  # [m]
     upright_frames: int  # [-]
-    foot_cells: int  # [-] places where a foot stood
 
     @property
     def height(self) -> float:

@@ -16,6 +16,7 @@ from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import mid_hip, standing_heading
+from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
@@ -46,11 +47,7 @@ class NPose:
 
 
 class NPoseDetector:
-    """Detects the N-pose.
-
-    Args:
-        model: The body model.
-    """
+    """Detects the N-pose."""
 
     def __init__(self, model: BodyModel) -> None:
         self._model = model
@@ -97,7 +94,7 @@ class NPoseDetector:
         moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
         if np.sum(moving > STILL_STDDEV) > MOST_MOVING:
             return None
-        mean = _nan_mean(median)
+        mean = nan_mean(median)
         if not np.all(np.isfinite(mean)) or not is_n_pose(mean):
             return None
         heading, root = _placed(mean)
@@ -197,10 +194,3 @@ def _nan_median(views: FloatArray) -> FloatArray:
 def _nan_spread(views: FloatArray, center: FloatArray) -> FloatArray:
     """Median distance from a center, made a standard deviation."""
     return np.asarray(1.4826 * _nan_median(np.abs(views - center)))
-
-
-def _nan_mean(views: FloatArray) -> FloatArray:
-    known = np.isfinite(views)
-    total = np.where(known, views, 0.0).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(total / known.sum(axis=0))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import FloatArray, SkeletonSample
+from pose_core.transforms import transformed
 
 IntArray = NDArray[np.int64]
 MAX_GAP_S = 0.15  # [s] four missed frames at 30 Hz: nothing is interpolated across more
@@ -31,8 +32,7 @@ class SkeletonSeries:
 
     def transformed(self, T_target_source: FloatArray) -> "SkeletonSeries":
         """The series in another frame, by a (4, 4) transform."""
-        rotation, translation = T_target_source[:3, :3], T_target_source[:3, 3]
-        return replace(self, positions=self.positions @ rotation.T + translation)
+        return replace(self, positions=transformed(T_target_source, self.positions))
 
     def shifted(self, shift_s: float) -> "SkeletonSeries":
         """The series with ``shift_s`` [s] added to its stamps."""

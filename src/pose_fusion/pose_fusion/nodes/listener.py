@@ -20,7 +20,6 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import serialized_ns
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.message_types import message_class
 from pose_fusion.watching.observation import (
     GraphSnapshot,
     Level,
@@ -31,6 +30,7 @@ from pose_fusion.watching.observation import (
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
+from pose_node.nodes.message_types import message_class
 
 DISCOVERY_S = 0.3  # [s] between looks for new topics
 DEPTH = 200  # [messages]

@@ -22,7 +22,6 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, specs
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
@@ -30,6 +29,7 @@ from pose_node.conversions import ns_to_stamp
 from pose_node.level import Level
 from pose_node.nodes.declaring import accept_changes, declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 

@@ -2,16 +2,65 @@
 
 import argparse
 import time
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 import rclpy
 from rclpy.node import Node
 
-from pose_core.errors import InputError
-from pose_fusion.watching.policy import NodeUse, policy_xml
+from pose_core.errors import InputError, writing
 from pose_node.command_line import run_tool
 
+VERSION = "0.2.0"  # of sros2's policy schema
+
+
 LOOKED_S = 3.0  # [s] for which nodes are looked for
+
+
+@dataclass(frozen=True, kw_only=True)
+class NodeUse:
+    """One node's topics and services, fully qualified."""
+
+    publishes: Collection[str] = ()
+    subscribes: Collection[str] = ()
+    replies: Collection[str] = ()
+    requests: Collection[str] = ()
+
+
+def policy_xml(nodes: Mapping[tuple[str, str], NodeUse], enclave: str) -> str:
+    """The policy that allows these nodes what they do, and nothing else.
+
+    Args:
+        nodes: By namespace and name.
+        enclave: That all of them run in.
+    """
+    policy = ElementTree.Element("policy", version=VERSION)
+    enclaves = ElementTree.SubElement(policy, "enclaves")
+    profiles = ElementTree.SubElement(
+        ElementTree.SubElement(enclaves, "enclave", path=enclave), "profiles"
+    )
+    for (namespace, name), use in sorted(nodes.items()):
+        profile = ElementTree.SubElement(profiles, "profile", ns=namespace, node=name)
+        _rule(profile, namespace, "topic", "publish", use.publishes)
+        _rule(profile, namespace, "topic", "subscribe", use.subscribes)
+        _rule(profile, namespace, "service", "reply", use.replies)
+        _rule(profile, namespace, "service", "request", use.requests)
+    ElementTree.indent(policy)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(policy, "unicode")
+
+
+def _rule(
+    profile: ElementTree.Element, namespace: str, kind: str, does: str, names: Collection[str]
+) -> None:
+    if not names:
+        return
+    rule = ElementTree.SubElement(profile, f"{kind}s", {does: "ALLOW"})
+    prefix = namespace.rstrip("/") + "/"
+    # Relative to the node's namespace where they are within it, as sros2 writes them.
+    for name in sorted({name.removeprefix(prefix) for name in names}):
+        ElementTree.SubElement(rule, kind).text = name
 
 
 def graph_of(node: Node) -> dict[tuple[str, str], NodeUse]:
@@ -62,10 +111,8 @@ def run(arguments: list[str] | None = None) -> None:
     if options.output is None:
         print(text, end="")
         return
-    try:
+    with writing(options.output):
         options.output.write_text(text)
-    except OSError as error:
-        raise InputError(f"cannot write {options.output}: {error.strerror}") from error
     print(f"{options.output}: {len(nodes)} nodes")
 
 

@@ -20,7 +20,6 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, specs
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import Losses, NotWoken, ignore_message, waiting
-from pose_fusion.nodes.message_types import message_class
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import (
@@ -31,6 +30,7 @@ from pose_fusion.recording.recording import (
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
+from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import RCLError, run_node
 from pose_node.nodes.steady_timer import steady_timer
 

@@ -1,5 +1,6 @@
 """Parameters of the player."""
 
+import math
 from dataclasses import dataclass
 
 from pose_core.parameters import parameter
@@ -14,11 +15,13 @@ class PlayerParameters:
     rate: float = parameter(
         1.0,
         doc="how many times faster than it was recorded; may change meanwhile",
-        low=0.01,
-        high=100.0,
+        limits=(0.01, 100.0),
     )
     start_offset: float = parameter(
-        0.0, unit="s", doc="where in the bag to begin; set meanwhile, it goes on there", low=0.0
+        0.0,
+        unit="s",
+        doc="where in the bag to begin; set meanwhile, it goes on there",
+        limits=(0.0, math.inf),
     )
     clock: bool = parameter(
         False, doc="publish the bag's time on `/clock`, for nodes with `use_sim_time`"
@@ -27,5 +30,5 @@ class PlayerParameters:
     start_paused: bool = parameter(False, doc="wait for the service `~/resume` before beginning")
     pause_at_end: bool = parameter(False, doc="stay at the end instead of exiting")
     wait_for_subscribers: float = parameter(
-        0.0, unit="s", doc="how long to wait for a subscriber on every topic", low=0.0, high=3600.0
+        0.0, unit="s", doc="how long to wait for a subscriber on every topic", limits=(0.0, 3600.0)
     )

@@ -1,5 +1,6 @@
 """Parameters of the recorder."""
 
+import math
 from dataclasses import dataclass
 
 from pose_core.parameters import parameter
@@ -17,14 +18,23 @@ class RecorderParameters:
     )
     storage: str = parameter("mcap", doc="file format", choices=("mcap", "sqlite3"))
     depth: int = parameter(
-        1000, doc="messages of a topic that may wait to be written", low=1, high=100_000
+        1000, doc="messages of a topic that may wait to be written", limits=(1, 100_000)
     )
     split_size: float = parameter(
-        0.0, unit="MB", doc="size after which the next bag is begun; 0: never", low=0.0
+        0.0,
+        unit="MB",
+        doc="size after which the next bag is begun; 0: never",
+        limits=(0.0, math.inf),
     )
     split_duration: float = parameter(
-        0.0, unit="s", doc="time after which the next bag is begun; 0: never", low=0.0
+        0.0,
+        unit="s",
+        doc="time after which the next bag is begun; 0: never",
+        limits=(0.0, math.inf),
     )
     least_free_space: float = parameter(
-        100.0, unit="MB", doc="the recording ends before less of the disk is free", low=0.0
+        100.0,
+        unit="MB",
+        doc="the recording ends before less of the disk is free",
+        limits=(0.0, math.inf),
     )

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Writer
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
-from pose_core.errors import InputError, PoseError
+from pose_core.errors import InputError, PoseError, writing
 from pose_io.bag_repair import END
 from pose_io.bag_writer import STORAGES
 from pose_io.typestore import make_typestore, register_package
@@ -90,11 +90,9 @@ class Recording:
         self._end = 0  # [bytes] of the file that are complete, the MCAP end not counted
         self._flushed_counts: dict[int, int] = {}
         self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
-        try:
+        with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
             self._writer.open()
-        except OSError as error:
-            raise InputError(f"cannot write {path}: {error.strerror}") from error
 
     @property
     def is_over(self) -> bool:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import TimeRemainingColumn
 from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
@@ -23,6 +23,7 @@ from pose_core.parameters import add_arguments, from_arguments
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import sensor_topics
+from pose_node.plain_console import progress_bar
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -90,14 +91,8 @@ def calibrate_bag(
         CalibrationError: If it does not determine the calibration.
         InputError: If the bag is damaged.
     """
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     console = console or Console(stderr=True)
-    with Progress(
-        *(*columns, TimeRemainingColumn()),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    ) as progress:
+    with progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=1.0)
         frames = BagFrames(bag, lambda share: progress.update(task, completed=share))
         everything = list(frames)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import Progress
 from rich.table import Table
 
 from pose_calibration.board.camera import Camera, camera_from_info, load_camera
@@ -29,6 +29,7 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_io.bags import open_bag
 from pose_io.skeleton_messages import stamp_ns
+from pose_node.plain_console import progress_bar
 
 ENDS = {"first": 0, "last": -1}
 
@@ -224,11 +225,7 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.output.parent.is_dir():
         raise InputError(f"cannot write {arguments.output}: its folder does not exist")
     infos = {name: load_camera(path) for name, path in named(arguments.info, "camera info").items()}
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as bar:
+    with progress_bar(Console(stderr=True)) as bar:
         names, found = _look(arguments, board, bar)
     strange = sorted(set(infos) - set(names))
     if strange:

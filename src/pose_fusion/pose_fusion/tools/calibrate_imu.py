@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of, save_extrinsics
@@ -26,6 +25,7 @@ from pose_io.bag_samples import BagFrames, BagSamples, read_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
+from pose_node.plain_console import progress_bar
 
 UNKNOWN = np.radians(45.0)  # [rad] of a deviation that says nothing
 Show = Callable[[float, str], None]
@@ -120,10 +120,7 @@ def _degrees(angle: float) -> str:
 
 def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalibrationResult:
     console = Console(stderr=True)
-    columns = (BarColumn(), TextColumn("{task.percentage:.0f} %  {task.description}"))
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as progress:
+    with progress_bar(console) as progress:
         task = progress.add_task("", total=1.0)
         last_words = ""
 

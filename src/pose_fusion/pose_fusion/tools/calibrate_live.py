@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.live.live_calibration import LiveCalibration
@@ -13,6 +12,7 @@ from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
+from pose_node.plain_console import progress_bar
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -42,11 +42,7 @@ def main(arguments: list[str]) -> None:
         for name, (default, _) in specs(LiveCalibrationParameters).items()
         if (value := getattr(parameters, name)) != default
     }
-    console = Console(stderr=True)
-    columns = (BarColumn(), TextColumn("{task.percentage:.0f} %  {task.description}"))
-    with Progress(
-        *columns, console=console, transient=True, disable=not console.is_terminal
-    ) as progress:
+    with progress_bar(Console(stderr=True)) as progress:
         task = progress.add_task("", total=1.0)
 
         def show(calibration: LiveCalibration) -> None:

@@ -12,6 +12,7 @@ from rich.console import Console
 
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
+from pose_fusion.recording.recording import free_path
 from pose_fusion.tools.demo_processes import (
     DemoRun,
     GraphError,
@@ -115,11 +116,7 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
     with started as (graph, start_at_ns):
         watch(graph, start_at_ns, duration_s, console)
         graph.stop()
-    return DemoRun(
-        folder=folder,
-        subject=subject,
-        nodes=graph.nodes,
-    )
+    return DemoRun(folder=folder, subject=subject, nodes=graph.nodes)
 
 
 def _subject(options: argparse.Namespace) -> str:
@@ -209,12 +206,7 @@ def _output_folder(options: argparse.Namespace) -> Path:
         name = options.choreography
     else:
         name = options.recording.name.removesuffix(".gz").removesuffix(".csv")
-    base = OUT / f"demo-{name}"
-    folder, number = base, 1
-    while folder.exists():
-        number += 1
-        folder = base.with_name(f"{base.name}-{number}")
-    return folder
+    return free_path(OUT / f"demo-{name}")
 
 
 def _parser() -> argparse.ArgumentParser:

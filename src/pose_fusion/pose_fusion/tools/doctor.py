@@ -11,13 +11,14 @@ from rich.table import Table
 from rich.text import Text
 
 from pose_core.errors import InputError
-from pose_fusion.tools.doctor_bag import doctor_bag
 from pose_fusion.watching.devices import device_findings, kinects, serial_ports
-from pose_fusion.watching.findings import Finding, Verdict, graph_findings
+from pose_fusion.watching.findings import GRAPH, Finding, Verdict, graph_findings
 from pose_fusion.watching.listening import add_listen_option
 from pose_fusion.watching.machine import machine_findings
+from pose_io.bag_repair import Condition, examine, mcap_file, repair
+from pose_io.bags import open_bag
 from pose_node.command_line import run_tool
-from pose_node.plain_console import plain_console
+from pose_node.plain_console import plain_console, progress_bar
 
 LISTEN_S = 4.0  # [s] diagnostics come once a second
 MARKS = {
@@ -25,6 +26,64 @@ MARKS = {
     Verdict.NOTE: Text("!", "yellow"),
     Verdict.WRONG: Text("✗", "bold red"),
 }
+
+
+def doctor_bag(bag: Path, output: Path | None) -> int:
+    """Say what a bag lacks, and write it anew if somewhere to write it to is given.
+
+    Args:
+        bag: A rosbag2 folder or an ``.mcap`` file; it stays as it is.
+        output: The folder to make.
+
+    Returns:
+        The exit code: 0 if the bag is whole, or has been mended.
+
+    Raises:
+        InputError: If there is no such bag, nothing can be saved, or it cannot be written.
+    """
+    if not bag.exists():
+        raise InputError(f"found no bag at {bag}: expected a rosbag2 folder or an .mcap file")
+    file = mcap_file(bag)
+    condition = examine(file)
+    lacks_metadata = bag.is_dir() and not (bag / "metadata.yaml").exists()
+    for line in findings(file, condition, lacks_metadata):
+        print(line)
+    is_whole = condition.is_whole and not lacks_metadata
+    if output is None:
+        if is_whole:
+            _describe(bag)
+        else:
+            print(f"→ ./pose doctor {bag} --output MENDED writes what is whole as a new bag")
+        return 0 if is_whole else 1
+    with progress_bar(Console(stderr=True)) as progress:
+        task = progress.add_task("mending", total=1.0)
+        repair(file, condition, output, lambda share: progress.update(task, completed=share))
+    _describe(output)
+    return 0
+
+
+def findings(file: Path, condition: Condition, lacks_metadata: bool) -> list[str]:
+    """What is wrong with a bag, one line a finding."""
+    lines = []
+    if not condition.ends:
+        lost = condition.size - condition.whole
+        lines.append(
+            f"{file} is cut short or damaged: {condition.whole} of its {condition.size} bytes are"
+            f" whole, the last {lost} are not ({condition.problem})"
+        )
+    elif not condition.has_index:
+        lines.append(f"{file} has no index: its recording was cut off; every byte of it is whole")
+    if lacks_metadata:
+        lines.append(f"{file.parent} has no metadata.yaml: its recording was cut off")
+    return lines
+
+
+def _describe(path: Path) -> None:
+    with open_bag(path) as bag:
+        print(
+            f"{path}: {len(bag.topics)} topics, {bag.message_count} messages,"
+            f" {bag.duration_s:.1f} s, whole"
+        )
 
 
 def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
@@ -60,12 +119,10 @@ def look_at_graph(duration_s: float) -> list[Finding]:
     except Exception as error:  # whatever a broken installation raises
         reason = " ".join(str(error).split()) or type(error).__name__
         return [
-            Finding(
-                area="graph",
-                subject="ROS",
-                verdict=Verdict.WRONG,
-                found=f"a node cannot start: {reason}",
-                remedy="./pose build; is RMW_IMPLEMENTATION one that is installed?",
+            GRAPH.wrong(
+                "ROS",
+                f"a node cannot start: {reason}",
+                "./pose build; is RMW_IMPLEMENTATION one that is installed?",
             )
         ]
 

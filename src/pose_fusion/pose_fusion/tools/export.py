@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import TimeRemainingColumn
 
 from pose_core.api import load_body_model
 from pose_core.errors import InputError
@@ -18,6 +18,7 @@ from pose_io.export.opensim_coordinates import OPENSIM_MODELS
 from pose_io.export.registry import EXPORTERS
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.plain_console import progress_bar
 
 SLOWEST, FASTEST = 1.0, 1000.0  # [Hz]
 NOTABLE_RESIDUAL = 0.001  # [m]
@@ -137,16 +138,9 @@ def run() -> int | None:
     if not arguments.output.parent.is_dir() or arguments.output.is_dir():
         raise InputError(f"cannot write {arguments.output}: expected a file in an existing folder")
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
         open_bag(arguments.bag) as bag,
-        Progress(
-            *columns,
-            TimeRemainingColumn(),
-            console=console,
-            transient=True,
-            disable=not console.is_terminal,
-        ) as progress,
+        progress_bar(console, TimeRemainingColumn()) as progress,
     ):
         task = progress.add_task("reading", total=1.0)
         recorded = read_motion(

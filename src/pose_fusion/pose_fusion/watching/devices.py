@@ -7,8 +7,9 @@ from pathlib import Path
 
 from serial.tools import list_ports
 
-from pose_fusion.watching.findings import Finding, Verdict
+from pose_fusion.watching.findings import Area, Finding
 
+DEVICES = Area("devices")
 USB_DEVICES = Path("/sys/bus/usb/devices")
 MICROSOFT = "045e"
 KINECTS = {  # USB product ids (usb-ids)
@@ -60,33 +61,18 @@ def kinects(folder: Path = USB_DEVICES) -> list[str]:
 def device_findings(ports: Sequence[SerialPort], cameras: Sequence[str]) -> Iterator[Finding]:
     """What the devices tell."""
     if not ports:
-        yield _finding(
-            "serial ports",
-            Verdict.NOTE,
-            "none",
-            "plug the IMUs' receiver in; without IMUs nothing is amiss",
-        )
+        remedy = "plug the IMUs' receiver in; without IMUs nothing is amiss"
+        yield DEVICES.note("serial ports", "none", remedy)
     for port in ports:
         if port.may_open:
-            yield _finding(port.path, Verdict.OK, port.description)
+            yield DEVICES.ok(port.path, port.description)
             continue
+        found = f"{port.description}, but this user may not open it"
         group = port.group or "dialout"
-        yield _finding(
-            port.path,
-            Verdict.WRONG,
-            f"{port.description}, but this user may not open it",
-            f"sudo usermod -aG {group} $USER, then log in again",
-        )
+        remedy = f"sudo usermod -aG {group} $USER, then log in again"
+        yield DEVICES.wrong(port.path, found, remedy)
     if cameras:
-        yield _finding("Kinects on USB", Verdict.OK, ", ".join(cameras))
+        yield DEVICES.ok("Kinects on USB", ", ".join(cameras))
     else:
-        yield _finding(
-            "Kinects on USB",
-            Verdict.NOTE,
-            "none",
-            "recordings and skeletons of other hosts need none",
-        )
-
-
-def _finding(subject: str, verdict: Verdict, found: str, remedy: str = "") -> Finding:
-    return Finding(area="devices", subject=subject, verdict=verdict, found=found, remedy=remedy)
+        remedy = "recordings and skeletons of other hosts need none"
+        yield DEVICES.note("Kinects on USB", "none", remedy)

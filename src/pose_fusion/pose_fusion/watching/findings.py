@@ -34,21 +34,46 @@ class Finding:
     remedy: str = ""  # what to do, if anything
 
 
+@dataclass(frozen=True)
+class Area:
+    """Makes the findings of one area: ``machine``, ``graph`` or ``devices``."""
+
+    name: str
+
+    def ok(self, subject: str, found: str) -> Finding:
+        """Something as it should be."""
+        return self._finding(subject, Verdict.OK, found)
+
+    def note(self, subject: str, found: str, remedy: str) -> Finding:
+        """Something that may be meant."""
+        return self._finding(subject, Verdict.NOTE, found, remedy)
+
+    def wrong(self, subject: str, found: str, remedy: str) -> Finding:
+        """Something that has to be mended."""
+        return self._finding(subject, Verdict.WRONG, found, remedy)
+
+    def _finding(self, subject: str, verdict: Verdict, found: str, remedy: str = "") -> Finding:
+        return Finding(area=self.name, subject=subject, verdict=verdict, found=found, remedy=remedy)
+
+
+GRAPH = Area("graph")
+
+
 def graph_findings(snapshot: GraphSnapshot) -> list[Finding]:
     """Everything that a graph's state tells."""
     if not snapshot.hears_itself:
         return [
-            _wrong(
+            GRAPH.wrong(
                 "messages",
                 "a message to itself did not come back",
                 "look at shared memory and loopback above; is a firewall in the way?",
             )
         ]
-    findings = [_ok("messages", "a message to itself came back")]
+    findings = [GRAPH.ok("messages", "a message to itself came back")]
     if not snapshot.topics and not snapshot.statuses:
         text = f"nothing of ours runs on this ROS domain ({len(snapshot.nodes)} nodes are there)"
-        return [*findings, _note("nodes", text, "./pose up starts a graph")]
-    findings.append(_ok("nodes", ", ".join(snapshot.nodes)))
+        return [*findings, GRAPH.note("nodes", text, "./pose up starts a graph")]
+    findings.append(GRAPH.ok("nodes", ", ".join(snapshot.nodes)))
     findings += _sensors(snapshot)
     findings += _extrinsics(snapshot)
     findings += _output(snapshot)
@@ -60,7 +85,7 @@ def _sensors(snapshot: GraphSnapshot) -> Iterator[Finding]:
     kinects = [topic for topic in snapshot.topics if SENSOR_TOPIC.search(topic.name)]
     imus = [topic for topic in snapshot.topics if IMU_TOPIC.search(topic.name)]
     if not kinects:
-        yield _wrong(
+        yield GRAPH.wrong(
             "skeletons",
             "nobody publishes kinect_<name>/skeletons",
             "start a kinect_bridge: ./pose up recording:=FILE, or your own tracker",
@@ -70,29 +95,31 @@ def _sensors(snapshot: GraphSnapshot) -> Iterator[Finding]:
     silent = [topic for topic in imus if topic.rate == 0.0]
     if silent:
         names = ", ".join(topic.name for topic in silent)
-        yield _wrong("IMUs", f"silent: {names}", "is each switched on and in the nodes file?")
+        yield GRAPH.wrong("IMUs", f"silent: {names}", "is each switched on and in the nodes file?")
     elif imus:
         slowest = min(topic.rate for topic in imus)
-        yield _ok("IMUs", f"{len(imus)} flow, at {slowest:.0f} Hz or more")
+        yield GRAPH.ok("IMUs", f"{len(imus)} flow, at {slowest:.0f} Hz or more")
 
 
 def _stream(topic: TopicStatus, slowest: float) -> Finding:
     """A sensor's stream: rate, age, latency."""
     if topic.rate == 0.0:
-        return _wrong(topic.name, "silent", "look at its bridge: is the sensor there?")
+        return GRAPH.wrong(topic.name, "silent", "look at its bridge: is the sensor there?")
     text = f"{topic.rate:.1f} Hz"
     if topic.rate < slowest:
         remedy = f"expected {slowest:g} Hz or more: is the machine too busy?"
-        return _wrong(topic.name, text, remedy)
+        return GRAPH.wrong(topic.name, text, remedy)
     if topic.latency_s is None:
-        return _ok(topic.name, text)
+        return GRAPH.ok(topic.name, text)
     text += f", {1000.0 * topic.latency_s:.0f} ms from capture to here"
     if topic.latency_s < -LARGEST_LEAD_S:
-        return _wrong(topic.name, text, "stamps lie in the future: set both hosts' clocks by NTP")
+        return GRAPH.wrong(
+            topic.name, text, "stamps lie in the future: set both hosts' clocks by NTP"
+        )
     if topic.latency_s > LONGEST_LATENCY_S:
         remedy = "late: a replayed recording, clocks that differ, or a machine that is too busy"
-        return _note(topic.name, text, remedy)
-    return _ok(topic.name, text)
+        return GRAPH.note(topic.name, text, remedy)
+    return GRAPH.ok(topic.name, text)
 
 
 def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
@@ -101,10 +128,10 @@ def _extrinsics(snapshot: GraphSnapshot) -> Iterator[Finding]:
     ]
     missing = [name for name in sensors if name not in snapshot.placed_sensors]
     if sensors and not missing:
-        yield _ok("extrinsics", f"known of {', '.join(snapshot.placed_sensors)}")
+        yield GRAPH.ok("extrinsics", f"known of {', '.join(snapshot.placed_sensors)}")
     elif missing:
         calibrates = any(node.split("/")[-1] == "calibration" for node in snapshot.nodes)
-        yield (_note if calibrates else _wrong)(
+        yield (GRAPH.note if calibrates else GRAPH.wrong)(
             "extrinsics",
             f"not known of {', '.join(missing)}",
             "raise the arms, walk about: the calibration is waiting for motion"
@@ -123,40 +150,30 @@ def _output(snapshot: GraphSnapshot) -> Iterator[Finding]:
         if topic.rate == 0.0:
             said = [s.message for s in snapshot.statuses if s.name.split("/")[-1] == "fusion"]
             why = f"the fusion says: {said[0]}" if said else "look at the fusion's output"
-            yield _wrong(topic.name, "silent", why)
+            yield GRAPH.wrong(topic.name, "silent", why)
         else:
-            yield _ok(topic.name, f"{topic.rate:.1f} Hz")
+            yield GRAPH.ok(topic.name, f"{topic.rate:.1f} Hz")
     if snapshot.fusion_latency_s is not None:
         median, p99 = (1000.0 * value for value in snapshot.fusion_latency_s)
         text = f"median {median:.0f} ms, p99 {p99:.0f} ms, from newest sample to output"
         if snapshot.fusion_latency_s[0] > LONGEST_LATENCY_S:
-            yield _wrong("fusion latency", text, "the machine is too busy: fewer nodes, more cores")
+            yield GRAPH.wrong(
+                "fusion latency", text, "the machine is too busy: fewer nodes, more cores"
+            )
         else:
-            yield _ok("fusion latency", text)
+            yield GRAPH.ok("fusion latency", text)
     for status in snapshot.statuses:
         for name, value in status.values.items():
             if name.startswith(STAGE):
                 stage = name.removeprefix(STAGE).replace("_", " ")
-                yield _ok(f"latency, {stage}", f"median {value} ms")
+                yield GRAPH.ok(f"latency, {stage}", f"median {value} ms")
 
 
 def _statuses(snapshot: GraphSnapshot) -> Iterator[Finding]:
     for status in snapshot.statuses:
         if status.level is Level.OK:
-            yield _ok(status.name, status.message)
+            yield GRAPH.ok(status.name, status.message)
         elif status.level is Level.WARN:
-            yield _note(status.name, status.message, "its README says what to do")
+            yield GRAPH.note(status.name, status.message, "its README says what to do")
         else:
-            yield _wrong(status.name, status.message, "its README says what to do")
-
-
-def _ok(subject: str, found: str) -> Finding:
-    return Finding(area="graph", subject=subject, verdict=Verdict.OK, found=found)
-
-
-def _note(subject: str, found: str, remedy: str) -> Finding:
-    return Finding(area="graph", subject=subject, verdict=Verdict.NOTE, found=found, remedy=remedy)
-
-
-def _wrong(subject: str, found: str, remedy: str) -> Finding:
-    return Finding(area="graph", subject=subject, verdict=Verdict.WRONG, found=found, remedy=remedy)
+            yield GRAPH.wrong(status.name, status.message, "its README says what to do")

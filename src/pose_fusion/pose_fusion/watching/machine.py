@@ -7,8 +7,9 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from pose_fusion.watching.findings import Finding, Verdict
+from pose_fusion.watching.findings import Area, Finding
 
+MACHINE = Area("machine")
 OLDEST, NEWEST = (3, 10), (3, 13)  # Python
 FEWEST_CORES = 2
 LEAST_DISK_GB = 1.0  # [GB] a minute of two Kinects and nine IMUs takes about 20 MB
@@ -40,30 +41,34 @@ def python_finding(version: tuple[int, ...]) -> Finding:
     """Whether ROS 2 Jazzy and its wheels know this Python."""
     text = ".".join(map(str, version))
     if OLDEST <= version <= NEWEST:
-        return _ok("Python", text)
-    return _wrong("Python", text, "install 3.10 to 3.13, name it in POSE_PYTHON, run ./pose build")
+        return MACHINE.ok("Python", text)
+    return MACHINE.wrong(
+        "Python", text, "install 3.10 to 3.13, name it in POSE_PYTHON, run ./pose build"
+    )
 
 
 def cores_finding(cores: int) -> Finding:
     """Whether there are enough for sensors and fusion side by side."""
     if cores >= FEWEST_CORES:
-        return _ok("cores", str(cores))
+        return MACHINE.ok("cores", str(cores))
     remedy = "two or more are needed to be in time: move bridges or recorder to another host"
-    return _wrong("cores", str(cores), remedy)
+    return MACHINE.wrong("cores", str(cores), remedy)
 
 
 def disk_finding(folder: Path, free_bytes: float) -> Finding:
     """Whether there is room for recordings."""
     text = f"{free_bytes / GB:.1f} GB are free at {folder}"
     if free_bytes >= LEAST_DISK_GB * GB:
-        return _ok("disk", text)
-    return _wrong("disk", text, f"{LEAST_DISK_GB:g} GB are wanted: make room, or record elsewhere")
+        return MACHINE.ok("disk", text)
+    return MACHINE.wrong(
+        "disk", text, f"{LEAST_DISK_GB:g} GB are wanted: make room, or record elsewhere"
+    )
 
 
 def shared_memory_finding(folder: Path) -> Finding:
     """Whether Fast DDS can pass messages through shared memory."""
     if not folder.is_dir() or not os.access(folder, os.W_OK):
-        return _wrong(
+        return MACHINE.wrong(
             "shared memory",
             f"{folder} is not there, or not writable",
             "mount a tmpfs there (containers: --ipc=host or --shm-size)",
@@ -71,16 +76,16 @@ def shared_memory_finding(folder: Path) -> Finding:
     free_mb = shutil.disk_usage(folder).free / MB
     if free_mb < LEAST_SHARED_MB:
         remedy = f"remove old {folder}/fastrtps_* files, or enlarge it (containers: --shm-size)"
-        return _wrong("shared memory", f"{free_mb:.0f} MB are free", remedy)
+        return MACHINE.wrong("shared memory", f"{free_mb:.0f} MB are free", remedy)
     files = [path for pattern in FASTDDS_FILES for path in folder.glob(pattern)]
     theirs = [path for path in files if path.stat().st_uid != os.getuid()]
     if theirs and os.getuid() != 0:
-        return _note(
+        return MACHINE.note(
             "shared memory",
             f"{len(theirs)} Fast DDS files belong to other users",
             "run all nodes as one user, or nodes do not hear each other",
         )
-    return _ok("shared memory", f"{free_mb:.0f} MB are free, {len(files)} Fast DDS files")
+    return MACHINE.ok("shared memory", f"{free_mb:.0f} MB are free, {len(files)} Fast DDS files")
 
 
 def domain_finding(environment: Mapping[str, str]) -> Finding:
@@ -89,17 +94,17 @@ def domain_finding(environment: Mapping[str, str]) -> Finding:
     reach = environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "") or "SUBNET"
     if not text.isdigit() or int(text) > LARGEST_DOMAIN:
         remedy = f"set ROS_DOMAIN_ID to 0 … {LARGEST_DOMAIN}, the same on every host"
-        return _wrong("ROS domain", text, remedy)
-    return _ok("ROS domain", f"{text}, discovery range {reach}")
+        return MACHINE.wrong("ROS domain", text, remedy)
+    return MACHINE.ok("ROS domain", f"{text}, discovery range {reach}")
 
 
 def multicast_finding(environment: Mapping[str, str], works: Callable[[], bool]) -> Finding:
     """Whether nodes on other hosts can be found."""
     if environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") in ("LOCALHOST", "OFF"):
-        return _ok("multicast", "not needed: nodes of this host alone are looked for")
+        return MACHINE.ok("multicast", "not needed: nodes of this host alone are looked for")
     if works():
-        return _ok("multicast", f"a datagram to {DISCOVERY_GROUP} came back")
-    return _wrong(
+        return MACHINE.ok("multicast", f"a datagram to {DISCOVERY_GROUP} came back")
+    return MACHINE.wrong(
         "multicast",
         f"a datagram to {DISCOVERY_GROUP} did not come back",
         "allow UDP multicast in the firewall, or name the hosts in ROS_STATIC_PEERS",
@@ -122,19 +127,3 @@ def multicast_works() -> bool:
             return receiver.recv(64) == b"pose doctor"
     except OSError:
         return False
-
-
-def _ok(subject: str, found: str) -> Finding:
-    return Finding(area="machine", subject=subject, verdict=Verdict.OK, found=found)
-
-
-def _note(subject: str, found: str, remedy: str) -> Finding:
-    return Finding(
-        area="machine", subject=subject, verdict=Verdict.NOTE, found=found, remedy=remedy
-    )
-
-
-def _wrong(subject: str, found: str, remedy: str) -> Finding:
-    return Finding(
-        area="machine", subject=subject, verdict=Verdict.WRONG, found=found, remedy=remedy
-    )

@@ -50,11 +50,7 @@ class GraphSnapshot:
 
 
 class TopicWatch:
-    """Counts one topic's messages.
-
-    Args:
-        name: The topic.
-    """
+    """Counts one topic's messages."""
 
     def __init__(self, name: str) -> None:
         self.name = name

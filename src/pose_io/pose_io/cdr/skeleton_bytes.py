@@ -43,11 +43,7 @@ class _Form:
 
 
 class SkeletonReader:
-    """Reads one sensor's messages.
-
-    Args:
-        sensor: Its name.
-    """
+    """Reads one sensor's messages."""
 
     def __init__(self, sensor: str) -> None:
         self._sensor = sensor

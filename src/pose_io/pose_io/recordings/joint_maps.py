@@ -21,7 +21,7 @@ across sensors:
 The maps are data: :mod:`pose_io.recordings.joint_map_files` reads them.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -75,20 +75,18 @@ class JointMap:
         state[..., ~is_mapped] = TrackingState.NOT_TRACKED
         return self.unit_m * mean @ self.R_optical_sdk.T, state
 
-    def states(self, confidence: FloatArray | None, count: int | None = None) -> StateArray:
+    def states(self, confidence: FloatArray | None) -> StateArray:
         """What confidences mean.
 
         Args:
             confidence: In the source's scale, any shape; NaN where the source does not say. None:
                 it says nothing of any joint.
-            count: The number of joints, if ``confidence`` is None; that of :attr:`joints` unless
-                given.
 
         Returns:
             Values of ``TrackingState``; what the source does not say counts as tracked.
         """
         if confidence is None:
-            return np.full(count or len(self.joints), TrackingState.TRACKED, dtype=np.uint8)
+            return np.full(len(self.joints), TrackingState.TRACKED, dtype=np.uint8)
         state = np.full(np.shape(confidence), TrackingState.TRACKED, dtype=np.uint8)
         if self.confidence is not None:
             state[confidence < self.confidence.tracked] = TrackingState.INFERRED
@@ -125,18 +123,3 @@ def mark_missing(positions: FloatArray, tracking_state: StateArray) -> None:
     missing |= tracking_state == TrackingState.NOT_TRACKED
     positions[missing] = np.nan
     tracking_state[missing] = TrackingState.NOT_TRACKED
-
-
-def markdown_table(joint_maps: Iterable[JointMap]) -> str:
-    """The README's table of joints."""
-    maps = list(joint_maps)
-    lines = [
-        "| joint | " + " | ".join(f"{m.sensor} ({len(m.joints)})" for m in maps),
-        "|---" * (1 + len(maps)),
-    ]
-    for name in JOINTS:
-        cells = [
-            " + ".join(f"`{source}`" for source in joint_map.sources[name]) for joint_map in maps
-        ]
-        lines.append(f"| `{name}` | " + " | ".join(cells))
-    return "".join(f"{line} |\n" if line[-1] != "-" else f"{line}|\n" for line in lines)

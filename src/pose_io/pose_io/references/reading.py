@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pose_core.errors import InputError
 from pose_io.bag_samples import read_body_series
-from pose_io.bags import BagReader, open_bag
+from pose_io.bags import BAG_SUFFIXES, BagReader, open_bag
 from pose_io.references.c3d_file import read_c3d
 from pose_io.references.markers import MarkerSeries, skeleton_of_markers
 from pose_io.references.mot import read_mot
@@ -19,7 +19,6 @@ ABOUT_TOPIC = "/truth/about"  # says that the subject is synthetic
 MARKER_READERS = {".csv": read_vicon_csv, ".c3d": read_c3d, ".trc": read_trc}
 ANGLE_READERS = {".mot": read_mot, ".sto": read_mot}
 UIPRMD_NAME = "_positions.txt"  # of a repetition of the public data set of that name
-BAG_SUFFIXES = (".mcap", ".db3")
 
 
 def read_reference(path: Path) -> Reference:

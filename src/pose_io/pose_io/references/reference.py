@@ -36,15 +36,11 @@ class Reference:
 
 
 def reference_of_skeleton(
-    name: str, skeleton: SkeletonSeries, *, synthetic: bool = False, notes: tuple[str, ...] = ()
+    name: str, skeleton: SkeletonSeries, *, synthetic: bool = False
 ) -> Reference:
     """A reference that knows the joints."""
     return Reference(
-        name=name,
-        synthetic=synthetic,
-        angles=angle_series(skeleton),
-        skeleton=skeleton,
-        notes=notes,
+        name=name, synthetic=synthetic, angles=angle_series(skeleton), skeleton=skeleton
     )
 
 

@@ -113,13 +113,11 @@ def descriptor_of(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
         # ROS takes an empty list for one of bytes and would then refuse texts; `from_mapping`
         # checks the type all the same.
         descriptor.dynamic_typing = True
-    if isinstance(default, float) and not (spec.low is None and spec.high is None):
-        descriptor.floating_point_range = [
-            FloatingPointRange(
-                from_value=-LIMIT if spec.low is None else float(spec.low),
-                to_value=LIMIT if spec.high is None else float(spec.high),
-            )
-        ]
-    elif isinstance(default, int) and spec.low is not None and spec.high is not None:
-        descriptor.integer_range = [IntegerRange(from_value=int(spec.low), to_value=int(spec.high))]
+    if spec.limits is not None:
+        low, high = max(spec.limits[0], -LIMIT), min(spec.limits[1], LIMIT)
+        if isinstance(default, float):
+            bounds = FloatingPointRange(from_value=float(low), to_value=float(high))
+            descriptor.floating_point_range = [bounds]
+        else:
+            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
     return descriptor

@@ -126,13 +126,11 @@ def spun(clip: Clip, rng: np.random.Generator) -> Clip:
 def mid_hip(positions: FloatArray) -> FloatArray:
     """Middle of the hips, (…, 15, 3) to (…, 3) [m]."""
     left, right = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"]
-    middle: FloatArray = 0.5 * (positions[..., left, :] + positions[..., right, :])
-    return middle
+    return 0.5 * (positions[..., left, :] + positions[..., right, :])
 
 
 def heading(positions: FloatArray) -> FloatArray:
     """Heading of the pelvis about z, (…, 15, 3) [m] to (…) [rad]."""
     left, right = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"]
     lateral = positions[..., left, :] - positions[..., right, :]
-    angle: FloatArray = np.arctan2(-lateral[..., 0], lateral[..., 1])
-    return angle
+    return np.arctan2(-lateral[..., 0], lateral[..., 1])

@@ -68,8 +68,7 @@ def posture_axes(positions: FloatArray) -> FloatArray:
 def postures_of(positions: FloatArray) -> FloatArray:
     """Joints from the middle of the hips in the person's axes, (n, 15, 3) [m]."""
     relative = positions - mid_hip(positions)[:, None]
-    postures: FloatArray = relative @ posture_axes(positions)
-    return postures
+    return relative @ posture_axes(positions)
 
 
 def resampled_residuals(positions: FloatArray, rate: float, rng: np.random.Generator) -> FloatArray:
@@ -118,5 +117,4 @@ def _between(table: ResidualTable, rows: FloatArray) -> FloatArray:
     low = np.floor(rows).astype(np.int64)
     share = (rows - low)[:, None, None]
     above = np.minimum(low + 1, len(table.residuals) - 1)
-    between: FloatArray = (1.0 - share) * table.residuals[low] + share * table.residuals[above]
-    return between
+    return (1.0 - share) * table.residuals[low] + share * table.residuals[above]

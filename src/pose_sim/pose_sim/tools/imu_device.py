@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_core.plain_yaml import dump_yaml
 from pose_node.command_line import run_tool
 from pose_sim import imu_file
@@ -153,10 +153,8 @@ def _link(link: Path, segment: str | None) -> Path:
 
 def _write_nodes_file(arguments: argparse.Namespace) -> None:
     ports = {segment: str(_link(arguments.link, segment)) for segment in NODES.values()}
-    try:
+    with writing(arguments.nodes_file):
         arguments.nodes_file.write_text(dump_yaml(nodes_file(arguments.device, ports)))
-    except OSError as error:
-        raise InputError(f"cannot write {arguments.nodes_file}: {error.strerror}") from error
 
 
 def main() -> None:

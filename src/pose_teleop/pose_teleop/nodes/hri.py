@@ -14,12 +14,12 @@ from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 from pose_teleop.conversions import header
 from pose_teleop.human_model import HumanAngles, human_urdf, joint_offsets
 from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
-from pose_teleop.nodes.message_types import message_class
 from pose_teleop.parameters import HriParameters
 
 LOOK_S = 0.1  # [s] between looks for a person who has gone

@@ -12,10 +12,10 @@ from pose_core.stamps import nanoseconds
 from pose_node.level import Level
 from pose_node.nodes.declaring import declare_parameters
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
+from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 from pose_teleop.conversions import fill_named_poses
 from pose_teleop.frame_tree import body_places
-from pose_teleop.nodes.message_types import message_class
 from pose_teleop.parameters import RetargetParameters
 from pose_teleop.retargeting import SMPL, smpl_poses
 

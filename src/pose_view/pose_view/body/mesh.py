@@ -63,10 +63,9 @@ def box(size: Sequence[float]) -> Mesh:
     return Mesh(vertices=corners * np.asarray(size, float), faces=np.array(faces, np.uint32))
 
 
-def moved(mesh: Mesh, offset: Sequence[float], rotation: FloatArray | None = None) -> Mesh:
-    """The mesh, turned by a (3, 3) rotation about the origin and then shifted [m]."""
-    R = np.eye(3) if rotation is None else rotation
-    return Mesh(vertices=mesh.vertices @ R.T + np.asarray(offset, float), faces=mesh.faces)
+def moved(mesh: Mesh, offset: Sequence[float]) -> Mesh:
+    """The mesh, shifted [m]."""
+    return Mesh(vertices=mesh.vertices + np.asarray(offset, float), faces=mesh.faces)
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:

@@ -1,15 +1,12 @@
 """The numbers behind the page, for spreadsheets."""
 
-import csv
-import io
-import math
 from collections.abc import Iterable, Mapping
 
 import numpy as np
 
 from pose_core.api import ANGLES
 from pose_evaluation.gait_cycles import PERCENT
-from pose_evaluation.tables import agreement_csv, evaluation_csv
+from pose_evaluation.tables import agreement_csv, csv_text, evaluation_csv
 from pose_view.report.analysis import Analysis
 from pose_view.report.recording import seconds
 
@@ -87,15 +84,4 @@ def _cycles(analysis: Analysis) -> str:
 def _text(analysis: Analysis, head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
     """A table whose every line says whether its subject is a simulated one."""
     subject = "synthetic" if analysis.is_synthetic else "recorded"
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(("subject", *head))
-    for row in rows:
-        writer.writerow([subject, *map(_cell, row)])
-    return out.getvalue()
-
-
-def _cell(value: object) -> object:
-    if isinstance(value, float):
-        return f"{value:.6g}" if math.isfinite(value) else ""
-    return value
+    return csv_text(("subject", *head), ((subject, *row) for row in rows))

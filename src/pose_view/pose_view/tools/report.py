@@ -5,16 +5,17 @@ import sys
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import TimeRemainingColumn
 
 from pose_core.api import Extrinsics, FusionParameters
-from pose_core.errors import InputError
+from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS
 from pose_fusion.tools.fuse import find_extrinsics
 from pose_io.bags import BagReader, open_bag
 from pose_io.references.reading import read_reference
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.plain_console import progress_bar
 from pose_view.report.analysis import Analysis, analyse
 from pose_view.report.recording import Wanted, read_recording
 
@@ -103,12 +104,10 @@ def write_report(analysis: Analysis, joint: str, folder: Path) -> list[Path]:
     from pose_view.report.page.page import render_page
 
     files = {PAGE: render_page(analysis, joint), **csv_files(analysis)}
-    try:
+    with writing(folder):
         folder.mkdir(parents=True)
         for name, text in files.items():
             (folder / name).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write {folder}: {error.strerror}") from error
     return [folder / name for name in files]
 
 
@@ -143,11 +142,7 @@ def run() -> int | None:
         )
         return find_extrinsics(bag, parameters, console)
 
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
-    bars = Progress(
-        *columns, TimeRemainingColumn(), console=console, disable=not console.is_terminal
-    )
-    with open_bag(options.bag) as bag, bars as progress:
+    with open_bag(options.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=None)
 
         def show(share: float) -> None:

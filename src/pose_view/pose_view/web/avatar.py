@@ -1,18 +1,22 @@
 """One drawn body in the scene."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from viser import MeshHandle, SceneApi
+from viser import FrameHandle, MeshHandle, SceneApi
 
 from pose_view.body.joint_marks import BALLS, BANDS, COLORS, ball_place, joint_marks, make_balls
 from pose_view.body.measures import MeasuredBody
 from pose_view.body.mesh import Mesh, box
 from pose_view.body.parts import PARTS, make_parts
 from pose_view.body.poses import part_poses, quaternions
+from pose_view.robot import RobotSnapshot
 from pose_view.snapshot import BodySnapshot
 from pose_view.web.places import Place
+
+COLOR = (203, 208, 216)
+
 
 TITLE_BEFORE = 0.25  # [m] in front of the body, on the floor
 IMU_COLOR = (60, 60, 66)
@@ -32,6 +36,39 @@ IMU_PLACES = {  # segment: part, share of the way from the part's origin, and wh
         )
     },
 }
+
+
+class RobotAvatar:
+    """Draws a robot's links where they are.
+
+    Args:
+        scene: Where it is drawn.
+    """
+
+    def __init__(self, scene: SceneApi) -> None:
+        self._scene = scene
+        self._shape: Mapping[str, tuple[Mesh, ...]] | None = None
+        self._frames: dict[str, FrameHandle] = {}
+
+    def show(self, robot: RobotSnapshot) -> None:
+        """Move it to where a snapshot says; its shape is drawn once."""
+        if robot.shape is not self._shape:
+            self._draw(robot.shape)
+        for link, frame in self._frames.items():
+            if link in robot.position:
+                frame.position, frame.wxyz = robot.position[link], robot.wxyz[link]
+
+    def _draw(self, shape: Mapping[str, tuple[Mesh, ...]]) -> None:
+        for frame in self._frames.values():
+            frame.remove()
+        self._shape, self._frames = shape, {}
+        for link, meshes in shape.items():
+            name = f"/robots/{link}"
+            self._frames[link] = self._scene.add_frame(name, show_axes=False)
+            for number, mesh in enumerate(meshes):
+                self._scene.add_mesh_simple(
+                    f"{name}/{number}", mesh.vertices, mesh.faces, color=COLOR, flat_shading=True
+                )
 
 
 class Avatar:

@@ -11,9 +11,8 @@ from pose_core.joints import JOINT_INDEX, SIDES
 from pose_view.body.mesh import box
 from pose_view.body.poses import quaternions
 from pose_view.snapshot import Snapshot
-from pose_view.web.avatar import Avatar
+from pose_view.web.avatar import Avatar, RobotAvatar
 from pose_view.web.places import Place
-from pose_view.web.robot_avatar import RobotAvatar
 from pose_view.web.server import LocalServer
 
 SPACING = 1.5  # [m] between avatars, to the left and right of the middle one

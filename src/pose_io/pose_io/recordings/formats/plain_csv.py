@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_core.errors import InputError
+from pose_core.errors import writing
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_io.recordings.formats.format import Format
@@ -129,10 +129,8 @@ def write(path: Path, recording: Recording) -> None:
     for _, number, frame in frames:
         writer.writerows(_frame_rows(recording.streams[number], frame))
     data = text.getvalue().encode()
-    try:
+    with writing(path):
         path.write_bytes(gzip.compress(data, mtime=0) if path.suffix == ".gz" else data)
-    except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}") from error
 
 
 def _frame_rows(stream: SensorStream, frame: int) -> list[list[str]]:

@@ -1,10 +1,9 @@
 """Text tables, compressed or not: cells with their line numbers, and errors that name them."""
 
 import csv
-import gzip
 import io
 import math
-import zlib
+from codecs import getincrementaldecoder
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,9 +12,10 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from pose_core.errors import InputError
-from pose_io.file_content import GZIP_MAGIC, MAX_TABLE_BYTES
+from pose_io.file_content import MAX_TABLE_BYTES, read_beginning, read_content
 
 DIALECT: dict[str, Any] = {"skipinitialspace": True}
+HEAD_BYTES = 1 << 20  # [bytes] that hold comments and header
 MAX_NS = 2**62  # [ns] about 146 years around any epoch
 
 
@@ -106,7 +106,7 @@ def read_header(path: Path) -> tuple[str, ...]:
     Raises:
         InputError: If the file is missing, empty or no text table.
     """
-    with _opened(path) as stream:
+    with _text(path, read_beginning(path, HEAD_BYTES), is_whole=False) as stream:
         return _head(stream, path).header
 
 
@@ -117,7 +117,7 @@ def read_table(path: Path, delimiter: str = ",") -> Table:
         InputError: If the file is missing, no text table, or has a row of another length than
             the header.
     """
-    with _opened(path) as stream:
+    with _text(path, read_content(path, MAX_TABLE_BYTES), is_whole=True) as stream:
         table = _head(stream, path, delimiter)
         reader = csv.reader(stream, delimiter=delimiter, **DIALECT)
         for row in reader:
@@ -154,54 +154,20 @@ def _head(stream: TextIO, path: Path, delimiter: str = ",") -> Table:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[TextIO]:
-    """The file as text, decompressed if it is gzip; whatever fails becomes an InputError."""
+def _text(path: Path, data: bytes, *, is_whole: bool) -> Iterator[TextIO]:
+    """A file's content as text; what is none becomes an InputError."""
     try:
-        with path.open("rb") as file:
-            compressed = file.peek(2)[:2] == GZIP_MAGIC
-            binary = gzip.GzipFile(fileobj=file) if compressed else file
-            bounded = io.BufferedReader(_Bounded(binary, path), 1 << 16)
-            with io.TextIOWrapper(bounded, encoding="utf-8-sig", newline="") as stream:
-                yield stream
-    except FileNotFoundError:
-        raise InputError(f"found no file {path}: give the path of a recording") from None
-    except EOFError:
-        raise InputError(f"{path} is cut short (gzip): copy it again") from None
-    except (gzip.BadGzipFile, zlib.error) as error:
-        raise InputError(f"{path} is damaged gzip ({error}): copy it again") from error
+        # A beginning may end in the middle of a character.
+        text = getincrementaldecoder("utf-8-sig")().decode(data, final=is_whole)
+        yield io.StringIO(text, newline="")
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(
             f"{path} is not a text table ({error}): expected CSV, plain or gzip"
         ) from error
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror}") from error
 
 
-class _Bounded(io.RawIOBase):
-    """A file of limited length, however long it becomes when it is decompressed."""
-
-    def __init__(self, binary: Any, path: Path) -> None:
-        self._binary, self._path = binary, path
-        self._left = MAX_TABLE_BYTES
-
-    def readable(self) -> bool:
-        """It is."""
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        """Read as much as fits."""
-        data = self._binary.read(len(buffer))
-        self._left -= len(data)
-        if self._left < 0:
-            raise InputError(
-                f"{self._path} holds more than {MAX_TABLE_BYTES // 1024**2} MB: cut the recording "
-                "into pieces"
-            )
-        buffer[: len(data)] = data
-        return len(data)
-
-
-def _listed(names: Sequence[str], shown: int = 5) -> str:
+def _listed(names: Sequence[str]) -> str:
+    shown = 5
     more = f" and {len(names) - shown} more" if len(names) > shown else ""
     quoted = ", ".join(f"'{name}'" for name in names[:shown])
     return f"column{'s' * (len(names) > 1)} {quoted}{more}"

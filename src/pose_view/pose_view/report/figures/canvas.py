@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from html import escape
 from typing import Any
 
 import matplotlib as mpl
@@ -107,7 +108,7 @@ def svg(figure: Figure, label: str) -> str:
     text = re.sub(r' transform="rotate\(-0 [^"]*"', "", text)
     text = re.sub(r' (?:d|x|y)="[^"]*"', lambda m: _shortened(m[0]), text)
     text = re.sub(r"\s*\n\s*", "\n", text)
-    return text.replace("<svg", f'<svg role="img" aria-label="{_escaped(label)}"', 1)
+    return text.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1)
 
 
 def line(
@@ -158,7 +159,3 @@ def _shortened(attribute: str) -> str:
     """Coordinates by tenths of a pixel, without needless blanks."""
     rounded = re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.1f}".removesuffix(".0"), attribute)
     return " " + re.sub(r"\s*([MLCQz])\s*", r"\1", rounded.strip())
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.api import ANGLES, FloatArray, SkeletonSeries, wrapped
+from pose_core.api import ANGLES, FloatArray, IntArray, SkeletonSeries, wrapped
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segment_rotations
 from pose_evaluation.methods import FUSED, MEAN
@@ -35,37 +35,46 @@ ROLE_COLOURS = {"Kinect": "#56B4E9", "IMU": "#117733", "fused": "#D55E00", REFER
 
 def angle_figures(analysis: Analysis) -> FigureSet:
     """Each angle over time, by all methods, with the reference."""
-    recording = analysis.recording
     pictures = []
     for angle in ANGLES:
-        with plot() as (figure, (axes,)):
-            for name, series in analysis.angles.items():
-                times = seconds(series.stamps_ns, recording.begin_ns)
-                values = without_wraps(np.degrees(series.angles[angle]))
-                line(axes, name, times, values, method_style(name, recording.sensors))
-            axes.set(xlabel=TIME, ylabel="angle [deg]", xlim=(0.0, recording.duration_s))
-            pictures.append(
-                Picture(title=readable(angle), svg=svg(figure, f"{readable(angle)} over time"))
-            )
+        curves = {
+            name: (series.stamps_ns, without_wraps(np.degrees(series.angles[angle])))
+            for name, series in analysis.angles.items()
+        }
+        title = readable(angle)
+        pictures.append(_over_time(analysis, curves, title, f"{title} over time", "angle [deg]"))
     return FigureSet(caption="", pictures=pictures)
 
 
 def joint_figures(analysis: Analysis, joint: str) -> FigureSet:
     """One joint's x, y and z over time, as li2020's figure 3."""
-    recording = analysis.recording
-    index = JOINT_INDEX[joint]
-    shown = _in_map(analysis)
+    shown, index = _in_map(analysis), JOINT_INDEX[joint]
     pictures = []
     for axis, meaning in enumerate(("x, forward", "y, to the left", "z, up")):
-        with plot() as (figure, (axes,)):
-            for name, series in shown.items():
-                times = seconds(series.stamps_ns, recording.begin_ns)
-                values = series.positions[:, index, axis]
-                line(axes, name, times, values, method_style(name, recording.sensors))
-            axes.set(xlabel=TIME, ylabel="position [m]", xlim=(0.0, recording.duration_s))
-            title = f"{readable(joint)}: {meaning}"
-            pictures.append(Picture(title=title, svg=svg(figure, f"{title}, over time")))
+        curves = {
+            name: (series.stamps_ns, series.positions[:, index, axis])
+            for name, series in shown.items()
+        }
+        title = f"{readable(joint)}: {meaning}"
+        pictures.append(_over_time(analysis, curves, title, f"{title}, over time", "position [m]"))
     return FigureSet(caption="", pictures=pictures)
+
+
+def _over_time(
+    analysis: Analysis,
+    curves: Mapping[str, tuple[IntArray, FloatArray]],
+    title: str,
+    label: str,
+    unit: str,
+) -> Picture:
+    """Stamps [ns] and values of several methods, a line each."""
+    recording = analysis.recording
+    with plot() as (figure, (axes,)):
+        for name, (stamps_ns, values) in curves.items():
+            style = method_style(name, recording.sensors)
+            line(axes, name, seconds(stamps_ns, recording.begin_ns), values, style)
+        axes.set(xlabel=TIME, ylabel=unit, xlim=(0.0, recording.duration_s))
+        return Picture(title=title, svg=svg(figure, label))
 
 
 def attitude_sources(analysis: Analysis) -> dict[str, str]:
@@ -128,18 +137,16 @@ def _role_style(role: str) -> dict[str, Any]:
 
 def bone_figures(analysis: Analysis) -> FigureSet:
     """Lengths of the limbs' bones over time."""
-    recording = analysis.recording
-    lengths = {name: bone_lengths(each.positions) for name, each in recording.methods.items()}
+    methods = analysis.recording.methods
+    lengths = {name: bone_lengths(each.positions) for name, each in methods.items()}
     pictures = []
     for bone in BONES_SHOWN:
-        with plot() as (figure, (axes,)):
-            for name, series in recording.methods.items():
-                times = seconds(series.stamps_ns, recording.begin_ns)
-                values = 100.0 * lengths[name][bone]
-                line(axes, name, times, values, method_style(name, recording.sensors))
-            axes.set(xlabel=TIME, ylabel="length [cm]", xlim=(0.0, recording.duration_s))
-            title = readable(bone)
-            pictures.append(Picture(title=title, svg=svg(figure, f"length of {title} over time")))
+        curves = {
+            name: (each.stamps_ns, 100.0 * lengths[name][bone]) for name, each in methods.items()
+        }
+        title = readable(bone)
+        label = f"length of {title} over time"
+        pictures.append(_over_time(analysis, curves, title, label, "length [cm]"))
     return FigureSet(caption="Bone lengths over time", pictures=pictures)
 
 

@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from pose_evaluation.gait_cycles import Cycles
 from pose_evaluation.tables import readable
-from pose_view.report.analysis import REFERENCE, Analysis, Compared
+from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.agreement import (
     SOURCE_COLOURS,
     bland_altman_figures,
@@ -54,9 +54,14 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
     compared = analysis.compared
     parts = []
     if compared is not None:
-        parts.append(_accuracy(compared))
-    parts.append(_agreement(analysis))
-    parts.append(_courses(analysis))
+        tables = [overview_table(compared.evaluation), *accuracy_tables(compared.evaluation)]
+        parts.append(Section(anchor="accuracy", title="Accuracy", blocks=tables))
+    tables = [*view_tables(analysis.agreement), method_table(analysis.angles)]
+    parts.append(Section(anchor="agreement", title="Agreement", blocks=tables))
+    angles = angle_figures(analysis)
+    parts.append(
+        Section(anchor="angles", title="Angles over time", blocks=[angles], has_methods=True)
+    )
     if compared is not None and analysis.recording.focus not in compared.left_out:
         differences = bland_altman_figures(analysis, compared)
         parts.append(
@@ -77,28 +82,6 @@ def without_empty(parts: Iterable[Section]) -> list[Section]:
         for part in parts
     ]
     return [part for part in full if part.blocks]
-
-
-def _accuracy(compared: Compared) -> Section:
-    return Section(
-        anchor="accuracy",
-        title="Accuracy",
-        blocks=[overview_table(compared.evaluation), *accuracy_tables(compared.evaluation)],
-    )
-
-
-def _agreement(analysis: Analysis) -> Section:
-    tables = [*view_tables(analysis.agreement), method_table(analysis.angles)]
-    return Section(anchor="agreement", title="Agreement", blocks=tables)
-
-
-def _courses(analysis: Analysis) -> Section:
-    return Section(
-        anchor="angles",
-        title="Angles over time",
-        blocks=[angle_figures(analysis)],
-        has_methods=True,
-    )
 
 
 def _motion(analysis: Analysis) -> Section:

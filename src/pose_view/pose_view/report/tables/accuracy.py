@@ -6,8 +6,9 @@ Tables 1 and 3 of the paper hold the correlations, 2 and 4 the errors, of its tw
 from collections.abc import Callable, Mapping
 
 from pose_core.api import ANGLES
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINTS
-from pose_evaluation.scores import AngleScore, Evaluation, MethodScores, mean_known
+from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
 from pose_evaluation.tables import readable
 from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
 from pose_view.report.tables.table import (
@@ -78,17 +79,15 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
     rows = [
         text_row(
             method_label(name),
-            (
-                number(100.0 * each.within_1, 1),
-                number(100.0 * each.within_2, 1),
-                number(each.mean_stddev_deg, 1),
-                str(each.samples),
-            ),
+            number(100.0 * each.within_1, 1),
+            number(100.0 * each.within_2, 1),
+            number(each.mean_stddev_deg, 1),
+            str(each.samples),
         )
         for name, each in totals.items()
     ]
     one, two = (number(100.0 * share, 1) for share in NORMAL_SHARE)
-    rows.append(text_row("if it were honest", (one, two, "–", "–"), is_summary=True))
+    rows.append(text_row("if it were honest", one, two, "–", "–", is_summary=True))
     return Table(
         caption="Is the published uncertainty honest? Share of the true angles within it",
         head="method",
@@ -168,7 +167,7 @@ def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
         head="angle",
         columns=names,
         rows=tuple(
-            text_row(readable(angle), [limits(method, angle) for method in evaluation.methods])
+            text_row(readable(angle), *(limits(method, angle) for method in evaluation.methods))
             for angle in ANGLES
         ),
         note="19 of 20 differences lie between them, if they are normally distributed.",

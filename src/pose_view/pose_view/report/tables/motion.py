@@ -31,21 +31,17 @@ def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
 
 def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
     """Extremes of every angle, and when they were reached."""
-    rows = []
-    for angle in ANGLES:
-        each = ranges[angle]
-        rows.append(
-            text_row(
-                readable(angle),
-                (
-                    number(each.lowest_deg, 1),
-                    number(each.lowest_s, 1),
-                    number(each.highest_deg, 1),
-                    number(each.highest_s, 1),
-                    number(each.range_deg, 1),
-                ),
-            )
+    rows = [
+        text_row(
+            readable(angle),
+            number(each.lowest_deg, 1),
+            number(each.lowest_s, 1),
+            number(each.highest_deg, 1),
+            number(each.highest_s, 1),
+            number(each.range_deg, 1),
         )
+        for angle, each in ranges.items()
+    ]
     return Table(
         caption=f"Peak angles: {method_label(method)}",
         head="angle",
@@ -59,31 +55,25 @@ def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
     rows = []
     for angle in ONE_SIDE:
         left, right = (ranges[f"{side}_{angle}"] for side in SIDES)
+        ranges_index = symmetry_index_percent(left.range_deg, right.range_deg)
+        peaks_index = symmetry_index_percent(left.highest_deg, right.highest_deg)
         rows.append(
             text_row(
                 readable(angle),
-                (
-                    number(left.range_deg, 1),
-                    number(right.range_deg, 1),
-                    number(symmetry_index_percent(left.range_deg, right.range_deg), 0, sign=True),
-                    number(left.highest_deg, 1),
-                    number(right.highest_deg, 1),
-                    number(
-                        symmetry_index_percent(left.highest_deg, right.highest_deg), 0, sign=True
-                    ),
-                ),
+                number(left.range_deg, 1),
+                number(right.range_deg, 1),
+                number(ranges_index, 0, sign=True),
+                number(left.highest_deg, 1),
+                number(right.highest_deg, 1),
+                number(peaks_index, 0, sign=True),
             )
         )
     return Table(
         caption=f"Left and right: {method_label(method)}",
         head="angle",
         columns=(
-            "range, left [deg]",
-            "range, right [deg]",
-            "index [%]",
-            "peak, left [deg]",
-            "peak, right [deg]",
-            "index [%]",
+            *("range, left [deg]", "range, right [deg]", "index [%]"),
+            *("peak, left [deg]", "peak, right [deg]", "index [%]"),
         ),
         rows=tuple(rows),
         note="Symmetry index: (left − right) / mean of both; 0 is symmetric, positive says that "
@@ -103,7 +93,7 @@ def cycle_table(
                 "–" if c is None else _plus_minus(c.range_mean_deg, c.range_sd_deg, 1)
                 for c in found
             ]
-            rows.append(text_row(readable(angle), texts))
+            rows.append(text_row(readable(angle), *texts))
     return Table(
         caption=f"Range of motion of a cycle, {side} side: mean ± SD between cycles [deg]",
         head="angle",

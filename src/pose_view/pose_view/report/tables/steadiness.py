@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pose_core.api import ANGLES, AngleSeries, EstimateSeries, Source
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINTS, SIDES
 from pose_evaluation.agreement import (
     Agreement,
@@ -12,7 +13,6 @@ from pose_evaluation.agreement import (
     ViewAgreement,
     angle_differences_deg,
 )
-from pose_evaluation.scores import mean_known
 from pose_evaluation.stability import BONES
 from pose_evaluation.tables import readable
 from pose_view.report.tables.accuracy import method_label
@@ -43,13 +43,11 @@ def view_tables(agreement: Agreement) -> list[Table]:
         rows=tuple(
             text_row(
                 f"{view.first} – {view.second}",
-                (
-                    number(view.as_logged_cm, 1),
-                    number(view.calibrated_cm, 1),
-                    number(view.best_rigid_cm, 1),
-                    number(mean_known(list(view.angle_difference_deg.values())), 1),
-                    str(view.frames),
-                ),
+                number(view.as_logged_cm, 1),
+                number(view.calibrated_cm, 1),
+                number(view.best_rigid_cm, 1),
+                number(mean_known(list(view.angle_difference_deg.values())), 1),
+                str(view.frames),
             )
             for view in agreement.views
         ),
@@ -93,14 +91,12 @@ def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
         rows=tuple(
             text_row(
                 method_label(name),
-                (
-                    str(each.frames),
-                    str(each.gaps),
-                    number(each.longest_gap_s, 1),
-                    number(each.mean_bone_sd_mm, 1),
-                    number(each.mean_bone_cv_percent, 1),
-                    number(each.mean_jerk, 0),
-                ),
+                str(each.frames),
+                str(each.gaps),
+                number(each.longest_gap_s, 1),
+                number(each.mean_bone_sd_mm, 1),
+                number(each.mean_bone_cv_percent, 1),
+                number(each.mean_jerk, 0),
             )
             for name, each in steadiness.items()
         ),

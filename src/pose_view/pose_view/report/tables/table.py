@@ -78,7 +78,7 @@ def number_row(
     )
 
 
-def text_row(name: str, texts: Sequence[str], *, is_summary: bool = False) -> Row:
+def text_row(name: str, *texts: str, is_summary: bool = False) -> Row:
     """A line of texts."""
     return Row(name=name, cells=tuple(Cell(text=text) for text in texts), is_summary=is_summary)
 

@@ -21,7 +21,10 @@ def message_class(msgtype: str) -> Any:
         found = getattr(importlib.import_module(f"{parts[0]}.msg"), parts[2])
         check_for_type_support(found)
     except (ImportError, AttributeError) as error:
+        package = parts[0]
         raise InputError(
-            f"the message type {msgtype} is not installed: build and source package '{parts[0]}'"
+            f"the message type {msgtype} is not installed: install package '{package}'"
+            f" (apt install ros-jazzy-{package.replace('_', '-')}), or build it, and source its"
+            " workspace"
         ) from error
     return found
