@@ -103,8 +103,26 @@ def test_late_frames_are_used_again_as_soon_as_they_are_in_time():
     feed(judge, 1.0, lambda true_ns: true_ns)
     feed(judge, 1.0, lambda true_ns: true_ns - S, start_s=1.0)
     assert judge.set_aside
-    assert len(feed(judge, 1.0, lambda true_ns: true_ns, start_s=2.0)) == 30
+    assert len(feed(judge, 1.0, lambda true_ns: true_ns, start_s=2.0)) == 29
     assert not judge.set_aside
+
+
+@pytest.mark.parametrize("spread_s", [0.0, 5.0])
+def test_two_clocks_under_one_name_are_set_aside_until_one_is_gone(spread_s):
+    judge, rng = StampJudge(), np.random.default_rng(1)
+    turn = iter(range(10_000))
+
+    def of_two(true_ns):
+        other_s = -60.0 if spread_s == 0.0 else rng.uniform(-spread_s, spread_s)
+        return true_ns + (round(other_s * S) if next(turn) % 2 else 0)
+
+    feed(judge, 1.0, lambda true_ns: true_ns)
+    used = feed(judge, 4.0, of_two, start_s=1.0, period_ns=PERIOD // 2)
+    assert max(used) < 1.5
+    assert judge.set_aside
+    back = feed(judge, 3.0, lambda true_ns: true_ns, start_s=5.0)
+    assert min(back) < 6.2
+    assert set(back.values()) == {0}
 
 
 def test_sources_of_one_clock_that_leaps_get_the_same_offset():

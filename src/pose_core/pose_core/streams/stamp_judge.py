@@ -26,7 +26,8 @@ STEADY_NS = NS_PER_S  # [ns] for which a clock that has leapt must run steadily
 STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] by which its lag may vary meanwhile
 SAME_OFFSET_NS = NS_PER_S // 4  # [ns] by which two sources' offsets differ that have one clock
 FEWEST = 8  # [samples] of a clock that runs steadily
-TOLERATED = 3  # [samples] in a row that may be wrong before the source is set aside
+TOLERATED = 3  # [samples] that may be wrong, or of one stamp, before the source is set aside
+FORGIVEN = 0.5  # [samples] that were wrong, by each good one: of two clocks in turn, half are wrong
 USUAL_LAG_NS = 30_000_000  # [ns] of a source that has just begun
 LAG_MEMORY = 0.05  # [-] weight of a new lag in the usual one
 CAMERA_RATE, IMU_RATE = 120.0, 1000.0  # [Hz] to which floods are thinned
@@ -53,9 +54,10 @@ class _Source:
     usual_lag_ns: float = USUAL_LAG_NS
     last_ns: int | None = None  # newest used stamp, with the offset
     tokens: float = 0.0  # [samples] that may come at once
-    wrong: int = 0  # samples in a row
+    wrong: float = 0.0  # [samples] that good ones have not made up for
+    repeated: int = 0  # [samples] in a row of one stamp
     reason: str = ""  # why it is set aside
-    is_behind: bool = False  # whether that is since its samples are too old
+    is_behind: bool = False  # whether that is since its samples are too old, and nothing else
     trial_stamp_ns: int | None = None  # newest stamp of the steady run, as it came
     trial_since_ns: int = 0  # [ns] arrival at which the run began
     trial_lags_ns: list[int] = field(default_factory=list)  # of the run, without the offset
@@ -127,16 +129,18 @@ class StampJudge:
         stamp = stamp_ns + source.offset_ns
         lag_ns = arrival_ns - stamp
         fault = self._fault(source, stamp, lag_ns)
-        if fault == "stamps_repeated" and not source.reason and source.wrong < TOLERATED:
-            source.wrong += 1
+        if fault == "stamps_repeated" and not source.reason and source.repeated < TOLERATED:
+            source.repeated += 1
             self.counters.add(fault)
             return False
-        if not fault and source.is_behind:
+        change = 1.0 if fault else -FORGIVEN
+        source.wrong = min(max(source.wrong + change, 0.0), float(TOLERATED))
+        if source.is_behind and source.wrong < TOLERATED - FORGIVEN:
             source.reason = ""
         if fault or source.reason:
             self._note_fault(source, fault, lag_ns)
             return self._try_again(source, stamp_ns, arrival_ns)
-        source.wrong = 0
+        source.repeated = 0
         source.trial_stamp_ns = None
         elapsed_s = 0.0 if source.last_ns is None else (stamp - source.last_ns) / NS_PER_S
         source.tokens = min(source.tokens + elapsed_s * source.rate, source.rate * BURST_S)
@@ -159,18 +163,20 @@ class StampJudge:
 
     def _note_fault(self, source: _Source, fault: str, lag_ns: int) -> None:
         self.counters.add(fault or "samples_set_aside")
-        source.wrong += 1
-        if source.wrong < TOLERATED or not fault:
+        is_tolerated = source.wrong < TOLERATED and fault != "stamps_repeated"
+        if is_tolerated or not fault:
             return
         if not source.reason:
             self.counters.add("clocks_set_aside")
+            source.is_behind = True
         text = {
             "stamps_ahead": f"stamps are {-lag_ns / NS_PER_S:.1f} s ahead of their arrival",
             "stamps_too_old": f"stamps are {lag_ns / NS_PER_S:.1f} s behind their arrival",
             "stamps_repeated": "stamps stand still",
             "stamps_backwards": "stamps run backwards",
         }
-        source.reason, source.is_behind = text[fault], fault == "stamps_too_old"
+        source.reason = text[fault]
+        source.is_behind &= fault == "stamps_too_old"
 
     def _try_again(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
         """Whether the clock has run steadily for long enough: then its new offset counts."""
@@ -206,7 +212,8 @@ class StampJudge:
                 if other.offset_ns and abs(other.offset_ns - offset_ns) < SAME_OFFSET_NS:
                     offset_ns = other.offset_ns
         self.counters.add("clocks_taken_in_again")
-        source.offset_ns, source.reason, source.wrong = offset_ns, "", 0
+        source.offset_ns, source.reason = offset_ns, ""
+        source.wrong, source.repeated = 0.0, 0
         source.last_ns = source.trial_stamp_ns = None
         source.trial_lags_ns = []
         source.tokens = source.rate * BURST_S
