@@ -1,7 +1,7 @@
 """What every estimator takes and gives, live and offline alike."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import ClassVar
 
 from pose_core.body.model import BodyModel
@@ -13,7 +13,7 @@ from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses, timed
 from pose_core.imu.imu_history import ImuStates
-from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.streams.samples import FloatArray
 
 
@@ -71,7 +71,12 @@ class Estimator(ABC):
         """Delay of each sensor's tracker, (sensors,) [s], by which its stamps are taken back."""
         return None
 
-    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
+    @property
+    def sensor_to_segment(self) -> SensorsToSegments:
+        """How the IMUs sit that are aligned now; empty where none are used."""
+        return {}
+
+    def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Take how IMUs sit from a calibration; most estimators use none."""
         del alignments
 
