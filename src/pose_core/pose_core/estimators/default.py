@@ -1,6 +1,5 @@
 """``default``: the filter of :mod:`pose_core.filter`, every sensor's frame as it comes."""
 
-from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -27,7 +26,7 @@ from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
-from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.joint_angle_extraction import StateNumbers
@@ -104,7 +103,23 @@ class DefaultEstimator(StepwiseEstimator):
         """Delay of each sensor's tracker, (sensors,) [s]; as told, until IMUs show it."""
         return self._delay
 
-    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
+    @property
+    def sensor_to_segment(self) -> SensorsToSegments:
+        """How the IMUs sit that are aligned now, as the filter knows it."""
+        found: dict[str, SensorToSegment] = {}
+        if self._state is None:
+            return found
+        for use in self.imu_uses:
+            if use.is_aligned:
+                link = self.model.link_names.index(self.model.segments[use.segment])
+                found[use.segment] = SensorToSegment(
+                    R_sensor_segment=self._state.R_sensor_link[link].copy(),
+                    stddev=np.array([use.tilt_stddev, use.tilt_stddev, use.turn_stddev]),
+                    residual=float("nan"),
+                )
+        return found
+
+    def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
         self._alignments.use_sensor_to_segment(alignments)
 
