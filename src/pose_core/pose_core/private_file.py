@@ -7,7 +7,7 @@ from pathlib import Path
 from pose_core.errors import InputError
 
 
-def write_private(path: Path, text: str, what: str) -> None:
+def write_private(path: Path, text: str, what: str, *, is_synced: bool = True) -> None:
     """Write a file of mode 0600, whatever the umask; one that exists is replaced in one step.
 
     It is on the disk before it has its name: a power cut leaves the old file or the new one.
@@ -16,6 +16,7 @@ def write_private(path: Path, text: str, what: str) -> None:
         path: The file.
         text: Its content.
         what: What it is, for the error: "the calibration".
+        is_synced: Whether to wait until it is on the disk.
 
     Raises:
         InputError: If it cannot be written.
@@ -26,7 +27,8 @@ def write_private(path: Path, text: str, what: str) -> None:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(text)
             file.flush()
-            os.fsync(file.fileno())
+            if is_synced:
+                os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
         if temporary:

@@ -4,16 +4,19 @@ Kept in ``$XDG_STATE_HOME/pose_fusion`` (``~/.local/state``), readable by the ow
 ROS domain and run; what an earlier run has left goes with the first look of the next.
 """
 
+import json
 import os
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import Any, Generic, TypeVar
 
 from pose_core.errors import InputError
-from pose_core.plain_yaml import dump_yaml, read_yaml
 from pose_core.private_file import write_private
 
 FOLDER = "pose_fusion"
+T = TypeVar("T")
 
 
 def kept_file(node: str, run: str) -> Path | None:
@@ -35,37 +38,41 @@ def kept_file(node: str, run: str) -> Path | None:
     path = folder / f"{prefix}{run}.yaml"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        for pattern in (f"{prefix}*.yaml", f"person-{prefix}*.yaml"):
+        for pattern in (f"{prefix}*", f"*-{prefix}*"):
             for old in folder.glob(pattern):
-                if not old.name.endswith(path.name):
+                if not old.stem.endswith(path.stem):
                     old.unlink(missing_ok=True)
     except OSError:
         return None  # a read-only home: the node works, and begins anew after a death
     return path
 
 
-class KeptPerson:
-    """The id of the person whom somebody has chosen while a node runs.
+class Kept(Generic[T]):
+    """A value that a node keeps while a graph runs.
 
     Args:
         beside: The node's file; None: nothing is kept.
+        name: Of the value.
+        read: Makes the value of plain mappings, lists, texts and numbers; an
+            :class:`InputError` says that it cannot.
     """
 
-    def __init__(self, beside: Path | None) -> None:
-        self._path = None if beside is None else beside.with_name(f"person-{beside.name}")
+    def __init__(self, beside: Path | None, name: str, read: Callable[[Any], T]) -> None:
+        self._path = None if beside is None else beside.with_name(f"{name}-{beside.stem}.json")
+        self._name = name
+        self._read = read
 
-    def load(self) -> str:
-        """The id; empty if nobody has been chosen."""
-        if self._path is None or not self._path.exists():
-            return ""
+    def load(self) -> T | None:
+        """The value; None if there is none that can be read."""
+        if self._path is None:
+            return None
         try:
-            person = read_yaml(self._path, "the chosen person")
-        except InputError:
-            return ""
-        return person if isinstance(person, str) else ""
+            return self._read(json.loads(self._path.read_bytes()))
+        except (OSError, ValueError, InputError):
+            return None
 
-    def save(self, person: str) -> None:
-        """Keep the id."""
+    def save(self, plain: Any) -> None:
+        """Keep plain mappings, lists, texts and numbers; a power cut ends the run anyway."""
         if self._path is not None:
             with suppress(InputError):
-                write_private(self._path, dump_yaml(person), "the chosen person")
+                write_private(self._path, json.dumps(plain), self._name, is_synced=False)

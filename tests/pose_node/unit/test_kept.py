@@ -2,7 +2,8 @@
 
 import pytest
 
-from pose_node.kept import KeptPerson, kept_file
+from pose_core.errors import InputError
+from pose_node.kept import Kept, kept_file
 
 
 @pytest.fixture
@@ -42,11 +43,24 @@ def test_a_home_that_cannot_be_written_keeps_nothing(state, monkeypatch):
     assert kept_file("/fusion", "r1") is None
 
 
-def test_a_chosen_person_is_found_again(state):
+def test_a_value_is_found_again_within_a_run(state):
     beside = kept_file("/fusion", "r1")
-    assert KeptPerson(beside).load() == ""
-    KeptPerson(beside).save("12")
+    assert Kept(beside, "person", str).load() is None
+    Kept(beside, "person", str).save("12")
 
-    assert KeptPerson(kept_file("/fusion", "r1")).load() == "12"
-    assert KeptPerson(kept_file("/fusion", "r2")).load() == ""
-    assert KeptPerson(None).load() == ""
+    assert Kept(kept_file("/fusion", "r1"), "person", str).load() == "12"
+    assert Kept(kept_file("/fusion", "r2"), "person", str).load() is None
+    assert not list(state.iterdir())
+    assert Kept(None, "person", str).load() is None
+
+
+def test_a_value_that_cannot_be_read_is_none(state):
+    def refuse(_plain):
+        raise InputError("not this")
+
+    beside = kept_file("/fusion", "r1")
+    Kept(beside, "person", str).save("12")
+    assert Kept(beside, "person", refuse).load() is None
+
+    next(state.iterdir()).write_text("{")
+    assert Kept(beside, "person", str).load() is None

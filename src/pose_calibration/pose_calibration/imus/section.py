@@ -40,6 +40,11 @@ def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
     Raises:
         InputError: If the file is no session or cannot be written.
     """
+    write_document(path, {**read_document(path), NAME: alignments_document(alignments)})
+
+
+def alignments_document(alignments: SensorsToSegments) -> dict[str, Any]:
+    """The section's content."""
     segments = {}
     for segment in (name for name in SEGMENTS if name in alignments):
         alignment = alignments[segment]
@@ -50,8 +55,7 @@ def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
             ],
             "residual_deg": rounded(np.degrees(alignment.residual), 2),
         }
-    section = {"version": VERSION, "segments": segments}
-    write_document(path, {**read_document(path), NAME: section})
+    return {"version": VERSION, "segments": segments}
 
 
 def load_alignments(path: Path) -> SensorsToSegments | None:
@@ -63,7 +67,15 @@ def load_alignments(path: Path) -> SensorsToSegments | None:
     section = read_document(path).get(NAME)
     if section is None:
         return None
-    where = f"{path}: section '{NAME}'"
+    return read_alignments(f"{path}: section '{NAME}'", section)
+
+
+def read_alignments(where: str, section: Any) -> SensorsToSegments:
+    """The alignments of the section's content.
+
+    Raises:
+        InputError: If it is not what it should be.
+    """
     if not isinstance(section, Mapping):
         raise InputError(f"{where} is {section!r}, expected a mapping")
     if section.get("version") != VERSION:

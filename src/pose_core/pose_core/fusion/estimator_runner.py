@@ -1,6 +1,6 @@
 """Second part of the pipeline: from observations to estimates, by the estimator of a name."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
@@ -14,7 +14,7 @@ from pose_core.fusion.output import Output
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import PoseBlock
 from pose_core.imu.imu_history import ImuStates
-from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
 
 EstimatorMaker = Callable[[BodyModel, BodyShape, FusionParameters, Counters], Estimator]
@@ -54,7 +54,7 @@ class EstimatorRunner:
         self._output = Output(model, parameters)
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
-        self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
+        self._sensor_to_segment: SensorsToSegments = {}
 
     def update(self, observation: Observation) -> PoseBlock | None:
         """The poses that an observation completes; a new body starts a new estimator."""
@@ -79,11 +79,16 @@ class EstimatorRunner:
         self._counters.add("estimates", len(block))
         return [block]
 
-    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use sensor-to-segment rotations of a calibration."""
         self._sensor_to_segment = alignments
         if self._estimator is not None:
             self._estimator.use_sensor_to_segment(alignments)
+
+    @property
+    def sensor_to_segment(self) -> SensorsToSegments:
+        """How the IMUs sit that are aligned now."""
+        return {} if self._estimator is None else self._estimator.sensor_to_segment
 
     @property
     def tracker_delays_ns(self) -> dict[str, int]:

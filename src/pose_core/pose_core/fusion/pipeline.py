@@ -150,6 +150,11 @@ class FusionPipeline:
         return tuple(uses.get(name) or self._unused(name) for name in sorted(self.imus.segments))
 
     @property
+    def sensor_to_segment(self) -> SensorsToSegments:
+        """How the IMUs sit that are aligned now."""
+        return self._runner.sensor_to_segment
+
+    @property
     def silent_imus(self) -> tuple[str, ...]:
         """Segments whose IMU sends nothing any more, while another source does."""
         return self.imus.silent(self._preprocessor.newest_ns)

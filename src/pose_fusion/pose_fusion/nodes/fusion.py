@@ -13,7 +13,11 @@ from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
-from pose_calibration.imus.section import load_alignments_if_any
+from pose_calibration.imus.section import (
+    alignments_document,
+    load_alignments_if_any,
+    read_alignments,
+)
 from pose_core.api import (
     BodyShape,
     EstimateBlock,
@@ -42,7 +46,7 @@ from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_io.clock_messages import clock_of
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import transforms_to_map
-from pose_node.kept import KeptPerson, kept_file
+from pose_node.kept import Kept, kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
@@ -76,7 +80,9 @@ class FusionNode(ManagedNode[FusionParameters]):
             )
         kept = kept_file(self.get_fully_qualified_name(), self.settings.run)
         self._shape_path = Path(self.settings.shape_file) if self.settings.shape_file else kept
-        self._kept_person = KeptPerson(kept)
+        self._kept_person = Kept(kept, "person", str)
+        read = partial(read_alignments, "the kept alignments")
+        self._kept_alignments = Kept(kept, "alignments", read)
         self._counters = Counters(
             "malformed_skeletons",
             "joints_not_tracked",
@@ -144,8 +150,8 @@ class FusionNode(ManagedNode[FusionParameters]):
             pipeline.use_shape(load_body_shape(self._shape_path, pipeline.subject.model))
             self._publish_shapes()
         name, alignments = load_alignments_if_any(parameters.imus_file, parameters.extrinsics_file)
-        self._alignments = alignments
-        pipeline.use_sensor_to_segment(alignments)
+        self._alignments = {**alignments, **(self._kept_alignments.load() or {})}
+        pipeline.use_sensor_to_segment(self._alignments)
         if alignments or parameters.imus_file:
             known = ", ".join(alignments) or "none: each is aligned from motion"
             self.get_logger().info(f"IMUs whose alignment is from {name}: {known}")
@@ -285,8 +291,17 @@ class FusionNode(ManagedNode[FusionParameters]):
             except InputError as error:
                 self.get_logger().error(str(error))
 
+    def _keep_alignments(self) -> None:
+        """Keep how the IMUs sit, also those that are silent just now; not what was wrong."""
+        subject = self.pipeline.subject
+        contradicted = {use.segment for use in subject.imu_uses if use.contradictions}
+        known = {s: each for s, each in self._alignments.items() if s not in contradicted}
+        self._alignments = {**known, **subject.sensor_to_segment}
+        self._kept_alignments.save(alignments_document(self._alignments))
+
     def report(self) -> Report:
         """Whether the person is tracked, by which sensors, and how late."""
+        self._keep_alignments()
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
         return self._reporter.report(unused, self._malformed_transform)
