@@ -42,6 +42,7 @@ class PeoplePipeline:
         clocks: The clocks by which stamps are corrected.
         frames: Number of frames added.
         skeletons: Number of skeletons that were given to a person's pipeline.
+        shown: Number of frames of the subject, by sensor.
         imu_samples: Number of IMU samples added.
     """
 
@@ -58,6 +59,7 @@ class PeoplePipeline:
         self.clocks: Clocks = {}
         self.frames = 0
         self.skeletons = 0
+        self.shown: dict[str, int] = {}
         self.imu_samples = 0
         self._counters = Counters(
             "frames_before_extrinsics",
@@ -210,6 +212,8 @@ class PeoplePipeline:
                 self._counters.add("skeletons_of_others")
                 continue
             self.skeletons += 1
+            if pipeline is self.subject:
+                self.shown[sample.sensor] = self.shown.get(sample.sensor, 0) + 1
             pipeline.add(sample)
             track = self._people.track(number)
             if track is not None:

@@ -40,6 +40,7 @@ from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, waiting
 from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.unused_sensors import unused_sensors
+from pose_fusion.watching.cameras import CameraWatch
 from pose_fusion.watching.stages import LatencyStages
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
@@ -57,6 +58,7 @@ SENSOR_QOS = sensor_data(QUEUE)
 IMU_QOS = sensor_data(200)  # [messages] of each IMU
 IMU_PERIOD_S = 0.01  # [s] after which IMUs' samples are taken: few wait when a frame comes
 PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
+LOOK_PERIOD_S = 0.25  # [s] after which it is looked which sources are of use
 LATCHED_QOS = latched(QUEUE)
 
 
@@ -85,6 +87,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._kept_alignments = Kept(kept, "alignments", read)
         self._counters = Counters(
             "malformed_skeletons",
+            "frames_repeated",
             "joints_not_tracked",
             "imu_without_orientation",
             "malformed_transforms",
@@ -113,6 +116,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._patience.cancel()
         if has_output_rate(self.settings):
             steady_timer(self, 1.0 / self.settings.output_rate, self._publish_now)
+        steady_timer(self, LOOK_PERIOD_S, self._look)
         self._subscribe()
 
     def deactivate(self) -> None:
@@ -139,7 +143,10 @@ class FusionNode(ManagedNode[FusionParameters]):
         self.pipeline = PeoplePipeline(parameters, self._publish, is_live=True)
         self._judge = StampJudge() if has_output_rate(self.settings) else None
         self._stages = LatencyStages()  # of the reference sensor's frames
-        self._reporter = FusionReporter(self.pipeline, self._judge, self._stages, self._counters)
+        self._watch = CameraWatch(self.settings.sensors)
+        self._reporter = FusionReporter(
+            self.pipeline, self._judge, self._watch, self._stages, self._counters
+        )
 
     def _load_files(self) -> None:
         parameters, pipeline = self.settings, self.pipeline
@@ -197,7 +204,11 @@ class FusionNode(ManagedNode[FusionParameters]):
         (persons,) = self._readers[sensor].read([data])
         if isinstance(persons, InputError):
             self._counters.add("malformed_skeletons")
+            self._watch.note_trouble(sensor, str(persons))
             self.get_logger().warning(str(persons), throttle_duration_sec=5.0)
+            return []
+        if not self._watch.note_frame(sensor, persons):
+            self._counters.add("frames_repeated")
             return []
         for person in persons:
             missing = len(person.tracking_state) - int(np.count_nonzero(person.tracking_state))
@@ -290,6 +301,11 @@ class FusionNode(ManagedNode[FusionParameters]):
                 save_body_shape(path, self.pipeline.subject.model, shape, self.settings.subject)
             except InputError as error:
                 self.get_logger().error(str(error))
+
+    def _look(self) -> None:
+        """Say at once which sources are of no use, and which are again."""
+        if self._reporter.look():
+            self.diagnostics.publish()
 
     def _keep_alignments(self) -> None:
         """Keep how the IMUs sit, also those that are silent just now; not what was wrong."""

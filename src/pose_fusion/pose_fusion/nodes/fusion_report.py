@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from pose_core.api import PeoplePipeline, StampJudge
 from pose_core.counters import Counters
+from pose_fusion.watching.cameras import MISSED_LOOKS, CameraWatch
 from pose_fusion.watching.stages import LatencyStages
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
@@ -15,6 +16,7 @@ class FusionReporter:
     Args:
         pipeline: The node's pipeline.
         judge: Its judge of stamps, if it has one.
+        watch: Its watch over the cameras.
         stages: Latency by stage.
         counters: The node's own counts.
 
@@ -26,46 +28,61 @@ class FusionReporter:
         self,
         pipeline: PeoplePipeline,
         judge: StampJudge | None,
+        watch: CameraWatch,
         stages: LatencyStages,
         counters: Counters,
     ) -> None:
         self._pipeline = pipeline
         self._judge = judge
+        self._watch = watch
         self._stages = stages
         self._counters = counters
-        self._reported_estimates = 0
+        self._estimates = 0  # at the last look
+        self._missed = 0  # looks in a row in which there were no more
+        self._named: set[str] = set()
         self.latency_s = 0.0
 
+    def look(self) -> bool:
+        """Look which sources are of use; whether there are others than at the last look."""
+        estimates = self._pipeline.subject.counters["estimates"]
+        self._missed = 0 if estimates > self._estimates else self._missed + 1
+        self._estimates = estimates
+        self._watch.look(self._pipeline.shown)
+        before, self._named = self._named, self._unused_sources()
+        return before != self._named
+
+    @property
+    def _is_tracking(self) -> bool:
+        return self._estimates > 0 and self._missed <= MISSED_LOOKS
+
+    def _unused_sources(self) -> set[str]:
+        idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
+        set_aside = self._judge.set_aside if self._judge is not None else ()
+        missing = {*set_aside, *self._watch.missing, *self._silent_imus, *idle}
+        return missing if self._is_tracking else {*missing, "everything"}
+
     def report(self, unused: Sequence[str], malformed_transform: str) -> Report:
-        """The report for the time since the last one.
+        """The report as of the last look.
 
         Args:
             unused: Names of sensors that publish and are not used.
             malformed_transform: What is wrong with the last ``/tf_static``; empty: nothing.
         """
-        estimates = self._pipeline.subject.counters["estimates"]
-        is_tracking = estimates > self._reported_estimates
-        self._reported_estimates = estimates
-        is_complete = not any(use.reason for use in self._pipeline.subject.imu_uses)
-        is_set_aside = self._judge is not None and self._judge.set_aside
-        is_heard = not (self._silent_imus or malformed_transform)
-        is_ok = is_tracking and is_complete and is_heard and not is_set_aside
+        is_ok = not (self._unused_sources() or malformed_transform)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join(
-                [self._tracking(is_tracking), *self._remarks(unused, malformed_transform)]
-            ),
+            message="; ".join([self._tracking(), *self._remarks(unused, malformed_transform)]),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
-    def _tracking(self, is_tracking: bool) -> str:
+    def _tracking(self) -> str:
         status = self._pipeline.status
-        if status == "tracking" and not is_tracking:
+        if status == "tracking" and not self._is_tracking:
             if self._pipeline.people:
                 return f"the subject is out of sight; in sight: {', '.join(self._pipeline.people)}"
             return "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
-        if not (is_tracking and idle):
+        if not (self._is_tracking and idle):
             return status
         others = f"; {len(idle) - 1} more, see the values" if len(idle) > 1 else ""
         return f"tracking without the IMU on {idle[0]}{others}"
@@ -77,6 +94,9 @@ class FusionReporter:
     def _remarks(self, unused: Sequence[str], malformed_transform: str) -> list[str]:
         set_aside = self._judge.set_aside if self._judge is not None else {}
         remarks = [f"{source} is set aside: its {why}" for source, why in set_aside.items()]
+        for sensor, why in self._watch.missing.items():
+            if sensor not in set_aside:
+                remarks.append(f"{sensor} does not show the subject: {why}")
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")

@@ -1,0 +1,78 @@
+"""Which cameras show the subject, and why the others do not."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pose_core.api import FloatArray, SkeletonSample
+
+MISSED_LOOKS = 2  # [looks] in a row without the subject, after which a camera is named
+FROZEN_FRAMES = 10  # [frames] that are alike after others that were not: no tracker repeats itself
+
+
+@dataclass
+class _Camera:
+    frames: int = 0  # since the last look, of any kind
+    trouble: str = ""  # with the last one of them
+    shown: int = 0  # frames of the subject, at the last look
+    missed: int = 0  # looks in a row in which there were no more
+    picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
+    has_moved: bool = False
+    alike: int = 0  # frames in a row with this picture
+
+
+class CameraWatch:
+    """Notes each camera's frames; looks at intervals which of them show the subject.
+
+    Args:
+        sensors: The cameras' names.
+    """
+
+    def __init__(self, sensors: Collection[str]) -> None:
+        self._cameras = {sensor: _Camera() for sensor in sensors}
+        self.missing: dict[str, str] = {}
+        """Cameras that do not show the subject as of the last look, and why."""
+
+    def note_trouble(self, sensor: str, trouble: str) -> None:
+        """A message has come that is of no use."""
+        self._cameras[sensor].frames += 1
+        self._cameras[sensor].trouble = trouble
+
+    def note_frame(self, sensor: str, persons: Sequence[SkeletonSample]) -> bool:
+        """A frame has come; whether it is of use: not one that is repeated again and again."""
+        camera = self._cameras[sensor]
+        picture = [person.positions for person in persons]
+        is_alike = len(picture) == len(camera.picture) and all(
+            np.array_equal(new, old, equal_nan=True)
+            for new, old in zip(picture, camera.picture, strict=True)
+        )
+        is_alike = is_alike and len(picture) > 0
+        camera.has_moved |= len(camera.picture) > 0 and not is_alike
+        camera.alike = camera.alike + 1 if is_alike else 0
+        camera.picture = picture
+        is_frozen = camera.has_moved and camera.alike >= FROZEN_FRAMES
+        if is_frozen:
+            self.note_trouble(sensor, "it repeats one picture: start its tracker anew")
+        elif any(person.tracking_state.any() for person in persons):
+            what = "nobody where the subject is: check its place, units and joints"
+            self.note_trouble(sensor, f"it shows {what}")
+        else:
+            self.note_trouble(sensor, "it sees nobody")
+        return not is_frozen
+
+    def look(self, shown: Mapping[str, int]) -> None:
+        """Find out which cameras do not show the subject.
+
+        Args:
+            shown: Number of frames of the subject that were used, by camera.
+        """
+        self.missing = {}
+        for sensor, camera in self._cameras.items():
+            count = shown.get(sensor, 0)
+            camera.missed = 0 if count != camera.shown else camera.missed + 1
+            camera.shown = count
+            if camera.missed >= MISSED_LOOKS and count > 0:
+                silent = "it is silent: check its node and its cable"
+                self.missing[sensor] = camera.trouble if camera.frames else silent
+            camera.frames = 0

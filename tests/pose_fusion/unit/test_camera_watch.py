@@ -1,0 +1,72 @@
+"""Cameras that do not show the subject are named, with the reason."""
+
+import numpy as np
+import pytest
+
+from pose_core.joints import JOINTS
+from pose_core.streams.samples import SkeletonSample
+from pose_fusion.watching.cameras import FROZEN_FRAMES, MISSED_LOOKS, CameraWatch
+
+
+def person(x, tracking_state=2):
+    return SkeletonSample(
+        stamp_ns=0,
+        sensor="left",
+        person="1",
+        positions=np.full((len(JOINTS), 3), x),
+        tracking_state=np.full(len(JOINTS), tracking_state, np.uint8),
+    )
+
+
+@pytest.fixture
+def watch():
+    """Both cameras have shown the subject once."""
+    watch = CameraWatch(("left", "right"))
+    watch.look({"left": 1, "right": 1})
+    return watch
+
+
+def looks(watch, note):
+    for k in range(MISSED_LOOKS):
+        assert not watch.missing
+        note(k)
+        watch.look({"left": 2 + k, "right": 1})
+    return watch.missing
+
+
+@pytest.mark.parametrize(
+    ("note", "reason"),
+    [
+        (lambda watch, _: None, "silent"),
+        (lambda watch, _: watch.note_trouble("right", "it has 3 bytes"), "3 bytes"),
+        (lambda watch, _: watch.note_frame("right", []), "sees nobody"),
+        (lambda watch, _: watch.note_frame("right", [person(np.nan, 0)]), "sees nobody"),
+        (lambda watch, k: watch.note_frame("right", [person(1.0 + k)]), "where the subject is"),
+    ],
+    ids=["silent", "malformed", "nobody", "no joints", "somebody else"],
+)
+def test_a_camera_without_the_subject_is_named_with_the_reason(watch, note, reason):
+    missing = looks(watch, lambda k: note(watch, k))
+    assert list(missing) == ["right"]
+    assert reason in missing["right"]
+    watch.look({"left": 9, "right": 2})
+    assert not watch.missing
+
+
+def test_a_picture_that_is_repeated_is_of_no_use_until_it_changes(watch):
+    watch.note_frame("right", [person(1.0)])
+    used = [watch.note_frame("right", [person(2.0)]) for _ in range(FROZEN_FRAMES + 2)]
+    assert used == [True] * FROZEN_FRAMES + [False] * 2
+    assert "repeats one picture" in looks(
+        watch, lambda _: watch.note_frame("right", [person(2.0)])
+    )["right"]
+    assert watch.note_frame("right", [person(3.0)])
+
+
+def test_a_source_that_never_changes_is_no_frozen_camera(watch):
+    assert all(watch.note_frame("right", [person(1.0)]) for _ in range(3 * FROZEN_FRAMES))
+
+
+def test_a_camera_that_has_never_shown_the_subject_is_not_missed():
+    watch = CameraWatch(("left", "right"))
+    assert not looks(watch, lambda _: None)
