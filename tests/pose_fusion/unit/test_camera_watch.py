@@ -57,9 +57,10 @@ def test_a_picture_that_is_repeated_is_of_no_use_until_it_changes(watch):
     watch.note_frame("right", [person(1.0)])
     used = [watch.note_frame("right", [person(2.0)]) for _ in range(FROZEN_FRAMES + 2)]
     assert used == [True] * FROZEN_FRAMES + [False] * 2
-    assert "repeats one picture" in looks(
-        watch, lambda _: watch.note_frame("right", [person(2.0)])
-    )["right"]
+    assert (
+        "repeats one picture"
+        in looks(watch, lambda _: watch.note_frame("right", [person(2.0)]))["right"]
+    )
     assert watch.note_frame("right", [person(3.0)])
 
 

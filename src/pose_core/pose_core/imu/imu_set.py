@@ -1,8 +1,9 @@
 """All IMUs of one body: their recent samples, their readings at an instant."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pose_core.counters import Counters
+from pose_core.imu.gyroscope_check import GyroscopeCheck
 from pose_core.imu.imu_history import NO_STATES, ImuHistory, ImuStates
 from pose_core.streams.samples import ImuBlock
 
@@ -12,19 +13,34 @@ class ImuSet:
 
     def __init__(self) -> None:
         self._history = ImuHistory()
+        self._check = GyroscopeCheck()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states = NO_STATES
-        self.counters = Counters("imu_gaps", "imu_readings_missing")
+        self.counters = Counters(
+            "imu_gaps", "imu_readings_missing", "imu_samples_against_gyroscope"
+        )
 
     @property
     def segments(self) -> Sequence[str]:
         """Segments with an IMU's samples."""
         return list(self._history.segments)
 
+    @property
+    def leaping(self) -> tuple[str, ...]:
+        """Segments whose IMU's orientation has leapt against its gyroscope in the last second."""
+        return self._check.leaping
+
+    @property
+    def headings(self) -> Mapping[str, float]:
+        """By which the headings of IMUs that have leapt are put right [rad]."""
+        return self._check.headings
+
     def add(self, block: ImuBlock) -> int:
         """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
         self._states_at = None
-        rejected = self._history.add(block)
+        checked = self._check.checked(block)
+        self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
+        rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
         return rejected
 
@@ -34,7 +50,8 @@ class ImuSet:
 
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
         """Segments whose IMU has sent nothing in the last 0.2 s before an instant."""
-        return self._history.silent(stamp_ns)
+        silent = self._history.silent(stamp_ns)
+        return tuple(segment for segment in silent if segment not in self._check.set_aside)
 
     def read(self, stamp_ns: int) -> ImuStates:
         """The IMUs' readings at an instant; those of the last instant are cached."""

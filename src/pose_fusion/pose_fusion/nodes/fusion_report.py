@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from pose_core.api import PeoplePipeline, StampJudge
 from pose_core.counters import Counters
 from pose_fusion.watching.cameras import MISSED_LOOKS, CameraWatch
@@ -58,7 +60,8 @@ class FusionReporter:
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
         set_aside = self._judge.set_aside if self._judge is not None else ()
-        missing = {*set_aside, *self._watch.missing, *self._silent_imus, *idle}
+        imus = {*self._silent_imus, *self._pipeline.subject.imus.leaping, *idle}
+        missing = {*set_aside, *self._watch.missing, *imus}
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(self, unused: Sequence[str], malformed_transform: str) -> Report:
@@ -100,6 +103,9 @@ class FusionReporter:
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")
+        if leaping := self._pipeline.subject.imus.leaping:
+            what = "contradicts its own gyroscope: has it slipped, is it one device, and whole?"
+            remarks.append(f"the orientation of the IMU on {', '.join(leaping)} {what}")
         if malformed_transform:
             remarks.append(f"/tf_static is not used: {malformed_transform}")
         if self._pipeline.others:
@@ -121,6 +127,10 @@ class FusionReporter:
                 for source, clock in pipeline.clocks.items()
             },
             "imus": ", ".join(subject.imus.segments) or "none",
+            **{
+                f"heading_leapt_deg/{segment}": f"{-np.degrees(heading):.1f}"
+                for segment, heading in subject.imus.headings.items()
+            },
             "imus_aligned": ", ".join(u.segment for u in uses if u.is_aligned) or "none",
             **{f"imu/{use.segment}": str(use) for use in uses},
             **subject.counters.as_dict(),

@@ -1,0 +1,222 @@
+r"""Holds each IMU's orientations against its own gyroscope, before anything uses them.
+
+Between two samples a sensor turns by what its gyroscope integrates to,
+
+.. math:: \hat q_k = q_{k-1} \otimes \exp(\tfrac{1}{2}(\omega_{k-1} + \omega_k)\,\Delta t)
+
+What is left, :math:`q_k \otimes \hat q_k^{-1}`, is a leap of the orientation in its world. A leap
+about the vertical is one of the heading, as of an IMU whose north is set anew: it is taken out of
+all later samples. An IMU that leaps again and again, or repeats one sample although it turns, is
+set aside until it has been steady for a second.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.rotations import SMALL_ANGLE
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, ImuBlock
+
+LONGEST_STEP_S = 0.1  # [s] after a longer gap the gyroscope says too little
+LEAST_LEAP = 0.2  # [rad] that no filter corrects an orientation by from sample to sample
+SCALE_ERROR = 0.1  # [-] of a gyroscope
+STUCK_S = 0.3  # [s] for which a gyroscope that turns may repeat its rate and orientation
+MOST_TILT = 0.1  # [rad] by which a leap of the heading may tilt, too
+TOLERATED = 3.0  # [leaps] before an IMU is set aside
+FORGIVEN = 2.0  # [leaps/s]
+STEADY_NS = NS_PER_S  # [ns] without a leap, after which it is used again
+
+Quaternion = tuple[float, float, float, float]
+
+
+class _Memory(NamedTuple):
+    """What is known of each IMU, from sample to sample."""
+
+    stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
+    orientation: FloatArray  # (imus, 4) of the last sample, as it came
+    rate: FloatArray  # (imus, 3) [rad/s] of the last sample
+    same_s: FloatArray  # (imus,) [s] for which orientation and rate have been the same
+    leap_ns: NDArray[np.int64]  # (imus,) stamp of the last leap
+    leaps: FloatArray  # (imus,) that are not forgiven yet
+    heading: FloatArray  # (imus,) [rad] by which orientations are turned back about the vertical
+    set_aside: NDArray[np.bool_]  # (imus,)
+
+
+class GyroscopeCheck:
+    """Lets the samples through whose orientation their IMU's gyroscope confirms."""
+
+    def __init__(self) -> None:
+        self._segments: list[str] = []
+        self._memory = _make_memory(0)
+        self._check_samples = type_specialised(check_samples)
+
+    @property
+    def set_aside(self) -> tuple[str, ...]:
+        """Segments whose IMU is not used."""
+        return tuple(self._segments[i] for i in np.flatnonzero(self._memory.set_aside).tolist())
+
+    @property
+    def leaping(self) -> tuple[str, ...]:
+        """Segments whose IMU has leapt within the last second; those set aside are among them."""
+        memory = self._memory
+        recent = (memory.leap_ns > 0) & (memory.stamp_ns - memory.leap_ns <= STEADY_NS)
+        return tuple(self._segments[i] for i in np.flatnonzero(recent).tolist())
+
+    @property
+    def headings(self) -> Mapping[str, float]:
+        """By which orientations are turned about the vertical [rad], of IMUs that have leapt."""
+        leapt = np.flatnonzero(self._memory.heading).tolist()
+        return {self._segments[i]: float(self._memory.heading[i]) for i in leapt}
+
+    def checked(self, block: ImuBlock) -> ImuBlock:
+        """The samples that can be used, with the heading that their IMU had at first."""
+        new = [name for name in block.segments if name not in self._segments]
+        if new:
+            self._segments += new
+            pairs = zip(self._memory, _make_memory(len(new)), strict=True)
+            self._memory = _Memory(*(np.concatenate(pair) for pair in pairs))
+        imus = np.array([self._segments.index(name) for name in block.segments], np.int64)
+        orientation = np.array(block.orientation)
+        is_used = np.empty(len(block), np.bool_)
+        self._check_samples(
+            self._memory,
+            imus[block.imu],
+            np.ascontiguousarray(block.stamps_ns),
+            orientation,
+            np.ascontiguousarray(block.angular_velocity),
+            is_used,
+        )
+        block = replace(block, orientation=orientation)
+        return block if is_used.all() else block.rows(np.flatnonzero(is_used))
+
+
+def _make_memory(imus: int) -> _Memory:
+    return _Memory(
+        stamp_ns=np.zeros(imus, np.int64),
+        orientation=np.zeros((imus, 4)),
+        rate=np.zeros((imus, 3)),
+        same_s=np.zeros(imus),
+        leap_ns=np.zeros(imus, np.int64),
+        leaps=np.zeros(imus),
+        heading=np.zeros(imus),
+        set_aside=np.zeros(imus, np.bool_),
+    )
+
+
+@compiled_in_place
+def check_samples(
+    memory: _Memory,
+    imu: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    orientation: FloatArray,
+    rate: FloatArray,
+    is_used: NDArray[np.bool_],
+) -> None:
+    """Check samples one after the other.
+
+    Args:
+        memory: Is updated.
+        imu: Whose each is, (n,).
+        stamps_ns: (n,).
+        orientation: (n, 4), x y z w; turned by the heading.
+        rate: (n, 3) [rad/s].
+        is_used: Filled, (n,).
+    """
+    for row in range(len(imu)):
+        i = imu[row]
+        dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
+        has_leapt = False
+        if 0.0 < dt_s <= LONGEST_STEP_S:
+            apart, tilt, turn = leap(
+                memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
+            )
+            if apart > 0.0 and tilt < MOST_TILT and not memory.set_aside[i]:
+                memory.heading[i] -= turn
+            is_same = is_equal(memory.orientation[i], orientation[row])
+            turns = rate[row, 0] != 0.0 or rate[row, 1] != 0.0 or rate[row, 2] != 0.0
+            is_same &= turns and is_equal(memory.rate[i], rate[row])
+            memory.same_s[i] = memory.same_s[i] + dt_s if is_same else 0.0
+            has_leapt = apart > 0.0 or memory.same_s[i] > STUCK_S
+            memory.leaps[i] = max(memory.leaps[i] - FORGIVEN * dt_s, 0.0)
+        if has_leapt:
+            memory.leaps[i] = min(memory.leaps[i] + 1.0, TOLERATED + 1.0)
+            memory.leap_ns[i] = stamps_ns[row]
+            memory.set_aside[i] |= memory.leaps[i] > TOLERATED
+        elif memory.set_aside[i] and stamps_ns[row] - memory.leap_ns[i] > STEADY_NS:
+            memory.set_aside[i], memory.leaps[i] = False, 0.0
+        is_used[row] = not has_leapt and not memory.set_aside[i]
+        memory.stamp_ns[i] = stamps_ns[row]
+        for k in range(4):
+            memory.orientation[i, k] = orientation[row, k]
+        for axis in range(3):
+            memory.rate[i, axis] = rate[row, axis]
+        if memory.heading[i] != 0.0:
+            s, c = np.sin(0.5 * memory.heading[i]), np.cos(0.5 * memory.heading[i])
+            x, y, z, w = orientation[row]
+            orientation[row, 0], orientation[row, 1] = c * x - s * y, c * y + s * x
+            orientation[row, 2], orientation[row, 3] = c * z + s * w, c * w - s * z
+
+
+@compiled_in_place
+def leap(
+    before: FloatArray, rate_before: FloatArray, after: FloatArray, rate: FloatArray, dt_s: float
+) -> tuple[float, float, float]:
+    """How an orientation has leapt against the gyroscope.
+
+    Args:
+        before: Orientation of the last sample, (4,) x y z w.
+        rate_before: Its rate, (3,) [rad/s].
+        after: Orientation of this one, (4,).
+        rate: Its rate, (3,) [rad/s].
+        dt_s: The time between them [s].
+
+    Returns:
+        The leap's angle [rad], 0 within what a sensor may err by; its tilt and its turn about the
+        vertical [rad].
+    """
+    x = 0.5 * dt_s * (rate_before[0] + rate[0])
+    y = 0.5 * dt_s * (rate_before[1] + rate[1])
+    z = 0.5 * dt_s * (rate_before[2] + rate[2])
+    angle = np.sqrt(x * x + y * y + z * z)
+    part = 0.5 if angle < SMALL_ANGLE else np.sin(0.5 * angle) / angle
+    turned = (part * x, part * y, part * z, np.cos(0.5 * angle))
+    expected = product((before[0], before[1], before[2], before[3]), turned)
+    back = (-expected[0], -expected[1], -expected[2], expected[3])
+    a, b, c, d = product((after[0], after[1], after[2], after[3]), back)
+    if d < 0.0:
+        a, b, c, d = -a, -b, -c, -d
+    across = np.sqrt(a * a + b * b)
+    apart = 2.0 * np.arctan2(np.sqrt(a * a + b * b + c * c), d)
+    change = np.sqrt(
+        (rate[0] - rate_before[0]) ** 2
+        + (rate[1] - rate_before[1]) ** 2
+        + (rate[2] - rate_before[2]) ** 2
+    )
+    if apart <= LEAST_LEAP + SCALE_ERROR * angle + 0.5 * dt_s * change:
+        return 0.0, 0.0, 0.0
+    return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)
+
+
+@compiled_in_place
+def is_equal(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two arrays of numbers are the same to the last bit."""
+    is_same = True
+    for k in range(len(one)):
+        is_same &= one[k] == other[k]
+    return is_same
+
+
+@compiled_in_place
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Product of two quaternions, x y z w."""
+    return (
+        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
+        p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
+        p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
+        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
+    )

@@ -1,0 +1,139 @@
+"""An IMU's orientation is held against its own gyroscope."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pose_core.imu.gyroscope_check import GyroscopeCheck, leap
+from pose_core.streams.samples import ImuBlock
+
+PERIOD_S = 0.01
+START_NS = 1_700_000_000_000_000_000
+
+
+def turning(seconds, seed=1, speed=4.0):
+    """A sensor that turns about changing axes: orientations and rates in its frame [rad/s]."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(round(seconds / PERIOD_S)) * PERIOD_S
+    phase, frequency = rng.uniform(0.0, 6.0, (2, 3))
+    rates = speed * np.sin(2.0 * np.pi * np.outer(t, 0.2 + 0.3 * frequency / 6.0) + phase)
+    orientation, all_of = Rotation.random(random_state=seed), []
+    for k in range(len(t)):
+        all_of.append(orientation)
+        if k + 1 < len(t):
+            mean = 0.5 * (rates[k] + rates[k + 1])
+            orientation = orientation * Rotation.from_rotvec(mean * PERIOD_S)
+    return Rotation.concatenate(all_of), rates
+
+
+def block(orientations, rates, segment="torso"):
+    count = len(rates)
+    return ImuBlock(
+        segments=(segment,),
+        imu=np.zeros(count, np.int64),
+        stamps_ns=START_NS + np.arange(count) * round(PERIOD_S * 1e9),
+        orientation=orientations.as_quat(),
+        orientation_stddev=np.full((count, 3), 0.02),
+        angular_velocity=rates,
+        linear_acceleration=np.full((count, 3), np.nan),
+    )
+
+
+def changed(orientations, window, change):
+    """The orientations with those of a window [samples] changed."""
+    quaternions = orientations.as_quat()
+    quaternions[window] = change(orientations[window]).as_quat()
+    return Rotation.from_quat(quaternions)
+
+
+def angles_deg(one, other):
+    return np.degrees((one.inv() * other).magnitude())
+
+
+def test_what_a_sensor_measures_passes_as_it_is():
+    rng = np.random.default_rng(2)
+    orientations, rates = turning(5.0, speed=15.0)
+    noisy = orientations * Rotation.from_rotvec(0.02 * rng.standard_normal((len(rates), 3)))
+    check, given = GyroscopeCheck(), block(noisy, rates)
+    checked = check.checked(given)
+    assert np.array_equal(checked.orientation, given.orientation)
+    assert not check.set_aside
+    assert not check.headings
+
+
+@pytest.mark.parametrize("leap_deg", [60.0, -150.0, 180.0])
+def test_a_heading_that_leaps_is_put_right_and_again_when_it_leaps_back(leap_deg):
+    orientations, rates = turning(5.0)
+    turn = Rotation.from_euler("z", leap_deg, degrees=True)
+    leapt = changed(orientations, slice(100, 300), lambda some: turn * some)
+    check = GyroscopeCheck()
+    first, second = (block(leapt, rates).rows(rows) for rows in (slice(0, 200), slice(200, 500)))
+    before, after = check.checked(first), check.checked(second)
+    assert len(before) == 199
+    used = Rotation.from_quat(np.concatenate([before.orientation, after.orientation]))
+    rows = np.delete(np.arange(500), [100, 300])
+    assert angles_deg(used, orientations[rows]).max() < 0.1
+    assert abs(check.headings.get("torso", 0.0)) < 1e-3
+
+
+@pytest.mark.parametrize("speed", [0.5, 10.0])
+def test_an_imu_of_random_orientations_is_set_aside_until_it_is_steady_for_a_second(speed):
+    orientations, rates = turning(5.0, speed=speed)
+    window = slice(100, 300)
+    wild = changed(orientations, window, lambda some: Rotation.random(len(some), random_state=4))
+    check, given = GyroscopeCheck(), block(wild, rates)
+    used = check.checked(given.rows(slice(0, 300)))
+    assert used.stamps_ns[-1] <= given.stamps_ns[102]
+    assert check.set_aside == ("torso",)
+    back = check.checked(given.rows(slice(300, 500)))
+    assert back.stamps_ns[0] - given.stamps_ns[300] == pytest.approx(1e9, abs=2e7)
+    assert not check.set_aside
+
+
+def test_a_sensor_that_slips_once_costs_one_sample():
+    orientations, rates = turning(3.0)
+    turn = Rotation.from_euler("y", 90.0, degrees=True)
+    slipped = changed(orientations, slice(100, 300), lambda some: some * turn)
+    rates[100:] = turn.inv().apply(rates[100:])
+    check = GyroscopeCheck()
+    assert len(check.checked(block(slipped, rates))) == 299
+    assert not check.set_aside
+    assert not check.headings
+    assert not check.leaping
+
+
+@pytest.mark.parametrize("speed", [0.01, 4.0])
+def test_an_imu_that_repeats_one_sample_is_set_aside(speed):
+    orientations, rates = turning(3.0, speed=speed)
+    rates[100:250] = rates[100]
+    stuck = changed(orientations, slice(100, 250), lambda some: some[np.zeros(len(some), int)])
+    check, given = GyroscopeCheck(), block(stuck, rates)
+    check.checked(given.rows(slice(0, 150)))
+    assert check.set_aside == check.leaping == ("torso",)
+    assert len(check.checked(given.rows(slice(150, 250)))) == 0
+
+
+def test_a_sensor_that_lies_still_may_repeat_itself():
+    orientations = Rotation.from_quat(np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)))
+    rates = np.zeros((300, 3))
+    assert len(GyroscopeCheck().checked(block(orientations, rates))) == 300
+
+
+def test_a_leap_is_what_rotations_say_it_is():
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        before, rate = Rotation.random(random_state=rng), rng.uniform(-5.0, 5.0, 3)
+        turn, tilt = rng.uniform(-3.0, 3.0), rng.uniform(0.0, 0.05)
+        by = Rotation.from_euler("z", turn) * Rotation.from_euler("x", tilt)
+        after = by * before * Rotation.from_rotvec(0.02 * rate)
+        apart, tilted, turned = leap(before.as_quat(), rate, after.as_quat(), rate, 0.02)
+        if by.magnitude() > 0.31:
+            assert (apart, tilted, turned) == pytest.approx((by.magnitude(), tilt, turn), abs=1e-6)
+
+
+def test_after_a_gap_or_a_clock_set_back_nothing_is_judged():
+    orientations, rates = turning(1.0)
+    check, given = GyroscopeCheck(), block(orientations, rates)
+    check.checked(given)
+    assert len(check.checked(given)) == len(given)
+    assert len(check.checked(given.rows(np.arange(0, 100, 20)))) == 5
