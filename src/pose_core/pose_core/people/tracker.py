@@ -27,6 +27,7 @@ NEAR_M, APART_M = 0.7, 1.0  # [m] between the middles of two who meet, and of tw
 UNCHECKED_FRAMES = 4  # [-] of one sensor, in which a lone person's id is believed
 MOVED = 0.1  # [m], or [-] of a rotation's matrix, from which on a sensor has been moved
 LEAST_JOINTS = 5  # [-] of somebody new
+MOST_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
 
 
 class Encounters:
@@ -99,6 +100,7 @@ class PeopleTracker:
             "exchanged",
             "sensor_ids_changed",
             "held_back",
+            "too_many",
         )
         self._recognition = Recognition(self.counters)
         self._encounters = Encounters(self._recognition)
@@ -152,6 +154,9 @@ class PeopleTracker:
         self.counters.add("seen", len(frame))
         stamp_ns = self.stamp_ns(frame[0])
         self._tracks.age(stamp_ns)
+        if len(frame) > MOST_PEOPLE:
+            self.counters.add("too_many", len(frame) - MOST_PEOPLE)
+            frame = self._nearest(frame, stamp_ns)
         alone = self._known_alone(frame, stamp_ns)
         if alone is not None:
             return [(alone.number, frame[0])]
@@ -160,6 +165,16 @@ class PeopleTracker:
     def stamp_ns(self, sample: SkeletonSample) -> int:
         """A sample's stamp on the reference's clock [ns]."""
         return self.clocks.get(sample.sensor, Clock()).to_reference(sample.stamp_ns)
+
+    def _nearest(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> list[SkeletonSample]:
+        """The skeletons of a crowd that are nearest to the people who are present."""
+        T = self.T_common_sensor[frame[0].sensor]
+        places = np.stack([centre(transformed(T, sample.positions)) for sample in frame])
+        distance = np.zeros(len(frame))
+        if self.present:
+            known = np.stack([track.expected_centre(stamp_ns) for track in self.present])
+            distance = np.linalg.norm(places[:, None] - known[None], axis=2).min(axis=1)
+        return [frame[k] for k in np.argsort(distance, kind="stable")[:MOST_PEOPLE]]
 
     def _known_alone(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> PersonTrack | None:
         """The only person in view, if the sensor has just had them under the same id."""
