@@ -136,6 +136,36 @@ def test_an_imu_without_north_that_begins_anew_turned_is_not_believed(estimator,
         assert np.abs(difference).max() < ERROR_DEG
 
 
+def test_headings_that_all_leap_at_once_change_nothing(session):
+    _, _, skeletons, imus = session
+    turn = Rotation.from_euler("z", np.radians(60.0))
+
+    def leapt(sample):
+        turned = (turn * Rotation.from_quat(sample.orientation)).as_quat()
+        return replace(sample, orientation=turned) if is_disturbed(sample) else sample
+
+    plain, as_it_is = run(arriving([*skeletons, *imus], lambda _: 0))
+    pipeline, estimates = run(arriving([*skeletons, *map(leapt, imus)], lambda _: 0))
+    pairs = zip(estimates, as_it_is, strict=True)
+    assert max(np.abs(np.degrees(a.position - b.position)[6:]).max() for a, b in pairs) < 5.0
+    assert aligned(pipeline) == aligned(plain) == sorted(IMU_SEGMENTS)
+
+
+def test_a_pipeline_that_begins_anew_goes_on_with_the_alignment_of_the_one_before(session):
+    *_, skeletons, imus = session
+    samples = arriving([*skeletons, *imus], lambda _: 0)
+    until = [sum(s.stamp_ns < START_NS + end_s * 1e9 for s in samples) for end_s in (20.0, 21.5)]
+    before, _ = run(samples[: until[0]])
+    found = before.sensor_to_segment
+    assert sorted(found) == sorted(IMU_SEGMENTS)
+
+    parameters = FusionParameters(output_rate=0.0)
+    after = FusionPipeline(parameters, extrinsics(), before.shape)
+    after.use_sensor_to_segment(found)
+    fused(after, samples[until[0] : until[1]])
+    assert aligned(after) == sorted(IMU_SEGMENTS)
+
+
 def test_samples_out_of_order_are_counted_and_harm_nothing(session):
     t, dof, skeletons, imus = session
     rng = np.random.default_rng(3)

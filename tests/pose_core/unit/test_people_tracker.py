@@ -1,10 +1,14 @@
 """Who is who, across sensors, crossings and absences (walking people, drawn)."""
 
+from dataclasses import replace
+
 import numpy as np
 from crowd_of_people import frames_of, numbers_of, walker
 from walking_person import POSES
 
+from pose_core.joints import JOINTS
 from pose_core.people.distances import OTHER_SIDE
+from pose_core.people.person_track import Presence
 from pose_core.people.tracker import PeopleTracker
 from pose_core.session.clocks import Clock
 
@@ -130,3 +134,25 @@ def _later(sample):
 def _mirrored(sample):
     positions = np.ascontiguousarray(sample.positions[OTHER_SIDE])
     return type(sample)(**{**vars(sample), "positions": positions})
+
+
+def test_of_a_crowd_those_nearest_to_who_is_present_are_followed():
+    people = tracker()
+    numbers_of(people, frames_of([TO_THE_LEFT], 1.0))
+    crowd = [standing((2.0 + 0.6 * (k % 6), 3.0 + 0.6 * (k // 6))) for k in range(20)]
+    for persons, _ in frames_of([TO_THE_LEFT, *crowd], 2.0)[60:]:
+        people.add(persons)
+    assert people.counters["too_many"] > 0
+    assert people.track(1).presence is Presence.PRESENT
+
+
+def test_a_skeleton_without_a_joint_is_nobody():
+    people = tracker()
+    frames = frames_of([TO_THE_LEFT], 2.0)
+    nothing = np.full((len(JOINTS), 3), np.nan), np.zeros(len(JOINTS), np.uint8)
+    for persons, _ in frames[:60]:
+        people.add(persons)
+    for persons, _ in frames[60:]:
+        empty = [replace(one, positions=nothing[0], tracking_state=nothing[1]) for one in persons]
+        assert people.add(empty) == []
+    assert people.track(1).unseen_s(frames[-1][0][0].stamp_ns) > 0.5

@@ -9,7 +9,7 @@ from sample_messages import skeleton_message
 from sensor_msgs.msg import Imu
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
-from worn_imus import imu_samples
+from worn_imus import imu_samples, merged, moving_wearer
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.imus.imu_calibration import Phase
@@ -18,6 +18,7 @@ from pose_calibration.imus.section import save_alignments
 from pose_core.errors import InputError
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.streams.samples import SkeletonSample
 from pose_fusion.conversions import to_header, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
@@ -57,6 +58,28 @@ def test_the_fusion_takes_mountings_from_the_sessions_file(
     overrides = [Parameter(parameter, value=str(session_file))]
     ros_context.add(FusionNode(parameter_overrides=overrides))
     assert taken == [["left_thigh"]]
+
+
+def test_a_fusion_that_died_goes_on_with_the_alignment_of_its_imus(
+    ros_context, monkeypatch, tmp_path
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    overrides = [Parameter("run", value="r1"), Parameter("output_rate", value=0.0)]
+    node = ros_context.add(FusionNode(parameter_overrides=overrides))
+    node.pipeline.place_sensors(extrinsics())
+    _, _, skeletons, imus = moving_wearer(20.0)
+    for sample in merged(skeletons, imus):
+        node.pipeline.add((sample,) if isinstance(sample, SkeletonSample) else sample)
+    node.report()
+    found = node.pipeline.subject.sensor_to_segment
+    assert "left_thigh" in found
+
+    taken = []
+    monkeypatch.setattr(FusionPipeline, "use_sensor_to_segment", lambda _, each: taken.append(each))
+    ros_context.add(FusionNode(parameter_overrides=overrides))
+    assert set(taken[0]) == set(found)
+    R, R_found = (each["left_thigh"].R_sensor_segment for each in (taken[0], found))
+    assert np.allclose(R, R_found, atol=1e-5)
 
 
 def test_a_damaged_section_stops_the_fusion_at_the_start(ros_context, session_file):
