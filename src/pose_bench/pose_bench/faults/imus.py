@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_bench.faults.fault import Fault, Window, each, often, silent
+from pose_bench.faults.fault import CAMERAS, NS, Fault, Window, each, often, silent
 from pose_bench.faults.packets import Imu, Packet
 
 SHANK, THIGH = "imu/left_shank", "imu/left_thigh"
@@ -94,6 +94,25 @@ def _garbage(packet: Any, window: Window) -> Packet:
     return replace(packet, raw=window.rng.bytes(320))
 
 
+def _denser(times: int) -> Callable[[Any, Window], Sequence[Packet]]:
+    """So many times the rate, each sample with a stamp of its own; IMUs turn on at their rate."""
+
+    def more(packet: Any, _window: Window) -> list[Packet]:
+        period_s = (0.01 if isinstance(packet, Imu) else 1.0 / 30.0) / times
+        found = []
+        for later_s in [k * period_s for k in range(times)]:
+            stamp_ns = packet.stamp_ns + round(later_s * NS)
+            one = replace(packet, at_s=packet.at_s + later_s, stamp_ns=stamp_ns)
+            if isinstance(packet, Imu):
+                turn = Rotation.from_rotvec(packet.rate * later_s)
+                turned = Rotation.from_quat(packet.orientation) * turn
+                one = replace(one, orientation=turned.as_quat())
+            found.append(one)
+        return found
+
+    return more
+
+
 FAULTS = (
     Fault(name="one IMU: silent", change=silent(*ONE), lost=ONE, said=NAMED),
     Fault(name="all IMUs: silent", change=silent("imus"), lost=("imus",), said=ANY),
@@ -157,6 +176,7 @@ FAULTS = (
         said=NAMED,
     ),
     Fault(name="all IMUs: four times the rate", change=often(4, "imus")),
+    Fault(name="everything: four times the samples", change=each(("imus", *CAMERAS), _denser(4))),
     Fault(name="one IMU: 1 kHz of one stamp", change=often(10, *ONE), said=NAMED),
 )
 """All of them."""

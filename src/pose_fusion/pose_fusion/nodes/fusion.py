@@ -58,7 +58,7 @@ SENSOR_QOS = sensor_data(QUEUE)
 IMU_QOS = sensor_data(200)  # [messages] of each IMU
 IMU_PERIOD_S = 0.01  # [s] after which IMUs' samples are taken: few wait when a frame comes
 PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
-LOOK_PERIOD_S = 0.25  # [s] after which it is looked which sources are of use
+LOOK_PERIOD_S = 0.2  # [s] after which it is looked which sources are of use
 LATCHED_QOS = latched(QUEUE)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from pose_core.api import FloatArray, SkeletonSample
 
 MISSED_LOOKS = 2  # [looks] in a row without the subject, after which a camera is named
-FROZEN_FRAMES = 10  # [frames] that are alike after others that were not: no tracker repeats itself
+FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no tracker repeats itself
 
 
 @dataclass
