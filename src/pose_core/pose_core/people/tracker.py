@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from pose_core.counters import Counters
-from pose_core.people.association import associate
+from pose_core.people.association import GATE_M, associate
 from pose_core.people.distances import OTHER_SIDE, centre
 from pose_core.people.doubles import Doubles
 from pose_core.people.person_track import PersonTrack, Presence
@@ -239,7 +239,7 @@ class PeopleTracker:
         """Find out whose an unassigned skeleton is: somebody's who is back, or somebody new's."""
         near = self._tracks.in_view
         if np.isfinite(joints[:, 0]).sum() < LEAST_JOINTS and (self.tracks or not is_alone):
-            return self._by_id(near, sample, stamp_ns)
+            return self._by_id(near, sample, joints, stamp_ns)
         if is_alone and not near and len(self.tracks) == 1:
             back = self.tracks[0]
             if self._recognition.is_within_reach(back, joints, stamp_ns):
@@ -249,12 +249,19 @@ class PeopleTracker:
         return self._tracks.begin(sample, joints, stamp_ns, is_alone)
 
     def _by_id(
-        self, near: Sequence[PersonTrack], sample: SkeletonSample, stamp_ns: int
+        self,
+        near: Sequence[PersonTrack],
+        sample: SkeletonSample,
+        joints: FloatArray,
+        stamp_ns: int,
     ) -> list[Assigned]:
-        """Assign a skeleton of few joints by its id alone; without a match it is a ghost."""
+        """Assign a skeleton of few joints by its id, if they are near; else it is a ghost."""
         for track in near:
             view = track.views.get(sample.sensor)
             is_same = view is not None and view.person == sample.person
+            apart = np.linalg.norm(joints - track.expected(stamp_ns), axis=1)
+            known = apart[np.isfinite(apart)]
+            is_same &= not len(known) or bool(known.mean() <= GATE_M)
             if is_same and track.presence is Presence.PRESENT:
                 track.note(sample, stamp_ns)
                 return [(track.number, sample)]
