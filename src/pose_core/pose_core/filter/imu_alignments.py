@@ -45,7 +45,7 @@ class ImuAlignments:
         self._model = model
         self._tuning = tuning or AlignmentTuning()
         self._worn: dict[str, _Worn] = {}
-        self._sensor_to_segment: Mapping[str, SensorToSegment] = {}
+        self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
 
@@ -56,7 +56,7 @@ class ImuAlignments:
 
     def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; headings are still found from motion."""
-        self._sensor_to_segment = mountings
+        self._sensor_to_segment = dict(mountings)
 
     def restart(self) -> None:
         """A new filter knows no alignment; what was gathered stays."""
@@ -173,6 +173,7 @@ class ImuAlignments:
             return
         worn.use.contradictions += 1
         worn.mounting = None
+        self._sensor_to_segment.pop(worn.use.segment, None)  # it sits otherwise by now
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
 
