@@ -34,8 +34,6 @@ PRIVATE = {
 """Words that have been in names once, and what the field says."""
 OF_VARIABLES = PRIVATE.keys() - {"beside", "following", "fresh", "lean", "looks"}
 """Those that are no plain English words for a variable, parameter or field either."""
-STILL_PRIVATE = ("pose_core/filter/",)
-"""Folders whose variables have private words still."""
 
 
 def definitions(tree):
@@ -68,9 +66,7 @@ def test_no_name_has_a_private_word():
     found = []
     for path in sorted(SRC.rglob("*.py")):
         tree = ast.parse(path.read_text())
-        is_left = any(folder in path.as_posix() for folder in STILL_PRIVATE)
         defined = {path.stem, *definitions(tree)}
         found += private_words(path, defined, PRIVATE.keys())
-        if not is_left:
-            found += private_words(path, variables(tree), OF_VARIABLES)
+        found += private_words(path, variables(tree), OF_VARIABLES)
     assert not found, "\n".join(found)

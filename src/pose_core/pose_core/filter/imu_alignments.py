@@ -54,9 +54,9 @@ class ImuAlignments:
         """What becomes of each IMU that was heard, by segment's name."""
         return tuple(self._worn[name].use for name in sorted(self._worn))
 
-    def use_sensor_to_segment(self, mountings: Mapping[str, SensorToSegment]) -> None:
+    def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
         """Take how IMUs sit from a calibration; headings are still found from motion."""
-        self._sensor_to_segment = dict(mountings)
+        self._sensor_to_segment = dict(alignments)
 
     def restart(self) -> None:
         """A new filter knows no alignment; what was gathered stays."""
