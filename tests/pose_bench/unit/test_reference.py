@@ -269,12 +269,15 @@ def test_one_joint_a_metre_off_moves_the_pose_by_little():
     assert np.linalg.norm(TREE.joints(state.pose) - before, axis=1).max() < 0.02
 
 
-def test_a_hips_line_that_all_cameras_see_turned_is_half_put_right_over_a_minute():
+@pytest.mark.parametrize(("turn", "least", "most"), [(6.0, 0.3, 0.6), (30.0, 0.8, 1.0)])
+def test_of_a_hips_line_that_is_seen_turned_for_a_minute_what_offsets_explain_is_put_right(
+    turn, least, most
+):
     state, dof = random_state(np.random.default_rng(15), dof=np.zeros(MODEL.size))
     joints, tracked = pose_of(dof).positions.copy(), np.full(15, 2, np.uint8)
     left, right = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"]
     line = joints[left] - joints[right]
-    turned = Rotation.from_euler("z", 6.0, degrees=True).apply(line)
+    turned = Rotation.from_euler("z", turn, degrees=True).apply(line)
     joints[left] += 0.5 * (turned - line)
     joints[right] -= 0.5 * (turned - line)
 
@@ -287,8 +290,9 @@ def test_a_hips_line_that_all_cameras_see_turned_is_half_put_right_over_a_minute
         x, y, _ = placed[left] - placed[right]
         return np.degrees(np.arctan2(-x, y))
 
-    assert turn_after(0.5) > 3.9
-    assert 1.5 < turn_after(60.0) < 3.0
+    at_once = turn_after(0.5)
+    assert at_once > 0.65 * turn
+    assert least < turn_after(60.0) / at_once < most
 
 
 def test_no_kernel_is_compiled_twice():

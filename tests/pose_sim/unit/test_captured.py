@@ -5,7 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError
-from pose_core.joints import TrackingState
+from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_io.recordings.joint_map_files import shipped_joint_map
+from pose_sim.captured.azure import MAP, NEAREST
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.clips import bundled_clips, chain, read_clip, spun
 from pose_sim.captured.imus import ImuModel, wear
@@ -159,3 +161,9 @@ def test_what_is_no_clip_is_told_so(tmp_path):
     (tmp_path / "bad.npz").write_text("nothing")
     with pytest.raises(InputError, match="no clip of captured motion"):
         read_clip(tmp_path / "bad.npz")
+
+
+def test_azures_joints_err_as_the_joints_that_they_are_nearest_to():
+    names = shipped_joint_map(MAP).joints
+    for name, own in (("PELVIS", "left_hip"), ("KNEE_RIGHT", "right_knee"), ("NOSE", "head")):
+        assert NEAREST[names.index(name)] == JOINT_INDEX[own]

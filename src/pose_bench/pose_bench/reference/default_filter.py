@@ -34,7 +34,7 @@ LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, HEARD_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.15)
 DELAY_GAIN = 1.5
-WAIST_MEMORY_S, WAIST_MOTION = 60.0, 0.02  # [s], [rad² s]
+WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
 MOST_DISTANCE, CONTRADICTED, MOST_TYPICAL = 400.0, 25.0, 9.0  # [-]
 LEAST_IMU_WEIGHT = 1e-3
 
@@ -196,11 +196,12 @@ class ReferenceFilter:
         hips = np.full(2, constants.hips_variance)
         shoulders = np.array([0.0, constants.shoulders_variance])
         total = hips + shoulders + constants.mean_variance + WAIST_MOTION / state.waist_s[0]
-        uncorrected = seen + (hips + shoulders) / total * state.waist_mean
+        weight = np.minimum((WAIST_DOF + 1.0) / (WAIST_DOF + state.waist_mean**2 / total), 1.0)
+        uncorrected = seen + (hips + shoulders) * weight / total * state.waist_mean
         state.waist_mean[:] += gap_s / state.waist_s[0] * (uncorrected - state.waist_mean)
         for line, half, error in (
-            ("hip", constants.half_hips, -hips / total * state.waist_mean),
-            ("shoulder", constants.half_shoulders, shoulders / total * state.waist_mean),
+            ("hip", constants.half_hips, -hips * weight / total * state.waist_mean),
+            ("shoulder", constants.half_shoulders, shoulders * weight / total * state.waist_mean),
         ):
             for side, y in (("left", half), ("right", -half)):
                 turn = np.array([error[0], 0.0, error[1]])

@@ -6,13 +6,15 @@ some degrees. But over a minute a person's pelvis faces where the chest does and
 the spine: with m the running mean of the waist's sideways bend or turn, over T seconds, the lines'
 most likely errors are
 
-.. math:: e_\mathrm{hips} = -\frac{\sigma_h^2}{\sigma^2}\,m, \quad
-          e_\mathrm{shoulders} = \frac{\sigma_s^2}{\sigma^2}\,m, \quad
-          \sigma^2 = \sigma_h^2 + \sigma_s^2 + \sigma_w^2 + q / T
+.. math:: e_\mathrm{hips} = -w\,\frac{\sigma_h^2}{\sigma^2}\,m, \quad
+          e_\mathrm{shoulders} = w\,\frac{\sigma_s^2}{\sigma^2}\,m, \quad
+          \sigma^2 = \sigma_h^2 + \sigma_s^2 + \sigma_w^2 + q / T, \quad
+          w = \min(1, \frac{\nu + 1}{\nu + m^2 / \sigma^2})
 
 with :math:`\sigma_h` and :math:`\sigma_s` what offsets do to a line, :math:`\sigma_w` how far
-people's means differ from zero, q / T what motion leaves in the mean. For the sideways bend, which
-the neck shows, the shoulders' share is nothing.
+people's means differ from zero, q / T what motion leaves in the mean. By Student's t a mean that is
+too large for offsets is believed: somebody works with the chest turned. For the sideways bend,
+which the neck shows, the shoulders' share is nothing.
 """
 
 from typing import NamedTuple
@@ -28,6 +30,7 @@ from pose_core.streams.samples import FloatArray
 LEFT_HIP, RIGHT_HIP, NECK = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"], JOINT_INDEX["neck"]
 LEFT_SHOULDER, RIGHT_SHOULDER = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
 MEMORY_S = 60.0  # [s] of the mean
+STUDENT_DOF = 4.0  # [-] ν
 MOTION = 0.02  # [rad² s] q: a waist moves by 6°, for a second each time
 BEND, TURN = 0, 1
 
@@ -68,11 +71,13 @@ def estimate_shared_offsets(
         of_shoulders = constants.shoulders_variance if axis == TURN else 0.0
         both = constants.hips_variance + of_shoulders
         total = both + constants.mean_variance[axis] + MOTION / state.waist_s[0]
-        uncorrected = seen[axis] + both / total * state.waist_mean[axis]
-        share = gap_s / state.waist_s[0]
-        state.waist_mean[axis] += share * (uncorrected - state.waist_mean[axis])
-        hips[axis] = constants.half_hips * constants.hips_variance / total * state.waist_mean[axis]
-        shoulders[axis] = constants.half_shoulders * of_shoulders / total * state.waist_mean[axis]
+        mean = state.waist_mean[axis]
+        precision = min((STUDENT_DOF + 1.0) / (STUDENT_DOF + mean**2 / total), 1.0) / total
+        uncorrected = seen[axis] + both * precision * mean
+        mean += gap_s / state.waist_s[0] * (uncorrected - mean)
+        state.waist_mean[axis] = mean
+        hips[axis] = constants.half_hips * constants.hips_variance * precision * mean
+        shoulders[axis] = constants.half_shoulders * of_shoulders * precision * mean
     for hip, shoulder, sign in (
         (LEFT_HIP, LEFT_SHOULDER, 1.0),
         (RIGHT_HIP, RIGHT_SHOULDER, -1.0),
