@@ -116,9 +116,17 @@ def test_a_skeleton_becomes_positions_in_the_order_of_the_joint_table(make_bag):
 
 
 def test_a_joint_that_is_not_tracked_has_no_position(make_bag):
-    bag = make_bag(("/kinect_left/skeletons", seen(0, skeleton(0, state=0)), 1))
+    message = skeleton(0)
+    message.tracking_state[JOINT_INDEX["neck"]] = 0
+    bag = make_bag(("/kinect_left/skeletons", seen(0, message), 1))
     (sample,) = BagSamples(bag)
-    assert np.isnan(sample.positions).all()
+    is_known = np.isfinite(sample.positions).all(axis=1)
+    assert np.flatnonzero(~is_known).tolist() == [JOINT_INDEX["neck"]]
+
+
+def test_a_skeleton_of_which_no_joint_is_tracked_is_nobody(make_bag):
+    bag = make_bag(("/kinect_left/skeletons", seen(0, skeleton(0, state=0)), 1))
+    assert list(BagSamples(bag)) == []
 
 
 def test_an_imu_keeps_its_orientation_and_its_uncertainty(make_bag):
