@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fusing import fused
+from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, extrinsics, kinematics, motion, skeleton_samples
 from worn_imus import EVERY_SEGMENT, START_NS, imu_samples, merged, truth_at
 
@@ -149,3 +150,30 @@ def test_a_bone_without_length_for_a_while_does_not_spoil_the_alignment(session)
     pipeline, estimates = run(merged([collapsed(s) for s in skeletons], shank))
     assert pipeline.imu_uses[0].is_aligned
     assert np.isfinite([e.position for e in estimates]).all()
+
+
+def test_an_imu_that_slipped_is_not_aligned_by_an_earlier_calibration(session):
+    """The calibration was right until the strap slipped by 70 degrees about the bone."""
+    _, _, skeletons, imus = session
+    slip = Rotation.from_rotvec([0.0, 1.2, 0.0])
+
+    def slipped(sample):
+        if sample.segment != "left_shank" or sample.stamp_ns < START_NS + 12e9:
+            return sample
+        orientation = Rotation.from_quat(sample.orientation) * slip
+        rate = slip.inv().apply(sample.angular_velocity)
+        return replace(sample, orientation=orientation.as_quat(), angular_velocity=rate)
+
+    reference, _ = run(merged(skeletons, imus))
+    calibration = reference.sensor_to_segment
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline.use_sensor_to_segment(calibration)
+    fused(pipeline, merged(skeletons, [slipped(s) for s in imus]))
+    shank = uses_of(pipeline)["left_shank"]
+    assert shank.contradictions == 1
+    assert shank.is_aligned
+    before, after = (
+        each.sensor_to_segment["left_shank"].R_sensor_segment for each in (reference, pipeline)
+    )
+    cosine = (np.trace(before.T @ after) - 1) / 2
+    assert np.degrees(np.arccos(cosine)) == pytest.approx(np.degrees(1.2), abs=15.0)

@@ -26,7 +26,7 @@ from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
-from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
+from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.joint_angle_extraction import StateNumbers
@@ -106,18 +106,7 @@ class DefaultEstimator(StepwiseEstimator):
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """How the IMUs sit that are aligned now, as the filter knows it."""
-        found: dict[str, SensorToSegment] = {}
-        if self._state is None:
-            return found
-        for use in self.imu_uses:
-            if use.is_aligned:
-                link = self.model.link_names.index(self.model.segments[use.segment])
-                found[use.segment] = SensorToSegment(
-                    R_sensor_segment=self._state.R_sensor_link[link].copy(),
-                    stddev=np.array([use.tilt_stddev, use.tilt_stddev, use.turn_stddev]),
-                    residual=float("nan"),
-                )
-        return found
+        return {} if self._state is None else self._alignments.sensor_to_segment(self._state)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""

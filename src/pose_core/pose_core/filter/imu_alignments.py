@@ -58,6 +58,14 @@ class ImuAlignments:
         """Take how IMUs sit from a calibration; headings are still found from motion."""
         self._sensor_to_segment = dict(alignments)
 
+    def sensor_to_segment(self, state: FilterState) -> dict[str, SensorToSegment]:
+        """How each aligned IMU sits on its segment, as the filter knows it."""
+        return {
+            segment: self._mounting(worn, state)
+            for segment, worn in self._worn.items()
+            if worn.use.is_aligned
+        }
+
     def restart(self) -> None:
         """A new filter knows no alignment; what was gathered stays."""
         self._observed_ns = None
@@ -88,7 +96,7 @@ class ImuAlignments:
             worn.heard_ns = stamp_ns
             if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
                 if worn.use.is_aligned:
-                    worn.mounting = _mounting(worn, state)
+                    worn.mounting = self._mounting(worn, state)
                 self._set_aside(worn, state)
 
     def readings(self, states: ImuStates) -> ImuReadings:
@@ -209,6 +217,17 @@ class ImuAlignments:
         has_imu = any(e.link == above and e.use.is_aligned for e in self._worn.values())
         return has_imu and bool(state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
+    @staticmethod
+    def _mounting(worn: _Worn, state: FilterState) -> SensorToSegment:
+        """How the filter knows an aligned IMU to sit."""
+        column = int(state.imu_column[worn.link])
+        variance = np.diag(state.P)[column : column + 3]
+        return SensorToSegment(
+            R_sensor_segment=state.R_sensor_link[worn.link].copy(),
+            stddev=np.sqrt(np.maximum(variance, 0.0)),
+            residual=float("nan"),
+        )
+
     def _note(self, worn: _Worn, state: FilterState) -> None:
         column = int(state.imu_column[worn.link])
         variance = np.diag(state.P)[column : column + IMU_STATES]
@@ -232,11 +251,3 @@ class ImuAlignments:
             )
             self._worn[segment] = worn
         return worn if worn.use.is_known else None
-
-
-def _mounting(worn: _Worn, state: FilterState) -> SensorToSegment:
-    """How the filter knows an aligned IMU to sit."""
-    column = int(state.imu_column[worn.link])
-    stddev = np.sqrt(np.maximum(np.diag(state.P)[column : column + 3], 0.0))
-    R_sensor_segment = state.R_sensor_link[worn.link].copy()
-    return SensorToSegment(R_sensor_segment=R_sensor_segment, stddev=stddev, residual=0.0)

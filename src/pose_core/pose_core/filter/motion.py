@@ -46,17 +46,8 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
     keep_slide = np.exp(-dt_s / constants.slide_memory_s)
     predict_mean(state, keep, reach_s, keep_slide)
     transform_covariance(P, len(power), len(pose.slides), keep, reach_s, keep_slide)
-    finish_prediction(constants, state, power, dt_s)
-
-
-@compiled
-def finish_prediction(
-    constants: MotionConstants, state: FilterState, power: FloatArray, dt_s: float
-) -> None:
-    """Add the process noise of ``dt_s`` [s], and let what is slow beside the state fade."""
-    keep_slide = np.exp(-dt_s / constants.slide_memory_s)
     add_process_noise(constants, state, power, dt_s, keep_slide)
-    bound_rotations(state.P, len(state.heading))
+    bound_rotations(P, len(state.heading))
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
     state.offset[:] *= keep_offset
     state.offset_variance[:] *= keep_offset**2

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pose_core.filter.layout import Layout
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
-from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.compiling import compiled_in_place
 from pose_core.kernels.joint_kinematics import Pose
 from pose_core.kernels.rotations import turn_by, turn_within
 from pose_core.streams.samples import FloatArray
@@ -147,13 +147,3 @@ def inject_error(state: FilterState, error: FloatArray) -> None:
         if own != NO_COLUMN:
             turn_within(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
             state.heading[link] += error[own + 3]
-
-
-@compiled
-def copy_pose(pose: Pose, out: Pose) -> None:
-    """Copy a pose into another's arrays."""
-    out.position[:] = pose.position
-    out.rotations[:] = pose.rotations
-    out.slides[:] = pose.slides
-    out.velocity[:] = pose.velocity
-    out.rates[:] = pose.rates

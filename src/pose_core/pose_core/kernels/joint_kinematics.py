@@ -1,4 +1,4 @@
-r"""Joint positions and velocities from link rotations, and their Jacobian by the pose's error.
+r"""Joint positions and velocities from link rotations, and what of their derivatives is linear.
 
 .. math:: p_j = p_\mathrm{root} + \sum_l R_l\,(o_{jl} + s_{jl})
 

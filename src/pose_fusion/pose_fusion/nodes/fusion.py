@@ -59,6 +59,7 @@ IMU_QOS = sensor_data(200)  # [messages] of each IMU
 IMU_PERIOD_S = 0.01  # [s] after which IMUs' samples are taken: few wait when a frame comes
 PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
 LOOK_PERIOD_S = 0.2  # [s] after which it is looked which sources are of use
+KEEP_PERIOD_S = 1.0  # [s] after which it is kept how the IMUs sit
 LATCHED_QOS = latched(QUEUE)
 
 
@@ -117,6 +118,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         if has_output_rate(self.settings):
             steady_timer(self, 1.0 / self.settings.output_rate, self._publish_now)
         steady_timer(self, LOOK_PERIOD_S, self._look)
+        steady_timer(self, KEEP_PERIOD_S, self._keep_alignments)
         self._subscribe()
 
     def deactivate(self) -> None:
@@ -317,7 +319,6 @@ class FusionNode(ManagedNode[FusionParameters]):
 
     def report(self) -> Report:
         """Whether the person is tracked, by which sensors, and how late."""
-        self._keep_alignments()
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
         return self._reporter.report(unused, self._malformed_transform)
