@@ -36,7 +36,7 @@ WORN = (0, 1, 3, 4, 5, 6, 7, 8, 9)
 MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
-    *("nis", "unheard_s", "adaptation", "contradicted_s"),
+    *("nis", "silent_s", "adaptation", "contradicted_s"),
     *("waist_mean", "waist_s", "shared_offset"),
 )
 
@@ -126,7 +126,7 @@ def test_a_frame_that_shows_nothing_leaves_the_posture_alone_to_correct():
     frame = frame_of_nothing()
     result = update_with_frame(CONSTANTS, state, frame, np.zeros((LINKS, 3, 3)))
     plain.update_with_frame(frame)
-    assert np.isnan(result.typical)
+    assert np.isnan(result.mean_nis)
     assert_equal_states(state, plain.state)
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from pose_core.body.model import load_body_model
-from pose_core.estimators.uncertainty import LIVE, numbers_of
+from pose_core.estimators.uncertainty import LIVE, coefficients_of
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.kernels.output import published_variance
 
@@ -18,7 +18,7 @@ def variance(distance, velocity=0.0, weight_imu=0.0):
         np.full(size, velocity),
         np.full(size, weight_imu),
         variance_scale(np.array([distance])),
-        numbers_of(MODEL, LIVE),
+        coefficients_of(MODEL, LIVE),
         out,
     )
     return out

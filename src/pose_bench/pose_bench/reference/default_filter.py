@@ -31,11 +31,11 @@ from pose_core.streams.samples import FloatArray
 
 FRAME_PERIOD_S = 1.0 / 30.0
 LARGEST_STDDEV = 1.2  # [rad]
-LONGEST_GAP_S, HEARD_S = 0.1, 0.15
+LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.15)
 DELAY_GAIN = 1.5
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
-MOST_DISTANCE, CONTRADICTED, MOST_TYPICAL = 400.0, 25.0, 9.0  # [-]
+LARGEST_DISTANCE, CONTRADICTED, LARGEST_NIS = 400.0, 25.0, 9.0  # [-]
 LEAST_IMU_WEIGHT = 1e-3
 
 
@@ -56,11 +56,11 @@ class ReferenceFilter:
         keep, keep_slide, keep_offset = np.exp(
             -dt_s / np.array([motion.rate_memory_s, motion.slide_memory_s, motion.offset_memory_s])
         )
-        reach_s = motion.rate_memory_s * (1.0 - keep)
+        rate_time_s = motion.rate_memory_s * (1.0 - keep)
         Q = self._process_noise(dt_s, keep_slide)
         slides, velocity = columns(state)
         F = np.eye(len(state.P))
-        F[:slides, velocity : velocity + slides] = reach_s * np.eye(slides)
+        F[:slides, velocity : velocity + slides] = rate_time_s * np.eye(slides)
         F[slides:velocity, slides:velocity] *= keep_slide
         F[velocity : velocity + slides, velocity : velocity + slides] *= keep
         P = F @ state.P @ F.T + Q
@@ -68,8 +68,8 @@ class ReferenceFilter:
         scale[3:slides] = np.minimum(1.0, LARGEST_STDDEV / np.sqrt(np.diag(P)[3:slides]))
         state.P[:] = np.outer(scale, scale) * P
         error = np.zeros(len(P))
-        error[:3] = reach_s * state.pose.velocity
-        error[3:slides] = reach_s * state.pose.rates.ravel()
+        error[:3] = rate_time_s * state.pose.velocity
+        error[3:slides] = rate_time_s * state.pose.rates.ravel()
         inject_error(state, error)
         state.pose.velocity[:] *= keep
         state.pose.rates[:] *= keep
@@ -77,7 +77,7 @@ class ReferenceFilter:
         state.offset[:] *= keep_offset
         renewed = (1.0 - keep_offset**2) * motion.offset_variance
         state.offset_variance[:] = keep_offset**2 * state.offset_variance + renewed
-        state.unheard_s[:] += dt_s
+        state.silent_s[:] += dt_s
 
     def update_with_imus(self, readings: ImuReadings) -> FloatArray:
         """Correct by aligned IMUs; what they say of each link, (links, 3, 3) [1/rad²]."""
@@ -112,8 +112,8 @@ class ReferenceFilter:
         turned, seen = self._turn_back(), distance[: len(joints)]
         if not joints:
             return StepResult(True, turned, np.nan, np.nan), information
-        typical = float(np.mean(np.minimum(seen, MOST_TYPICAL)))
-        return StepResult(True, turned, typical, float(np.median(seen))), information
+        mean_nis = float(np.mean(np.minimum(seen, LARGEST_NIS)))
+        return StepResult(True, turned, mean_nis, float(np.median(seen))), information
 
     def _process_noise(self, dt_s: float, keep_slide: float) -> FloatArray:
         """Q of one time step, (n, n)."""
@@ -145,7 +145,7 @@ class ReferenceFilter:
         weights: FloatArray,
     ) -> None:
         """Move this view's offset towards the residual, and the others' so that the mean stays."""
-        state, sensors = self.state, len(self.state.unheard_s)
+        state, sensors = self.state, len(self.state.silent_s)
         if sensors < 2:
             return
         shares = np.full(sensors, -1.0 / (sensors - 1))
@@ -166,7 +166,7 @@ class ReferenceFilter:
             group.source: (group.residual, w) for group, w in zip(joints, weights, strict=False)
         }
         sums, delay_s = state.delay_sums[sensor], state.delay[sensor]
-        gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S)
+        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         sums *= np.exp(-gap_s / constants.delay_memory_s)
         for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
             if state.imu_column[link] < 0 or start not in seen or end not in seen:
@@ -183,7 +183,7 @@ class ReferenceFilter:
     def _estimate_shared_offsets(self, sensor: int, view: PlainView) -> None:
         """Take the waist into its mean; what most likely turns both lines is an offset."""
         state, constants = self.state, self.constants.shared_offsets
-        gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S) / len(state.unheard_s)
+        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
         state.waist_s[0] = min(state.waist_s[0] + gap_s, WAIST_MEMORY_S)
         if state.waist_s[0] == 0.0:
             return
@@ -211,18 +211,18 @@ class ReferenceFilter:
     def _adapt(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
         """Smooth the joints' distances; what no camera that is heard finds near, moves more."""
         state, constants = self.state, self.constants
-        gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S)
-        state.unheard_s[sensor] = 0.0
+        gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
+        state.silent_s[sensor] = 0.0
         share = 1.0 - np.exp(-gap_s / constants.adaptation_memory_s)
         newest = np.zeros(state.nis.shape[1])
         for group, squared in zip(joints, distance, strict=False):
-            newest[group.source] = min(squared, MOST_DISTANCE)
+            newest[group.source] = min(squared, LARGEST_DISTANCE)
         state.nis[sensor] += share * (newest - state.nis[sensor])
-        least = state.nis[state.unheard_s < HEARD_S].min(axis=0)[constants.ends]
+        least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
         factor = np.sqrt(least / constants.adapted_distance)
         state.adaptation[1:] = np.clip(factor, 1.0, constants.most_adaptation)
         state.adaptation[0] = state.adaptation[1]
-        passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.unheard_s)
+        passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)
         state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
 
     def _turn_back(self) -> int:

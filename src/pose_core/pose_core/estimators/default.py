@@ -41,8 +41,8 @@ LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's 
 SILENT_S = 0.2  # [s] for which a camera's last frame counts in what is published
 LATEST_S = 0.2  # [s] a frame that is later says too little of now
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
-STRAYED = 25.0  # [-] median squared innovation distance of a person who is elsewhere
-STRAYING_NS = 250_000_000  # [ns] for which that may last
+DIVERGED_NIS = 25.0  # [-] median squared innovation distance of a person who is elsewhere
+DIVERGED_NS = 250_000_000  # [ns] for which that may last
 
 
 class DefaultEstimator(StepwiseEstimator):
@@ -87,8 +87,8 @@ class DefaultEstimator(StepwiseEstimator):
         self._delay = np.full(len(parameters.sensors), self._constants.known_delay_s)
         self._delay_sums = np.zeros((len(parameters.sensors), 2))
         self._stamp_ns = 0
-        self._strayed_since_ns: int | None = None
-        self._fit = np.full(1, CONSISTENT_NIS)
+        self._diverged_since_ns: int | None = None
+        self._nis = np.full(1, CONSISTENT_NIS)
         self._newest: StateNumbers | None = None
         self._tracking_state = np.zeros((len(parameters.sensors), len(JOINTS)), np.uint8)
         self._kinect_information = np.zeros((links, 3, 3))
@@ -119,10 +119,10 @@ class DefaultEstimator(StepwiseEstimator):
         if state is None:
             return None
         information = np.zeros((2, self._layout.links, 3, 3))
-        result = self._take(observation, max(-ahead_s, 0.0), information)
+        result = self._update_filter(observation, max(-ahead_s, 0.0), information)
         if result is None:
             return None
-        if self._has_strayed(observation, result):
+        if self._has_diverged(observation, result):
             self.counters.add("filter_restarts_strayed")
             if not self._start(observation):
                 return None
@@ -139,7 +139,7 @@ class DefaultEstimator(StepwiseEstimator):
         ahead = self._state.copy()
         self._predict(self._constants.motion, ahead, ahead_s)
         information = np.zeros((2, self._layout.links, 3, 3))
-        is_heard = ahead.unheard_s < SILENT_S
+        is_heard = ahead.silent_s < SILENT_S
         if is_heard.any():
             information[0] = self._kinect_information
         aligned = self._alignments.readings(readings)
@@ -193,10 +193,10 @@ class DefaultEstimator(StepwiseEstimator):
         self._state = self._state._replace(delay=self._delay, delay_sums=self._delay_sums)
         self._alignments.restart()
         self._stamp_ns = observation.stamp_ns
-        self._strayed_since_ns = None
+        self._diverged_since_ns = None
         return True
 
-    def _take(
+    def _update_filter(
         self, observation: Observation, late_s: float, information: FloatArray
     ) -> StepResult | None:
         """Correct the state by all that an observation holds; None if that broke it."""
@@ -205,7 +205,7 @@ class DefaultEstimator(StepwiseEstimator):
         if late_s == 0.0:
             readings = self._alignments.readings(observation.readings)
             if not self._update_with_imus(self._constants, self._state, readings, information[1]):
-                self._break()
+                self._discard_state()
                 return None
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
@@ -214,7 +214,7 @@ class DefaultEstimator(StepwiseEstimator):
             frame = self._frame(observation, sensor, late_s)
             result = self._update_with_frame(self._constants, self._state, frame, information[0])
             if not result.is_finite:
-                self._break()
+                self._discard_state()
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._tracking_state[sensor] = frame.tracking_state
@@ -230,7 +230,7 @@ class DefaultEstimator(StepwiseEstimator):
         del sensor
         return True
 
-    def _break(self) -> None:
+    def _discard_state(self) -> None:
         self.counters.add("filter_restarts_numerical")
         self._state = None
 
@@ -256,15 +256,15 @@ class DefaultEstimator(StepwiseEstimator):
         compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
         return joints
 
-    def _has_strayed(self, observation: Observation, result: StepResult) -> bool:
+    def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
         """Whether the person has been elsewhere for too long."""
-        if np.isnan(result.median) or result.median < STRAYED:
-            if not np.isnan(result.median):
-                self._strayed_since_ns = None
+        if np.isnan(result.median_nis) or result.median_nis < DIVERGED_NIS:
+            if not np.isnan(result.median_nis):
+                self._diverged_since_ns = None
             return False
-        if self._strayed_since_ns is None or observation.stamp_ns < self._strayed_since_ns:
-            self._strayed_since_ns = observation.stamp_ns
-        return observation.stamp_ns - self._strayed_since_ns > STRAYING_NS
+        if self._diverged_since_ns is None or observation.stamp_ns < self._diverged_since_ns:
+            self._diverged_since_ns = observation.stamp_ns
+        return observation.stamp_ns - self._diverged_since_ns > DIVERGED_NS
 
     def _publish(
         self, ahead_s: float, result: StepResult, information: FloatArray
@@ -274,7 +274,7 @@ class DefaultEstimator(StepwiseEstimator):
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
             return None
-        update_mean_nis(self._fit, max(min(ahead_s, 1.0), 0.0), result.typical)
+        update_mean_nis(self._nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
         self._newest = self._numbers(self._state, information)
         return self._newest
 
@@ -297,7 +297,7 @@ class DefaultEstimator(StepwiseEstimator):
             state.pose,
             state.P,
             self._tree.parents,
-            variance_scale(self._fit),
+            variance_scale(self._nis),
             numbers,
         )
         return numbers

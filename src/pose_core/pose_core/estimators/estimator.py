@@ -7,7 +7,7 @@ from typing import ClassVar
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
-from pose_core.estimators.uncertainty import LIVE, Trusts
+from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
 from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
@@ -37,7 +37,7 @@ class Estimator(ABC):
     """Whether it looks ahead, which only a recording allows."""
     CAN_PREDICT: ClassVar[bool] = False
     """Whether :meth:`predicted` tells the pose at instants that nothing was seen at."""
-    TRUSTS: ClassVar[Trusts] = LIVE
+    VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = LIVE
     """What the variances of its states are worth, where its poses are states."""
 
     def __init__(

@@ -10,7 +10,7 @@ from pose_core.fusion.parameters import FusionParameters
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
-STRAYING_NS = NS_PER_S // 2
+DIVERGED_NS = NS_PER_S // 2
 COUNTERS = (
     "frames_without_trunk",
     "filter_starts",
@@ -50,7 +50,7 @@ class KinectTracker:
         self._parameters = parameters
         self._counters = counters
         self._last_ns: int | None = None
-        self._strayed_since_ns: int | None = None
+        self._diverged_since_ns: int | None = None
 
     def update(self, stamp_ns: int, measured: FloatArray) -> bool:
         """Bring the filter to an instant.
@@ -76,7 +76,7 @@ class KinectTracker:
             return self._start(stamp_ns, measured)
         self._last_ns = stamp_ns
         self.sensor_weight = step.sensor_weight
-        if self._has_strayed(stamp_ns, step.innovation):
+        if self._has_diverged(stamp_ns, step.innovation):
             self._counters.add("filter_restarts_strayed")
             return self._start(stamp_ns, measured)
         return True
@@ -92,16 +92,16 @@ class KinectTracker:
         self.sensor_weight = share / np.maximum(share.sum(axis=0), 1.0)
         return True
 
-    def _has_strayed(self, stamp_ns: int, innovation: FloatArray) -> bool:
+    def _has_diverged(self, stamp_ns: int, innovation: FloatArray) -> bool:
         """Whether the person has been somewhere else for too long."""
         seen = innovation[np.isfinite(innovation)]
         if len(seen) == 0 or np.median(seen) < self._parameters.restart_distance:
-            self._strayed_since_ns = None
+            self._diverged_since_ns = None
             return False
-        if self._strayed_since_ns is None:
-            self._strayed_since_ns = stamp_ns
-        return stamp_ns - self._strayed_since_ns >= STRAYING_NS
+        if self._diverged_since_ns is None:
+            self._diverged_since_ns = stamp_ns
+        return stamp_ns - self._diverged_since_ns >= DIVERGED_NS
 
     def _forget(self) -> None:
         self._last_ns = None
-        self._strayed_since_ns = None
+        self._diverged_since_ns = None

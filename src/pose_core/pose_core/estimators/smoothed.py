@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.estimators.default import DefaultEstimator
-from pose_core.estimators.uncertainty import LOOKING_AHEAD, Trusts
+from pose_core.estimators.uncertainty import SMOOTHED, VarianceCalibrations
 from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
 from pose_core.fusion.observation import Observation
@@ -33,7 +33,7 @@ class SmoothedEstimator(DefaultEstimator):
 
     NEEDS_FUTURE: ClassVar[bool] = True
     CAN_PREDICT: ClassVar[bool] = False
-    TRUSTS: ClassVar[Trusts] = LOOKING_AHEAD
+    VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = SMOOTHED
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)

@@ -1,15 +1,16 @@
-r"""Quantities estimated beside the state: views' slow offsets, trackers' delays, process noise.
+r"""Quantities estimated outside the state: offsets of views, delays of trackers, process noise.
 
-Two cameras see a joint at places that differ slowly. The difference is estimated as an offset of
-each view, by a scalar gain and with a mean of zero over the cameras: what all of them see alike is
-the pose's. So the output does not follow the cameras in turn.
+Two cameras measure the same joint at positions that differ slowly. The difference is estimated as
+one offset for each view, with a scalar gain. The offsets have zero mean over the cameras, because a
+common offset cannot be distinguished from the pose. The output then does not alternate between the
+cameras.
 
-A frame's stamp is first taken back by its tracker's delay. Where IMUs measure the rates, what is
-left of the delay shows as a residual along the velocity: a robust regression over the bones that
-carry an IMU, with a prior at what is known of it.
+A frame's stamp is first corrected by its tracker's delay. Where IMUs measure the rates, the
+remaining delay shows as a residual along the velocity. It is estimated by a robust regression over
+the links that carry an IMU, with a prior around the known delay.
 
-Where all cameras find a joint farther from its prediction than the covariance allows, the process
-noise of its link grows until they agree again.
+Where all cameras measure a joint farther from its prediction than the covariance allows, the
+process noise of its link grows until they agree again.
 """
 
 import numpy as np
@@ -21,12 +22,12 @@ from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.streams.samples import FloatArray
 
-MOST_DISTANCE = 400.0  # [-] of a squared innovation distance that counts
-HEARD_S = 0.15  # [s] for which a camera's opinion of a joint counts
-LONGEST_GAP_S = 0.1  # [s] of a frame, as far as smoothing goes
+LARGEST_DISTANCE = 400.0  # [-] to which a squared innovation distance is clipped
+CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
+LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.15  # [s] of a tracker
-DELAY_GAIN = 1.5  # [-] the pose follows a late camera in part: so much more is left than shows
-CONTRADICTED = 25.0  # [-] smoothed NIS that no joint has that is followed
+DELAY_GAIN = 1.5  # [-] the state follows a late camera in part, so the residual is too small
+CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
 
 
 @compiled_in_place
@@ -39,18 +40,18 @@ def estimate_offsets(
     spread: FloatArray,
     weights: FloatArray,
 ) -> None:
-    """Take one frame's residuals into the views' offsets.
+    """Update the offsets of the views with one frame's residuals.
 
     Args:
         state: The state; offsets and their variances are updated.
         frame: The frame.
         view: Its prediction.
-        rows: Of the update; those of joints come first.
-        residual: Before the update, (rows,) [m].
+        rows: Measurement rows of the update, those of joints first.
+        residual: Residuals before the update, (rows,) [m].
         spread: Diagonal of H P Hᵀ, (rows,) [m²].
-        weights: Of the groups, (groups,).
+        weights: Weights of the groups, (groups,).
     """
-    sensors = len(state.unheard_s)
+    sensors = len(state.silent_s)
     if sensors < 2:
         return
     c, s = heading_of(view.rotations[0])
@@ -87,29 +88,29 @@ def estimate_delay(
     weights: FloatArray,
     group_of: NDArray[np.int64],
 ) -> None:
-    r"""Update a tracker's delay.
+    r"""Update the estimated delay of a tracker.
 
     .. math:: \tau = (\lambda\tau_0 - \sum w\,v \cdot r) / (\lambda + \sum w\,v^2)
 
     Args:
-        starts: First joint of each link, (links,); −1 of the root.
-        ends: Last joint of each link, (links,).
+        starts: Joint at the start of each link, (links,); −1 for the root.
+        ends: Joint at the end of each link, (links,).
         prior: λ [m²/s²].
         known_delay_s: The prior's mean, τ₀ [s].
         memory_s: Time constant of the sums [s].
         state: The state; delay and sums are updated.
-        frame: The frame, in time.
-        view: Its prediction, for a stamp taken back by the delay so far.
-        rows: Of the update, with the residuals before it; those of joints come first.
-        weights: Of the groups.
-        group_of: Room for the group of each joint, (joints,).
+        frame: The frame; it must not be late.
+        view: Its prediction, for the stamp corrected by the present estimate.
+        rows: Measurement rows with the residuals before the update, those of joints first.
+        weights: Weights of the groups, (groups,).
+        group_of: Work array for the group of each joint, (joints,).
     """
     group_of[:] = -1
     for group in range(rows.filled[1]):
         if rows.size[group] == 3:
             group_of[rows.source[group]] = group
     sums, tau_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
-    keep = np.exp(-min(state.unheard_s[frame.sensor], LONGEST_GAP_S) / memory_s)
+    keep = np.exp(-min(state.silent_s[frame.sensor], LONGEST_GAP_S) / memory_s)
     sums[0] *= keep
     sums[1] *= keep
     for link in range(len(ends)):
@@ -140,33 +141,33 @@ def adapt(
     rows: Rows,
     distance: FloatArray,
 ) -> None:
-    """Update the factors of the process noise, and for how long links have been contradicted.
+    """Update the factors of the process noise and the durations of contradiction.
 
     Args:
-        ends: The joint that shows each link, (links,).
+        ends: Joint at the end of each link, (links,).
         most: Largest factor [-].
         adapted_distance: Smoothed NIS from which the factor grows [-].
         memory_s: Time constant of the smoothing [s].
         state: The state.
-        sensor: Whose frame this is.
-        rows: Of the update.
+        sensor: Index of the frame's sensor.
+        rows: Measurement rows of the update.
         distance: Squared innovation distances of the groups.
     """
-    gap_s = min(state.unheard_s[sensor], LONGEST_GAP_S)
-    state.unheard_s[sensor] = 0.0
+    gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
+    state.silent_s[sensor] = 0.0
     share = 1.0 - np.exp(-gap_s / memory_s)
     nis = state.nis[sensor]
     nis *= 1.0 - share
     for group in range(rows.filled[1]):
         if rows.size[group] == 3:
-            nis[rows.source[group]] += share * min(distance[group], MOST_DISTANCE)
+            nis[rows.source[group]] += share * min(distance[group], LARGEST_DISTANCE)
     for link in range(len(ends)):
         least = np.inf
-        for each in range(len(state.unheard_s)):
-            if state.unheard_s[each] < HEARD_S:
+        for each in range(len(state.silent_s)):
+            if state.silent_s[each] < CAMERA_TIMEOUT_S:
                 least = min(least, state.nis[each, ends[link]])
         state.adaptation[1 + link] = min(max(np.sqrt(least / adapted_distance), 1.0), most)
-        passed_s = gap_s / len(state.unheard_s)
+        passed_s = gap_s / len(state.silent_s)
         known_s = state.contradicted_s[link]
         is_contradicted = least > CONTRADICTED
         state.contradicted_s[link] = max(

@@ -1,15 +1,15 @@
 r"""Measurement model of a camera's joints.
 
-A frame of camera c, captured ``late`` before the filter's instant (usually at it), shows joint j
-where it was then, with the view's slow offset b:
+A frame of camera c, captured a time ``late`` before the filter's time (usually 0), measures the
+position of joint j at that time, with the view's slowly varying offset b:
 
 .. math:: z_{cj} = p_j(t - \mathrm{late}) + R_z(\mathrm{heading})\,b_{cj} + n, \quad
           p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
 
-The rotations enter by sigma points (``sigma_points``), what is linear by its derivative, the rates
-by :math:`-\mathrm{late}` times that of the pose. The noise n grows along the line of sight, with
-speed, where a limb points at the camera, for inferred joints and where the body hides the joint
-(``occlusion``).
+The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
+Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. The noise n is larger along
+the line of sight, for fast joints, for limbs that point at the camera, for inferred joints and
+under self-occlusion (``occlusion``).
 """
 
 from typing import NamedTuple
@@ -33,11 +33,11 @@ from pose_core.kernels.vectors import dot
 from pose_core.streams.samples import FloatArray
 
 NOT_TRACKED, INFERRED = 0, 1  # of TrackingState
-FASTEST = 2.0  # [m/s] beyond which the noise grows no more
+FASTEST = 2.0  # [m/s] above which the noise does not grow further
 
 
 class CameraConstants(NamedTuple):
-    """Numbers of :class:`pose_core.filter.tuning.CameraNoise`, and the body that is seen."""
+    """Parameters of :class:`pose_core.filter.tuning.CameraNoise`, and the observed body."""
 
     body: BodyArrays
     capsules: Capsules
@@ -55,29 +55,29 @@ class CameraConstants(NamedTuple):
 
 
 class CameraFrame(NamedTuple):
-    """What one camera sees of one person."""
+    """Joints of one person, as one camera measures them."""
 
     sensor: int
-    positions: FloatArray  # (joints, 3) [m] in map; NaN unseen
+    positions: FloatArray  # (joints, 3) [m] in map; NaN if not measured
     tracking_state: NDArray[np.uint8]  # (joints,)
-    camera: FloatArray  # (3,) [m] its place in map
-    late_s: float  # [s] how far before the filter's instant it is stamped
+    camera: FloatArray  # (3,) [m] position of the camera in map
+    late_s: float  # [s] by which its stamp is before the filter's time
 
 
 class View(NamedTuple):
-    """The joints as predicted for one frame."""
+    """Predicted measurement of one frame."""
 
     places: FloatArray  # (joints, 3) [m] in map
-    levers: FloatArray  # (joints, links, 3) [m] what each link adds to each joint
+    levers: FloatArray  # (joints, links, 3) [m] lever arm of each link to each joint, in map
     velocity: FloatArray  # (joints, 3) [m/s]
-    rotations: FloatArray  # (links, 3, 3) of then
-    hidden: FloatArray  # (joints,) [-]
-    tau_s: float  # [s] how far before the filter's instant it was captured
+    rotations: FloatArray  # (links, 3, 3) R_map_link at the time of capture
+    hidden: FloatArray  # (joints,) [-] degree of self-occlusion, 0 to 1
+    tau_s: float  # [s] by which it was captured before the filter's time
 
 
 @compiled_in_place
 def is_tracked(frame: CameraFrame, joint: int) -> bool:
-    """Whether a frame says where a joint is."""
+    """Whether a frame measures a joint."""
     if frame.tracking_state[joint] == NOT_TRACKED:
         return False
     x, y, z = frame.positions[joint, 0], frame.positions[joint, 1], frame.positions[joint, 2]
@@ -86,7 +86,7 @@ def is_tracked(frame: CameraFrame, joint: int) -> bool:
 
 @compiled
 def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> View:
-    """Where the joints were when a frame was captured, and what hides them."""
+    """Predict the joints at the time of a frame's capture, and their self-occlusion."""
     pose, joints, links = state.pose, len(frame.positions), len(state.heading)
     tau_s = frame.late_s
     rotations = np.empty_like(pose.rotations)
@@ -104,7 +104,7 @@ def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFr
 def add_camera(
     constants: CameraConstants, state: FilterState, frame: CameraFrame, view: View, rows: Rows
 ) -> None:
-    """Add the rows of all joints that a frame shows."""
+    """Add the measurement rows of all joints in a frame."""
     links, slides = len(state.heading), len(state.pose.slides)
     moving = 3 + 3 * links
     velocity = moving + 3 * slides
@@ -137,7 +137,10 @@ def joint_residual(
     sine: float,
     out: FloatArray,
 ) -> None:
-    """Seen minus predicted place of a joint [m], given cosine and sine of the root's heading."""
+    """Measured minus predicted position of a joint [m].
+
+    ``cosine`` and ``sine`` are those of the root's heading.
+    """
     own, shared = state.offset[frame.sensor, joint], state.shared_offset[joint]
     x, y, z = own[0] + shared[0], own[1] + shared[1], own[2] + shared[2]
     out[0] = frame.positions[joint, 0] - place[0] - (cosine * x - sine * y)
@@ -162,7 +165,7 @@ def joint_noise(
     offset_variance: float,
     out: FloatArray,
 ) -> None:
-    """Covariance of a joint's measurement, (3, 3) [m²], but for foreshortening."""
+    """Fill the covariance of a joint's measurement, (3, 3) [m²], without foreshortening."""
     place, velocity = view.places[joint], view.velocity[joint]
     x, y, z = place[0] - frame.camera[0], place[1] - frame.camera[1], place[2] - frame.camera[2]
     length = np.sqrt(x * x + y * y + z * z)
@@ -184,7 +187,7 @@ def joint_noise(
 def add_foreshortening(
     constants: CameraConstants, view: View, frame: CameraFrame, rows: Rows
 ) -> None:
-    """Enlarge the noise of joints whose limb points along the line of sight, by cos⁸."""
+    """Increase the noise of joints whose limb points along the line of sight, by cos⁸."""
     for group in range(rows.filled[1]):
         for far, near in constants.limb_ends:
             if rows.source[group] != far:

@@ -1,4 +1,4 @@
-"""The default filter's constants: one body, one tuning, as the compiled arithmetic takes them."""
+"""Constants of the default filter for one body and one tuning, in the form of the kernels."""
 
 from typing import NamedTuple
 
@@ -30,11 +30,11 @@ LIMB_ENDS = np.array(
     ],
     np.int64,
 )
-"""The joint that each limb ends in, and the one that it begins at."""
+"""The joints at the end and at the start of each limb."""
 
 
 class FilterConstants(NamedTuple):
-    """Everything that does not change while one person is tracked."""
+    """All quantities that are constant while one person is tracked."""
 
     motion: MotionConstants
     camera: CameraConstants
@@ -42,11 +42,11 @@ class FilterConstants(NamedTuple):
     imu: ImuConstants
     shared_offsets: SharedOffsetConstants
     swaps: SwapArrays
-    starts: NDArray[np.int64]  # (links,) joint that each link turns about; −1 of the root
-    ends: NDArray[np.int64]  # (links,) joint that shows each link
+    starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
+    ends: NDArray[np.int64]  # (links,) joint at the end of each link
     delay_prior: float  # [m²/s²] of :func:`pose_core.filter.adaptation.estimate_delay`
     delay_memory_s: float
-    known_delay_s: float  # [s] of the trackers, as far as it was told
+    known_delay_s: float  # [s] prior mean of the trackers' delays, from the parameters
     most_adaptation: float
     adapted_distance: float
     adaptation_memory_s: float
@@ -55,7 +55,7 @@ class FilterConstants(NamedTuple):
 def make_constants(
     tree: SegmentTree, tuning: FilterTuning, known_delay_s: float = 0.0
 ) -> FilterConstants:
-    """Constants of a body; the trackers' delays are sought around ``known_delay_s`` [s]."""
+    """Constants of a body; ``known_delay_s`` [s] is the prior mean of the trackers' delays."""
     motion = tuning.motion
     return FilterConstants(
         motion=_motion(tree, tuning),
@@ -146,12 +146,12 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
 
 
 def _shared_offsets(tree: SegmentTree, tuning: FilterTuning) -> SharedOffsetConstants:
-    """Of a body without a waist, nothing is assumed."""
+    """Constants of the shared offsets; a body model without a waist disables them."""
     trunk = tree.spine[0] if tree.spine else 0
     pelvis = int(tree.parents[trunk]) if tree.spine else 0
 
     def half(joint: str, link: int) -> float:
-        """Half the distance of a pair of joints [m]."""
+        """Half the distance between a pair of joints [m]."""
         left, right = (tree.offsets[JOINT_INDEX[f"{side}_{joint}"], link, 1] for side in SIDES)
         return float(0.5 * (left - right))
 
@@ -168,7 +168,7 @@ def _shared_offsets(tree: SegmentTree, tuning: FilterTuning) -> SharedOffsetCons
 
 
 def _link_ends(model: BodyModel) -> NDArray[np.int64]:
-    """The joint that shows each link: its far end; the root's left hip, the trunk's neck."""
+    """The joint at the far end of each link; the left hip for the root, the neck for the trunk."""
     ends = []
     for name, link in model.links.items():
         far = "left_hip" if link.joint is None else model.ends(name)[1]

@@ -1,7 +1,7 @@
 r"""Measurement model of an aligned IMU.
 
-Its orientation :math:`R_{ws}` in its own world, whose heading in map is ψ, shows the link's
-rotation through the mounting M, and its gyroscope the link's rate:
+Its orientation :math:`R_{ws}` is relative to its own reference frame, whose heading in map is ψ. It
+measures the link's rotation through the mounting M, and its gyroscope measures the link's rate:
 
 .. math:: R_z(\psi)\,R_{ws}\,M = \exp(n)\,R_l, \quad R_z(\psi)\,R_{ws}\,\omega_s = \omega_l + n
 
@@ -20,12 +20,12 @@ from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import exponential, logarithm, product, product_transposed
 from pose_core.streams.samples import FloatArray
 
-FASTEST = 6.0  # [rad/s] beyond which soft tissue's error grows no more
-HELD_JERK = 100.0  # [rad/s³] of a limb that swings while a reading is only carried on
+FASTEST = 6.0  # [rad/s] above which the soft-tissue error does not grow further
+HELD_JERK = 100.0  # [rad/s³] of a swinging limb while its sample is extrapolated
 
 
 class ImuConstants(NamedTuple):
-    """Numbers of :class:`pose_core.filter.tuning.ImuNoise`."""
+    """Parameters of :class:`pose_core.filter.tuning.ImuNoise`."""
 
     stddev: float  # [rad]
     soft_tissue: float  # [s]
@@ -35,12 +35,12 @@ class ImuConstants(NamedTuple):
 
 
 class ImuReadings(NamedTuple):
-    """k aligned IMUs' readings of one instant."""
+    """Samples of k aligned IMUs at one instant."""
 
     links: NDArray[np.int64]  # (k,)
     R_world_sensor: FloatArray  # (k, 3, 3)
     angular_velocity: FloatArray  # (k, 3) [rad/s] in the sensors' frames
-    age_s: FloatArray  # (k,) [s] for which the gyroscope has carried each on
+    age_s: FloatArray  # (k,) [s] of extrapolation by the gyroscope
 
 
 NO_IMUS = ImuReadings(np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
@@ -50,7 +50,7 @@ NO_IMUS = ImuReadings(np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3
 def add_imus(
     constants: ImuConstants, state: FilterState, readings: ImuReadings, rows: Rows
 ) -> None:
-    """Add each IMU's orientation, three rows, and rate, three rows."""
+    """Add three rows for the orientation and three for the rate of each IMU."""
     Q, residual = np.empty((3, 3)), np.empty(6)
     links = len(state.heading)
     rates = 6 + 3 * links + 3 * len(state.pose.slides)
@@ -86,13 +86,13 @@ def imu_residual(
 
     Args:
         state: The state.
-        readings: Of all IMUs.
-        row: Which of them.
-        Q: Filled, (3, 3): the link's rotation as the IMU shows it.
+        readings: Samples of all IMUs.
+        row: Index of the IMU.
+        Q: Filled, (3, 3): the link's rotation as measured by the IMU.
         out: Filled, (6,): rotation vector [rad] and rate [rad/s], in map.
 
     Returns:
-        Size of the measured rate [rad/s].
+        Magnitude of the measured rate [rad/s].
     """
     link = readings.links[row]
     R_z, R_map_sensor, apart = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))

@@ -1,4 +1,4 @@
-"""What becomes of an IMU's readings: used from when, how well aligned, or why not."""
+"""State of use of an IMU: since when it is used, its alignment, or why it is not used."""
 
 from dataclasses import dataclass
 
@@ -7,20 +7,20 @@ import numpy as np
 
 @dataclass(kw_only=True)
 class ImuUse:
-    """What becomes of one IMU's readings."""
+    """State of use of one IMU."""
 
     segment: str
     is_aligned: bool = False
     aligned_ns: int | None = None  # [ns] stamp since which it is used
     readings: int = 0
     used: int = 0
-    contradictions: int = 0  # times that it was aligned anew
+    contradictions: int = 0  # times that the cameras contradicted it and it was aligned again
     tilt_stddev: float = float("nan")  # [rad] of the mounting, about the axes across the link
     turn_stddev: float = float("nan")  # [rad] of the mounting about the link's own axis
     heading_stddev: float = float("nan")  # [rad]
     is_known: bool = True  # whether the body model has a link for the segment
-    is_unlike: bool = False  # whether it moves unlike its segment
-    refused: str = ""  # why it cannot be used at all, and what to do
+    is_unlike: bool = False  # whether its motion does not fit its segment
+    refused: str = ""  # why the estimator cannot use it at all, and what to do
 
     @property
     def reason(self) -> str:

@@ -1,10 +1,10 @@
-"""Where each part of the default filter's error state lies."""
+"""Layout of the default filter's error state."""
 
 from typing import NamedTuple
 
 
 class Layout(NamedTuple):
-    """First columns of the parts of the error, in their order.
+    """First columns of the parts of the error state, in their order.
 
     Position (3), link rotations (3 each), slides (3 each), velocity (3), angular velocities
     (3 each), then four for each IMU: mounting (3) and heading (1).

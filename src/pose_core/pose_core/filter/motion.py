@@ -4,8 +4,8 @@ r"""Prediction: rates decay with a time constant and are driven by white acceler
           R(t + \Delta t) = \exp([r\,\omega]_\times) R(t), \quad
           r = \tau_\omega (1 - e^{-\Delta t / \tau_\omega})
 
-The power of w follows the motion: it grows with the link's own rate, and while all cameras see a
-joint elsewhere than predicted (:func:`pose_core.filter.adaptation.adapt`).
+The power of w adapts to the motion: it grows with the link's own rate, and while all cameras
+measure a joint away from its prediction (:func:`pose_core.filter.adaptation.adapt`).
 """
 
 from typing import NamedTuple
@@ -17,8 +17,8 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import turn_by
 from pose_core.streams.samples import FloatArray
 
-FRAME_PERIOD_S = 1.0 / 30.0  # for which accelerations are meant as white
-LARGEST_STDDEV = 1.2  # [rad] an unseen rotation's error grows no further: it would mean nothing
+FRAME_PERIOD_S = 1.0 / 30.0  # over which the accelerations' standard deviations are defined
+LARGEST_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
 
 
 class MotionConstants(NamedTuple):
@@ -26,7 +26,7 @@ class MotionConstants(NamedTuple):
 
     acceleration: FloatArray  # (1 + links,) [m/s²] of the root, [rad/s²] of the links
     acceleration_per_rate: float  # [1/s]
-    path: FloatArray  # (links, links) share of each link's acceleration in each link's
+    path: FloatArray  # (links, links) contribution of each link's acceleration (column) to each
     rate_memory_s: float
     slide_memory_s: float
     slide_variance: FloatArray  # (slides,) [m²]
@@ -42,22 +42,22 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
     pose, P = state.pose, state.P
     power = acceleration_power(constants, state)
     keep = np.exp(-dt_s / constants.rate_memory_s)
-    reach_s = constants.rate_memory_s * (1.0 - keep)
+    rate_time_s = constants.rate_memory_s * (1.0 - keep)
     keep_slide = np.exp(-dt_s / constants.slide_memory_s)
-    predict_mean(state, keep, reach_s, keep_slide)
-    transform_covariance(P, len(power), len(pose.slides), keep, reach_s, keep_slide)
+    predict_mean(state, keep, rate_time_s, keep_slide)
+    transform_covariance(P, len(power), len(pose.slides), keep, rate_time_s, keep_slide)
     add_process_noise(constants, state, power, dt_s, keep_slide)
     bound_rotations(P, len(state.heading))
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
     state.offset[:] *= keep_offset
     state.offset_variance[:] *= keep_offset**2
     state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
-    state.unheard_s[:] += dt_s
+    state.silent_s[:] += dt_s
 
 
 @compiled
 def acceleration_power(constants: MotionConstants, state: FilterState) -> FloatArray:
-    """Power of each white acceleration, the root's first, (1 + links,)."""
+    """Spectral density of each white acceleration, the root's first, (1 + links,)."""
     pose, links = state.pose, len(state.heading)
     power = np.empty(1 + links)
     for each in range(1 + links):
@@ -69,14 +69,14 @@ def acceleration_power(constants: MotionConstants, state: FilterState) -> FloatA
 
 
 @compiled_in_place
-def predict_mean(state: FilterState, keep: float, reach_s: float, keep_slide: float) -> None:
+def predict_mean(state: FilterState, keep: float, rate_time_s: float, keep_slide: float) -> None:
     """Advance the mean, in place."""
     pose = state.pose
     for link in range(len(pose.rotations)):
         w = pose.rates[link]
-        turn_by(reach_s * w[0], reach_s * w[1], reach_s * w[2], pose.rotations[link])
+        turn_by(rate_time_s * w[0], rate_time_s * w[1], rate_time_s * w[2], pose.rotations[link])
     for axis in range(3):
-        pose.position[axis] += reach_s * pose.velocity[axis]
+        pose.position[axis] += rate_time_s * pose.velocity[axis]
         pose.velocity[axis] *= keep
         for link in range(len(pose.rates)):
             pose.rates[link, axis] *= keep
@@ -86,15 +86,15 @@ def predict_mean(state: FilterState, keep: float, reach_s: float, keep_slide: fl
 
 @compiled_in_place
 def transform_covariance(
-    P: FloatArray, parts: int, slides: int, keep: float, reach_s: float, keep_slide: float
+    P: FloatArray, parts: int, slides: int, keep: float, rate_time_s: float, keep_slide: float
 ) -> None:
-    """F P Fᵀ in place; ``parts``: the root and the links."""
+    """Replace P by F P Fᵀ; ``parts`` is the number of moving parts: the root and the links."""
     moving = 3 * parts
     rates, size = moving + 3 * slides, len(P)
     for i in range(moving):
         row, rate = P[i], P[rates + i]
         for k in range(size):
-            row[k] += reach_s * rate[k]
+            row[k] += rate_time_s * rate[k]
     for i in range(moving, rates):
         row = P[i]
         for k in range(size):
@@ -106,7 +106,7 @@ def transform_covariance(
     for k in range(size):
         row = P[k]
         for i in range(moving):
-            row[i] += reach_s * row[rates + i]
+            row[i] += rate_time_s * row[rates + i]
         for i in range(moving, rates):
             row[i] *= keep_slide
         for i in range(rates, rates + moving):
@@ -121,7 +121,7 @@ def add_process_noise(
     dt_s: float,
     keep_slide: float,
 ) -> None:
-    """Q of one time step, added to P."""
+    """Add the process noise Q of one time step to P."""
     P, links = state.P, len(state.heading)
     slide = 3 + 3 * links
     velocity = slide + 3 * len(state.pose.slides)
@@ -149,7 +149,7 @@ def add_process_noise(
 def add_white_acceleration(
     P: FloatArray, row: int, column: int, rates: int, power: float, dt_s: float
 ) -> None:
-    """Covariance that white acceleration adds to two vectors and their rates."""
+    """Add the covariance that white acceleration causes in two vectors and their rates."""
     for axis in range(3):
         i, k = row + axis, column + axis
         P[i, k] += dt_s**3 / 3.0 * power

@@ -1,6 +1,6 @@
-"""Self-occlusion: how far the body itself hides each joint from a camera, by the predicted pose.
+"""Self-occlusion: the degree to which the predicted body hides each joint from a camera.
 
-The body is a set of capsules between joints. A joint is hidden where the line of sight passes
+The body is a set of capsules between joints. A joint is hidden if the line of sight to it passes
 through a capsule that it does not belong to.
 """
 
@@ -14,14 +14,14 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.vectors import dot
 from pose_core.streams.samples import FloatArray
 
-SOFTNESS = 0.02  # [m] over which a joint passes from seen to hidden
-STAND_OFF = 0.06  # [m] of the line of sight before the joint that do not count
-BEYOND = 6.0  # [-] softness widths beyond which a capsule hides nothing
+SOFTNESS = 0.02  # [m] width of the transition from visible to hidden
+STAND_OFF = 0.06  # [m] end of the line of sight, next to the joint, that is ignored
+BEYOND = 6.0  # [-] transition widths beyond which a capsule hides nothing
 TRUNK_RADIUS, SPINE_RADIUS = 0.10, 0.11  # [m]
 
 
 class Capsules(NamedTuple):
-    """The body's parts as capsules."""
+    """The parts of the body as capsules."""
 
     ends: NDArray[np.int64]  # (capsules, 2) joints
     radius: FloatArray  # (capsules,) [m]
@@ -67,13 +67,13 @@ def _own_parts(joint: str) -> set[str]:
 
 @compiled
 def hidden(capsules: Capsules, joints: FloatArray, camera: FloatArray, out: FloatArray) -> None:
-    """How far each joint is hidden.
+    """Compute the degree of occlusion of each joint.
 
     Args:
         capsules: The body's parts.
-        joints: Predicted places in map, (joints, 3) [m].
-        camera: The camera's place in map, (3,) [m].
-        out: Filled, (joints,): 0 in plain view to 1 hidden.
+        joints: Predicted positions in map, (joints, 3) [m].
+        camera: Position of the camera in map, (3,) [m].
+        out: Filled, (joints,): 0 (visible) to 1 (hidden).
     """
     sight, axis = np.empty(3), np.empty(3)
     for joint in range(len(joints)):
@@ -97,7 +97,7 @@ def hidden(capsules: Capsules, joints: FloatArray, camera: FloatArray, out: Floa
 
 @compiled_in_place
 def segment_distance(p: FloatArray, u: FloatArray, q: FloatArray, v: FloatArray) -> float:
-    """Distance [m] of the segments p + s u and q + t v, s and t in [0, 1].
+    """Distance [m] between the line segments p + s u and q + t v, s and t in [0, 1].
 
     References:
         Ericson (2005), Real-Time Collision Detection, 5.1.9.

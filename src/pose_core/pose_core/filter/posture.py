@@ -1,10 +1,10 @@
-r"""Posture prior: soft measurements of two links' relative rotation.
+r"""Posture prior: soft constraints on the relative rotation of two links.
 
-- A hinge keeps its lateral axis u along its parent's: :math:`p_x \cdot u = p_z \cdot u = 0`, with
-  p the parent's axes; the derivative by a turn of the link is :math:`u \times p`.
-- A hinge does not bend the wrong way: its flexion is measured as zero where it is negative.
-- Limbs and the head turn little about themselves (twist); the waist bends
-  sideways and turns little, and forward by more.
+- The lateral axis u of a hinge is parallel to its parent's: :math:`p_x \cdot u = p_z \cdot u = 0`,
+  with p the parent's axes; the derivative by a rotation of the link is :math:`u \times p`.
+- A hinge does not bend backwards: a negative flexion is measured as zero.
+- Axial rotation (twist) of limbs and head is limited. The waist bends sideways and rotates little,
+  and bends forward more.
 """
 
 from typing import NamedTuple
@@ -19,13 +19,13 @@ from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.swing_twist import flexion, twist
 from pose_core.streams.samples import FloatArray
 
-LEAST_DEFINED = 1e-3  # [-] of a twist
-HINGE_DOF = 3.0  # [-] of Student's t of hinges: a wrong belief yields to what cameras see
+LEAST_DEFINED = 1e-3  # [-] lower bound of how well a twist is defined
+HINGE_DOF = 3.0  # [-] of Student's t of hinges: a wrong prior yields to the cameras
 NO_SOURCE = -1
 
 
 class PostureConstants(NamedTuple):
-    """Which links are constrained, and the variance of each constraint."""
+    """Indices of the constrained links and the variance of each constraint."""
 
     hinge_parents: NDArray[np.int64]
     hinge_links: NDArray[np.int64]
@@ -44,7 +44,7 @@ class PostureConstants(NamedTuple):
 
 @compiled
 def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) -> None:
-    """Add the rows of the prior, given ``R_map_link``, (links, 3, 3)."""
+    """Add the rows of the prior, for rotations ``R_map_link``, (links, 3, 3)."""
     relative, turn = np.empty((3, 3)), np.empty(3)
     for hinge in range(len(constants.hinge_links)):
         add_hinge(constants, hinge, rotations, relative, rows)
@@ -73,7 +73,7 @@ def add_hinge(
     relative: FloatArray,
     rows: Rows,
 ) -> None:
-    """Add a hinge's two rows of its plane and, where it is bent the wrong way, its limit."""
+    """Add the two rows of a hinge's plane and, if it bends backwards, the row of its limit."""
     parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
     R_parent, R_link = rotations[parent], rotations[link]
     x, y, z = R_link[0, 1], R_link[1, 1], R_link[2, 1]
@@ -102,7 +102,7 @@ def add_turn(
     variance: float,
     student_dof: float,
 ) -> int:
-    """Add one row: the turn of a link relative to its parent about an axis in map."""
+    """Add one row: the rotation of a link relative to its parent about an axis in map."""
     group = add_group(rows, 1, student_dof, NO_SOURCE)
     row = rows.first[group]
     for k in range(3):
@@ -115,10 +115,10 @@ def add_turn(
 
 @compiled_in_place
 def turn_back(constants: PostureConstants, state: FilterState, relative: FloatArray) -> int:
-    """Turn limbs by half a turn that are bent the wrong way too far; returns how many.
+    """Rotate limbs that bend backwards too far by half a turn; returns their number.
 
-    Both links turn about themselves, so that no joint moves. Links with an IMU are left alone:
-    their turn about themselves is known. ``relative`` is room for a matrix.
+    Both links rotate about their long axes, so that no joint moves. Links with an IMU are not
+    changed: their axial rotation is known. ``relative`` is a work array, (3, 3).
     """
     count = 0
     for hinge in range(len(constants.hinge_links)):

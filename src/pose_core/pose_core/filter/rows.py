@@ -8,16 +8,16 @@ from numpy.typing import NDArray
 from pose_core.kernels.compiling import compiled
 from pose_core.streams.samples import FloatArray
 
-NORMAL = 0.0  # [-] degrees of freedom that stand for a normal distribution: weight 1 always
+NORMAL = 0.0  # [-] degrees of freedom that denote a normal distribution: the weight is always 1
 
 
 class Rows(NamedTuple):
-    """m scalar rows in groups that share a weight; a group has one row or three.
+    """m scalar measurement rows in groups of one or three that share a weight.
 
-    ``filled`` holds how many rows and groups are in use.
+    ``filled`` holds the numbers of rows and groups in use.
     """
 
-    H: FloatArray  # (most rows, n) derivatives by the error
+    H: FloatArray  # (most rows, n) Jacobian with respect to the error state
     residual: FloatArray  # (most rows,)
     first: NDArray[np.int64]  # (most groups,) row
     size: NDArray[np.int64]  # (most groups,) 1 or 3
@@ -25,12 +25,12 @@ class Rows(NamedTuple):
     student_dof: FloatArray  # (most groups,) of Student's t; NORMAL
     student_scale: FloatArray  # (most groups,) factor of the squared residual distance
     source: NDArray[np.int64]  # (most groups,) joint or link that the group measures
-    filled: NDArray[np.int64]  # (2,) how many rows and groups
+    filled: NDArray[np.int64]  # (2,) numbers of rows and groups in use
 
 
 @compiled
 def make_rows(most_rows: int, most_groups: int, size: int) -> Rows:
-    """Room for rows of an error of ``size``."""
+    """Allocate rows for an error state of dimension ``size``."""
     return Rows(
         np.zeros((most_rows, size)),
         np.zeros(most_rows),
@@ -46,7 +46,7 @@ def make_rows(most_rows: int, most_groups: int, size: int) -> Rows:
 
 @compiled
 def add_group(rows: Rows, size: int, student_dof: float, source: int) -> int:
-    """Open a group of 1 or 3 rows; returns its number. Its rows and noise are zero."""
+    """Append a group of 1 or 3 rows and return its index. Its rows and noise are zero."""
     group = rows.filled[1]
     rows.first[group] = rows.filled[0]
     rows.size[group] = size

@@ -1,16 +1,17 @@
-r"""Sensor-to-segment alignment from motion: an IMU's mounting on its link, and its world's heading.
+r"""Sensor-to-segment alignment from motion: mounting of an IMU on its link, and its heading.
 
-Where cameras show a link's axes :math:`d_k` in map with weights :math:`w_k`, an IMU of orientation
-:math:`R_{ws}` fits best with the mounting M and the heading ψ that maximise
+The cameras observe a link's axes :math:`d_k` in map with weights :math:`w_k`. For an IMU of
+orientation
+:math:`R_{ws}`, the best mounting M and heading ψ of its reference frame maximise
 
 .. math:: J(\psi, M) = \sum_t \sum_k w_k\, d_k \cdot R_z(\psi)\,R_{ws}\,M\,e_k
           = \langle M, C(\psi) \rangle, \quad
           C(\psi) = \sum_t R_{ws}^T R_z(\psi)^T B, \quad B = \sum_k w_k\, d_k e_k^T
 
-C is linear in :math:`(1, \cos\psi, \sin\psi)`, so three matrices hold all that was ever seen, and
-for each ψ the best M is a singular value decomposition (Wahba's problem). ψ is searched on a grid
-and refined. J's curvature tells how surely both are known, its second peak whether they are
-ambiguous. Standing still adds little by itself and harms nothing; no posture is taken for zero.
+C is linear in :math:`(1, \cos\psi, \sin\psi)`, so three matrices accumulate all observations. For
+each ψ the best M follows from a singular value decomposition (Wahba's problem). ψ is searched on a
+grid and refined. The curvature of J gives the covariance, its second peak the ambiguity. Standing
+still adds little information and does no harm; no posture is assumed to be neutral.
 
 References:
     Markley (1988), Attitude determination using vector observations and the singular value
@@ -26,9 +27,11 @@ from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import transposed_product
 from pose_core.streams.samples import FloatArray
 
-GRID = np.linspace(-np.pi, np.pi, 72, endpoint=False)  # [rad] headings that are tried
-REFINED = np.radians([2.5, 0.6, 0.15])  # [rad] steps of the parabolas around the best
-APART = np.radians(40.0)  # from which on another heading is another answer
+GRID = np.linspace(-np.pi, np.pi, 72, endpoint=False)  # [rad] grid of headings
+REFINED = np.radians([2.5, 0.6, 0.15])  # [rad] steps of the parabolic refinement
+APART = np.radians(
+    40.0
+)  # [rad] distance from which on another heading counts as a different solution
 HEADING_PARTS = np.array(
     [np.diag([0.0, 0.0, 1.0]), np.diag([1.0, 1.0, 0.0]), [[0, 1, 0], [-1, 0, 0], [0, 0, 0]]]
 )
@@ -42,44 +45,44 @@ GENERATORS = np.array(
     float,
 )
 """Of rotations about x, y, z."""
-PRIOR_STDDEV = 1.0  # [rad] of mounting and heading about the best answer
-NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about those of the others that know north
-ASTRAY = 0.05  # [-] share of such IMUs whose field is bent farther
+PRIOR_STDDEV = 1.0  # [rad] prior of mounting and heading about the best solution
+NORTH_STDDEV = 0.3  # [rad] of an IMU's heading about that of the other IMUs that know north
+DISTURBED_SHARE = 0.05  # [-] share of such IMUs in a more disturbed field
 
 
 @dataclass(frozen=True, kw_only=True)
 class AlignmentTuning:
-    """When motion has told enough."""
+    """Parameters of the alignment, and thresholds for accepting a solution."""
 
-    axis_stddev: float = 0.12  # [rad] of a link's axis as cameras show it, beyond the filter's own
-    axis_late: float = 0.06  # [s] more per angular rate
+    axis_stddev: float = 0.12  # [rad] of a link's axis by the cameras, in addition to the filter's
+    axis_late: float = 0.06  # [s] in addition for each unit of angular rate
     unknown_axis: float = 0.35  # [rad] beyond which an axis is not used
-    independent_s: float = 0.4  # [s] after which a camera's error is another one
-    memory: float = 60.0  # [s] of what was seen
-    gap: float = 4.0  # [-] log-likelihood by which the best heading leads
+    independent_s: float = 0.4  # [s] correlation time of the cameras' errors
+    memory: float = 60.0  # [s] time constant of the sums
+    gap: float = 4.0  # [-] required lead of the best heading in log-likelihood
     heading_stddev: float = 0.31  # [rad] at most
     tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
-    covariance_factor: float = 0.7  # [-] of what is handed to the filter
-    misfit: float = 1.1  # [-] from which on the IMU moves unlike the link
-    arm_misfit: float = 3.0  # [-] the same of arms, which trackers mistake more
+    covariance_factor: float = 0.7  # [-] of the covariance passed to the filter
+    misfit: float = 1.1  # [-] above which the IMU's motion does not fit the link
+    arm_misfit: float = 3.0  # [-] the same for arms, where trackers have larger errors
 
 
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """One answer."""
+    """One solution."""
 
-    heading: float  # [rad] of the IMU's world in map
+    heading: float  # [rad] of the IMU's reference frame in map
     R_sensor_link: FloatArray  # (3, 3)
     covariance: FloatArray  # (4, 4) [rad²] of the mounting in the link's axes, and the heading
-    gap: float  # [-] log-likelihood by which it leads
+    gap: float  # [-] lead in log-likelihood over the next different solution
 
 
 class SegmentAlignment:
-    """Gathers what is seen of one link and its IMU.
+    """Accumulates observations of one link and its IMU.
 
     Args:
         tuning: See :class:`AlignmentTuning`.
-        is_arm: Whether the link is an arm's.
+        is_arm: Whether the link belongs to an arm.
     """
 
     def __init__(self, tuning: AlignmentTuning, *, is_arm: bool = False) -> None:
@@ -87,10 +90,10 @@ class SegmentAlignment:
         self._most_misfit = tuning.arm_misfit if is_arm else tuning.misfit
         self._sums: FloatArray = np.zeros((3, 3, 3))
         self._total: FloatArray = np.zeros(2)
-        self.is_unlike = False  # whether even the best answer does not fit
+        self.is_unlike = False  # whether even the best solution does not fit
 
     def clear(self) -> None:
-        """Forget what was seen."""
+        """Discard all observations."""
         self._sums[:], self._total[:] = 0.0, 0.0
 
     def observe(
@@ -101,13 +104,13 @@ class SegmentAlignment:
         covariance: FloatArray,
         rate: FloatArray,
     ) -> None:
-        """Take one instant.
+        """Add the observation of one instant.
 
         Args:
             dt_s: Time that it stands for [s].
             R_world_sensor: Orientation of the IMU, (3, 3).
             R_map_link: Orientation of the link, (3, 3).
-            covariance: Of its error about map's axes, (3, 3) [rad²].
+            covariance: Covariance of its error about map's axes, (3, 3) [rad²].
             rate: Angular velocity of the link [rad/s], (3,).
         """
         tuning = self._tuning
@@ -127,11 +130,11 @@ class SegmentAlignment:
     def solve(
         self, mounting: SensorToSegment | None = None, north: float | None = None
     ) -> Alignment | None:
-        """The alignment, if it is known surely enough.
+        """Return the alignment, or None while it is too uncertain.
 
         Args:
-            mounting: How the IMU sits, where a calibration has told; only the heading is sought.
-            north: Heading of the other IMUs' world in map [rad], where this one shares it.
+            mounting: Known mounting of a calibration; then only the heading is estimated.
+            north: Heading in map [rad] of the other IMUs that know north, if this one does.
         """
         if not np.any(self._sums):
             return None
@@ -151,7 +154,7 @@ class SegmentAlignment:
         return found if is_sure else None
 
     def _misfit(self, found: Alignment) -> float:
-        """Mean squared distance of the axes from where the answer has them, over its variance."""
+        """Mean squared distance of the axes from the solution's, over its expected variance."""
         weight, axis_s = self._total
         C = _cost_matrix(self._sums, found.heading)
         return float(2.0 * (weight - np.sum(found.R_sensor_link * C)) / max(axis_s, 1e-9))
@@ -170,8 +173,8 @@ def accumulate(
 ) -> None:
     """Add ∫ R_wsᵀ part B dt for each part of the heading; B weights the link's axes.
 
-    An axis's error comes from the link's turns about the two others. ``total`` is given the sum of
-    all weights and for how long axes were used.
+    The error of an axis comes from rotations of the link about the other two axes. ``total``
+    accumulates the weights and the durations for which axes were used.
     """
     about, B, turned = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for k in range(3):
@@ -194,16 +197,16 @@ def accumulate(
 
 
 def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None = None) -> Alignment:
-    """The maximum of J, its covariance and its lead.
+    """Maximise J; the solution with its covariance and its lead.
 
     Args:
         sums: See :func:`accumulate`, (3, 3, 3) [s/rad²].
-        samples_per_s: Independent samples a second.
+        samples_per_s: Number of independent samples in a second.
         north: See :meth:`SegmentAlignment.solve`.
     """
 
     def fit(heading: float) -> float:
-        return _best_rotation(sums, heading)[1] + _of_north(heading, north) / samples_per_s
+        return _best_rotation(sums, heading)[1] + _log_north_prior(heading, north) / samples_per_s
 
     J = np.array([fit(heading) for heading in GRID])
     heading = float(GRID[J.argmax()])
@@ -226,12 +229,12 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
 
 
 def best_heading(sums: FloatArray, samples_per_s: float, mounting: SensorToSegment) -> Alignment:
-    """The same for a mounting that is known: only the heading is sought, in closed form."""
+    """Maximise J over the heading only, for a known mounting, in closed form."""
     M = mounting.R_sensor_segment
     cosine, sine = float(np.sum(M * sums[1])), float(np.sum(M * sums[2]))
     size = float(np.hypot(cosine, sine))
     covariance = np.diag([*np.square(mounting.stddev), 1.0 / (samples_per_s * size + 1e-9)])
-    # The opposite heading is the other answer.
+    # The opposite heading is the other solution.
     return Alignment(
         heading=float(np.arctan2(sine, cosine)),
         R_sensor_link=M,
@@ -241,16 +244,16 @@ def best_heading(sums: FloatArray, samples_per_s: float, mounting: SensorToSegme
 
 
 def _turn(angle: FloatArray | float) -> FloatArray:
-    """Angles [rad] within half a turn."""
+    """Angles [rad] wrapped to (−π, π]."""
     return np.asarray(np.angle(np.exp(1j * np.asarray(angle))), np.float64)
 
 
-def _of_north(heading: float, north: float | None) -> float:
-    """Log of the share of IMUs with this heading, but for a constant; some are far astray."""
+def _log_north_prior(heading: float, north: float | None) -> float:
+    """Log-prior of a heading, up to a constant: a normal distribution with outliers."""
     if north is None:
         return 0.0
     distance = float(_turn(heading - north)) / NORTH_STDDEV
-    return float(np.log(np.exp(-0.5 * distance**2) + ASTRAY * NORTH_STDDEV))
+    return float(np.log(np.exp(-0.5 * distance**2) + DISTURBED_SHARE * NORTH_STDDEV))
 
 
 def _cost_matrix(sums: FloatArray, heading: float) -> FloatArray:
@@ -268,7 +271,7 @@ def _best_rotation(sums: FloatArray, heading: float) -> tuple[FloatArray, float]
 def _covariance(
     sums: FloatArray, heading: float, M: FloatArray, samples_per_s: float, heading_stddev: float
 ) -> FloatArray:
-    """Inverse of J's curvature by (mounting, heading), with a prior, (4, 4) [rad²]."""
+    """Inverse of J's curvature in (mounting, heading), with a prior, (4, 4) [rad²]."""
     cosine, sine = np.cos(heading), np.sin(heading)
     S = M.T @ _cost_matrix(sums, heading)
     slope = M.T @ (cosine * sums[2] - sine * sums[1])

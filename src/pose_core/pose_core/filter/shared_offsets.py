@@ -1,20 +1,20 @@
-r"""What all cameras mistake alike of the hips' and of the shoulders' line.
+r"""Offsets of hips and shoulders that all cameras share.
 
-Trackers misplace each joint by a centimetre or two for good. What they mistake alike shows in no
-residual, and it turns the hips' line, in which every angle of hips and shoulders is measured, by
-some degrees. But over a minute a person's pelvis faces where the chest does and stands square to
-the spine: with m the running mean of the waist's sideways bend or turn, over T seconds, the lines'
-most likely errors are
+Trackers have a permanent offset of a centimetre or two for each joint. The part that is common to
+all cameras does not appear in any residual. It rotates the line between the hips, relative to which
+every angle of hips and shoulders is measured, by some degrees. But averaged over a minute, a pelvis
+faces the same way as the chest and is perpendicular to the spine. With m the running mean of the
+waist's lateral bending or rotation over T seconds, the most likely errors of the two lines are
 
 .. math:: e_\mathrm{hips} = -w\,\frac{\sigma_h^2}{\sigma^2}\,m, \quad
           e_\mathrm{shoulders} = w\,\frac{\sigma_s^2}{\sigma^2}\,m, \quad
           \sigma^2 = \sigma_h^2 + \sigma_s^2 + \sigma_w^2 + q / T, \quad
           w = \min(1, \frac{\nu + 1}{\nu + m^2 / \sigma^2})
 
-with :math:`\sigma_h` and :math:`\sigma_s` what offsets do to a line, :math:`\sigma_w` how far
-people's means differ from zero, q / T what motion leaves in the mean. By Student's t a mean that is
-too large for offsets is believed: somebody works with the chest turned. For the sideways bend,
-which the neck shows, the shoulders' share is nothing.
+with :math:`\sigma_h` and :math:`\sigma_s` the standard deviations of a line's angle due to offsets,
+:math:`\sigma_w` that of people's true means, and q / T the variance that motion leaves in the mean.
+The weight w of Student's t rejects a mean that is too large for offsets: the person works with the
+chest turned. Lateral bending is measured with the neck, so the shoulders' share of it is zero.
 """
 
 from typing import NamedTuple
@@ -31,12 +31,12 @@ LEFT_HIP, RIGHT_HIP, NECK = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"], J
 LEFT_SHOULDER, RIGHT_SHOULDER = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
 MEMORY_S = 60.0  # [s] of the mean
 STUDENT_DOF = 4.0  # [-] ν
-MOTION = 0.02  # [rad² s] q: a waist moves by 6°, for a second each time
+MOTION = 0.02  # [rad² s] q: a waist moves by 6°, correlated over a second
 BEND, TURN = 0, 1
 
 
 class SharedOffsetConstants(NamedTuple):
-    """A body's two lines and how wrong they may be seen; variances of zero: nothing is assumed."""
+    """Half lengths and error variances of the two lines; variances of 0 disable the estimate."""
 
     trunk: int  # link
     half_hips: float  # [m] from the middle to a hip
@@ -50,12 +50,12 @@ class SharedOffsetConstants(NamedTuple):
 def estimate_shared_offsets(
     constants: SharedOffsetConstants, view: View, gap_s: float, state: FilterState
 ) -> None:
-    """Take one frame's waist into the mean, and set the offsets of hips and shoulders.
+    """Update the waist's running mean with one frame, and the offsets of hips and shoulders.
 
     Args:
-        constants: Of the body.
-        view: The joints as predicted.
-        gap_s: For which this frame counts [s].
+        constants: Constants of the body.
+        view: The predicted joints.
+        gap_s: Time that this frame stands for [s].
         state: The state; ``waist_mean``, ``waist_s`` and ``shared_offset`` are updated.
     """
     state.waist_s[0] = min(state.waist_s[0] + gap_s, MEMORY_S)

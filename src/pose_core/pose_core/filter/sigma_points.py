@@ -1,21 +1,23 @@
-r"""The unscented transform of a joint's place.
+r"""The unscented transform of a joint's position.
 
-A joint is a sum over the links that carry it, :math:`p = p_0 + \sum_l \exp(\theta_l)\,v_l`, with
-:math:`v_l` the lever arm and :math:`\theta` the rotations' errors, jointly normal with a covariance
-:math:`\Sigma` of n numbers. Only these are not linear, so only they are spread: the points are
-:math:`\pm\sqrt{c}\,L_i` with :math:`\Sigma = L L^T` and :math:`c = \alpha^2 n`. By the formula of
-Rodrigues a point and its opposite are at :math:`e_i \pm s_i` from the centre, with
+A joint's position is a sum over the links that carry it,
+:math:`p = p_0 + \sum_l \exp(\theta_l)\,v_l`, with :math:`v_l` the lever arms and :math:`\theta` the
+n errors of the rotations, jointly normal with covariance :math:`\Sigma`. Only these enter
+nonlinearly, so the sigma points are spread over them: :math:`\pm\sqrt{c}\,L_i` with :math:`\Sigma =
+L L^T` and
+:math:`c = \alpha^2 n`. By Rodrigues' formula a point and its opposite are mapped to :math:`e_i \pm
+s_i` relative to the centre, with
 
 .. math:: s_i = \sum_l \frac{\sin|\theta|}{|\theta|}\,\theta \times v_l, \quad
           e_i = \sum_l \frac{1 - \cos|\theta|}{|\theta|^2}\,\theta \times (\theta \times v_l)
 
-and the linear measurement that fits all points best (their statistical linear regression) is
+and the statistical linear regression through all points is
 
 .. math:: m = \frac{1}{c} \sum_i e_i, \quad H \sqrt{c}\,L_i = s_i, \quad
           \Omega = \frac{1}{c} \sum_i e_i e_i^T + (\beta - \alpha^2)\, m\,m^T
 
-m is how far the mean lies from the centre, Ω the spread that the line leaves, which adds to the
-noise: an update by them is the unscented one.
+m is the shift of the mean from the centre. Ω is the residual covariance of the regression, which
+is added to the measurement noise. An update with m, H and Ω is the unscented update.
 
 References:
     Julier, Uhlmann (2004), Unscented filtering and nonlinear estimation, Proceedings IEEE 92(3).
@@ -24,7 +26,7 @@ References:
     Lefebvre, Bruyninckx, De Schutter (2002), Comment on "A new method for the nonlinear
     transformation of means and covariances", IEEE TAC 47(8): the regression.
     Morelande, Moran (2007), An unscented transformation for conditionally linear models, ICASSP:
-    spreading only what is not linear.
+    spreading the sigma points only over the nonlinear part.
 """
 
 import numpy as np
@@ -49,16 +51,16 @@ def linearise_joint(
     shift: FloatArray,
     noise: FloatArray,
 ) -> None:
-    """Linearise one joint's place by the rotations of the links that carry it.
+    """Linearise one joint's position in the rotations of the links that carry it.
 
     Args:
-        body: The tree.
-        joint: Which.
-        levers: What each link adds to each joint, (joints, links, 3) [m] in map.
+        body: The kinematic tree.
+        joint: Index of the joint.
+        levers: Lever arm of each link to each joint, (joints, links, 3) [m] in map.
         P: Covariance of the error, (n, n).
-        H: Its columns of the links' rotations are filled, (3, n).
+        H: Jacobian, (3, n); the columns of the links' rotations are filled.
         shift: Filled with m, (3,) [m].
-        noise: Ω is added, (3, 3) [m²].
+        noise: Measurement covariance, (3, 3) [m²]; Ω is added.
     """
     carriers, count = body.carriers[joint], body.carrier_count[joint]
     size = 3 * count

@@ -4,7 +4,7 @@ r"""Rauch–Tung–Striebel smoothing of the default filter's steps.
           x^s_k = x_k \oplus G_k (x^s_{k+1} \ominus x^-_{k+1}), \quad
           P^s_k = P_k + G_k (P^s_{k+1} - P^-_{k+1}) G_k^T
 
-with differences taken on the manifold. The IMUs' alignment stays as the filter had it.
+with differences on the manifold. The alignment of the IMUs is not smoothed.
 
 References:
     Rauch, Tung, Striebel (1965), AIAA Journal 3(8).
@@ -28,17 +28,17 @@ class FilterStep:
     """One step of the filter."""
 
     dt_s: float  # [s] since the step before
-    predicted: FilterState | None  # None: it does not follow from the step before
+    predicted: FilterState | None  # None: the filter was restarted or corrected in between
     updated: FilterState
 
 
 def smoothed(steps: Sequence[FilterStep], layout: Layout, motion: MotionPrior) -> list[FilterState]:
-    """The states of all steps, each knowing all later ones too; their P is of the body's part.
+    """Smoothed states of all steps; their P contains only the body's part.
 
     Args:
-        steps: In order of time, at least one.
-        layout: Of the error.
-        motion: The prior that the filter predicts with.
+        steps: In temporal order, at least one.
+        layout: Layout of the error state.
+        motion: Process model of the filter.
     """
     result = [of_body(steps[-1].updated, layout)]
     for step, following in zip(steps[-2::-1], steps[:0:-1], strict=True):
@@ -51,7 +51,7 @@ def smoothed(steps: Sequence[FilterStep], layout: Layout, motion: MotionPrior) -
 
 
 def _smooth(state: FilterState, later: FilterState, predicted: FilterState, F: FloatArray) -> None:
-    """Correct a state by the next one's smoothed state, in place; left as it is where P fails."""
+    """Correct a state by the next smoothed state, in place; unchanged if P is singular."""
     try:
         G = cho_solve(cho_factor(predicted.P), F @ state.P).T
     except LinAlgError:
@@ -60,11 +60,11 @@ def _smooth(state: FilterState, later: FilterState, predicted: FilterState, F: F
     inject_error(state, G @ difference(later, predicted))
     if np.all(np.diag(covariance) > 0.0):
         state.P[:] = 0.5 * (covariance + covariance.T)
-    # else the filter's own is kept: F leaves out that an unseen turn grows no further
+    # Otherwise keep the filter's: F does not model the bound of unobserved rotations.
 
 
 def of_body(state: FilterState, layout: Layout) -> FilterState:
-    """A copy without the IMUs' alignment in its covariance."""
+    """Copy of a state whose covariance excludes the alignment of the IMUs."""
     copied = state.copy()
     body = np.ascontiguousarray(copied.P[: layout.imus, : layout.imus])
     copied.imu_column[:] = -1
@@ -72,7 +72,7 @@ def of_body(state: FilterState, layout: Layout) -> FilterState:
 
 
 def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
-    """F of the filter's prediction over ``dt_s`` [s], shape (n, n), of the body's part."""
+    """Transition matrix F of the body's part over ``dt_s`` [s], shape (n, n)."""
     keep = float(np.exp(-dt_s / motion.rate_memory))
     moving = layout.slide
     F = np.eye(layout.imus)
@@ -85,7 +85,7 @@ def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
 
 
 def difference(state: FilterState, other: FilterState) -> FloatArray:
-    """The error that moves ``other`` to ``state``, shape (n,)."""
+    """The error that moves ``other`` to ``state``: state ⊖ other, shape (n,)."""
     pose, from_pose = state.pose, other.pose
     turns = Rotation.from_matrix(pose.rotations @ np.swapaxes(from_pose.rotations, 1, 2))
     return np.concatenate(

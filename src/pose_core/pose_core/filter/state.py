@@ -1,4 +1,4 @@
-"""What the default filter knows at one instant."""
+"""State of the default filter: mean, covariance and slowly varying quantities."""
 
 from typing import NamedTuple
 
@@ -18,24 +18,24 @@ NO_COLUMN = -1
 
 
 class FilterState(NamedTuple):
-    """Mean, covariance and the slow quantities beside them; updated in place."""
+    """Mean, covariance and quantities estimated outside the state; updated in place."""
 
     pose: Pose
     P: FloatArray  # (n, n) covariance of the error, in the order of Layout
-    delay: FloatArray  # (sensors,) [s] of each tracker; frames are taken for so much earlier
+    delay: FloatArray  # (sensors,) [s] of each tracker; subtracted from its stamps
     delay_sums: FloatArray  # (sensors, 2) [m²/s², m²/s] see pose_core.filter.adaptation
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
-    heading: FloatArray  # (links,) [rad] of the IMU's world in map, about z
-    imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error; NO_COLUMN
-    offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis's heading
+    heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
+    imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN
+    offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed squared innovation distance [-]
-    unheard_s: FloatArray  # (sensors,) [s] since each camera's last frame
+    silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
     adaptation: FloatArray  # (1 + links,) [-] factor of the process noise; the root's first
-    contradicted_s: FloatArray  # (links,) [s] for which all cameras have disagreed
-    waist_mean: FloatArray  # (2,) [rad] of its sideways bend and its turn, as the cameras see them
-    waist_s: FloatArray  # (1,) [s] over which that mean was taken
-    shared_offset: FloatArray  # (joints, 3) [m] of all views, in the pelvis's heading
+    contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted the link
+    waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
+    waist_s: FloatArray  # (1,) [s] averaging time of that mean
+    shared_offset: FloatArray  # (joints, 3) [m] of all views, in the pelvis' heading frame
 
     def copy(self) -> "FilterState":
         """An independent copy."""
@@ -55,10 +55,10 @@ def start_state(
     """A state at rest.
 
     Args:
-        layout: Of the error.
+        layout: Layout of the error state.
         sensors: Number of cameras.
-        tuning: How sure it is.
-        slide_variance: Of the joints that slide, (slides,) [m²].
+        tuning: Contains the initial standard deviations.
+        slide_variance: Of the sliding joints, (slides,) [m²].
         position: Of the root in map, (3,) [m].
         R_map_links: (links, 3, 3).
     """
@@ -86,7 +86,7 @@ def start_state(
         offset=np.zeros((sensors, joints, 3)),
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),
-        unheard_s=np.full(sensors, 10.0),
+        silent_s=np.full(sensors, 10.0),
         adaptation=np.ones(1 + links),
         contradicted_s=np.zeros(links),
         waist_mean=np.zeros(2),
@@ -102,10 +102,10 @@ def with_imu(
     heading: float,
     covariance: FloatArray,
 ) -> FilterState:
-    """The state with an IMU's alignment, new or anew.
+    """The state with the alignment of an IMU, added or replaced.
 
     Args:
-        state: The state; its arrays are changed where they keep their size.
+        state: The state; arrays that keep their size are changed in place.
         link: The link that the IMU is worn on.
         R_sensor_link: Its mounting, (3, 3).
         heading: Of its world in map [rad].
@@ -129,7 +129,7 @@ def with_imu(
 
 @compiled_in_place
 def inject_error(state: FilterState, error: FloatArray) -> None:
-    """Add an error, (n,), to the mean; rotations by their exponential map."""
+    """Add an error, (n,), to the mean; rotations through the exponential map."""
     pose, links, slides = state.pose, len(state.heading), len(state.pose.slides)
     slide = 3 + 3 * links
     velocity = slide + 3 * slides

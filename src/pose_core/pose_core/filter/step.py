@@ -1,6 +1,6 @@
-"""The measurement updates of the default filter, by IMUs and by a camera's frame.
+"""The measurement updates of the default filter, with IMUs and with a camera's frame.
 
-Order of a step: :func:`pose_core.filter.motion.predict` to the instant, then
+Order of a step: :func:`pose_core.filter.motion.predict` to the frame's time, then
 :func:`update_with_imus`, then :func:`update_with_frame`.
 """
 
@@ -22,29 +22,29 @@ from pose_core.streams.samples import FloatArray
 
 CAMERA_ITERATIONS, IMU_ITERATIONS = 3, 2
 POSTURE_ROWS = 64  # at most
-MOST_TYPICAL = 9.0  # [-] of a joint's squared innovation distance that counts in the mean
+LARGEST_NIS = 9.0  # [-] a joint's NIS is clipped to it before averaging
 
 
 class StepResult(NamedTuple):
-    """Result of a frame's update, beside the state."""
+    """Result of the update with a frame, in addition to the state."""
 
     is_finite: bool  # otherwise the filter has to be restarted
-    turned_back: int  # limbs turned by half a turn
-    typical: float  # [-] mean normalised innovation squared of the joints; NaN without joints
-    median: float  # [-] their median; NaN without joints
+    turned_back: int  # limbs that were rotated by half a turn
+    mean_nis: float  # [-] mean normalised innovation squared of the joints; NaN without joints
+    median_nis: float  # [-] their median; NaN without joints
 
 
 @compiled
 def update_with_imus(
     constants: FilterConstants, state: FilterState, readings: ImuReadings, information: FloatArray
 ) -> bool:
-    """Measurement update by the aligned IMUs; returns whether it was finite.
+    """Measurement update with the aligned IMUs; returns whether the result is finite.
 
     Args:
-        constants: Of the filter.
+        constants: The filter's constants.
         state: Prior state; becomes the posterior.
-        readings: Of IMUs whose alignment is in the state.
-        information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' is added.
+        readings: Samples of the IMUs whose alignment is in the state.
+        information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' share is added.
     """
     count = len(readings.links)
     if count == 0:
@@ -65,13 +65,13 @@ def update_with_imus(
 def update_with_frame(
     constants: FilterConstants, state: FilterState, frame: CameraFrame, information: FloatArray
 ) -> StepResult:
-    """Measurement update by a camera's frame and the posture prior.
+    """Measurement update with a camera's frame and the posture prior.
 
     Args:
-        constants: Of the filter.
+        constants: The filter's constants.
         state: Prior state; becomes the posterior.
         frame: One camera's joints.
-        information: (links, 3, 3) [1/rad²] on each link's rotation; the camera's is added.
+        information: (links, 3, 3) [1/rad²] on each link's rotation; the camera's share is added.
     """
     joints = len(frame.positions)
     rows = make_rows(3 * joints + POSTURE_ROWS, joints + POSTURE_ROWS, len(state.P))
@@ -100,7 +100,7 @@ def update_with_frame(
             np.empty(joints, np.int64),
         )
     if seen > 0:
-        gap_s = min(state.unheard_s[frame.sensor], LONGEST_GAP_S) / len(state.unheard_s)
+        gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S) / len(state.silent_s)
         estimate_shared_offsets(constants.shared_offsets, view, gap_s, state)
     adapt(
         constants.ends,
@@ -116,13 +116,13 @@ def update_with_frame(
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
     if seen == 0:
         return StepResult(True, turned, np.nan, np.nan)
-    typical = np.mean(np.minimum(distance[:seen], MOST_TYPICAL))
-    return StepResult(True, turned, float(typical), float(np.median(distance[:seen])))
+    mean_nis = np.mean(np.minimum(distance[:seen], LARGEST_NIS))
+    return StepResult(True, turned, float(mean_nis), float(np.median(distance[:seen])))
 
 
 @compiled
 def add_link_information(rows: Rows, seen: int, weights: FloatArray, out: FloatArray) -> None:
-    """Add Hᵀ (R / w)⁻¹ H of each joint's rows to the links' own blocks, by the mean variance."""
+    """Add Hᵀ (R / w)⁻¹ H of each joint to the links' diagonal blocks, with R's mean variance."""
     for group in range(seen):
         first, noise = rows.first[group], rows.noise[group]
         precision = 3.0 * weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])

@@ -1,4 +1,4 @@
-"""What can be tuned in the default filter; docs/algorithm.md tells where each value comes from."""
+"""Tuning parameters of the default filter; docs/algorithm.md describes how they were chosen."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True, kw_only=True)
 class MotionPrior:
-    """Process noise: white accelerations behind the rates, by link without its side."""
+    """Process noise: white accelerations, by kind of link (without its side)."""
 
     root_acceleration: float = 15.0  # [m/s²]
     acceleration: Mapping[str, float] = field(  # [rad/s²]
@@ -20,7 +20,7 @@ class MotionPrior:
             "shank": 78.0,
         }
     )
-    acceleration_per_rate: float = 0.5  # [1/s] more for each unit of the link's own rate
+    acceleration_per_rate: float = 0.5  # [1/s] increase with the link's own rate
     carried: Mapping[str, float] = field(  # [-] share of the parent's acceleration
         default_factory=lambda: {
             "pelvis": 0.0,
@@ -37,28 +37,28 @@ class MotionPrior:
         default_factory=lambda: {"shoulder": 0.015, "hip": 0.0089, "knee": 0.0105, "foot": 0.0105}
     )
     slide_memory: float = 0.5  # [s]
-    most_adaptation: float = 6.0  # [-] factor of an acceleration while all cameras disagree
+    most_adaptation: float = 6.0  # [-] factor of an acceleration while the cameras disagree with it
     adapted_distance: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
     adaptation_memory: float = 0.05  # [s] over which the NIS is smoothed
 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraNoise:
-    """Measurement noise of a skeleton tracker's joints, and of what is slow in it."""
+    """Measurement noise of a skeleton tracker's joints: white part, offsets and delay."""
 
-    stddev: float = 0.013  # [m] of a tracked joint in plain view
-    depth_stddev: float = 0.01  # [m] more along the line of sight
-    moving_stddev: float = 0.0087  # [s] more per speed, in every direction
-    lag_stddev: float = 0.0062  # [s] more along the velocity
-    foreshortened_stddev: float = 0.02  # [m] more where the limb points at the camera
-    inferred_stddev: float = 0.08  # [m] more for a joint that the tracker calls inferred
-    occluded_stddev: float = 0.1  # [m] more where the body itself hides the joint
-    correlation_factor: float = 1.5  # [-] errors are slow: factor of all of these
+    stddev: float = 0.013  # [m] of a tracked, visible joint
+    depth_stddev: float = 0.01  # [m] in addition along the line of sight
+    moving_stddev: float = 0.0087  # [s] in addition for each unit of speed, in every direction
+    lag_stddev: float = 0.0062  # [s] in addition for each unit of speed, along the velocity
+    foreshortened_stddev: float = 0.02  # [m] in addition if the limb points at the camera
+    inferred_stddev: float = 0.08  # [m] in addition for an inferred joint
+    occluded_stddev: float = 0.1  # [m] in addition under self-occlusion
+    correlation_factor: float = 1.5  # [-] factor of these: errors are correlated in time
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
-    least_weight: float = 0.02  # [-] of a sample, however far it lies
-    offset_stddev: float = 0.012  # [m] of a view's slow offset of a joint
+    least_weight: float = 0.02  # [-] lower bound of a joint's weight
+    offset_stddev: float = 0.012  # [m] of a view's slowly varying offset of a joint
     offset_memory: float = 3.6  # [s]
-    shared_offset_stddev: float = 0.012  # [m] of what all views mistake of a joint alike
+    shared_offset_stddev: float = 0.012  # [m] of a joint's offset that all views share
     delay_prior: float = (
         40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
@@ -67,25 +67,25 @@ class CameraNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class PosturePrior:
-    """Soft measurements of a posture, one row of each a camera frame."""
+    """Soft constraints on the posture, applied once for each camera frame."""
 
-    hinge_stddev: float = 0.9  # [rad] of elbows and knees out of their plane
-    limit_stddev: float = 0.3  # [rad] of a hinge bent the wrong way
-    hinge_student_scale: float = 4.0  # [-] how much sooner than a normal one it yields
+    hinge_stddev: float = 0.9  # [rad] of elbows and knees, out of their plane
+    limit_stddev: float = 0.3  # [rad] of a hinge that bends backwards
+    hinge_student_scale: float = 4.0  # [-] factor of the squared residual in Student's t
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis
         default_factory=lambda: {"upper_arm": 1.8, "thigh": 1.4, "head": 1.8}
     )
     waist_stddev: tuple[float, float, float] = (0.25, 1.1, 0.5)  # [rad] sideways, forward, turn
     waist_mean_stddev: tuple[float, float] = (0.03, 0.05)  # [rad] sideways, turn, over a minute
-    wrong_bend: float = 0.6  # [rad] beyond which a limb is turned by half a turn
+    wrong_bend: float = 0.6  # [rad] backward bend from which a limb is rotated by half a turn
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImuNoise:
-    """Measurement noise of aligned IMUs, and how their alignment changes."""
+    """Measurement noise of aligned IMUs, and random walk of their alignment."""
 
     orientation_stddev: float = 0.02  # [rad]
-    soft_tissue: float = 0.0067  # [s] more per angular rate, up to 6 rad/s
+    soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]
     rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
@@ -95,7 +95,7 @@ class ImuNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class StartNoise:
-    """Standard deviations of a filter that has just been started."""
+    """Initial standard deviations."""
 
     position: float = 0.03  # [m]
     rotation: float = 0.15  # [rad]
@@ -105,7 +105,7 @@ class StartNoise:
 
 @dataclass(frozen=True, kw_only=True)
 class FilterTuning:
-    """All of it."""
+    """All tuning parameters."""
 
     motion: MotionPrior = field(default_factory=MotionPrior)
     camera: CameraNoise = field(default_factory=CameraNoise)

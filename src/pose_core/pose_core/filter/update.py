@@ -1,14 +1,14 @@
 r"""Robust measurement update: Student's t by iteratively reweighted least squares.
 
-With weights w of the groups of rows, :math:`S = H P H^T + R / w`,
+With a weight w for each group of rows, :math:`S = H P H^T + R / w`,
 :math:`\delta x = P H^T S^{-1} r`, :math:`P \leftarrow P - P H^T S^{-1} H P`. Each group's weight
-follows from what the update leaves of its residual :math:`e = r - H\,\delta x`:
+follows from its residual after the update, :math:`e = r - H\,\delta x`:
 
 .. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w \le 1
 
-with d its rows and ν its degrees of freedom. All iterations happen in the space of measurements.
-With Cholesky's :math:`S = U^T U` the vector is two substitutions, and with
-:math:`W = U^{-T} H P` the covariance :math:`P - W^T W`, of which one half is computed.
+with d its number of rows and ν its degrees of freedom. All iterations take place in measurement
+space. With the Cholesky factorisation :math:`S = U^T U`, the state needs two substitutions; with
+:math:`W = U^{-T} H P` the covariance is :math:`P - W^T W`, of which one half is computed.
 
 References:
     Roth, Özkan, Gustafsson (2013), A Student's t filter for heavy tailed process and measurement
@@ -24,7 +24,7 @@ from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import inverse, mirror, quadratic_form, symmetric
 from pose_core.streams.samples import FloatArray
 
-BLOCK = 32  # rows of P that are computed at once
+BLOCK = 32  # rows of P that are computed together
 
 
 @compiled
@@ -37,19 +37,19 @@ def robust_update(
     distance: FloatArray,
     variance: FloatArray,
 ) -> bool:
-    """Correct the state by some rows, in place.
+    """Update the state with some measurement rows, in place.
 
     Args:
         state: The state.
-        rows: What is measured.
-        iterations: Of the reweighting, one at least.
-        least_weight: Of a group [-].
+        rows: The measurement rows.
+        iterations: Number of reweighting iterations, at least one.
+        least_weight: Lower bound of a group's weight [-].
         weights: Filled, (groups,).
         distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
         variance: Filled, (rows,): diagonal of H P Hᵀ.
 
     Returns:
-        Whether the result is finite; the state is left as it was if not.
+        Whether the result is finite; if not, the state is unchanged.
     """
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
@@ -81,7 +81,7 @@ def robust_update(
 
 @compiled_in_place
 def add_product(H: FloatArray, A: FloatArray, out: FloatArray) -> None:
-    """``out`` += H A; most of H's numbers are zero and cost nothing."""
+    """``out`` += H A; zeros of H, which are most of its elements, are skipped."""
     for row in range(len(H)):
         into = out[row]
         for column in range(H.shape[1]):
@@ -104,7 +104,7 @@ def add_noise(rows: Rows, weights: FloatArray, S: FloatArray) -> None:
 
 @compiled_in_place
 def distance_of(rows: Rows, group: int, values: FloatArray, covariance: FloatArray) -> float:
-    """Squared Mahalanobis distance of a group's values; of one row, the covariance's corner."""
+    """Squared Mahalanobis distance of a group; one row uses only ``covariance[0, 0]``."""
     first = rows.first[group]
     if rows.size[group] == 1:
         return values[first] ** 2 / covariance[0, 0]
@@ -113,7 +113,7 @@ def distance_of(rows: Rows, group: int, values: FloatArray, covariance: FloatArr
 
 @compiled_in_place
 def innovation_distances(rows: Rows, S: FloatArray, distance: FloatArray) -> None:
-    """Each group's r S⁻¹ r by its own block of S."""
+    """Compute rᵀ S⁻¹ r of each group with its own block of S."""
     for group in range(rows.filled[1]):
         first, size = rows.first[group], rows.size[group]
         block = S[first : first + size, first : first + size]
@@ -122,7 +122,7 @@ def innovation_distances(rows: Rows, S: FloatArray, distance: FloatArray) -> Non
 
 @compiled_in_place
 def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatArray) -> None:
-    """Weights by what is left of the residuals."""
+    """Compute the weights from the residuals after the update."""
     for group in range(rows.filled[1]):
         dof = rows.student_dof[group]
         if dof != NORMAL:
@@ -134,7 +134,7 @@ def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatAr
 
 @compiled
 def subtract_square(P: FloatArray, W: FloatArray) -> None:
-    """P −= W Wᵀ: its upper triangle by blocks of rows, then the lower one from it."""
+    """P −= W Wᵀ: the upper triangle in blocks of rows; the lower one is mirrored."""
     for first in range(0, len(P), BLOCK):
         P[first : first + BLOCK, first:] -= np.dot(W[first : first + BLOCK], W[first:].T)
     mirror(P)

@@ -15,7 +15,7 @@ LONGEST_LAG_NS = NS_PER_S // 2  # by which cameras may usually be behind the IMU
 LAGS = 9  # [frames] of which the least is what is usual
 
 
-class CamerasSilence:
+class CameraLag:
     """Knows how far the cameras usually are behind the IMUs: that is no silence yet."""
 
     def __init__(self) -> None:
@@ -58,7 +58,7 @@ class FrameQueue:
     def __init__(self, aligner: TimeAligner | None) -> None:
         self._aligner = aligner
         self._order: FrameOrder[AlignedFrame] = FrameOrder()
-        self._silence = CamerasSilence()
+        self._camera_lag = CameraLag()
         self.ready: deque[AlignedFrame] = deque()
         """Frames whose turn has come."""
         self.newest_ns = 0
@@ -75,7 +75,7 @@ class FrameQueue:
         if self._aligner is not None:
             self.ready.extend(self._aligner.add(sample))
             return
-        self._silence.note_seen(sample.stamp_ns)
+        self._camera_lag.note_seen(sample.stamp_ns)
         frame = AlignedFrame(stamp_ns=sample.stamp_ns, samples={sample.sensor: sample})
         for ready in self._order.add(sample.sensor, sample.stamp_ns, frame):
             self._await(ready)
@@ -84,18 +84,18 @@ class FrameQueue:
         """How many of some IMUs' samples come before they give a frame alone, with that one."""
         if self._aligner is not None:
             return len(stamps_ns)
-        is_late = stamps_ns > self._silence.begins_ns()
+        is_late = stamps_ns > self._camera_lag.begins_ns()
         return int(is_late.argmax()) + 1 if is_late.any() else len(stamps_ns)
 
     def add_imus(self, stamps_ns: NDArray[np.int64]) -> int:
         """Take the stamps of so many samples; how many frames of the IMUs alone they give."""
-        is_alone = self._aligner is None and stamps_ns[-1] > self._silence.begins_ns()
-        self._silence.newest_imu_ns = int(stamps_ns.max())
-        self._update_newest(self._silence.newest_imu_ns)
+        is_alone = self._aligner is None and stamps_ns[-1] > self._camera_lag.begins_ns()
+        self._camera_lag.newest_imu_ns = int(stamps_ns.max())
+        self._update_newest(self._camera_lag.newest_imu_ns)
         if not is_alone:
             return 0
         self.release_all()
-        instants_ns = self._silence.instants(int(stamps_ns[-1]))
+        instants_ns = self._camera_lag.instants(int(stamps_ns[-1]))
         for instant_ns in instants_ns:
             self._await(AlignedFrame(stamp_ns=instant_ns, samples={}))
         return len(instants_ns)
@@ -112,7 +112,7 @@ class FrameQueue:
             self.ready.extend(self._aligner.flush())
 
     def _await(self, frame: AlignedFrame) -> None:
-        self._silence.note_frame(frame.stamp_ns)
+        self._camera_lag.note_frame(frame.stamp_ns)
         self.ready.append(frame)
 
     def _update_newest(self, stamp_ns: int) -> None:

@@ -9,7 +9,7 @@ from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
 from pose_core.estimators.registry import estimator_class
-from pose_core.estimators.uncertainty import Trusts, numbers_of
+from pose_core.estimators.uncertainty import VarianceCalibrations, coefficients_of
 from pose_core.fusion.estimates import EstimateBlock
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import PoseBlock, StateBlock
@@ -77,7 +77,7 @@ class Output:
     def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
         self._model = model
         self._sensors = parameters.sensors
-        self._trusts = estimator_class(parameters.estimator).TRUSTS
+        self._calibrations = estimator_class(parameters.estimator).VARIANCE_CALIBRATION
         self._shape: BodyShape | None = None
         self._states: _StateOutput | None = None
 
@@ -92,7 +92,7 @@ class Output:
             return block
         if self._states is None or shape is not self._shape:
             self._shape = shape
-            self._states = _StateOutput(self._model, shape, self._trusts, self._sensors)
+            self._states = _StateOutput(self._model, shape, self._calibrations, self._sensors)
         return self._states.estimates(block)
 
 
@@ -102,12 +102,16 @@ class _StateOutput:
     Args:
         model: The body model.
         shape: The person's measures.
-        trusts: How much the filter's variances are worth.
+        calibrations: How much the filter's variances are worth.
         sensors: Their names.
     """
 
     def __init__(
-        self, model: BodyModel, shape: BodyShape, trusts: Trusts, sensors: tuple[str, ...]
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        calibrations: VarianceCalibrations,
+        sensors: tuple[str, ...],
     ) -> None:
         self._model = model
         self._sensors = sensors
@@ -117,7 +121,7 @@ class _StateOutput:
             numbers=model_arrays(model, shape.offsets),
             limits=np.concatenate([no_limits, np.asarray(model.limits, float)]),
             hinges=hinges_of(SegmentTree(model, shape)),
-            variance_calibration=numbers_of(model, trusts),
+            variance_calibration=coefficients_of(model, calibrations),
         )
         self._output_states = type_specialised(output_states)
         self._blending = make_blending(model.size)
