@@ -1,4 +1,4 @@
-"""The public API: what other packages and notebooks may rely on.
+"""The public API of the core, for other packages and notebooks.
 
 ::
 
@@ -9,14 +9,15 @@
     series.position_stddev[:, series.names.index("left_knee_flexion")]  # [rad]
 
     pipeline = Pipeline(PipelineParameters(sensors=("left", "right")), extrinsics)
-    for sample in live_samples:                 # or one by one, as they come
+    for sample in live_samples:                 # or sample by sample
         for estimate in pipeline.add(sample):
             print(estimate.stamp_ns, estimate.dof_names, estimate.position)
 
-Frames, axes and units: ``docs/conventions.md``. A stamp is an integer of nanoseconds; no function
-asks a clock. Whatever the user can mend is raised as a :class:`PoseError` of one line. The modules
-``joints``, ``errors``, ``stamps``, ``counters``, ``parameters`` and ``finite_numbers`` are public,
-too: they load neither numba nor scipy, which counts where a process starts. All else may change.
+Frames, axes and units: ``docs/conventions.md``. Stamps are integer nanoseconds; no function reads a
+clock. Errors that the user can correct are raised as a :class:`PoseError` with a message of one
+line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters`` and
+``finite_numbers`` are public, too; they import neither numba nor scipy, so that small processes
+start fast. Everything else may change.
 """
 
 from pose_core.body.frames import BodyFrames
@@ -80,7 +81,7 @@ Pipeline = FusionPipeline
 PipelineParameters = FusionParameters
 Skeleton = SkeletonSample
 PoseEstimate = BodyEstimate
-"""Short names for notebooks; in a node they would hide the messages of the same names."""
+"""Short names for notebooks; in nodes they would shadow the messages of the same names."""
 
 __all__ = [
     "ABDUCTION_OF",

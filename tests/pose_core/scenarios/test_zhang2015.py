@@ -79,4 +79,4 @@ def test_li2020_names_every_imu_that_it_does_not_use(session):
     _, _, skeletons, imus = session
     pipeline, _ = run(merged(skeletons[:200], imus[:500]), "li2020")
     assert pipeline.imu_uses
-    assert all("li2020 knows no IMUs" in use.reason for use in pipeline.imu_uses)
+    assert all("li2020 does not use IMUs" in use.reason for use in pipeline.imu_uses)

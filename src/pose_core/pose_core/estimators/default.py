@@ -1,4 +1,4 @@
-"""``default``: the filter of :mod:`pose_core.filter`, every sensor's frame as it comes."""
+"""``default``: the filter of :mod:`pose_core.filter`, updated with each sensor's frame."""
 
 from typing import ClassVar
 
@@ -38,15 +38,15 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
 LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
-SILENT_S = 0.2  # [s] for which a camera's last frame counts in what is published
-LATEST_S = 0.2  # [s] a frame that is later says too little of now
-JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
-DIVERGED_NIS = 25.0  # [-] median squared innovation distance of a person who is elsewhere
-DIVERGED_NS = 250_000_000  # [ns] for which that may last
+SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
+LATEST_S = 0.2  # [s] frames that are later are not used
+JUMP_BACK_S = 1.0  # [s] a larger step back means that a recording has restarted
+DIVERGED_NIS = 25.0  # [-] median NIS of a filter that has lost the person
+DIVERGED_NS = 250_000_000  # [ns] after which it is restarted
 
 
 class DefaultEstimator(StepwiseEstimator):
-    """Predicts to each observation, takes the IMUs' readings and the cameras' frames."""
+    """Predicts to each observation and updates with the IMUs' samples and the cameras' frames."""
 
     COUNTERS: ClassVar[tuple[str, ...]] = (
         "filter_starts",
@@ -95,25 +95,25 @@ class DefaultEstimator(StepwiseEstimator):
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard."""
+        """State of use of each IMU with samples."""
         return self._alignments.uses
 
     @property
     def tracker_delays_s(self) -> FloatArray | None:
-        """Delay of each sensor's tracker, (sensors,) [s]; as told, until IMUs show it."""
+        """Delay of each sensor's tracker, (sensors,) [s]; without IMUs, the parameter's value."""
         return self._delay
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
-        """How the IMUs sit that are aligned now, as the filter knows it."""
+        """Sensor-to-segment rotations of the aligned IMUs, as estimated by the filter."""
         return {} if self._state is None else self._alignments.sensor_to_segment(self._state)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Take how IMUs sit from a calibration; see :class:`ImuAlignments`."""
+        """Use sensor-to-segment rotations of a calibration; see :class:`ImuAlignments`."""
         self._alignments.use_sensor_to_segment(alignments)
 
     def update(self, observation: Observation) -> StateNumbers | None:
-        """One step; None while there is no pose, and for a frame of the past."""
+        """Run one filter step; None while there is no pose, and for late frames."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         state, _ = self._advance(observation, ahead_s)
         if state is None:
@@ -129,7 +129,7 @@ class DefaultEstimator(StepwiseEstimator):
         return self._publish(ahead_s, result, information)
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
-        """The state predicted to the instant; the aligned IMUs' readings count already."""
+        """Predict the state to an instant and update it with the aligned IMUs' samples."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
         if self._state is None or self._newest is None:
             return None
@@ -150,10 +150,10 @@ class DefaultEstimator(StepwiseEstimator):
         return TimedPose(stamp_ns=stamp_ns, tracking_state=tracking_state, pose=pose)
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
-        """Bring the filter to an observation's instant, or start it there.
+        """Predict the filter to an observation's instant, or start it there.
 
         Returns:
-            The state, None if the observation is not used; whether it was started.
+            The state, None if the observation is not used; whether the filter was started.
         """
         if self._state is None:
             started = self._start(observation)
@@ -172,11 +172,11 @@ class DefaultEstimator(StepwiseEstimator):
         return self._state, False
 
     def _has_imus(self, observation: Observation) -> bool:
-        """Whether there are readings, and an IMU that has been aligned."""
+        """Whether there are samples of IMUs and at least one IMU is aligned."""
         return len(observation.readings) > 0 and any(use.is_aligned for use in self.imu_uses)
 
     def _start(self, observation: Observation) -> bool:
-        """Begin with the pose that the cameras' mean shows, if it shows the trunk."""
+        """Initialise the filter from the mean of the cameras; False if the trunk is not visible."""
         mean = mean_of_sensors(observation.positions)
         if not np.all(np.isfinite(trunk_axes(mean))):
             self.counters.add("frames_without_trunk")
@@ -199,7 +199,7 @@ class DefaultEstimator(StepwiseEstimator):
     def _update_filter(
         self, observation: Observation, late_s: float, information: FloatArray
     ) -> StepResult | None:
-        """Correct the state by all that an observation holds; None if that broke it."""
+        """Update the state with all measurements of an observation; None if this failed."""
         assert self._state is not None
         self._alignments.hear(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
@@ -226,7 +226,7 @@ class DefaultEstimator(StepwiseEstimator):
         return result
 
     def _uses_camera(self, sensor: int) -> bool:
-        """Whether a camera's frames are measurements of the filter."""
+        """Whether the filter uses a camera's frames."""
         del sensor
         return True
 
@@ -235,7 +235,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._state = None
 
     def _frame(self, observation: Observation, sensor: int, late_s: float) -> CameraFrame:
-        """One camera's frame, with sides that its tracker has swapped put right."""
+        """One camera's frame, with left/right swaps of its tracker corrected."""
         assert self._state is not None
         positions = np.ascontiguousarray(observation.positions[sensor])
         tracking_state = np.ascontiguousarray(observation.tracking_state[sensor])
@@ -257,7 +257,7 @@ class DefaultEstimator(StepwiseEstimator):
         return joints
 
     def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
-        """Whether the person has been elsewhere for too long."""
+        """Whether the filter has lost the person for too long."""
         if np.isnan(result.median_nis) or result.median_nis < DIVERGED_NIS:
             if not np.isnan(result.median_nis):
                 self._diverged_since_ns = None
@@ -269,7 +269,7 @@ class DefaultEstimator(StepwiseEstimator):
     def _publish(
         self, ahead_s: float, result: StepResult, information: FloatArray
     ) -> StateNumbers | None:
-        """What of the state is published; None for an instant of the past."""
+        """The published part of the state; None for late frames."""
         assert self._state is not None
         if -JUMP_BACK_S < ahead_s < 0.0:
             self.counters.add("frames_late_but_used")
@@ -279,7 +279,7 @@ class DefaultEstimator(StepwiseEstimator):
         return self._newest
 
     def _numbers(self, state: FilterState, information: FloatArray) -> StateNumbers:
-        """What of a state is published."""
+        """The published part of a state."""
         links = self._layout.links
         numbers = StateNumbers(
             position=np.empty(3),

@@ -1,7 +1,7 @@
-"""``dof_kf``: li2020's ablation: degrees of freedom first, then a linear Kalman filter.
+"""``dof_kf``: ablation of li2020: degrees of freedom first, then a linear Kalman filter.
 
-What it shows: each sensor's degrees of freedom are a nonlinear function of noisy positions, so
-their mean is shifted, and no linear filter behind them can tell.
+It demonstrates a bias: each sensor's degrees of freedom are a nonlinear function of noisy
+positions, so their mean is shifted, which a subsequent linear filter cannot correct.
 """
 
 import numpy as np
@@ -27,7 +27,7 @@ FRAME_PERIOD_S = 1.0 / 30.0
 
 
 class DofKalmanFilter(StepwiseEstimator):
-    """Every degree of freedom by itself."""
+    """Independent filters for all degrees of freedom."""
 
     COUNTERS = ("filter_starts",)
 
@@ -35,7 +35,7 @@ class DofKalmanFilter(StepwiseEstimator):
     _stamp_ns = 0
 
     def update(self, observation: Observation) -> FusedPose | None:
-        """Predict to the instant and take each sensor's degrees of freedom in turn."""
+        """Predict to the instant and update with each sensor's degrees of freedom in turn."""
         gap_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         is_new = self._filter is None or not 0.0 < gap_s <= self.parameters.restart_after
         previous = np.zeros(self.model.size)
@@ -67,7 +67,7 @@ class DofKalmanFilter(StepwiseEstimator):
         return True
 
     def _read(self, positions: FloatArray, previous: FloatArray) -> FloatArray:
-        """One sensor's degrees of freedom, near the previous ones; NaN without a trunk."""
+        """One sensor's degrees of freedom, continuous with the previous ones; NaN without trunk."""
         axes = trunk_axes(positions)
         if not np.all(np.isfinite(axes)):
             return np.full(self.model.size, np.nan)

@@ -1,4 +1,4 @@
-"""What every estimator takes and gives, live and offline alike."""
+"""Interface of the estimators, live and offline."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -18,27 +18,27 @@ from pose_core.streams.samples import FloatArray
 
 
 class Estimator(ABC):
-    """One person's pose from observation to observation.
+    """Estimates one person's pose from a sequence of observations.
 
     Args:
         model: The body model.
-        shape: The person's measures.
-        parameters: What the user may set.
-        counters: Counts by reason what was not used; see :attr:`COUNTERS`.
+        shape: The person's body measures.
+        parameters: The user's settings.
+        counters: Counts rejected data by reason; see :attr:`COUNTERS`.
     """
 
     COUNTERS: ClassVar[tuple[str, ...]] = ()
-    """Names that it counts under."""
+    """Names of its counters."""
     BODY_MODEL: ClassVar[str] = "li2020"
-    """The body model that it was made for."""
+    """The body model that it was designed for."""
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = True
-    """Whether it wants all sensors interpolated to common instants, or each as it comes."""
+    """Whether it needs all sensors interpolated to common instants."""
     NEEDS_FUTURE: ClassVar[bool] = False
-    """Whether it looks ahead, which only a recording allows."""
+    """Whether it uses later samples, which is possible only for recordings."""
     CAN_PREDICT: ClassVar[bool] = False
-    """Whether :meth:`predicted` tells the pose at instants that nothing was seen at."""
+    """Whether :meth:`predicted` can predict the pose to instants without observation."""
     VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = LIVE
-    """What the variances of its states are worth, where its poses are states."""
+    """Calibration of the variances, if its poses are filter states."""
 
     def __init__(
         self,
@@ -54,38 +54,38 @@ class Estimator(ABC):
 
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:
-        """Raise :class:`pose_core.errors.ParameterError` for what cannot work."""
-        del parameters  # most take any
+        """Raise :class:`pose_core.errors.ParameterError` for parameters that it cannot use."""
+        del parameters  # most accept any
 
     @abstractmethod
     def track(self, observation: Observation) -> list[TimedPose]:
-        """The poses that an observation completes."""
+        """Process an observation; return the poses that can be published now."""
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard; empty where none are used."""
+        """State of use of each IMU with samples; empty if the estimator uses none."""
         return ()
 
     @property
     def tracker_delays_s(self) -> FloatArray | None:
-        """Delay of each sensor's tracker, (sensors,) [s], by which its stamps are taken back."""
+        """Delay of each sensor's tracker, (sensors,) [s], to subtract from its stamps."""
         return None
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
-        """How the IMUs sit that are aligned now; empty where none are used."""
+        """Sensor-to-segment rotations of the aligned IMUs; empty if the estimator uses none."""
         return {}
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Take how IMUs sit from a calibration; most estimators use none."""
+        """Use sensor-to-segment rotations of a calibration; ignored by most estimators."""
         del alignments
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
-        """The pose at a later instant, as far as it is known; leaves everything as it is.
+        """Predict the pose to a later instant without changing the estimator; None if unknown.
 
         Args:
             stamp_ns: The instant [ns].
-            readings: Of the IMUs at that instant, carried on by their gyroscopes.
+            readings: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
         del stamp_ns, readings
         return None
@@ -95,18 +95,18 @@ class Estimator(ABC):
         return block_of_poses(poses, newest_ns, self.model, self.parameters.sensors)
 
     def flush(self) -> list[TimedPose]:
-        """What is left to be told when nothing comes any more."""
+        """The remaining poses, after the end of the streams."""
         return []
 
 
 class StepwiseEstimator(Estimator):
-    """One that takes an observation at a time, and has a pose for it or none."""
+    """An estimator with at most one pose for each observation."""
 
     @abstractmethod
     def update(self, observation: Observation) -> EstimatedPose | None:
-        """The pose at an observation's instant; None while there is none."""
+        """Process an observation; return the pose at its instant, or None."""
 
     def track(self, observation: Observation) -> list[TimedPose]:
-        """The pose at an observation's instant, if there is one."""
+        """Process an observation; return its pose in a list, empty if there is none."""
         pose = self.update(observation)
         return [] if pose is None else [timed(pose, observation)]

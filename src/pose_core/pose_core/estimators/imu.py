@@ -1,4 +1,4 @@
-"""``imu``: the IMUs alone, aligned by the cameras at the start and left to themselves then."""
+"""``imu``: only the IMUs, after the cameras have aligned them at the start."""
 
 from typing import ClassVar
 
@@ -9,14 +9,14 @@ from pose_core.imu.imu_history import ImuStates
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.stamps import NS_PER_S
 
-WARM_UP_NS = 30 * NS_PER_S  # after the first IMU is aligned, the others are not waited for
+WARM_UP_NS = 30 * NS_PER_S  # time that the other IMUs have after the first one is aligned
 
 
 class ImuEstimator(DefaultEstimator):
-    """The default estimator that looks at no camera once its IMUs are aligned.
+    """The default estimator, which ignores the cameras once its IMUs are aligned.
 
-    Headings drift from then on, as they do without cameras; the root stays where it was. Before an
-    IMU is aligned, and where there is none, there is no pose.
+    From then on headings drift, and the root position stays constant. There is no pose before an
+    IMU is aligned.
     """
 
     COUNTERS: ClassVar[tuple[str, ...]] = (
@@ -26,12 +26,12 @@ class ImuEstimator(DefaultEstimator):
     _is_alone = False
 
     def update(self, observation: Observation) -> StateNumbers | None:
-        """One step; None while the cameras alone give the pose."""
+        """Run one filter step; None while the filter still uses the cameras."""
         state = super().update(observation)
         return state if self._has_aligned else None
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
-        """The pose at a later instant; None while the cameras alone give the pose."""
+        """Predict the pose to a later instant; None while the filter still uses the cameras."""
         return super().predicted(stamp_ns, readings) if self._has_aligned else None
 
     @property
@@ -39,11 +39,11 @@ class ImuEstimator(DefaultEstimator):
         return any(use.is_aligned for use in self.imu_uses)
 
     def _uses_camera(self, sensor: int) -> bool:
-        """Use cameras until every IMU is aligned, or has had its time; again when none is."""
+        """Use the cameras until every IMU is aligned or its time is over, or if none is left."""
         del sensor
         uses = [use for use in self.imu_uses if use.is_known]
         aligned = [use.aligned_ns for use in uses if use.is_aligned and use.aligned_ns is not None]
-        if not aligned:  # or none any more: their worlds have begun anew
+        if not aligned:  # or none any more, because the IMUs restarted
             self._is_alone = False
         elif not self._is_alone:
             waited_ns = self._stamp_ns - min(aligned)

@@ -18,14 +18,14 @@ from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
-ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions that tuning may look at
+ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions for tuning
 MEASUREMENT_STDDEV = 0.02  # [m] of a tracked joint
-INFERRED_FACTOR = 3.0  # [-] how much worse an inferred joint is
+INFERRED_FACTOR = 3.0  # [-] of the standard deviation of an inferred joint
 FRAME_PERIOD_S = 1.0 / 30.0
 
 
 class JointKalmanFilter(StepwiseEstimator):
-    """Every coordinate of every joint by itself."""
+    """Independent filters for all coordinates of all joints."""
 
     COUNTERS = ("filter_starts",)
 
@@ -33,7 +33,7 @@ class JointKalmanFilter(StepwiseEstimator):
     _stamp_ns = 0
 
     def update(self, observation: Observation) -> FusedPose | None:
-        """Predict to the instant and take each sensor's joints in turn."""
+        """Predict to the instant and update with each sensor's joints in turn."""
         gap_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         if self._filter is None or not 0.0 < gap_s <= self.parameters.restart_after:
             if not self._start(observation):
@@ -50,7 +50,7 @@ class JointKalmanFilter(StepwiseEstimator):
         return self._pose.at(observation.stamp_ns, joints, _shares(observation.positions, stddev))
 
     def _start(self, observation: Observation) -> bool:
-        """Begin where the mean of the sensors is, once every joint has been seen."""
+        """Initialise from the mean of the sensors, once every joint has been measured."""
         mean = mean_of_sensors(observation.positions)
         if not np.all(np.isfinite(mean)):
             return False

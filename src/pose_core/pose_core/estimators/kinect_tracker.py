@@ -1,4 +1,4 @@
-"""A filter that is started, fed and, when it has lost the person, started again."""
+"""Runs the filter of li2020: starts it, updates it, and restarts it when it loses the person."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ COUNTERS = (
 
 
 def mean_of_sensors(measured: FloatArray) -> FloatArray:
-    """Mean of the sensors that saw a joint, shape (sensors, 15, 3) to (15, 3) [m]; NaN if none."""
+    """Mean over the sensors that measure a joint, (sensors, 15, 3) to (15, 3) [m]; NaN if none."""
     seen = np.isfinite(measured)
     count = seen.sum(axis=0)
     total = np.where(seen, measured, 0.0).sum(axis=0)
@@ -29,12 +29,12 @@ def mean_of_sensors(measured: FloatArray) -> FloatArray:
 
 
 class KinectTracker:
-    """Follows one person through the sensors' joint positions.
+    """Tracks one person from the joint positions of the sensors.
 
     Args:
         model: The body model.
-        shape: The person's measures.
-        parameters: Of the filter and of its restarts.
+        shape: The person's body measures.
+        parameters: Parameters of the filter and of its restarts.
         counters: Counts restarts by reason; declares :data:`COUNTERS`.
     """
 
@@ -53,14 +53,14 @@ class KinectTracker:
         self._diverged_since_ns: int | None = None
 
     def update(self, stamp_ns: int, measured: FloatArray) -> bool:
-        """Bring the filter to an instant.
+        """Update the filter with the measurements of one instant.
 
         Args:
             stamp_ns: The instant.
-            measured: Joints of each sensor in map, shape (sensors, 15, 3) [m]; NaN unseen.
+            measured: Joints of each sensor in map, shape (sensors, 15, 3) [m]; NaN if unseen.
 
         Returns:
-            Whether the filter has a pose now.
+            Whether the filter has a pose.
         """
         if self._last_ns is not None:
             dt_ns = stamp_ns - self._last_ns
@@ -93,7 +93,7 @@ class KinectTracker:
         return True
 
     def _has_diverged(self, stamp_ns: int, innovation: FloatArray) -> bool:
-        """Whether the person has been somewhere else for too long."""
+        """Whether the filter has lost the person for too long."""
         seen = innovation[np.isfinite(innovation)]
         if len(seen) == 0 or np.median(seen) < self._parameters.restart_distance:
             self._diverged_since_ns = None

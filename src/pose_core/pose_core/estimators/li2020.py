@@ -1,4 +1,4 @@
-"""``li2020``: the paper's filter; it knows cameras only."""
+"""``li2020``: the filter of the paper, which uses only cameras."""
 
 from importlib.util import find_spec
 
@@ -21,11 +21,11 @@ from pose_core.fusion.pose_block import FusedPose
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.streams.samples import FloatArray
 
-NO_IMUS = "the estimator li2020 knows no IMUs: choose default or zhang2015"
+NO_IMUS = "the estimator li2020 does not use IMUs: choose default or zhang2015"
 
 
 class Li2020Estimator(StepwiseEstimator):
-    """The unscented filter over the tree's degrees of freedom."""
+    """The unscented Kalman filter over the degrees of freedom of the kinematic tree."""
 
     COUNTERS = COUNTERS
 
@@ -43,12 +43,12 @@ class Li2020Estimator(StepwiseEstimator):
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
-        """Every IMU that was heard, each refused."""
+        """State of use of each IMU with samples: none is used."""
         return tuple(self._uses.values())
 
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:
-        """The library that has the sigma points' weights must be installed."""
+        """Check that the library with the sigma points' weights is installed."""
         del parameters
         if find_spec("filterpy") is None:
             raise ParameterError(
@@ -57,7 +57,7 @@ class Li2020Estimator(StepwiseEstimator):
             )
 
     def update(self, observation: Observation) -> FusedPose | None:
-        """One step of the filter."""
+        """Run one filter step."""
         for segment in observation.readings.segments:
             use = self._uses.setdefault(segment, ImuUse(segment=segment, refused=NO_IMUS))
             use.readings += 1

@@ -1,4 +1,4 @@
-"""Degrees of freedom beside joint positions, for methods that know positions only."""
+"""Degrees of freedom from joint positions, for methods that estimate only positions."""
 
 import numpy as np
 
@@ -13,15 +13,15 @@ from pose_core.fusion.pose_block import FusedPose
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
-LONGEST_STEP_S = 0.5  # [s] over which differences still give rates
+LONGEST_STEP_S = 0.5  # [s] longest time over which differences give rates
 
 
 class PoseOfJoints:
-    """Reads the degrees of freedom off joint positions, from one instant to the next.
+    """Computes continuous degrees of freedom from a sequence of joint positions.
 
     Args:
         model: The body model.
-        shape: The person's measures, for the links' frames.
+        shape: The person's body measures, for the links' frames.
     """
 
     def __init__(self, model: BodyModel, shape: BodyShape) -> None:
@@ -32,16 +32,16 @@ class PoseOfJoints:
         self._stamp_ns = 0
 
     def at(self, stamp_ns: int, joints: FloatArray, sensor_weight: FloatArray) -> FusedPose | None:
-        """The pose of one instant.
+        """Compute the pose of one instant.
 
         Args:
             stamp_ns: The instant.
-            joints: Shape (15, 3) [m] in map; NaN unseen: the degrees of freedom then stay as they
-                were.
+            joints: Shape (15, 3) [m] in map. If a joint is NaN (unseen), its last position is
+                used.
             sensor_weight: Each sensor's share in each joint, shape (sensors, 15).
 
         Returns:
-            None until the trunk has been seen. Standard deviations are NaN: nothing knows them.
+            None until the trunk has been seen. Variances are NaN, because they are unknown.
         """
         known = (
             joints if self._known is None else np.where(np.isfinite(joints), joints, self._known)

@@ -1,4 +1,4 @@
-"""``mean``, ``left``, ``right``: what the sensors give, without any filter."""
+"""``mean``, ``left``, ``right``: the sensors' raw joints, without any filter."""
 
 from typing import ClassVar
 
@@ -17,10 +17,10 @@ from pose_core.fusion.pose_block import FusedPose
 
 
 class MeanOfSensors(StepwiseEstimator):
-    """The mean of the sensors that see a joint."""
+    """Mean of the sensors that measure a joint."""
 
     SENSOR: ClassVar[str] = ""
-    """The only sensor that counts; empty: all of them."""
+    """The only sensor that is used; empty: all sensors."""
 
     def __init__(
         self,
@@ -35,7 +35,7 @@ class MeanOfSensors(StepwiseEstimator):
 
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:
-        """The one sensor must be among the sensors."""
+        """Check that the sensor is among the sensors."""
         if cls.SENSOR and cls.SENSOR not in parameters.sensors:
             raise ParameterError(
                 f"estimator = {cls.SENSOR} shows the sensor of that name, the sensors are "
@@ -43,7 +43,7 @@ class MeanOfSensors(StepwiseEstimator):
             )
 
     def update(self, observation: Observation) -> FusedPose | None:
-        """The joints as they are; a joint that nobody sees is NaN."""
+        """Return the joints unfiltered; a joint that no sensor measures is NaN."""
         chosen = np.where(self._is_chosen[:, None, None], observation.positions, np.nan)
         seen = np.isfinite(chosen).all(axis=2)
         share = seen / np.maximum(seen.sum(axis=0), 1)
@@ -51,12 +51,12 @@ class MeanOfSensors(StepwiseEstimator):
 
 
 class LeftSensor(MeanOfSensors):
-    """The sensor named ``left`` alone."""
+    """Only the sensor named ``left``."""
 
     SENSOR = "left"
 
 
 class RightSensor(MeanOfSensors):
-    """The sensor named ``right`` alone."""
+    """Only the sensor named ``right``."""
 
     SENSOR = "right"

@@ -1,4 +1,4 @@
-"""The estimators' classes, found by name when they are wanted."""
+"""Lookup of the estimators' classes by name, imported on demand."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ def estimator_class(name: str) -> "type[Estimator]":
 
 
 def body_model_of(parameters: "FusionParameters") -> BodyModel:
-    """The kinematic tree that the parameters name, or the one that their estimator was made for."""
+    """The body model in the parameters, or the one that their estimator was designed for."""
     name = parameters.body_model
     return load_body_model(
         estimator_class(parameters.estimator).BODY_MODEL if name == "auto" else name

@@ -1,4 +1,4 @@
-"""``smoothed``: the default estimator that may look ahead, for recordings only."""
+"""``smoothed``: the default estimator with fixed-lag smoothing, for recordings only."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from pose_core.fusion.pose_block import TimedPose
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.stamps import NS_PER_S
 
-LOOKAHEAD_NS = 3 * NS_PER_S // 2  # of what comes later nothing more is to be learnt
-CHUNK_NS = NS_PER_S  # published at once
+LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
+CHUNK_NS = NS_PER_S  # published together
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class _Step:
 
 
 class SmoothedEstimator(DefaultEstimator):
-    """Keeps the filter's last steps, and publishes each when the next seconds are known."""
+    """Stores the last filter steps, and smooths and publishes them once later steps are known."""
 
     NEEDS_FUTURE: ClassVar[bool] = True
     CAN_PREDICT: ClassVar[bool] = False
@@ -42,10 +42,10 @@ class SmoothedEstimator(DefaultEstimator):
         self._restarts = 0
 
     def track(self, observation: Observation) -> list[TimedPose]:
-        """Take an observation; the poses that are old enough to be published."""
+        """Process an observation; return the poses that are old enough to be published."""
         poses: list[TimedPose] = []
         if self._steps and observation.stamp_ns < self._steps[-1].stamp_ns - NS_PER_S:
-            poses += self.flush()  # a recording that begins anew
+            poses += self.flush()  # the recording has restarted
         numbers = self.update(observation)
         if numbers is not None:
             self._keep(observation, numbers)
@@ -56,7 +56,7 @@ class SmoothedEstimator(DefaultEstimator):
         return poses
 
     def flush(self) -> list[TimedPose]:
-        """All poses that are left: nothing comes any more."""
+        """The remaining poses, after the end of the streams."""
         return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
@@ -65,7 +65,7 @@ class SmoothedEstimator(DefaultEstimator):
         return state, is_started
 
     def _keep(self, observation: Observation, numbers: StateNumbers) -> None:
-        """Keep a step; one whose limb was turned back does not follow from the one before."""
+        """Store a step; a step with a half-turn correction is not connected to the one before."""
         assert self._state is not None
         turned = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
         follows = self._steps and turned == self._restarts
@@ -85,7 +85,7 @@ class SmoothedEstimator(DefaultEstimator):
         )
 
     def _publish_until(self, until_ns: int) -> list[TimedPose]:
-        """Smooth all steps and publish the first of them, up to an instant."""
+        """Smooth all steps and publish those up to an instant."""
         steps = [step.filter_step for step in self._steps]
         poses: list[TimedPose] = []
         for state in smoothed(steps, self._layout, self.tuning.motion):

@@ -1,10 +1,10 @@
-"""What a filter's variances are worth: published are the ones that the errors then keep to.
+"""Calibration of the variances: the published standard deviations match the actual errors.
 
-A filter's covariance is that of its model. Three things are added: how well its expectations fit
-these sensors and this person (:mod:`pose_core.kernels.noise_scale`); that the pose is late by
-something, so that quick joints are further off; and what all cameras mistake alike, so that no
-filter sees it: most of the error. The numbers were fitted to the errors on captured people,
-docs/algorithm.md says to which.
+The covariance of a filter covers only the errors of its model. Three corrections are made. The
+normalised innovation squared scales the variance (:mod:`pose_core.kernels.noise_scale`). The pose
+has a lag, so fast joints have a larger error. And the offsets that all cameras share, which no
+filter observes, are the largest part of the error. The coefficients were fitted to the errors on
+captured motion; docs/algorithm.md describes the data.
 """
 
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ from pose_core.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class VarianceCalibration:
-    """How a joint's published variance follows from the filter's: f d σ² + (T rate)² + s²."""
+    """Coefficients of a joint's published variance: f d σ² + (T rate)² + s²."""
 
-    factor: float = 1.0  # [-] f; d is the mean distance over the fitting one
+    factor: float = 1.0  # [-] f; d is the mean NIS over its usual value
     late_s: float = 0.0  # [s] T
-    stddev_deg: float = 0.0  # s
+    stddev_deg: float = 0.0  # [deg] s
 
 
 @dataclass(frozen=True, kw_only=True)
 class VarianceCalibrations:
-    """By kind of joint, without and with an IMU on its segments."""
+    """Coefficients by kind of joint, without and with an IMU on its segments."""
 
     kinect: dict[str, VarianceCalibration]
     with_imu: dict[str, VarianceCalibration]
@@ -63,14 +63,14 @@ SMOOTHED = VarianceCalibrations(
 
 
 def coefficients_of(model: BodyModel, calibrations: VarianceCalibrations) -> FloatArray:
-    """Factor, lateness [s] and deviation [rad], by Kinects alone and with an IMU, (2, 3, d)."""
+    """f [-], T [s] and s [rad] of each degree of freedom, without and with an IMU, (2, 3, d)."""
     return np.stack(
         [_coefficients(model, each) for each in (calibrations.kinect, calibrations.with_imu)]
     )
 
 
 def _coefficients(model: BodyModel, calibrations: dict[str, VarianceCalibration]) -> FloatArray:
-    """Factor, lateness [s] and deviation [rad], shape (3, d)."""
+    """f [-], T [s] and s [rad] of each degree of freedom, shape (3, d)."""
     own = [
         next(
             (calibration for joint, calibration in calibrations.items() if f"_{joint}_" in name),

@@ -1,14 +1,15 @@
-"""``zhang2015``: one Kinect's raw limbs and the IMUs', weighted; the paper's fusion to the letter.
+"""``zhang2015``: weighted mean of one Kinect and the IMUs, as printed in the paper.
 
-The first sensor's skeleton gives each limb's direction, its IMU the whole attitude. Both are
-weighted by (12) and (13), and the turn about a limb's own axis, which the Kinect does not see, is
-the IMU's. While a joint of the limb is inferred or not tracked, the weights are (0, 1), and they
-change back at once. Nothing is filtered.
+The first sensor's skeleton gives the direction of each limb, its IMU the full attitude. Both are
+weighted by (12) and (13). The rotation about the limb's long axis, which the Kinect does not
+measure, comes from the IMU. While a joint of the limb is inferred or not tracked, the weights are
+(0, 1); they change back immediately. Nothing is filtered.
 
-The paper does not say how an IMU's attitude becomes its limb's: here the sensor-to-segment
-alignment of :mod:`pose_core.imu.aligned_readings` does it. The mean of two attitudes is taken along
-the shortest way between them instead of angle by angle, which has no poles. For the paper's own
-attitudes the bridge of the IMUs runs Madgwick's filter (``filter: madgwick``).
+The paper does not say how the attitude of an IMU is converted to that of its limb; here the
+sensor-to-segment alignment of :mod:`pose_core.imu.aligned_readings` is used. The mean of two
+attitudes is taken along the shortest rotation between them instead of angle by angle, which avoids
+singularities. For the paper's attitudes the IMU bridge runs Madgwick's filter
+(``filter: madgwick``).
 """
 
 from collections.abc import Mapping
@@ -36,11 +37,11 @@ from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_vari
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
 
-BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
+BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
 
 
 class Zhang2015Estimator(StepwiseEstimator):
-    """The weighted mean of one Kinect and the IMUs at each of its frames."""
+    """Weighted mean of one Kinect and the IMUs at each frame of the Kinect."""
 
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
 
@@ -59,15 +60,15 @@ class Zhang2015Estimator(StepwiseEstimator):
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard."""
+        """State of use of each IMU with samples."""
         return self._imus.uses
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
-        """Take how IMUs sit from a calibration."""
+        """Use sensor-to-segment rotations of a calibration."""
         self._imus.use_sensor_to_segment(alignments)
 
     def update(self, observation: Observation) -> FusedPose | None:
-        """The fused pose at a frame of the first sensor; None at another's."""
+        """The fused pose at a frame of the first sensor; None at frames of the others."""
         if not observation.tracking_state[0].any():
             return None
         seen = np.zeros(observation.tracking_state.shape)
@@ -89,7 +90,7 @@ class Zhang2015Estimator(StepwiseEstimator):
     def _fuse(
         self, pose: FusedPose, observation: Observation, readings: Mapping[str, SegmentReading]
     ) -> None:
-        """Replace the links that carry an IMU, and read the angles off all links again."""
+        """Replace the rotations of links that carry an IMU, and recompute all angles."""
         tracked = observation.tracking_state[0] == TrackingState.TRACKED
         weights: dict[str, Weights] = {}
         for index, link in enumerate(self.model.links.values()):
@@ -124,7 +125,7 @@ class Zhang2015Estimator(StepwiseEstimator):
         weight: Weights | None,
         before: np.ndarray,
     ) -> None:
-        """One link's angles and, if it carries an IMU, where they come from."""
+        """Compute one link's angles and, if it carries an IMU, their source."""
         if link.parent is None:
             dof = np.arange(3, ROOT_DOF)
         else:
@@ -137,7 +138,7 @@ class Zhang2015Estimator(StepwiseEstimator):
         pose.weight_kinect[dof], pose.weight_imu[dof] = weight.kinect, weight.imu
         pose.variance[dof] = weight.variance
         pose.source[dof] = Source.FUSED if weight.kinect > 0.0 else Source.IMU
-        if len(dof) == BALL_JOINT and link.parent is not None:  # roll is the IMU's alone
+        if len(dof) == BALL_JOINT and link.parent is not None:  # roll comes from the IMU only
             pose.weight_kinect[dof[-1]], pose.weight_imu[dof[-1]] = 0.0, 1.0
             pose.variance[dof[-1]] = self.parameters.imu_attitude_stddev**2
             pose.source[dof[-1]] = Source.IMU

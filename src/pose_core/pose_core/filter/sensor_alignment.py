@@ -1,8 +1,7 @@
 r"""Sensor-to-segment alignment from motion: mounting of an IMU on its link, and its heading.
 
 The cameras observe a link's axes :math:`d_k` in map with weights :math:`w_k`. For an IMU of
-orientation
-:math:`R_{ws}`, the best mounting M and heading ψ of its reference frame maximise
+orientation :math:`R_{ws}`, the best mounting M and heading ψ of its reference frame maximise
 
 .. math:: J(\psi, M) = \sum_t \sum_k w_k\, d_k \cdot R_z(\psi)\,R_{ws}\,M\,e_k
           = \langle M, C(\psi) \rangle, \quad

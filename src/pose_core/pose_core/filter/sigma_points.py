@@ -3,10 +3,9 @@ r"""The unscented transform of a joint's position.
 A joint's position is a sum over the links that carry it,
 :math:`p = p_0 + \sum_l \exp(\theta_l)\,v_l`, with :math:`v_l` the lever arms and :math:`\theta` the
 n errors of the rotations, jointly normal with covariance :math:`\Sigma`. Only these enter
-nonlinearly, so the sigma points are spread over them: :math:`\pm\sqrt{c}\,L_i` with :math:`\Sigma =
-L L^T` and
-:math:`c = \alpha^2 n`. By Rodrigues' formula a point and its opposite are mapped to :math:`e_i \pm
-s_i` relative to the centre, with
+nonlinearly, so the sigma points are spread over them: :math:`\pm\sqrt{c}\,L_i` with
+:math:`\Sigma = L L^T` and :math:`c = \alpha^2 n`. By Rodrigues' formula a point and its opposite
+are mapped to :math:`e_i \pm s_i` relative to the centre, with
 
 .. math:: s_i = \sum_l \frac{\sin|\theta|}{|\theta|}\,\theta \times v_l, \quad
           e_i = \sum_l \frac{1 - \cos|\theta|}{|\theta|^2}\,\theta \times (\theta \times v_l)
