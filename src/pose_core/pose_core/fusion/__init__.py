@@ -1,1 +1,1 @@
-"""The chain from samples to estimates."""
+"""Pipeline from samples to estimates."""

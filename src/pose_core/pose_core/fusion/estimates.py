@@ -1,4 +1,4 @@
-"""What the fusion says of one person, at one instant or at several."""
+"""Estimates of one person's pose, at one instant or at several."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from pose_core.streams.samples import FloatArray
 
 
 class Source(IntEnum):
-    """Where a degree of freedom's last update came from; the values of ``PoseEstimate``."""
+    """Source of a degree of freedom's last update; the values are those of ``PoseEstimate``."""
 
     PREDICTED = 0
     KINECT = 1
@@ -24,27 +24,27 @@ class Source(IntEnum):
 class BodyEstimate:
     """One person's pose with its uncertainty and provenance; arrays over d degrees of freedom."""
 
-    stamp_ns: int  # [ns] the instant that is estimated
-    newest_ns: int  # [ns] stamp of the newest sample of any source that had come by then
+    stamp_ns: int  # [ns] instant of the estimate
+    newest_ns: int  # [ns] stamp of the newest sample of any source received by then
     dof_names: tuple[str, ...]
     position: FloatArray  # (d,) [m] or [rad]
     velocity: FloatArray  # (d,) [m/s] or [rad/s]
     position_stddev: FloatArray  # (d,) [m] or [rad]
-    is_known: NDArray[np.bool_]  # (d,) whether each is known at all; otherwise it is held
+    is_known: NDArray[np.bool_]  # (d,) whether the value is known; otherwise it is held
     weight_kinect: FloatArray  # (d,) 0..1
     weight_imu: FloatArray  # (d,) 0..1
     source: NDArray[np.uint8]  # (d,), values of Source
     joints: FloatArray  # (15, 3) [m] in map
-    placed_joints: FloatArray  # (15, 3) [m] in map, by the degrees of freedom, as /tf has them
+    placed_joints: FloatArray  # (15, 3) [m] in map, from the degrees of freedom, as in /tf
     tracking_state: NDArray[np.uint8]  # (15,), of the estimate
     link_names: tuple[str, ...]
-    T_map_link: FloatArray  # (links, 4, 4), origin at the joint it turns about
+    T_map_link: FloatArray  # (links, 4, 4), origin at the joint that the link rotates about
     sensor_weight: Mapping[str, FloatArray]  # (15,) each sensor's share in each joint
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateBlock:
-    """n estimates of one person, one at least, a row each; see :class:`BodyEstimate`."""
+    """n >= 1 estimates of one person, one for each row; see :class:`BodyEstimate`."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     newest_ns: NDArray[np.int64]  # (n,) [ns]
@@ -71,7 +71,7 @@ class EstimateBlock:
         return map(self.__getitem__, range(len(self)))
 
     def rows(self, rows: slice) -> "EstimateBlock":
-        """Some of them."""
+        """A block of some rows."""
         fields = ((name, getattr(self, name)) for name in self.__dataclass_fields__)
         chosen: dict[str, Any] = {
             name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields
@@ -79,7 +79,7 @@ class EstimateBlock:
         return EstimateBlock(**chosen)
 
     def __getitem__(self, row: int) -> BodyEstimate:
-        """One of them; its arrays are the block's."""
+        """One estimate; its arrays are views of the block's."""
         return BodyEstimate(
             stamp_ns=int(self.stamps_ns[row]),
             newest_ns=int(self.newest_ns[row]),

@@ -1,4 +1,4 @@
-"""Second part of the pipeline: from observations to estimates, by the estimator of a name."""
+"""Second part of the pipeline: from observations to estimates, with the selected estimator."""
 
 from collections.abc import Callable
 
@@ -26,13 +26,13 @@ def runner_counters(parameters: FusionParameters) -> tuple[str, ...]:
 
 
 class EstimatorRunner:
-    """Runs the estimator that the parameters name, and makes estimates of its poses.
+    """Runs the estimator named in the parameters and converts its poses to estimates.
 
     Args:
         model: The body model.
         parameters: See :class:`FusionParameters`.
         counters: Declares :func:`runner_counters`.
-        make: Makes the estimator; its class if None.
+        make: Factory of the estimator; its class if None.
 
     Raises:
         ParameterError: If the estimator cannot work with the parameters.
@@ -57,7 +57,7 @@ class EstimatorRunner:
         self._sensor_to_segment: SensorsToSegments = {}
 
     def update(self, observation: Observation) -> PoseBlock | None:
-        """The poses that an observation completes; a new body starts a new estimator."""
+        """Process an observation; return its poses. A new body shape starts a new estimator."""
         if self._estimator is None or observation.shape is not self._shape:
             self._shape = observation.shape
             self._estimator = self._make(
@@ -70,7 +70,7 @@ class EstimatorRunner:
         return self._estimator.block_of(poses, [observation.newest_ns] * len(poses))
 
     def estimates(self, poses: PoseBlock | None) -> list[EstimateBlock]:
-        """What is published of poses: none or one block."""
+        """Convert poses to estimates: no block or one."""
         if poses is None or self._shape is None:
             return []
         block = self._output.estimates(poses, self._shape)
@@ -87,12 +87,12 @@ class EstimatorRunner:
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
-        """How the IMUs sit that are aligned now."""
+        """Sensor-to-segment rotations of the aligned IMUs."""
         return {} if self._estimator is None else self._estimator.sensor_to_segment
 
     @property
     def tracker_delays_ns(self) -> dict[str, int]:
-        """Delay of each sensor's tracker [ns], by which its stamps are to be taken back."""
+        """Delay of each sensor's tracker [ns], to subtract from its stamps."""
         delays_s = None if self._estimator is None else self._estimator.tracker_delays_s
         if delays_s is None:
             return {}
@@ -107,7 +107,7 @@ class EstimatorRunner:
         return () if self._estimator is None else self._estimator.imu_uses
 
     def flush(self, newest_ns: int) -> list[EstimateBlock]:
-        """What is left to be published when the streams have ended: none or one block.
+        """The remaining estimates, after the end of the streams: no block or one.
 
         Args:
             newest_ns: Stamp of the newest sample of any source [ns].
@@ -118,12 +118,12 @@ class EstimatorRunner:
         return self.estimates(self._estimator.block_of(poses, [newest_ns] * len(poses)))
 
     def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> list[EstimateBlock]:
-        """The estimate of a later instant, as far as it is known; the estimator stays as it is.
+        """Predict the estimate to a later instant without changing the estimator.
 
         Args:
             stamp_ns: The instant [ns].
             newest_ns: Stamp of the newest sample of any source [ns].
-            readings: Of the IMUs at that instant, extrapolated by their gyroscopes.
+            readings: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
         pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, readings)
         if self._estimator is None or pose is None:

@@ -1,4 +1,4 @@
-"""What the sensors say of one instant."""
+"""All measurements at one instant."""
 
 from dataclasses import dataclass
 
@@ -12,12 +12,12 @@ from pose_core.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class Observation:
-    """What the sensors say of one instant, in ``map``, and of whom."""
+    """All measurements of one person at one instant, in ``map``."""
 
     stamp_ns: int  # [ns]
-    newest_ns: int  # [ns] stamp of the newest sample of any source that had come by then
-    shape: BodyShape  # the person's measures; another object is another body
-    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where a sensor says nothing
+    newest_ns: int  # [ns] stamp of the newest sample of any source received by then
+    shape: BodyShape  # the person's body measures; another object is another body
+    positions: FloatArray  # (sensors, 15, 3) [m]; NaN where not measured
     tracking_state: NDArray[np.uint8]  # (sensors, 15), values of TrackingState
-    cameras: FloatArray  # (sensors, 3) [m] where the sensors stand; NaN not placed
-    readings: ImuStates  # of all IMUs, each in its own world
+    cameras: FloatArray  # (sensors, 3) [m] positions of the sensors; NaN if unknown
+    readings: ImuStates  # of all IMUs, each in its own reference frame

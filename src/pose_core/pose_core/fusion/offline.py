@@ -1,4 +1,4 @@
-"""A whole recording's samples in, its estimates out."""
+"""Estimation over the samples of a whole recording."""
 
 from collections.abc import Iterable, Sequence
 
@@ -18,12 +18,12 @@ def fuse(
     """Estimate one person's pose over a recording.
 
     Args:
-        samples: Of all sensors, in the order of arrival.
-        extrinsics: Where the sensors stand and how their clocks run.
-        parameters: The estimator and its settings; the default one on these sensors if None.
+        samples: Samples of all sensors, in the order of arrival.
+        extrinsics: Poses of the sensors and their clocks.
+        parameters: The estimator and its settings; if None, the default one with these sensors.
 
     Returns:
-        Each degree of freedom over time with its standard deviation; no rows if there was no pose.
+        Degrees of freedom over time with standard deviations; no rows if there was no pose.
     """
     parameters = parameters or FusionParameters(sensors=extrinsics.sensors)
     pipeline = FusionPipeline(parameters, extrinsics)
@@ -32,7 +32,7 @@ def fuse(
 
 
 def series_of_estimates(estimates: Sequence[BodyEstimate]) -> EstimateSeries:
-    """Estimates as arrays."""
+    """Convert estimates to arrays."""
     return estimate_series(
         estimates,
         estimates[0].dof_names if estimates else (),

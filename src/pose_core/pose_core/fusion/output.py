@@ -1,4 +1,4 @@
-"""The chain's last part: from an estimator's poses to what is published of a person."""
+"""Last part of the pipeline: from an estimator's poses to published estimates."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,24 +21,24 @@ from pose_core.kernels.output import OutputBody, PoseOutput, output_states
 from pose_core.kernels.output_blending import make_blending
 from pose_core.streams.samples import FloatArray
 
-TRACKED_STDDEV = 0.25  # [m] of a joint that counts as tracked, over its three axes
-INFERRED_STDDEV = 0.60  # [m] of one that is known at all
-MEASURED = 1.0  # [1/rad²] information on a link that is measured
+TRACKED_STDDEV = 0.25  # [m] bound for TRACKED, over the three axes
+INFERRED_STDDEV = 0.60  # [m] bound for INFERRED, over the three axes
+MEASURED = 1.0  # [1/rad²] information on a link that counts as measured
 
 
-LARGEST_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an angle that may be anything, 104°
+LARGEST_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
 LEAST_STDDEV = np.radians(0.5)  # [rad] of an angle
-START_STDDEV = np.radians(30.0)  # [rad] of the angles, from which on a pose is published
+START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
 
 
 def joint_stddev(states: StateNumbers, numbers: ModelArrays) -> FloatArray:
     """Standard deviation of each joint's position over its three axes, (n, joints) [m].
 
-    A joint at p in a link whose rotation is off by a small vector with covariance C is off by
-    tr(C) |p|² − pᵀ C p; the deviations of a chain's links add up from the root on.
+    If the rotation of a link has a small error with covariance C, a joint at p in it has the
+    variance tr(C) |p|² − pᵀ C p. The variances of a chain's links are summed from the root on.
 
     Args:
-        states: n rows; the covariances are of each link relative to its parent.
+        states: n rows; the covariances are those of each link relative to its parent.
         numbers: The body model.
     """
     count, links = states.rotations.shape[:2]
@@ -61,7 +61,7 @@ def joint_stddev(states: StateNumbers, numbers: ModelArrays) -> FloatArray:
 
 
 def tracking_states(states: StateNumbers, numbers: ModelArrays) -> NDArray[np.uint8]:
-    """Tracking state of each joint of the estimate, (n, joints): tracked if it is measured now."""
+    """Tracking state of each estimated joint, (n, joints): TRACKED requires a measurement."""
     stddev = joint_stddev(states, numbers)
     information = np.trace(states.information.sum(axis=1), axis1=2, axis2=3)
     is_measured = (information > MEASURED)[:, numbers.link_of_joint]
@@ -72,7 +72,7 @@ def tracking_states(states: StateNumbers, numbers: ModelArrays) -> NDArray[np.ui
 
 
 class Output:
-    """Makes estimates of poses; a body's angles go on from one block to the next."""
+    """Converts poses to estimates; the angles of a body are continuous from block to block."""
 
     def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
         self._model = model
@@ -82,11 +82,11 @@ class Output:
         self._states: _StateOutput | None = None
 
     def estimates(self, block: PoseBlock, shape: BodyShape) -> EstimateBlock | None:
-        """What is published of poses; None before the pose is known.
+        """Convert poses to estimates; None before the pose is known.
 
         Args:
-            block: Of one body.
-            shape: That body's; another one's angles begin anew.
+            block: Poses of one body.
+            shape: Body measures; other measures start the angles anew.
         """
         if isinstance(block, EstimateBlock):
             return block
@@ -97,12 +97,12 @@ class Output:
 
 
 class _StateOutput:
-    """Turns a segment filter's states into the model's degrees of freedom, continuously.
+    """Converts the filter's states to continuous degrees of freedom of the body model.
 
     Args:
         model: The body model.
-        shape: The person's measures.
-        calibrations: How much the filter's variances are worth.
+        shape: The person's body measures.
+        calibrations: Calibration of the filter's variances.
         sensors: Their names.
     """
 
@@ -125,12 +125,12 @@ class _StateOutput:
         )
         self._output_states = type_specialised(output_states)
         self._blending = make_blending(model.size)
-        # A straight limb's turn about itself need not be known.
+        # The axial rotation of a straight limb may be unknown.
         self._must_be_known = np.array([not name.endswith("rotation") for name in model.dof_names])
         self._has_begun = False
 
     def estimates(self, block: StateBlock) -> EstimateBlock | None:
-        """What is published of states, from the first on that is known well enough."""
+        """Convert states to estimates, starting with the first one that is certain enough."""
         estimates = self._estimates(block)
         if self._has_begun:
             return estimates

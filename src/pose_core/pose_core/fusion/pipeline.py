@@ -1,9 +1,9 @@
 """The pipeline from samples to estimates, the same class live and offline.
 
-Samples of several Kinects are brought into ``map``, used first to measure the body and then handed
-to the estimator, with the IMUs' orientations of the same instant. An estimator that wants all
-sensors at common instants gets them aligned in time (li2020 (2)); any other gets each sensor's
-frame as it comes. What comes out depends on the samples alone, never on a clock.
+Samples of the Kinects are transformed to ``map``. The first ones are used to measure the body; then
+all are passed to the estimator, with the IMUs' orientations at the same instant. An estimator that
+needs all sensors at common instants gets them aligned in time (li2020 (2)); any other gets the
+frames of the sensors one by one. The output depends only on the samples, never on a clock.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -28,18 +28,18 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
-JUMP_BACK_NS = NS_PER_S  # [ns] further back than this, a recording has begun anew
+JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
 
 
-LONGEST_BACKLOG_NS = 50_000_000  # [ns] what is older is not published
+LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 
 
 class OutputGrid:
-    """Instants of one period, each given once, in strictly increasing order.
+    """Regular grid of output instants, in strictly increasing order.
 
     Args:
-        rate: [Hz].
-        longest_gap_s: [s] after the last known state nothing is published.
+        rate: Rate of the grid [Hz].
+        longest_gap_s: Time [s] after the last known state from which on nothing is published.
     """
 
     def __init__(self, rate: float, longest_gap_s: float) -> None:
@@ -48,7 +48,7 @@ class OutputGrid:
         self._last_ns: int | None = None
 
     def before(self, stamp_ns: int) -> Iterator[int]:
-        """Those before an instant [ns], of a recording; of a long gap, the first ones."""
+        """Instants of a recording before ``stamp_ns``; in a long gap only the first ones."""
         last_ns = self._last_ns
         if last_ns is None or stamp_ns < last_ns - JUMP_BACK_NS:
             self._last_ns = (stamp_ns - 1) // self.period_ns * self.period_ns
@@ -63,10 +63,10 @@ class OutputGrid:
         self._last_ns = max(self._last_ns or end_ns, end_ns)
 
     def until(self, now_ns: int, longest_backlog_ns: int) -> tuple[range, int]:
-        """Those up to now [ns], live, of a backlog the newest ones; and how many are left out.
+        """Live instants up to now [ns], the newest ones of a backlog; and the number omitted.
 
-        The grid lies a quarter of a period before the first call's now, so that calls of the same
-        period find one instant each.
+        The grid starts a quarter of a period before the ``now`` of the first call, so that calls
+        with the same period find one instant each.
         """
         if self._last_ns is None or now_ns < self._last_ns - JUMP_BACK_NS:
             self._last_ns = now_ns - self.period_ns // 4 - self.period_ns
@@ -80,21 +80,21 @@ class OutputGrid:
 
 
 def has_output_rate(parameters: FusionParameters) -> bool:
-    """Whether estimates come at ``output_rate``; otherwise once for each frame."""
+    """Whether estimates are made at ``output_rate``; otherwise one for each frame."""
     can_predict = estimator_class(parameters.estimator).CAN_PREDICT
     return can_predict and parameters.output_rate > 0.0
 
 
 class FusionPipeline:
-    """Turns skeleton and IMU samples into estimates of one person's pose.
+    """Estimates one person's pose from skeleton and IMU samples.
 
     Args:
         parameters: See :class:`FusionParameters`.
-        extrinsics: Where the sensors are; may come later (:meth:`place_sensors`).
-        shape: The person's measures; measured from the first samples if None.
-        is_live: Whether estimates are asked for by :meth:`publish_until`; otherwise, of a
-            recording, they come with the samples.
-        make_estimator: Makes the estimator; the class that the parameters name if None.
+        extrinsics: Poses of the sensors; may be set later (:meth:`place_sensors`).
+        shape: The person's body measures; measured from the first samples if None.
+        is_live: Whether the caller requests estimates with :meth:`publish_until`. Otherwise,
+            for a recording, they are returned when samples are added.
+        make_estimator: Factory of the estimator; the class named in the parameters if None.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ class FusionPipeline:
 
     @property
     def shape(self) -> BodyShape | None:
-        """The person's measures, once they are known."""
+        """The person's body measures, once they are known."""
         return self._preprocessor.shape
 
     @property
@@ -151,12 +151,12 @@ class FusionPipeline:
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
-        """How the IMUs sit that are aligned now."""
+        """Sensor-to-segment rotations of the aligned IMUs."""
         return self._runner.sensor_to_segment
 
     @property
     def silent_imus(self) -> tuple[str, ...]:
-        """Segments whose IMU sends nothing any more, while another source does."""
+        """Segments whose IMU has stopped sending while another source still sends."""
         return self.imus.silent(self._preprocessor.newest_ns)
 
     def _unused(self, segment: str) -> ImuUse:
@@ -170,23 +170,23 @@ class FusionPipeline:
 
     @property
     def aligner(self) -> TimeAligner:
-        """Brings all sensors to common instants, if the estimator wants that."""
+        """Interpolates all sensors to common instants, if the estimator needs this."""
         return self._preprocessor.aligner
 
     @property
     def status(self) -> str:
-        """State of the pipeline, as text for people."""
+        """State of the pipeline, as human-readable text."""
         return self._preprocessor.status
 
     @property
     def holds_frames(self) -> bool:
-        """Whether a frame waits for another sensor's that should come before it."""
+        """Whether a frame waits for an earlier frame of another sensor."""
         return self._preprocessor.holds_frames
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on; see :meth:`Observer.place_sensors`.
 
-        Estimates of the past are not made.
+        Past instants are not estimated.
         """
         self._preprocessor.place_sensors(extrinsics)
 
@@ -199,23 +199,23 @@ class FusionPipeline:
         self._preprocessor.clocks = clocks
 
     def use_shape(self, shape: BodyShape) -> None:
-        """Track a body of these measures from now on."""
+        """Use these body measures from now on."""
         self._preprocessor.shape = shape
 
     def add(self, sample: SkeletonSample | ImuSample | ImuBlock) -> list[BodyEstimate]:
         """Add one person's joints from one sensor, or IMU samples.
 
         Returns:
-            The estimates that this completes; none if there is an :attr:`outlet`.
+            The estimates that are now complete; none if there is an :attr:`outlet`.
         """
         return self._estimated(self._preprocessor.add(sample))
 
     def wait_no_longer(self) -> list[BodyEstimate]:
-        """Go on without the frames that others wait for: a live caller's patience has ended."""
+        """Process frames that wait for earlier ones: a live caller waits no longer."""
         return self._estimated(self._preprocessor.wait_no_longer())
 
     def flush(self) -> list[BodyEstimate]:
-        """Wait for nothing more: the streams have ended."""
+        """Process everything that is left, after the end of the streams."""
         estimates = self._estimated(self._preprocessor.flush())
         newest_ns = self._preprocessor.newest_ns
         if self._grid is not None and not self._is_live:
@@ -223,14 +223,14 @@ class FusionPipeline:
         return estimates + self._published(self._runner.flush(newest_ns))
 
     def publish_until(self, now_ns: int) -> list[BodyEstimate]:
-        """The estimates of the output's instants up to now, predicted from what has come.
+        """Estimates at the output instants up to now, predicted from the samples received.
 
         Args:
             now_ns: Now [ns], on the reference sensor's clock.
 
         Returns:
-            None of an instant at which there is no pose, or none any more; of a backlog the
-            newest, the others are counted as ``outputs_skipped``.
+            No estimate for an instant without a pose. Of a backlog only the newest instants;
+            the others are counted as ``outputs_skipped``.
         """
         if self._grid is None:
             return []
@@ -240,13 +240,13 @@ class FusionPipeline:
         return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
-        """The estimate of an instant of one's own choice; instants are to increase.
+        """The estimate at any instant; the instants of successive calls must increase.
 
         Args:
             stamp_ns: The instant [ns], on the reference sensor's clock.
 
         Returns:
-            None while there is no pose, or none any more.
+            None if there is no pose at this instant.
         """
         self.calibrate_session()
         readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
@@ -256,7 +256,7 @@ class FusionPipeline:
     def calibrate_session(self) -> None:
         """Calibrate the session with the last frame, whose estimate has been published before.
 
-        Otherwise done when the next sample comes: a live caller has it done while it waits. The
+        Otherwise this is done with the next sample; a live caller does it while it waits. The
         estimates are the same.
         """
         self._preprocessor.calibrate_session()

@@ -17,11 +17,11 @@ from pose_core.streams.samples import FloatArray
 
 @dataclass(kw_only=True)
 class FusedPose:
-    """A pose in the model's degrees of freedom, with provenance; arrays over d of them."""
+    """A pose in the model's d degrees of freedom, with provenance."""
 
     position: FloatArray  # [m], [rad]; the root's rotation is the vector of R_map_body
     velocity: FloatArray
-    variance: FloatArray  # NaN: not known
+    variance: FloatArray  # NaN: unknown
     weight_kinect: FloatArray
     weight_imu: FloatArray
     source: NDArray[np.uint8]
@@ -31,12 +31,12 @@ class FusedPose:
 
 
 EstimatedPose: TypeAlias = FusedPose | StateNumbers
-"""A pose with its joint angles, or a filter's state, from which they are yet to be extracted."""
+"""A pose with joint angles, or a filter's state, from which they have to be extracted."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimedPose:
-    """A pose and when it was."""
+    """A pose with its stamp."""
 
     stamp_ns: int  # [ns]
     tracking_state: NDArray[np.uint8]  # (sensors, 15)
@@ -44,7 +44,7 @@ class TimedPose:
 
 
 def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
-    """A pose of an observation's instant."""
+    """A pose at an observation's instant."""
     return TimedPose(
         stamp_ns=observation.stamp_ns, tracking_state=observation.tracking_state, pose=pose
     )
@@ -52,7 +52,7 @@ def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
 
 @dataclass(frozen=True, kw_only=True)
 class StateBlock:
-    """n states of one body's filter, one at least."""
+    """n >= 1 states of one body's filter."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     newest_ns: NDArray[np.int64]  # (n,) [ns] stamp of the newest sample of any source by then
@@ -61,7 +61,7 @@ class StateBlock:
 
 
 PoseBlock: TypeAlias = EstimateBlock | StateBlock
-"""Estimates, or states of which :class:`pose_core.fusion.output.Output` makes them."""
+"""Estimates, or states that :class:`pose_core.fusion.output.Output` converts to estimates."""
 
 
 def block_of_poses(
@@ -70,11 +70,11 @@ def block_of_poses(
     model: BodyModel,
     sensors: Sequence[str],
 ) -> PoseBlock:
-    """Poses of one estimator as a block.
+    """Combine poses of one estimator to a block.
 
     Args:
-        poses: n poses and their instants, one at least.
-        newest_ns: Of each, stamp of the newest sample of any source by then [ns].
+        poses: n >= 1 poses with their stamps.
+        newest_ns: For each, stamp of the newest sample of any source by then [ns].
         model: The body model.
         sensors: Names, in the order of the poses' weights.
     """
@@ -119,13 +119,13 @@ def link_transforms(
     joints: FloatArray,
     turns_about: NDArray[np.int64],
 ) -> FloatArray:
-    """The links' transforms: each has its origin at the joint that it turns about.
+    """Transforms of the links; the origin of each is the joint that it rotates about.
 
     Args:
-        position: Degrees of freedom, the root's place [m] first, shape (n, d).
+        position: Degrees of freedom, the root's position [m] first, shape (n, d).
         rotations: ``R_map_link``, shape (n, links, 3, 3).
         joints: In map [m], shape (n, 15, 3).
-        turns_about: The joint of each link, shape (links,); −1 of the root.
+        turns_about: The joint of each link, shape (links,); −1 for the root.
 
     Returns:
         ``T_map_link``, shape (n, links, 4, 4).
@@ -139,5 +139,5 @@ def link_transforms(
 
 
 def stacked(rows: Sequence[NDArray[Any]]) -> NDArray[Any]:
-    """One after the other, in contiguous rows; one alone is not copied for that."""
+    """Stack arrays in contiguous rows; a single array is not copied."""
     return np.ascontiguousarray(rows[0])[None] if len(rows) == 1 else np.array(rows)

@@ -1,6 +1,6 @@
-"""First half of the pipeline: from samples to observations, and session calibration.
+"""First part of the pipeline: from samples to observations, and session calibration.
 
-The trackers' delays are all that the estimator feeds back.
+The only feedback from the estimator are the delays of the trackers.
 """
 
 from collections.abc import Iterator, Mapping
@@ -45,8 +45,8 @@ COUNTERS = (
 class Preprocessor:
     """Transforms the sensors' samples to ``map``, orders them and measures the body.
 
-    Observations are generated one by one: session calibration on a frame is done when the next
-    frame is asked for, so that the frame's estimate is published before.
+    Observations are generated one by one. A frame is used for session calibration only when the
+    next frame is requested, so that its estimate is published first.
 
     Args:
         model: The body model.
@@ -63,9 +63,9 @@ class Preprocessor:
         self.extrinsics: Extrinsics | None = None
         self.clocks: Clocks = {}
         self.tracker_delays_ns: Mapping[str, int] = {}
-        """By which each sensor's stamps are taken back: a frame counts for when it was captured."""
+        """Delay of each sensor's tracker [ns], subtracted from its stamps."""
         self.shape: BodyShape | None = None
-        """The person's measures, once they are known."""
+        """The person's body measures, once they are known."""
         self.aligner = TimeAligner(
             parameters.sensors,
             max_skew_s=parameters.max_skew,
@@ -82,8 +82,8 @@ class Preprocessor:
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Use these extrinsics, and their clocks, from now on.
 
-        The body is measured from the samples of the last half minute. Observations of the past are
-        not made.
+        The body is measured from the samples of the last half minute. Past instants are not
+        observed again.
         """
         self.calibrate_session()
         self.clocks = extrinsics.clocks
@@ -109,7 +109,7 @@ class Preprocessor:
 
     @property
     def status(self) -> str:
-        """State of the pipeline, as text for people."""
+        """State of the pipeline, as human-readable text."""
         if self.extrinsics is None:
             return "waiting for extrinsics"
         return self._measurement.status if self.shape is None else "tracking"
@@ -121,15 +121,15 @@ class Preprocessor:
 
     @property
     def holds_frames(self) -> bool:
-        """Whether a frame waits for another sensor's that should come before it."""
+        """Whether a frame waits for an earlier frame of another sensor."""
         return self._frames.holds_frames
 
     def add(self, samples: SkeletonSample | ImuSample | ImuBlock) -> Iterator[Observation]:
-        """Take one person's joints from one sensor, or IMUs' orientations.
+        """Add one person's joints from one sensor, or IMU samples.
 
         Yields:
-            The observations that these complete. They are to be taken before anything else is
-            added.
+            The observations that are now complete. The caller must exhaust the iterator before it
+            adds anything else.
         """
         if isinstance(samples, SkeletonSample):
             return self._add_skeleton(samples)
@@ -155,12 +155,12 @@ class Preprocessor:
             yield from self._release()
 
     def wait_no_longer(self) -> Iterator[Observation]:
-        """Go on without the frames that others wait for: a live caller's patience has ended."""
+        """Process frames that wait for earlier ones: a live caller waits no longer."""
         self._frames.release_all()
         yield from self._release()
 
     def flush(self) -> Iterator[Observation]:
-        """Wait for nothing more: the streams have ended."""
+        """Process everything that is left, after the end of the streams."""
         self._frames.flush()
         yield from self._release(everything=True)
         self.calibrate_session()
@@ -168,7 +168,7 @@ class Preprocessor:
     def calibrate_session(self) -> None:
         """Calibrate the session with the last frame, whose estimate has been published before.
 
-        Otherwise done when the next sample comes: a live caller has it done while it waits. The
+        Otherwise this is done with the next sample; a live caller does it while it waits. The
         estimates are the same.
         """
         if self._pending is None:
@@ -181,7 +181,7 @@ class Preprocessor:
             )
 
     def readings(self, stamp_ns: int) -> ImuStates:
-        """The IMUs' readings at an instant [ns]."""
+        """The IMUs' states at an instant [ns]."""
         return self.imus.read(stamp_ns) if self.parameters.use_imus else NO_STATES
 
     def _take_skeleton(self, sample: SkeletonSample) -> None:
@@ -196,11 +196,11 @@ class Preprocessor:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
 
     def _take_imus(self, block: ImuBlock) -> Iterator[None]:
-        """Take IMUs' samples; stops wherever frames may be ready, once at least."""
+        """Add IMU samples; yields, at least once, wherever frames may be ready."""
         block = block_on_reference_clock(block, self.clocks)
         start = 0
         while start < len(block):
-            # While the cameras are silent, the IMUs alone give frames.
+            # While the cameras are silent, the IMUs give frames.
             stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
             part = block.rows(slice(start, stop)) if stop - start < len(block) else block
             self.counters.add("imu_samples_out_of_order", self.imus.add(part))
@@ -209,7 +209,7 @@ class Preprocessor:
             yield
 
     def _release(self, everything: bool = False) -> Iterator[Observation]:
-        """Observations of the frames whose IMU samples have come, or need not be waited for."""
+        """Observations of the frames whose IMU samples have arrived or are not waited for."""
         ready = self._frames.ready
         while ready and (everything or self._is_ready(ready[0].stamp_ns)):
             self.calibrate_session()

@@ -1,4 +1,4 @@
-"""Buffer of the samples that come before the extrinsics are known."""
+"""Buffer of the samples that arrive before the extrinsics are known."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -16,10 +16,10 @@ S = TypeVar("S", SkeletonSample, Sequence[SkeletonSample])
 
 
 class SampleBuffer(deque[S | ImuBlock], Generic[S]):
-    """The samples of the last half minute: one person's skeletons or whole frames, and IMUs'.
+    """Samples of the last half minute: IMUs and one person's skeletons, or whole frames.
 
     Args:
-        counters: Declares :data:`COUNTERS`, by which discarded samples are counted.
+        counters: Declares :data:`COUNTERS`, which count discarded samples.
     """
 
     def __init__(self, counters: Counters) -> None:
@@ -27,7 +27,7 @@ class SampleBuffer(deque[S | ImuBlock], Generic[S]):
         self._counters = counters
 
     def add(self, sample: S | ImuBlock) -> None:
-        """Append a sample, which is not empty, and discard those that are too old."""
+        """Append a non-empty sample, and discard those that are too old."""
         self.append(sample)
         while abs(_stamp_ns(sample) - _stamp_ns(self[0])) > LONGEST_NS:
             discarded = self.popleft()

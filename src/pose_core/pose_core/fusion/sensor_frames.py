@@ -28,8 +28,8 @@ class SensorsInMap:
     """The sensors' poses in map, and their frames transformed by them.
 
     Args:
-        sensors: Their names, in their order.
-        extrinsics: Their poses; None: not known yet.
+        sensors: Names of the sensors, in order.
+        extrinsics: Poses of the sensors; None: not known yet.
     """
 
     def __init__(self, sensors: Sequence[str], extrinsics: Extrinsics | None) -> None:
@@ -40,7 +40,7 @@ class SensorsInMap:
                 self._T_map_sensor[self._index[sensor]] = extrinsics.T_map_sensor(sensor)
         self._into_map = type_specialised(transform_to_map)
         self.places: FloatArray = np.ascontiguousarray(self._T_map_sensor[:, :3, 3])
-        """(sensors, 3) [m]; NaN those that the extrinsics do not place."""
+        """Positions of the sensors in map, (sensors, 3) [m]; NaN if unknown."""
 
     def transform(self, frame: AlignedFrame) -> SensorFrame:
         """Transform a frame, of some sensors or of none, to map."""

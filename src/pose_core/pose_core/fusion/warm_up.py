@@ -24,7 +24,7 @@ from pose_core.session.n_pose import shape_of
 from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame
 
-NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: an average body
+NEUTRAL = {  # [m] from mid-hip, x forward, y left, z up: an average body
     "head": (0.0, 0.0, 0.75),
     "neck": (0.0, 0.0, 0.52),
     "torso": (0.0, 0.0, 0.25),
@@ -37,7 +37,7 @@ NEUTRAL = {  # [m] from the middle of the hips, x forward, y left, z up: an aver
 }
 PLACES = {"left": (3.0, 0.0, 1.0), "right": (0.0, 3.0, 1.0)}  # [m] of the sensors, not rotated
 PERIOD_NS = 33_333_333
-FRAMES = 45  # enough for an IMU whose alignment is known to be aligned and used
+FRAMES = 45  # enough to align and use an IMU with known mounting
 
 
 def neutral_pose() -> FloatArray:
@@ -58,7 +58,7 @@ def warm_up(estimator: str, model: BodyModel) -> EstimateBlock:
     """Compile or load an estimator's kernels; does nothing the second time.
 
     Returns:
-        What was estimated last, as an example.
+        The last estimate, as an example.
     """
     key = (estimator, model.name)
     if key not in _warm:
@@ -67,10 +67,10 @@ def warm_up(estimator: str, model: BodyModel) -> EstimateBlock:
 
 
 def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
-    """Run an estimator over a still body; its last estimates, if it has any."""
+    """Run an estimator over a still body; return its last estimates, if any."""
     announce_compilation()
     shape = shape_of(model, neutral_pose())
-    # The estimator that shows one sensor alone wants its name among the sensors'.
+    # Estimators of a single sensor need its name among the sensors.
     parameters = FusionParameters(estimator=estimator, sensors=tuple(PLACES))
     sensors = SensorsInMap(parameters.sensors, _extrinsics())
     counters = Counters(*runner_counters(parameters))

@@ -1,1 +1,1 @@
-"""Body-worn IMUs: readings, alignment with the segments, weighting: zhang2015."""
+"""Body-worn IMUs: samples, sensor-to-segment alignment, weighting of zhang2015."""

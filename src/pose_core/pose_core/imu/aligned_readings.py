@@ -1,4 +1,4 @@
-"""Sensor-to-segment alignment for estimators that have no states for it."""
+"""Sensor-to-segment alignment for estimators that do not have it in their state."""
 
 from collections.abc import Mapping
 
@@ -15,15 +15,15 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
-AXIS_STDDEV, TURN_STDDEV = 0.15, 0.5  # [rad] of a link that an estimator follows; about itself
-LONGEST_STEP_S = 0.1  # [s] that one instant stands for
+AXIS_STDDEV, TURN_STDDEV = 0.15, 0.5  # [rad] of an estimated link: of its axis, about its axis
+LONGEST_STEP_S = 0.1  # [s] upper bound of the time that one instant stands for
 
 
 class AlignedReadings:
-    """Aligns IMUs with the links of any estimator, and keeps improving the alignment.
+    """Aligns IMUs with the links of any estimator, and continuously refines the alignment.
 
     Args:
-        model: The body model: which link a segment is.
+        model: The body model, which maps segments to links.
     """
 
     def __init__(self, model: BodyModel) -> None:
@@ -45,12 +45,12 @@ class AlignedReadings:
         self._sensor_to_segment = alignments
 
     def observe(self, stamp_ns: int, states: ImuStates, R_map_links: FloatArray) -> None:
-        """Update the alignment by one instant.
+        """Update the alignment with one instant.
 
         Args:
             stamp_ns: The instant [ns].
-            states: The IMUs' readings.
-            R_map_links: The estimator's links by cameras alone, (links, 3, 3).
+            states: The IMUs' states.
+            R_map_links: The estimator's link rotations from cameras only, (links, 3, 3).
         """
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns <= before_ns:
@@ -83,7 +83,7 @@ class AlignedReadings:
         use.heading_stddev = float(stddev[3])
 
     def read(self, states: ImuStates) -> dict[str, SegmentReading]:
-        """Readings of the aligned IMUs, as their segments' attitudes."""
+        """Attitudes of the segments by the aligned IMUs."""
         readings = {}
         for segment, state in states.items():
             if segment not in self._uses:
@@ -97,7 +97,7 @@ class AlignedReadings:
 
 
 def aligned_reading(state: ImuState, alignment: Alignment) -> SegmentReading:
-    """One IMU's reading, transformed to its segment."""
+    """Transform one IMU's state to its segment."""
     R_z = np.empty((3, 3))
     exponential(0.0, 0.0, alignment.heading, R_z)
     R_map_sensor = R_z @ state.R_world_sensor

@@ -1,13 +1,13 @@
-r"""Holds each IMU's orientations against its own gyroscope, before anything uses them.
+r"""Checks the orientations of each IMU against its gyroscope, before they are used.
 
-Between two samples a sensor turns by what its gyroscope integrates to,
+Between two samples, the gyroscope predicts the rotation of the sensor:
 
 .. math:: \hat q_k = q_{k-1} \otimes \exp(\tfrac{1}{2}(\omega_{k-1} + \omega_k)\,\Delta t)
 
-What is left, :math:`q_k \otimes \hat q_k^{-1}`, is a leap of the orientation in its world. A leap
-about the vertical is one of the heading, as of an IMU whose north is set anew: it is taken out of
-all later samples. An IMU that leaps again and again, or repeats one sample although it turns, is
-set aside until it has been steady for a second.
+The remainder, :math:`q_k \otimes \hat q_k^{-1}`, is a jump of the orientation in its reference
+frame. A jump about the vertical is one of the heading, for example if the IMU's north is reset: it
+is subtracted from all later samples. An IMU that jumps repeatedly, or repeats one sample although
+it rotates, is excluded until it has been steady for a second.
 """
 
 from collections.abc import Mapping
@@ -22,33 +22,33 @@ from pose_core.kernels.rotations import SMALL_ANGLE
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray, ImuBlock
 
-LONGEST_STEP_S = 0.1  # [s] after a longer gap the gyroscope says too little
-LEAST_LEAP = 0.2  # [rad] that no filter corrects an orientation by from sample to sample
+LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
+LEAST_LEAP = 0.2  # [rad] larger than the correction by any orientation filter between two samples
 SCALE_ERROR = 0.1  # [-] of a gyroscope
-STUCK_S = 0.3  # [s] for which a gyroscope that turns may repeat its rate and orientation
-MOST_TILT = 0.1  # [rad] by which a leap of the heading may tilt, too
-TOLERATED = 3.0  # [leaps] before an IMU is set aside
+STUCK_S = 0.3  # [s] for which a rotating IMU may repeat its rate and orientation
+MOST_TILT = 0.1  # [rad] tilt that a jump of the heading may have
+TOLERATED = 3.0  # [jumps] before an IMU is excluded
 FORGIVEN = 2.0  # [leaps/s]
-STEADY_NS = NS_PER_S  # [ns] without a leap, after which it is used again
+STEADY_NS = NS_PER_S  # [ns] without a jump, after which it is used again
 
 Quaternion = tuple[float, float, float, float]
 
 
 class _Memory(NamedTuple):
-    """What is known of each IMU, from sample to sample."""
+    """Memory of each IMU, from sample to sample."""
 
     stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
-    orientation: FloatArray  # (imus, 4) of the last sample, as it came
+    orientation: FloatArray  # (imus, 4) of the last sample, unchanged
     rate: FloatArray  # (imus, 3) [rad/s] of the last sample
-    same_s: FloatArray  # (imus,) [s] for which orientation and rate have been the same
-    leap_ns: NDArray[np.int64]  # (imus,) stamp of the last leap
-    leaps: FloatArray  # (imus,) that are not forgiven yet
-    heading: FloatArray  # (imus,) [rad] by which orientations are turned back about the vertical
+    same_s: FloatArray  # (imus,) [s] for which orientation and rate have been constant
+    leap_ns: NDArray[np.int64]  # (imus,) stamp of the last jump
+    leaps: FloatArray  # (imus,) number of recent jumps, decaying
+    heading: FloatArray  # (imus,) [rad] correction of orientations about the vertical
     set_aside: NDArray[np.bool_]  # (imus,)
 
 
 class GyroscopeCheck:
-    """Lets the samples through whose orientation their IMU's gyroscope confirms."""
+    """Passes the samples whose orientation agrees with their IMU's gyroscope."""
 
     def __init__(self) -> None:
         self._segments: list[str] = []
@@ -57,24 +57,24 @@ class GyroscopeCheck:
 
     @property
     def set_aside(self) -> tuple[str, ...]:
-        """Segments whose IMU is not used."""
+        """Segments whose IMU is excluded."""
         return tuple(self._segments[i] for i in np.flatnonzero(self._memory.set_aside).tolist())
 
     @property
     def leaping(self) -> tuple[str, ...]:
-        """Segments whose IMU has leapt within the last second; those set aside are among them."""
+        """Segments whose IMU has jumped within the last second, including excluded ones."""
         memory = self._memory
         recent = (memory.leap_ns > 0) & (memory.stamp_ns - memory.leap_ns <= STEADY_NS)
         return tuple(self._segments[i] for i in np.flatnonzero(recent).tolist())
 
     @property
     def headings(self) -> Mapping[str, float]:
-        """By which orientations are turned about the vertical [rad], of IMUs that have leapt."""
+        """Corrections about the vertical [rad] of IMUs whose heading has jumped."""
         leapt = np.flatnonzero(self._memory.heading).tolist()
         return {self._segments[i]: float(self._memory.heading[i]) for i in leapt}
 
     def checked(self, block: ImuBlock) -> ImuBlock:
-        """The samples that can be used, with the heading that their IMU had at first."""
+        """The accepted samples, with jumps of the heading removed."""
         new = [name for name in block.segments if name not in self._segments]
         if new:
             self._segments += new
@@ -120,8 +120,8 @@ def check_samples(
     """Check samples one after the other.
 
     Args:
-        memory: Is updated.
-        imu: Whose each is, (n,).
+        memory: Memory of the IMUs; updated.
+        imu: Index of each sample's IMU, (n,).
         stamps_ns: (n,).
         orientation: (n, 4), x y z w; turned by the heading.
         rate: (n, 3) [rad/s].
@@ -166,7 +166,7 @@ def check_samples(
 def leap(
     before: FloatArray, rate_before: FloatArray, after: FloatArray, rate: FloatArray, dt_s: float
 ) -> tuple[float, float, float]:
-    """How an orientation has leapt against the gyroscope.
+    """Jump of an orientation relative to the gyroscope's prediction.
 
     Args:
         before: Orientation of the last sample, (4,) x y z w.
@@ -176,8 +176,8 @@ def leap(
         dt_s: The time between them [s].
 
     Returns:
-        The leap's angle [rad], 0 within what a sensor may err by; its tilt and its turn about the
-        vertical [rad].
+        Angle of the jump [rad], 0 within the sensor's errors; its tilt [rad] and its rotation about
+        the vertical [rad].
     """
     x = 0.5 * dt_s * (rate_before[0] + rate[0])
     y = 0.5 * dt_s * (rate_before[1] + rate[1])
@@ -204,7 +204,7 @@ def leap(
 
 @compiled_in_place
 def is_equal(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two arrays of numbers are the same to the last bit."""
+    """Whether two arrays are identical."""
     is_same = True
     for k in range(len(one)):
         is_same &= one[k] == other[k]

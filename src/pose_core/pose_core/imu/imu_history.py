@@ -1,4 +1,4 @@
-"""The recent samples of all IMUs, and their orientations at any instant within them."""
+"""Recent samples of all IMUs, and interpolation of their orientations."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -16,28 +16,28 @@ from pose_core.kernels.imu_history import (
 )
 from pose_core.streams.samples import FloatArray, ImuBlock
 
-ALIVE_NS = 200_000_000  # an IMU silent for longer is not waited for
-SAMPLES = 512  # of each IMU that are kept: half a second of the fastest
+ALIVE_NS = 200_000_000  # an IMU that is silent for longer is not waited for
+SAMPLES = 512  # stored for each IMU: half a second of the fastest
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImuState:
-    """An IMU's interpolated reading."""
+    """An IMU's interpolated state."""
 
     R_world_sensor: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in the sensor's frame
-    stddev: FloatArray  # (3,) [rad] about the world's axes
+    stddev: FloatArray  # (3,) [rad] about the axes of its reference frame
     age_s: float = 0.0  # [s] for which it is extrapolated by the gyroscope
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImuStates(Mapping[str, ImuState]):
-    """Several IMUs' readings at one instant, a row each; also by segment."""
+    """States of several IMUs at one instant, one for each row; also by segment."""
 
     segments: tuple[str, ...]
     R_world_sensor: FloatArray  # (n, 3, 3)
     angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensors' frames
-    stddev: FloatArray  # (n, 3) [rad] about the world's axes
+    stddev: FloatArray  # (n, 3) [rad] about the axes of their reference frames
     age_s: FloatArray  # (n,) [s]
 
     def __getitem__(self, segment: str) -> ImuState:
@@ -59,7 +59,7 @@ class ImuStates(Mapping[str, ImuState]):
 
 
 def states_of(states: Mapping[str, ImuState]) -> ImuStates:
-    """Single readings as rows."""
+    """Stack single states."""
     each = list(states.values())
     return ImuStates(
         segments=tuple(states),
@@ -71,9 +71,9 @@ def states_of(states: Mapping[str, ImuState]) -> ImuStates:
 
 
 class ImuHistory:
-    """Keeps the last samples of every IMU, in the order of their stamps.
+    """Stores the last samples of every IMU, in the order of their stamps.
 
-    Between two samples a reading is interpolated; after the last one, it is integrated.
+    Between two samples the state is interpolated; after the last one, the gyroscope is integrated.
     """
 
     def __init__(self) -> None:
@@ -92,7 +92,7 @@ class ImuHistory:
         self._ordered: tuple[str, ...] = ()
 
     def add(self, block: ImuBlock) -> int:
-        """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
+        """Store samples; return how many were rejected because their IMU has newer ones."""
         imus = self._rings_of(block.segments)[block.imu]
         gap_ns = np.zeros(len(self.segments), np.int64)
         rejected = self._append_samples(
@@ -109,17 +109,17 @@ class ImuHistory:
         return rejected
 
     def have_reached(self, stamp_ns: int) -> bool:
-        """Whether every IMU that is alive has a sample at or after an instant."""
+        """Whether every IMU that still sends has a sample at or after an instant."""
         return self._have_reached(self._rings, stamp_ns, ALIVE_NS)
 
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
-        """The IMUs, sorted, whose last sample is long before an instant."""
+        """The IMUs, sorted, whose last sample is too long before an instant."""
         last_ns = self._rings.stamps_ns[np.arange(len(self.segments)), self._rings.newest]
         silent = np.flatnonzero(stamp_ns - last_ns > ALIVE_NS).tolist()
         return tuple(sorted(self.segments[imu] for imu in silent))
 
     def at(self, stamp_ns: int) -> ImuStates:
-        """Every IMU's reading at an instant; IMUs without a sample nearby are left out.
+        """States of all IMUs at an instant; IMUs without a sample nearby are omitted.
 
         Sorted by segment, so that the order of arrival does not change even the rounding.
         """
@@ -138,7 +138,7 @@ class ImuHistory:
         return states if known_count == count else _rows(states, np.flatnonzero(known))
 
     def _rings_of(self, segments: tuple[str, ...]) -> NDArray[np.int64]:
-        """Which ring is whose."""
+        """Index of each IMU's ring buffer."""
         known = self._ring_rows.get(segments)
         if known is None:
             new = [name for name in segments if name not in self.segments]
@@ -176,4 +176,4 @@ def _make_rings(imus: int) -> ImuRings:
 
 
 NO_STATES = states_of({})
-"""Of no IMUs."""
+"""States of no IMUs."""

@@ -1,4 +1,4 @@
-"""All IMUs of one body: their recent samples, their readings at an instant."""
+"""All IMUs of one body: recent samples, and states at an instant."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from pose_core.streams.samples import ImuBlock
 
 
 class ImuSet:
-    """The IMUs of one body, each with orientations in its own world."""
+    """The IMUs of one body, each with orientations in its own reference frame."""
 
     def __init__(self) -> None:
         self._history = ImuHistory()
@@ -22,21 +22,21 @@ class ImuSet:
 
     @property
     def segments(self) -> Sequence[str]:
-        """Segments with an IMU's samples."""
+        """Segments with samples of an IMU."""
         return list(self._history.segments)
 
     @property
     def leaping(self) -> tuple[str, ...]:
-        """Segments whose IMU's orientation has leapt against its gyroscope in the last second."""
+        """Segments whose IMU's orientation contradicted its gyroscope within the last second."""
         return self._check.leaping
 
     @property
     def headings(self) -> Mapping[str, float]:
-        """By which the headings of IMUs that have leapt are put right [rad]."""
+        """Heading corrections [rad] of IMUs whose heading has jumped."""
         return self._check.headings
 
     def add(self, block: ImuBlock) -> int:
-        """Keep samples; how many were rejected, for they are no newer than their IMU's last."""
+        """Store samples; return how many were rejected because their IMU has newer ones."""
         self._states_at = None
         checked = self._check.checked(block)
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
@@ -45,7 +45,7 @@ class ImuSet:
         return rejected
 
     def has_reached(self, stamp_ns: int) -> bool:
-        """Whether every IMU that is alive has a sample at or after an instant."""
+        """Whether every IMU that still sends has a sample at or after an instant."""
         return self._history.have_reached(stamp_ns)
 
     def silent(self, stamp_ns: int) -> tuple[str, ...]:
@@ -54,7 +54,7 @@ class ImuSet:
         return tuple(segment for segment in silent if segment not in self._check.set_aside)
 
     def read(self, stamp_ns: int) -> ImuStates:
-        """The IMUs' readings at an instant; those of the last instant are cached."""
+        """The IMUs' states at an instant; those of the last instant are cached."""
         if not self._history.segments:
             return NO_STATES
         if self._states_at != stamp_ns:

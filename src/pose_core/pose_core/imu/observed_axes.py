@@ -1,8 +1,8 @@
-"""Axes of each segment as the cameras observe them: the long one, z, and the lateral one, y.
+"""Axes of each segment as observed by the cameras: the long axis z and the lateral axis y.
 
-The trunk's lateral axis is the shoulders' line, the pelvis' that of the hips. A limb has one where
-its knee or elbow is bent: the hinge. A forearm has none, because it rotates about its long axis
-below the elbow.
+The lateral axis of the trunk is the line through the shoulders, that of the pelvis the line through
+the hips. That of a limb is the hinge axis of its knee or elbow, if this is bent. A forearm has
+none, because it rotates about its long axis below the elbow.
 """
 
 import math
@@ -17,7 +17,7 @@ from pose_core.kernels.compiling import type_specialised
 from pose_core.streams.samples import FloatArray
 
 LEAST_BEND = math.sin(math.radians(30.0))  # [-] of a hinge whose axis is used
-HINGE_SHARPNESS = 0.35  # [-] of a hinge's axis at a right angle, against a long axis
+HINGE_SHARPNESS = 0.35  # [-] weight of a hinge axis at a right angle, relative to a long axis
 LINES = {"pelvis": ("right_hip", "left_hip"), "torso": ("right_shoulder", "left_shoulder")}
 
 
@@ -33,7 +33,7 @@ class AxisObserver:
     def of(
         self, segments: tuple[str, ...], positions: FloatArray, trunk: FloatArray
     ) -> ObservedAxes:
-        """The axes of some segments, a row each; NaN for those that the model does not know.
+        """Axes of some segments, one for each row; NaN for segments that the model does not have.
 
         Args:
             segments: Their names.
@@ -79,13 +79,13 @@ def axis_arrays(model: BodyModel) -> AxisArrays:
 
 
 def _direction(model: BodyModel, link: str) -> float:
-    """Whether a link's z points from its first joint to its second, 1, or back, −1; 0: neither."""
+    """1 if a link's z points from its first to its second joint, −1 if back, 0 if neither."""
     direction = model.joints[model.ends(link)[1]].direction
     return 0.0 if direction is None else direction[2]
 
 
 def _hinge(model: BodyModel, name: str) -> tuple[str, str] | None:
-    """The links above and below the hinge that a link has at either end, if it has one."""
+    """The links above and below the hinge at either end of a link, if there is one."""
     for link in model.links.values():
         if len(link.dof) == 1 and link.parent is not None and name in (link.parent, link.name):
             return link.parent, link.name

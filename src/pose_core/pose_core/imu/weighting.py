@@ -1,9 +1,9 @@
 r"""Kinect and IMU, weighted: zhang2015 (12), (13), on every segment that carries an IMU.
 
 Both measure one attitude with independent noise of variance σ₁² (Kinect) and σ₂² (IMU); the
-unbiased weights of least variance are w₁ = σ₂²/(σ₁²+σ₂²), w₂ = σ₁²/(σ₁²+σ₂²). While the Kinect
-does not track a segment, (w₁, w₂) = (0, 1). A limb's turn about its own axis, which no camera
-sees, comes from the IMU alone.
+unbiased weights of minimum variance are w₁ = σ₂²/(σ₁²+σ₂²), w₂ = σ₁²/(σ₁²+σ₂²). While the Kinect
+does not track a segment, (w₁, w₂) = (0, 1). A limb's axial rotation, which no camera measures,
+comes only from the IMU.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ NEARLY_PARALLEL = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Weights:
-    """Shares of the two sources, and the variance of their weighted mean."""
+    """Weights of the two sources, and the variance of their weighted mean."""
 
     kinect: float
     imu: float
@@ -29,7 +29,7 @@ class Weights:
 def minimum_variance_weights(
     kinect_variance: float, imu_variance: float, *, is_tracked: bool
 ) -> Weights:
-    """Weights of the two attitudes.
+    """Minimum-variance weights of the two attitudes.
 
     Args:
         kinect_variance: σ₁² [rad²].
@@ -47,23 +47,23 @@ def minimum_variance_weights(
 
 
 def fuse_trunk(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
-    """Weighted mean of two rotations of a segment that cameras see whole, shape (3, 3).
+    """Weighted mean of two full rotations of a segment, shape (3, 3).
 
-    The mean lies on the shortest way from one to the other.
+    The mean lies on the shortest rotation from one to the other.
     """
     turn = Rotation.from_matrix(R_kinect.T @ R_imu).as_rotvec()
     return R_kinect @ rotation_from_vector(imu_weight * np.asarray(turn))
 
 
 def fuse_limb(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
-    """Weighted mean of a limb's direction; the turn about it is the IMU's, shape (3, 3).
+    """Weighted mean of a limb's direction, with the axial rotation of the IMU, shape (3, 3).
 
-    The IMU's rotation is carried by the smallest turn that brings its long axis, z, to the mean
-    direction.
+    The IMU's rotation is followed by the smallest rotation that brings its long axis, z, to the
+    mean direction.
     """
     axis = np.cross(R_imu[:, 2], R_kinect[:, 2])
     sine, cosine = float(np.linalg.norm(axis)), float(R_imu[:, 2] @ R_kinect[:, 2])
-    if sine < NEARLY_PARALLEL:  # alike, or opposite: then the IMU decides
+    if sine < NEARLY_PARALLEL:  # equal or opposite: use the IMU's
         return R_imu
     angle = np.arctan2(sine, cosine)
     return rotation_from_vector((1.0 - imu_weight) * angle * axis / sine) @ R_imu
