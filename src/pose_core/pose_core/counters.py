@@ -1,10 +1,10 @@
-"""Counts of what happened to samples, by reason: nothing is dropped in silence."""
+"""Counters of events by reason, so that nothing is dropped silently."""
 
 from collections import Counter
 
 
 class Counters:
-    """Counts by name, in the order in which the names were declared.
+    """Counters by name, in the order of their declaration.
 
     Args:
         names: Every reason that can occur; an undeclared one is an error, so that a reader of

@@ -1,4 +1,4 @@
-"""Errors that a user can mend: each says what was found, what was expected, what to do."""
+"""Errors that a user can correct: each says what was found, what was expected, what to do."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 class PoseError(Exception):
-    """Anything the user can mend; the message is one complete line."""
+    """An error that the user can correct; the message is one complete line."""
 
 
 class ParameterError(PoseError):
@@ -14,12 +14,12 @@ class ParameterError(PoseError):
 
 
 class InputError(PoseError):
-    """A file, a device or a stream is missing or not what it should be."""
+    """A file, a device or a stream is missing or invalid."""
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Around whatever writes a file or a folder.
+    """Context manager around code that writes a file or a folder.
 
     Raises:
         InputError: If it cannot be written.
@@ -31,6 +31,6 @@ def writing(path: Path) -> Iterator[None]:
 
 
 def one_line(error: BaseException) -> str:
-    """What a foreign error says first, or its kind if it says nothing."""
+    """First line of any exception's message, or its type if the message is empty."""
     text = str(error).strip().splitlines()
     return text[0].rstrip(".") if text else type(error).__name__

@@ -1,4 +1,4 @@
-"""Numbers of which some may not be finite: what a file holds, and means of what is known."""
+"""Arrays with values that may not be finite: validation, and means of the finite ones."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def finite_numbers(value: Any, *shape: int) -> NDArray[np.float64] | None:
-    """An array of a value read from a file; None unless it is finite numbers of this shape."""
+    """Convert a value from a file to an array; None unless all are finite and the shape fits."""
     try:
         numbers = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
@@ -16,7 +16,7 @@ def finite_numbers(value: Any, *shape: int) -> NDArray[np.float64] | None:
 
 
 def nan_mean(values: NDArray[np.float64], axis: int = 0) -> NDArray[np.float64]:
-    """Mean along an axis of what is known; NaN, and no warning, where nothing is."""
+    """Mean along an axis, ignoring NaN; NaN, without a warning, where all are NaN."""
     known = np.isfinite(values)
     count = known.sum(axis=axis)
     total = np.where(known, values, 0.0).sum(axis=axis)
@@ -24,6 +24,6 @@ def nan_mean(values: NDArray[np.float64], axis: int = 0) -> NDArray[np.float64]:
 
 
 def mean_known(values: ArrayLike) -> float:
-    """Mean of all that is known; NaN where nothing is."""
+    """Mean of all values that are not NaN; NaN if there are none."""
     known = np.asarray(values, float)[np.isfinite(values)]
     return float(known.mean()) if len(known) else np.nan

@@ -1,4 +1,4 @@
-"""The names that all packages share: joints, segments, tracking states."""
+"""Names shared by all packages: joints, segments, tracking states."""
 
 from enum import IntEnum
 
@@ -43,11 +43,11 @@ SEGMENT_ENDS: dict[str, tuple[str, str]] = {
         )
     },
 }
-"""The joints between which cameras see a segment's direction."""
+"""The joints between which cameras observe a segment's direction."""
 
 
 class TrackingState(IntEnum):
-    """How a sensor came by a joint's position; the values of ``pose_msgs/Skeleton``."""
+    """How a joint's position was obtained; the values of ``pose_msgs/Skeleton``."""
 
     NOT_TRACKED = 0
     INFERRED = 1

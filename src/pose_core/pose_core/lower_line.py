@@ -1,4 +1,4 @@
-r"""The line below a stream of arrivals: which host time a device's clock shows.
+r"""The line below a stream of arrivals, which maps a device's clock to the host's.
 
 A sample taken at node time :math:`n` arrives at host time :math:`a = (1 + s) n + o + d` with the
 clocks' skew :math:`s`, their offset :math:`o` and a delay :math:`d \ge d_0`: the arrivals lie on or
@@ -14,11 +14,11 @@ References:
 import itertools
 from collections import deque
 
-BLOCK_NS = 500_000_000  # [ns] of each so long only the earliest arrival counts
-BLOCKS = 60  # [-] that the line is laid under: half a minute
-SKEW_BLOCKS = 4  # [-] that a first skew is taken from; until then it is 0
-STEP_BLOCKS = 3  # [-] that must all be late before the clocks are taken to have stepped
-STEP_NS = 20_000_000  # [ns] and by how much
+BLOCK_NS = 500_000_000  # [ns] of each block only the earliest arrival is used
+BLOCKS = 60  # [-] that the line is fitted to: half a minute
+SKEW_BLOCKS = 4  # [-] required for a first estimate of the skew; until then it is 0
+STEP_BLOCKS = 3  # [-] that must all be late before a step of the clocks is detected
+STEP_NS = 20_000_000  # [ns] by which they must be late
 
 Point = tuple[int, int]  # node time, arrival minus node time [ns]
 
@@ -29,10 +29,10 @@ class LowerLine:
     Args:
         max_skew: Largest relative difference between the two clocks [s/s].
         skew_blocks: Half seconds before a skew is estimated; until then it is 0.
-        step_ns: So much later than the line, lastingly, are arrivals after a step [ns].
+        step_ns: Lasting delay of arrivals after a step of the clocks [ns].
 
     Attributes:
-        skew: By how much the host's clock is faster than the node's [s/s].
+        skew: Relative rate of the host's clock to the node's, minus 1 [s/s].
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class LowerLine:
         self.restart()
 
     def restart(self) -> None:
-        """Forget everything."""
+        """Discard all arrivals."""
         self._blocks: deque[Point] = deque(maxlen=BLOCKS)
         self._block_end_ns = 0
         self._block_arrival_ns: deque[int] = deque(maxlen=STEP_BLOCKS + 1)
@@ -63,7 +63,7 @@ class LowerLine:
         return self._offset_ns + round(self.skew * (node_ns - self._origin_ns))
 
     def add(self, node_ns: int, arrival_ns: int) -> bool:
-        """Add an arrival, in order of node time; whether the clocks have stepped before it."""
+        """Add an arrival, in order of node time; return whether the clocks stepped before it."""
         point = (node_ns, arrival_ns - node_ns)
         if self._earliest is None:
             self._begin(point, arrival_ns)
@@ -87,7 +87,7 @@ class LowerLine:
         self._block_arrival_ns.append(arrival_ns)
 
     def _has_stepped(self) -> bool:
-        """Whether a host clock that was set, or lost samples, have put the line out of reach.
+        """Whether a step of the host's clock, or lost samples, made the line invalid.
 
         A burst that a driver held back is late as well, but arrives all at once.
         """
@@ -102,7 +102,7 @@ class LowerLine:
         return True
 
     def _lay(self) -> None:
-        """Lay the line anew, under the blocks' earliest arrivals."""
+        """Fit the line to the blocks' earliest arrivals."""
         hull = _lower_hull(list(self._blocks))
         if len(self._blocks) < self._skew_blocks:
             self.skew = 0.0

@@ -18,14 +18,14 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.plain_yaml import read_yaml
 
 T = TypeVar("T")
-NAME = r"[A-Za-z]\w*"  # a whole part of a topic, between slashes
-RUN = r"|[A-Za-z0-9]\w*"  # a run of a graph; it may have no name
-NAME_ENDING = r"[A-Za-z0-9]\w*"  # what comes after an underscore in it
+NAME = r"[A-Za-z]\w*"  # a whole component of a topic name
+RUN = r"|[A-Za-z0-9]\w*"  # the name of a run of a graph; may be empty
+NAME_ENDING = r"[A-Za-z0-9]\w*"  # the part of a component after an underscore
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterSpec:
-    """What is known of one parameter beside its name, type and default."""
+    """Specification of one parameter, except its name, type and default."""
 
     doc: str
     unit: str = "-"
@@ -35,12 +35,12 @@ class ParameterSpec:
 
     @property
     def is_switch(self) -> bool:
-        """Whether ``on`` and ``off`` are choices, which YAML takes for true and false."""
+        """Whether ``on`` and ``off``, which YAML reads as booleans, are choices."""
         return self.choices is not None and {"on", "off"} <= set(self.choices)
 
     @property
     def range_text(self) -> str:
-        """The allowed values, for people."""
+        """The allowed values, as human-readable text."""
         if self.choices is not None:
             return ", ".join(self.choices)
         return "" if self.limits is None else "[{:g}, {:g}]".format(*self.limits)
@@ -80,14 +80,14 @@ def specs(parameters: type | Any) -> dict[str, tuple[Any, ParameterSpec]]:
 
 
 def type_name(default: Any) -> str:
-    """A parameter's type in ROS's words."""
+    """A parameter's type as ROS names it."""
     if isinstance(default, tuple):
         return "string_array"
     return {bool: "bool", int: "integer", float: "double", str: "string"}[type(default)]
 
 
 def checked(name: str, value: Any, default: Any, spec: ParameterSpec) -> Any:
-    """The value in its declared type, or a :class:`ParameterError` that says what is wrong."""
+    """Convert a value to its declared type, or raise a :class:`ParameterError`."""
     unit = "" if spec.unit == "-" else f" {spec.unit}"
     if isinstance(default, tuple):
         if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
@@ -128,7 +128,7 @@ def from_mapping(parameters: type[T], values: Mapping[str, Any]) -> T:
 
 
 def refuse_unknown(parameters: type, names: Iterable[Any]) -> None:
-    """Raise a :class:`ParameterError` if some names are no fields of the dataclass."""
+    """Raise a :class:`ParameterError` if some names are not fields of the dataclass."""
     known = specs(parameters)
     unknown = sorted(str(name) for name in set(names) - set(known))
     if unknown:
@@ -166,7 +166,7 @@ def values_from_ros_yaml(path: Path, node: str) -> dict[str, Any]:
 
 
 def add_arguments(parser: argparse._ActionsContainer, parameters: type) -> None:
-    """Add one ``--option`` a parameter, without defaults, so that only given ones override."""
+    """Add one ``--option`` for each parameter, without defaults, so that only given ones count."""
     for name, (default, spec) in specs(parameters).items():
         option = "--" + name.replace("_", "-")
         unit = "" if spec.unit == "-" else f" [{spec.unit}]"

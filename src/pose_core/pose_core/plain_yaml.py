@@ -1,7 +1,7 @@
-"""The one reader of YAML: plain values of limited size and depth, no aliases, no key twice.
+"""The only reader of YAML: plain values of limited size and depth, no aliases, no repeated keys.
 
-A few lines of aliases expand to gigabytes, and deep nesting ends the interpreter; a key that stands
-twice would lose its first value in silence. All of these are refused.
+A few lines of aliases can expand to gigabytes, deep nesting can crash the interpreter, and a
+repeated key would silently lose its first value. All of these are refused.
 """
 
 from collections.abc import Hashable
@@ -17,7 +17,7 @@ MAX_DEPTH = 32  # [-] launch files nest 12 deep
 
 
 class PlainLoader(yaml.SafeLoader):
-    """YAML's plain types within limits; the base of loaders that need more than values."""
+    """Loader of YAML's plain types within limits; base class of loaders that need more."""
 
     def __init__(self, stream: Any) -> None:
         super().__init__(stream)
@@ -35,7 +35,7 @@ class PlainLoader(yaml.SafeLoader):
         return node
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Construct a mapping, unless one of its keys stands twice."""
+        """Construct a mapping, unless one of its keys is repeated."""
         seen = set()
         for key_node, _ in node.value:
             key = self.construct_object(key_node, deep=True)
@@ -53,20 +53,20 @@ class PlainLoader(yaml.SafeLoader):
 
 
 class PlainDumper(yaml.SafeDumper):
-    """Writes what the reader takes: a value that stands twice is written out twice."""
+    """Writes YAML for this reader: repeated values are written out, without aliases."""
 
     def ignore_aliases(self, data: Any) -> bool:
-        """Whether a value has no name: none has."""
+        """Never use aliases."""
         del data
         return True
 
 
 class YamlError(InputError):
-    """Text that is no plain YAML.
+    """Text that is not plain YAML.
 
     Attributes:
-        problem: What is wrong, without its place.
-        line: Where, counted from 1.
+        problem: What is wrong, without the position.
+        line: Line number, from 1.
     """
 
     def __init__(self, where: str, problem: str, line: int = 1) -> None:
@@ -79,8 +79,8 @@ def parse_yaml(text: str | bytes, where: str, loader: type[PlainLoader] = PlainL
 
     Args:
         text: The YAML.
-        where: What holds it, for the errors.
-        loader: Of what kind the values are.
+        where: Name of the source, for error messages.
+        loader: The loader's class.
 
     Raises:
         YamlError: If it is too large, or no plain YAML.
@@ -105,8 +105,8 @@ def read_yaml(path: Path, what: str, loader: type[PlainLoader] = PlainLoader) ->
 
     Args:
         path: The file.
-        what: What it should be, for the errors: "the calibration".
-        loader: Of what kind the values are.
+        what: What it should contain, for error messages: "the calibration".
+        loader: The loader's class.
 
     Raises:
         InputError: If it cannot be read, is too large, or no plain YAML.

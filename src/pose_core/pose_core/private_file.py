@@ -1,4 +1,4 @@
-"""Writing what is about a person: whole or not at all, and for its owner's eyes alone."""
+"""Atomic writing of files with personal data, readable only by the owner."""
 
 import os
 import tempfile
@@ -8,14 +8,15 @@ from pose_core.errors import InputError
 
 
 def write_private(path: Path, text: str, what: str, *, is_synced: bool = True) -> None:
-    """Write a file of mode 0600, whatever the umask; one that exists is replaced in one step.
+    """Write a file of mode 0600, whatever the umask; an existing one is replaced atomically.
 
-    It is on the disk before it has its name: a power cut leaves the old file or the new one.
+    The data is on the disk before the file is renamed, so a power cut leaves the old file or the
+    new one.
 
     Args:
         path: The file.
         text: Its content.
-        what: What it is, for the error: "the calibration".
+        what: What it contains, for error messages: "the calibration".
         is_synced: Whether to wait until it is on the disk.
 
     Raises:

@@ -20,5 +20,5 @@ def serialized_ns(data: bytes) -> int:
 
 
 def put_serialized_ns(data: bytearray, stamp_ns: int) -> None:
-    """Give such a message another stamp [ns]."""
+    """Replace the stamp of such a message [ns]."""
     CDR_STAMP.pack_into(data, CDR_STAMP_AT, *divmod(stamp_ns, NS_PER_S))

@@ -1,4 +1,4 @@
-"""Rigid transforms as matrices: applied to points, inverted."""
+"""Rigid transforms as matrices: application to points, inverse."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from pose_core.streams.samples import FloatArray
 
 
 def transformed(T_target_source: FloatArray, points: FloatArray) -> FloatArray:
-    """Points [m], shape (..., 3), brought to another frame."""
+    """Transform points [m], shape (..., 3), to another frame."""
     return points @ T_target_source[:3, :3].T + T_target_source[:3, 3]
 
 

@@ -1,4 +1,4 @@
-r"""Many scalar Kalman filters with constant velocity, side by side.
+r"""Independent scalar Kalman filters with constant velocity.
 
 Each channel has the state (x, ẋ) with
 
@@ -16,9 +16,9 @@ class ConstantVelocityFilter:
     """n independent channels.
 
     Args:
-        values: Where the channels begin, shape (n,).
-        stddev: Of the values at the start.
-        rate_stddev: Of their rates at the start [unit/s].
+        values: Initial values of the channels, shape (n,).
+        stddev: Initial standard deviation of the values.
+        rate_stddev: Initial standard deviation of their rates [unit/s].
         acceleration_power: q of the process noise [unit²/s³], a number or one for each channel.
     """
 
@@ -35,14 +35,14 @@ class ConstantVelocityFilter:
         self._power = np.broadcast_to(np.asarray(acceleration_power, float), (n,))
 
     def predict(self, dt_s: float) -> None:
-        """Go on by ``dt_s`` [s]."""
+        """Predict by ``dt_s`` [s]."""
         F = np.array([[1.0, dt_s], [0.0, 1.0]])
         noise = np.array([[dt_s**3 / 3.0, dt_s**2 / 2.0], [dt_s**2 / 2.0, dt_s]])
         self.mean = self.mean @ F.T
         self.covariance = F @ self.covariance @ F.T + self._power[:, None, None] * noise
 
     def update(self, measured: FloatArray, variance: FloatArray) -> None:
-        """Take a measurement of every channel's value, shape (n,); NaN: none."""
+        """Update with a measurement of every channel's value, shape (n,); NaN: none."""
         known = np.isfinite(measured)
         innovation = np.where(known, measured - self.mean[:, 0], 0.0)
         total = self.covariance[:, 0, 0] + variance

@@ -1,4 +1,4 @@
-"""The filter of li2020: 24 degrees of freedom and their rates, tracked by an unscented filter.
+"""The filter of li2020: an unscented Kalman filter of 24 degrees of freedom and their rates.
 
 State x = (DOF, rates) in R⁴⁸; F = [[I, Δt I], [0, I]] (11); h is forward kinematics; the
 measurement noise comes from the data (12), (13) and weights the sensors (14), (15).
@@ -18,15 +18,15 @@ from pose_core.body.trunk import trunk_axes
 from pose_core.parameters import parameter
 from pose_core.streams.samples import FloatArray
 
-FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is made
-LARGEST_ANGLE_STDDEV = np.radians(60.0)  # an unseen turn grows no further: sigma points would wrap
-BALL_JOINT = 3  # degrees of freedom, of which the last turns the limb about itself
-RE_REFERENCE_ANGLE = 1.0  # [rad] root rotation vectors stay well inside their chart
+FRAME_PERIOD_S = 1.0 / 30.0  # for which the constant Q is defined
+LARGEST_ANGLE_STDDEV = np.radians(60.0)  # bound of unobserved rotations: sigma points would wrap
+BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
+RE_REFERENCE_ANGLE = 1.0  # [rad] bound of the root's rotation vector, well inside its chart
 
 
 @dataclass(frozen=True, kw_only=True)
 class Li2020Parameters:
-    """What a user may tune."""
+    """Tuning parameters."""
 
     root_acceleration: float = parameter(
         5.0, unit="m/s²", limits=(0.1, 100.0), doc="`li2020`: process noise of the root's position"
@@ -58,7 +58,7 @@ class Li2020Parameters:
 
 @dataclass(frozen=True, kw_only=True)
 class FilterStep:
-    """What one update did with the measurements."""
+    """Result of one update."""
 
     sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint's measurement
     innovation: FloatArray  # (15,) [m] distance from prediction to fused measurement; NaN unseen
@@ -109,7 +109,7 @@ class Li2020Filter:
         return self._mean.copy(), self._covariance.copy()
 
     def start(self, positions: FloatArray) -> bool:
-        """Begin from one pose, shape (15, 3) [m]; False if its trunk is not seen."""
+        """Initialise from one pose, shape (15, 3) [m]; False if its trunk is not seen."""
         axes = trunk_axes(positions)
         if not np.all(np.isfinite(axes)):
             return False
@@ -124,7 +124,7 @@ class Li2020Filter:
         return True
 
     def step(self, dt_s: float, measured: FloatArray) -> FilterStep:
-        """Predict by ``dt_s`` and update with what the sensors saw at that instant.
+        """Predict by ``dt_s`` and update with the sensors' measurements.
 
         Args:
             dt_s: Time since the last step [s].
@@ -158,7 +158,7 @@ class Li2020Filter:
         return _describe_step(noise, fused - measurement.mean, measured.shape)
 
     def _process_noise(self) -> FloatArray:
-        from filterpy.common import Q_discrete_white_noise  # loads scipy.stats, see unscented
+        from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, see unscented
 
         d = self._size
         acceleration = np.full(d, self._parameters.angular_acceleration)
@@ -167,7 +167,7 @@ class Li2020Filter:
         return np.kron(block, np.diag(acceleration**2))
 
     def _bound_angles(self) -> None:
-        """Keep an unobservable turn's uncertainty where sigma points still mean something."""
+        """Bound the uncertainty of unobserved rotations, so that sigma points do not wrap."""
         d = self._size
         stddev = np.sqrt(np.diag(self._covariance)[ROOT_DOF:d])
         scale = np.ones(2 * d)
@@ -176,9 +176,9 @@ class Li2020Filter:
             self._covariance = np.outer(scale, scale) * self._covariance
 
     def _bound_turns(self) -> None:
-        """Stop a limb's turn about itself at the joint's limits.
+        """Bound the axial rotation of a limb by the joint's limits.
 
-        While the limb is straight nothing measures it, and a rate once guessed would wind it up.
+        While the limb is straight it is not measured, and a wrong rate would make it wind up.
         """
         d = self._size
         lower, upper = self.model.limits[np.array(self._turns) - ROOT_DOF].T

@@ -1,6 +1,6 @@
 r"""Measurement noise from the data, and the sensors' weighted mean: li2020 (12) to (15).
 
-A sample near the filter's prediction gets small noise, one far off gets large noise:
+A sample near the filter's prediction gets a small noise, one far from it a large noise:
 :math:`v_j = 1/p(z_j) = \sqrt{2\pi}\,\sigma_j \exp(d_j^2 / 2\sigma_j^2)`, read in metres.
 """
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from pose_core.streams.samples import FloatArray
 
-LARGEST_NOISE = 1e3  # [m] no information, and still a number
+LARGEST_NOISE = 1e3  # [m] practically no information, but finite
 LARGEST_EXPONENT = float(np.log(LARGEST_NOISE))
 
 
@@ -39,7 +39,7 @@ def fuse_measurements(
     Args:
         measured: Shape (sensors, m) [m].
         noise: Variances, shape (sensors, m) [m²]; infinite where not measured.
-        predicted: What stands in, without weight, where no sensor measured, shape (m,) [m].
+        predicted: Values used where no sensor measured, shape (m,) [m].
 
     Returns:
         z, shape (m,) [m], and the diagonal of R, shape (m,) [m²].

@@ -1,7 +1,7 @@
 """The unscented transform: li2020 (3) to (10), all sigma points at once.
 
-The weights are filterpy's (Van der Merwe 2004); the points and the sums over them are made by whole
-matrices here, since filterpy makes them, and calls the models, once a point.
+The weights are filterpy's (Van der Merwe 2004). The points and the sums over them are computed with
+matrices here, whereas filterpy processes one point at a time.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Moments:
 
 
 class UnscentedTransform:
-    """Sigma points of a Gaussian and the moments of what becomes of them.
+    """Sigma points of a Gaussian, and the moments of transformed points.
 
     Args:
         size: Dimension n of the state; there are 2n + 1 points.
@@ -34,7 +34,7 @@ class UnscentedTransform:
     """
 
     def __init__(self, size: int, *, alpha: float = 0.1) -> None:
-        # Loads all of scipy.stats for a second, which only this filter's users should wait for.
+        # Imports all of scipy.stats, which takes a second: only when this filter is used.
         from filterpy.kalman import MerweScaledSigmaPoints
 
         weights = MerweScaledSigmaPoints(size, alpha, BETA, KAPPA)
@@ -50,7 +50,7 @@ class UnscentedTransform:
         """
         from scipy.linalg import cholesky  # loads as long
 
-        # What filterpy does a point at a time.
+        # filterpy does this one point at a time.
         spread = cholesky(self._scale * covariance, check_finite=False)
         return np.concatenate([mean[None], mean + spread, mean - spread])
 

@@ -1,4 +1,4 @@
-"""The frames of a body's URDF, by name, and where they are."""
+"""Frames of a body's URDF: names and poses."""
 
 import numpy as np
 
@@ -53,10 +53,10 @@ class BodyFrames:
         )
 
     def places(self, T_map_link: FloatArray, angles: FloatArray, joints: FloatArray) -> FloatArray:
-        """Where they are: the body in map, all others in the body.
+        """Compute the frames' poses: the body's in map, all others relative to the body.
 
         Args:
-            T_map_link: Of n instants, shape (n, links, 4, 4).
+            T_map_link: Transforms at n instants, shape (n, links, 4, 4).
             angles: The degrees of freedom, shape (n, d).
             joints: In map, shape (n, 15, 3) [m].
 

@@ -1,7 +1,8 @@
-"""A limb's turn about itself that its bent hinge shows: the plane of the two bones.
+"""Axial rotation of a limb from the plane of its bent hinge.
 
-A hinge bends in one plane only. Where it is well bent, the plane tells the turn of the upper bone
-exactly; where it is straight, it tells nothing. In between, both share.
+A hinge bends in one plane only. If it is well bent, the plane of the two bones determines the axial
+rotation of the upper bone; if it is straight, the plane is undefined. In between, the plane has a
+partial weight.
 """
 
 import numpy as np
@@ -9,11 +10,11 @@ import numpy as np
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.kernels.hinge_plane import Hinges
 
-STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a bend: up to it the plane says nothing
-BENT = float(np.sin(np.radians(30.0)))  # [-] from which on it counts alone
+STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a flexion: no weight below
+BENT = float(np.sin(np.radians(30.0)))  # [-] sine of a flexion: full weight above
 
 
 def hinges_of(tree: SegmentTree) -> Hinges:
-    """The hinges by whose planes limbs are turned about themselves; no bone changes direction."""
+    """The hinges whose planes determine the axial rotation of limbs."""
     parents, links, signs = tree.hinge_arrays
     return Hinges(parents=parents, links=links, signs=signs, straight=STRAIGHT, bent=BENT)

@@ -1,4 +1,4 @@
-"""Degrees of freedom straight from joint positions: where a filter starts.
+"""Degrees of freedom directly from joint positions, to initialise a filter.
 
 The inverse of the chain R_y(−flexion) R_x(±abduction) R_z(∓rotation) of a limb: its direction gives
 flexion and abduction, the next bone's direction gives rotation and the hinge's flexion.
@@ -13,9 +13,9 @@ from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.rotations import logarithm
 from pose_core.streams.samples import FloatArray
 
-STRAIGHT = np.radians(15.0)  # a limb straighter than that says nothing of its own rotation
+STRAIGHT = np.radians(15.0)  # a straighter limb does not determine its axial rotation
 LIMBS = (
-    # upper joint, hinge, end, ball joint's and hinge's names, way the hinge bends along x
+    # upper joint, hinge, end, names of ball joint and hinge, sign of the hinge's bend along x
     ("shoulder", "elbow", "hand", "shoulder", "elbow", 1.0),
     ("hip", "knee", "foot", "hip", "knee", -1.0),
 )
@@ -29,13 +29,13 @@ def dof_from_positions(
     Args:
         model: Any model that has the limbs' degrees of freedom of li2020; further ones stay zero.
         positions: Joint positions [m] in map, shape (15, 3); a limb with a NaN joint stays
-            neutral as far as it cannot be told.
-        R_reference: What the root's zero rotation vector stands for; by default the trunk itself,
+            neutral as far as it is not determined.
+        R_reference: Rotation of the root's zero rotation vector; by default the trunk's,
             so that the root's rotation vector is zero.
 
     Returns:
         Degrees of freedom [m], [rad], shape (d,). The root's rotation vector is zero unless
-        ``R_reference`` is given. NaN where the trunk cannot be told.
+        ``R_reference`` is given. NaN where the trunk is not determined.
     """
     R_map_body = trunk_axes(positions)
     dof = np.zeros(model.size)
@@ -90,7 +90,7 @@ def _limb_angles(
     )
     across = swing.T @ (second / np.linalg.norm(second))
     hinge_flexion = np.arctan2(np.hypot(across[0], across[1]), -across[2])
-    # The hinge moves the end along ±x of the limb: turning the limb points it there.
+    # The hinge moves the end along ±x of the limb, which determines the limb's axial rotation.
     about_z = np.arctan2(bend * across[1], bend * across[0])
     rotation = -outward * about_z if hinge_flexion > STRAIGHT else 0.0
     return float(flexion), float(abduction), float(rotation), float(hinge_flexion)

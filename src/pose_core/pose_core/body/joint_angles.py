@@ -1,4 +1,4 @@
-r"""Joint angles measured on joint positions, alike for every method (docs/conventions.md).
+r"""Joint angles from joint positions, the same for every method (docs/conventions.md).
 
 Lateral axis :math:`y = unit(left\_hip - right\_hip)`, up axis :math:`z` = the part of (neck −
 mid-hip) orthogonal to it, :math:`x = y \times z`. A limb :math:`t` in these axes has
@@ -32,13 +32,13 @@ ABDUCTION_OF: dict[str, str] = {
     for side in SIDES
     for joint in ("hip", "shoulder")
 }
-"""The abduction beyond which a flexion says nothing: the limb points sideways."""
+"""The abduction beyond which flexion is undefined, because the limb points sideways."""
 
 LIMBS = {"hip": ("hip", "knee", "foot", "knee"), "shoulder": ("shoulder", "elbow", "hand", "elbow")}
 
 
 def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
-    """The twelve angles of a series of skeletons.
+    """Compute the twelve angles of a series of skeletons.
 
     Args:
         positions: Joint positions [m] in any right-handed frame, shape (n, 15, 3).
@@ -66,7 +66,7 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
 
 
 def trunk_axes(positions: FloatArray) -> FloatArray:
-    """The axes that limbs are measured in: columns x forward, y left, z up.
+    """Reference axes of the limbs' angles: columns x forward, y left, z up.
 
     Args:
         positions: Joint positions [m], shape (n, 15, 3).

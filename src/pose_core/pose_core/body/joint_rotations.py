@@ -1,4 +1,4 @@
-"""Joint angles and their rates from the rotations of a body's links.
+"""Joint angles from the rotations of a body's links.
 
 The inverse of the chain of :mod:`pose_core.body.kinematics`, link by link.
 """
@@ -13,13 +13,13 @@ FULL_TURN = joint_angle_extraction.FULL_TURN
 
 
 def link_angles(link: Link, R_parent_link: FloatArray, previous: FloatArray) -> FloatArray:
-    """A link's joint angles.
+    """Extract a link's joint angles.
 
     Args:
         link: With three degrees of freedom (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
         R_parent_link: The link's rotation in its parent, shape (3, 3).
-        previous: The angles before [rad], shape (degrees of freedom,), from which the equivalent
-            answers are told apart, see
+        previous: The previous angles [rad], shape (degrees of freedom,), which select one of the
+            equivalent solutions, see
             :func:`pose_core.kernels.joint_angle_extraction.link_angles`.
 
     Returns:
@@ -39,7 +39,7 @@ def continuous_vector(vector: FloatArray, previous: FloatArray) -> FloatArray:
 
     Args:
         vector: Rotation vector [rad], shape (3,).
-        previous: The one before, of any length.
+        previous: The previous vector, of any length.
     """
     result = np.empty(3)
     joint_angle_extraction.continuous_vector(

@@ -58,12 +58,12 @@ def left_jacobian(vector: FloatArray) -> FloatArray:
 
 
 def moved_axes(R_map_parent: FloatArray, axes: FloatArray, angles: FloatArray) -> FloatArray:
-    """A joint's axes in map, each moved by the turns before it.
+    """A joint's axes in map, each moved by the preceding rotations.
 
     Args:
         R_map_parent: Shape (3, 3).
         axes: In the link's own axes, shape (k, 3).
-        angles: Of the k turns [rad].
+        angles: Angles of the k rotations [rad].
 
     Returns:
         Shape (k, 3).
@@ -77,7 +77,7 @@ def moved_axes(R_map_parent: FloatArray, axes: FloatArray, angles: FloatArray) -
 
 @dataclass(frozen=True, kw_only=True)
 class BodyPose:
-    """Where everything is, for one state or many."""
+    """Link rotations and joint positions, for one state or many."""
 
     rotations: FloatArray  # (..., links, 3, 3): R_map_link
     positions: FloatArray  # (..., 15, 3) [m] the joints in map
@@ -88,8 +88,8 @@ class ForwardKinematics:
 
     Args:
         model: The tree.
-        offsets: Each joint in the axes of the link it is fixed in, shape (15, 3) [m].
-        R_reference: The rotation that the root's zero rotation vector stands for, ``R_map_body``.
+        offsets: Position of each joint in its link's axes, shape (15, 3) [m].
+        R_reference: Rotation of the root's zero rotation vector, ``R_map_body``.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class ForwardKinematics:
         self._numbers = model_arrays(model, offsets)
 
     def pose(self, dof: FloatArray) -> BodyPose:
-        """All links and joints.
+        """Compute all links and joints.
 
         Args:
             dof: Root position [m], root rotation vector [rad], joint angles [rad]; shape (..., d).
@@ -122,7 +122,7 @@ class ForwardKinematics:
         return BodyPose(rotations=rotations, positions=positions)
 
     def jacobian(self, dof: FloatArray) -> FloatArray:
-        """Derivative of the joint positions by the degrees of freedom, at one state.
+        """Jacobian of the joint positions with respect to the degrees of freedom, at one state.
 
         Args:
             dof: One state's degrees of freedom, shape (d,).
@@ -149,7 +149,7 @@ class ForwardKinematics:
 
     @property
     def _joints_below(self) -> dict[str, NDArray[np.int_]]:
-        """The joints that a link's turning moves."""
+        """The joints that a rotation of a link moves."""
         below: dict[str, list[int]] = {name: [] for name in self.model.links}
         for joint in JOINTS:
             name: str | None = self.model.joints[joint].link
@@ -160,7 +160,7 @@ class ForwardKinematics:
 
 
 def model_arrays(model: BodyModel, offsets: FloatArray) -> ModelArrays:
-    """A body model and its joints' offsets, (15, 3) [m], as the kernels take them."""
+    """Convert a body model and its joints' offsets, (15, 3) [m], to the kernels' arrays."""
     links = list(model.links.values())
     index = {link.name: number for number, link in enumerate(links)}
     dof, axes = np.full((len(links), 3), -1, np.int64), np.zeros((len(links), 3, 3))

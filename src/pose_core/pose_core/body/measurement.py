@@ -32,7 +32,7 @@ class BodyMeasurement:
     def add(
         self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]
     ) -> BodyShape | None:
-        """Take all sensors' joints of one instant.
+        """Add all sensors' joints at one instant.
 
         Args:
             stamp_ns: The instant.
@@ -40,7 +40,8 @@ class BodyMeasurement:
             tracking_state: Shape (sensors, 15); only tracked joints are measured.
 
         Returns:
-            The measures, once the stretch is long enough and every joint was seen often enough.
+            The body measures, once the stretch is long enough and every joint was seen often
+            enough.
         """
         if self._since_ns is None or stamp_ns < self._since_ns:
             self._since_ns = stamp_ns

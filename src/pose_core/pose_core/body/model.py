@@ -1,8 +1,8 @@
 """A kinematic tree as data: links, joints, degrees of freedom, read from YAML.
 
-The bundled models lie beside this module in ``body_models/``; a user's own model is another file of
-the same form, named by its path. ``docs/extending/body_model.md`` says what it may change; whatever
-the arithmetic would not honour, another axis above all, is refused.
+The bundled models are in ``body_models/``. A user's own model is another file of the same form,
+selected by its path. ``docs/extending/body_model.md`` lists what it may change; anything that the
+arithmetic does not support, above all other axes, is refused.
 """
 
 import re
@@ -31,7 +31,7 @@ DOF_COUNTS = {
     "forearm": (1,),
     "shank": (1,),
 }
-"""Links that a model may have, left and right apart, and how many degrees of freedom each."""
+"""Links that a model may have, without their side, and the numbers of degrees of freedom."""
 AXES = {
     "waist_flexion": (0, 1, 0),
     "waist_lateral_bending": (1, 0, 0),
@@ -66,13 +66,13 @@ class Link:
 
     name: str
     parent: str | None
-    joint: str | None  # about which it turns
+    joint: str | None  # about which it rotates
     dof: tuple[Dof, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointPlace:
-    """Where one of the 15 joints is fixed."""
+    """Position of one of the 15 joints in its link."""
 
     link: str
     direction: tuple[float, float, float] | None  # unit; None: measured in the trunk
@@ -91,7 +91,7 @@ class BodyModel:
     joints: Mapping[str, JointPlace]
     angle_names: tuple[str, ...]
     segments: Mapping[str, str]  # segment -> link
-    sliding: tuple[str, ...]  # joints that leave their place in their link by some centimetres
+    sliding: tuple[str, ...]  # joints that slide in their link by some centimetres
 
     @cached_property
     def dof_names(self) -> tuple[str, ...]:
@@ -120,17 +120,17 @@ class BodyModel:
 
     @cached_property
     def link_joints(self) -> NDArray[np.int64]:
-        """Number of the joint that each link turns about; −1 of the root: none."""
+        """Index of the joint that each link rotates about; −1 for the root."""
         joints = [link.joint for link in self.links.values()]
         return np.array([-1 if joint is None else JOINT_INDEX[joint] for joint in joints], np.int64)
 
     @cached_property
     def link_of_dof(self) -> dict[str, str]:
-        """The link that each joint angle turns."""
+        """The link that each joint angle rotates."""
         return {dof.name: link.name for link in self.links.values() for dof in link.dof}
 
     def ends(self, link_name: str) -> tuple[str, str]:
-        """The joints that show a link's direction: where it begins, and the first fixed in it."""
+        """The joints at both ends of a link: its own joint and the first joint fixed in it."""
         joint = self.links[link_name].joint
         if joint is None:
             return "left_hip", "neck"
@@ -146,7 +146,7 @@ class BodyModel:
 
 
 def available_models() -> list[str]:
-    """Names of the body models that come with the package."""
+    """Names of the bundled body models."""
     folder = resources.files("pose_core.body") / "body_models"
     return sorted(path.name[:-5] for path in folder.iterdir() if path.name.endswith(".yaml"))
 
@@ -155,7 +155,7 @@ def load_body_model(name: str) -> BodyModel:
     """Read and check a model.
 
     Args:
-        name: Of a model that comes with the package, or the path of a YAML file (``….yaml``).
+        name: Name of a bundled model, or the path of a YAML file (``….yaml``).
 
     Raises:
         InputError: If there is no such model, or its tree is broken or not supported.
@@ -252,7 +252,7 @@ def _check(model: BodyModel) -> None:
 
 
 def _check_dof(model: BodyModel, fail: Callable[[str, str], NoReturn]) -> None:
-    """Refuse degrees of freedom that forward kinematics or angle extraction would not honour."""
+    """Refuse degrees of freedom that forward kinematics or angle extraction do not support."""
     for link in model.links.values():
         kind = re.sub("^(left|right)_", "", link.name)
         counts = (0,) if link.parent is None else DOF_COUNTS.get(kind, ())

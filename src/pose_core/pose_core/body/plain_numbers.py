@@ -4,5 +4,5 @@ from pose_core.streams.samples import FloatArray
 
 
 def plain_numbers(values: FloatArray) -> str:
-    """Numbers side by side, as XML and BVH files have them; never a negative zero."""
+    """Numbers separated by spaces, as in XML and BVH files; never a negative zero."""
     return " ".join(f"{float(value) + 0.0:.5f}" for value in values)

@@ -1,11 +1,11 @@
-r"""A body as rotations of its links in the world: joint positions are linear in them.
+r"""A body as rotations of its links in map: joint positions are linear in the rotations.
 
 Every joint is the root's position plus offsets, each fixed in one link on the way to it:
 
 .. math:: p_j = p_\mathrm{root} + \sum_l R_l\,(o_{jl} + s_{jl})
 
-with s the slide of the shoulders on the clavicles. So the derivative by a small turn of link l
-about the world's axes is simply :math:`-[R_l o_{jl}]_\times`, whatever hangs on what.
+with s the slides of joints in their links. So the derivative with respect to a small rotation of
+link l about map's axes is :math:`-[R_l o_{jl}]_\times`, whatever the structure of the tree.
 """
 
 from dataclasses import dataclass
@@ -31,11 +31,11 @@ class Hinge:
 
 
 class SegmentTree:
-    """The tree of a body model with a person's measures.
+    """The tree of a body model with a person's body measures.
 
     Args:
         model: The body model.
-        shape: The person's measures.
+        shape: The person's body measures.
     """
 
     def __init__(self, model: BodyModel, shape: BodyShape) -> None:
@@ -45,9 +45,9 @@ class SegmentTree:
         links = list(model.links.values())
         self.parents = np.array([-1 if k.parent is None else index[k.parent] for k in links])
         self.offsets = np.zeros((len(JOINTS), len(names), 3))
-        """(15, links, 3) [m] in the links' axes: what each link adds to each joint."""
+        """Offset of each link to each joint in the links' axes, (15, links, 3) [m]."""
         self.slides = np.zeros((len(JOINTS), len(model.sliding)))
-        """(15, sliding joints): 1 where a joint goes along with a sliding joint."""
+        """(15, sliding joints): 1 if a joint moves with a sliding joint."""
         for joint in JOINTS:
             self._walk(joint, JOINT_INDEX[joint], shape, index)
         self.sliding_links = np.array([index[model.joints[j].link] for j in model.sliding], int)
@@ -83,7 +83,7 @@ class SegmentTree:
 
     @cached_property
     def spine(self) -> tuple[int, ...]:
-        """Links between which the spine bends: those that a spine joint bears."""
+        """Links above a joint of the spine."""
         return tuple(
             i
             for i, link in enumerate(self.model.links.values())
@@ -92,7 +92,7 @@ class SegmentTree:
 
     @cached_property
     def turning(self) -> tuple[int, ...]:
-        """Links whose turn about their own axis the cameras hardly see: upper limbs, the head."""
+        """Links whose axial rotation the cameras hardly observe: upper arms, thighs, the head."""
         return tuple(
             i
             for i, link in enumerate(self.model.links.values())
@@ -104,7 +104,7 @@ class SegmentTree:
 
     @cached_property
     def numbers(self) -> BodyArrays:
-        """The tree as the kernels take it."""
+        """The tree as arrays for the kernels."""
         carriers = [
             np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))
             for offsets, goes_along in zip(self.offsets, self.slides, strict=True)

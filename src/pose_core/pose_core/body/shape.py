@@ -1,8 +1,8 @@
 """A person's bone lengths, from a first stretch of samples, and their YAML file.
 
 li2020, 2.3: the mean over samples of both sensors, after removing clear outliers. The joints of
-the rigid trunk keep their mean place in the trunk's axes; every other joint keeps its distance
-from the joint before it.
+the rigid trunk keep their mean position in the trunk's axes; every other joint keeps its distance
+from its parent joint.
 """
 
 from collections.abc import Mapping
@@ -21,9 +21,9 @@ from pose_core.streams.samples import FloatArray
 
 OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
 MAD_TO_STDDEV = 1.4826  # of a Gaussian
-SMALLEST_SPREAD = 0.005  # [m] below it, deviations say nothing
-MIN_SAMPLES = 10  # [-] fewer say nothing about outliers
-LONGEST_BONE = 1.0  # [m] what a tracker cannot mean
+SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
+MIN_SAMPLES = 10  # [-] for the outlier test
+LONGEST_BONE = 1.0  # [m] plausibility limit
 
 
 class BodyShapeError(PoseError):
@@ -32,7 +32,7 @@ class BodyShapeError(PoseError):
 
 @dataclass(frozen=True, kw_only=True)
 class BodyShape:
-    """Each joint's place in the axes of the link it is fixed in."""
+    """Position of each joint in its link's axes."""
 
     offsets: FloatArray  # (15, 3) [m]
 
@@ -42,11 +42,11 @@ class BodyShape:
 
 
 def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
-    """Measure a body.
+    """Estimate a person's body measures.
 
     Args:
-        model: Which joint is fixed where.
-        positions: Samples of all sensors, each in any frame of its own, shape (n, 15, 3) [m];
+        model: The body model.
+        positions: Samples of all sensors, each in any frame, shape (n, 15, 3) [m];
             NaN where not tracked.
 
     Raises:
@@ -60,7 +60,7 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
         index = JOINT_INDEX[name]
         joint = model.links[place.link].joint
         if place.direction is None:
-            # Links that a spine joins are parallel while the person stands upright.
+            # Links connected by the spine are parallel while the person stands upright.
             origin = 0.0 if joint is None else in_trunk[:, JOINT_INDEX[joint]]
             places = in_trunk[:, index] - origin
             offsets[index] = [_robust_mean(name, places[:, k]) for k in range(3)]
@@ -77,16 +77,16 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
 
 
 def _bends_in_the_trunk(model: BodyModel) -> bool:
-    """Whether more than one link holds joints whose place is measured.
+    """Whether more than one link has joints whose position is measured.
 
-    Such links' axes, the zero of waist, shoulders and hips, would lean as the person leant while
-    being measured. So the neutral pose is defined: all joints in the frontal plane.
+    The axes of such links, which define zero for waist, shoulders and hips, would depend on how the
+    person leant while being measured. So the neutral pose has all joints in the frontal plane.
     """
     return len({each.link for each in model.joints.values() if each.direction is None}) > 1
 
 
 def _symmetric(offsets: FloatArray) -> FloatArray:
-    """Left and right alike, the spine in the middle: trackers mistake bodies by more than that."""
+    """Make the body symmetric: trackers have larger errors than real bodies have asymmetries."""
     mirrored = offsets * [1.0, -1.0, 1.0]
     swapped = {"left": "right", "right": "left"}
     others = ["_".join(swapped.get(part, part) for part in joint.split("_")) for joint in JOINTS]
@@ -106,7 +106,7 @@ def _robust_mean(name: str, values: FloatArray) -> float:
 
 
 def save_body_shape(path: Path, model: BodyModel, shape: BodyShape, subject: str) -> None:
-    """Write a person's measures as YAML, whole or not at all."""
+    """Write a person's body measures as YAML, atomically."""
     document = {
         "version": 1,
         "subject": subject,
@@ -120,7 +120,7 @@ def save_body_shape(path: Path, model: BodyModel, shape: BodyShape, subject: str
 
 
 def load_body_shape(path: Path, model: BodyModel) -> BodyShape:
-    """Read a person's measures.
+    """Read a person's body measures.
 
     Raises:
         InputError: If the file is missing, is not such a file, or belongs to another model.

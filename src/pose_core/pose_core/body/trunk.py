@@ -1,4 +1,4 @@
-"""The trunk's axes from joint positions, as every angle in this project is measured.
+"""Axes of the trunk from joint positions, the reference of all joint angles.
 
 y = unit(left_hip − right_hip); z = the part of (neck − mid-hip) orthogonal to y, normalised;
 x = y × z.
@@ -28,7 +28,7 @@ def mid_hip(positions: FloatArray) -> FloatArray:
 
 
 def trunk_axes(positions: FloatArray) -> FloatArray:
-    """Rotations ``R_frame_body`` whose columns are the trunk's x, y, z.
+    """Rotations ``R_frame_body``, whose columns are the trunk's x, y, z.
 
     Args:
         positions: Joint positions [m] in any frame, shape (..., 15, 3).
@@ -43,10 +43,13 @@ def trunk_axes(positions: FloatArray) -> FloatArray:
 
 
 def heading_axes(positions: FloatArray) -> FloatArray:
-    """Rotation ``R_map_heading`` about the vertical that turns with the trunk, (3, 3).
+    """Rotation ``R_map_heading`` about the vertical, by the heading of the trunk, (3, 3).
 
     Args:
-        positions: Joint positions [m] in map, shape (15, 3); all is NaN if the trunk is not seen.
+        positions: Joint positions [m] in map, shape (15, 3).
+
+    Returns:
+        NaN if the trunk is not seen.
     """
     x, y = trunk_axes(positions)[:2, 0]
     length = np.hypot(x, y)
@@ -56,10 +59,10 @@ def heading_axes(positions: FloatArray) -> FloatArray:
 
 
 def standing_heading(positions: FloatArray) -> float:
-    """Where a person in the neutral pose looks, about map's z from its x [rad].
+    """Heading of a person in the neutral pose, about map's z from its x [rad].
 
-    From all pairs of left and right joints, for each alone is off by what the tracker believes of
-    it. NaN if no pair is seen.
+    It is the mean over all pairs of left and right joints, since each pair has an offset of the
+    tracker. NaN if no pair is seen.
 
     Args:
         positions: Joint positions [m] in map, shape (15, 3); NaN unseen.

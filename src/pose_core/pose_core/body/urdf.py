@@ -1,9 +1,9 @@
 """A person's kinematic tree as URDF, with measured bone lengths.
 
 One revolute joint for each joint angle, named like it, so that RViz, MoveIt and other readers can
-follow the ``joint_states``. The link that a chain of joints ends in is called ``<link>_<id>``,
-those inside the chain after their joint angle, the root ``body_<id>``. Joints about which nothing
-turns, such as the hands, are empty links ``<joint>_joint_<id>``.
+follow the ``joint_states``. The link at the end of a chain of joints is called ``<link>_<id>``,
+links inside the chain are named after their joint angle, the root is ``body_<id>``. Joints at the
+ends of limbs, such as the hands, are empty links ``<joint>_joint_<id>``.
 """
 
 from xml.etree import ElementTree
@@ -23,15 +23,15 @@ NECK_RADIUS = 0.05  # [m]
 PELVIS_HEIGHT = 0.2  # [m]
 DEPTH = 0.5  # [-] the trunk's depth over its width
 HALF_HIP_WIDTH = 0.08  # [m] from the hip joint to the side of the pelvis
-SHORTEST = 0.04  # [m] nothing is drawn of what is shorter
-COLORS = {  # safe for colour-blind eyes, as those of the markers
+SHORTEST = 0.04  # [m] shorter parts are not drawn
+COLORS = {  # suitable for colour-blind people, as those of the markers
     "left": (0.34, 0.71, 0.91),
     "right": (0.90, 0.62, 0.0),
     "middle": (0.75, 0.75, 0.75),
 }
 
 
-LARGEST_EFFORT = 1000.0  # [N m] URDF wants a number
+LARGEST_EFFORT = 1000.0  # [N m] required by URDF
 LARGEST_RATE = 50.0  # [rad/s] likewise
 
 
@@ -110,12 +110,12 @@ def link_frame(link: Link, body_id: str) -> str:
 
 
 def chain_frames(link: Link, body_id: str) -> list[str]:
-    """The frames after each of a link's degrees of freedom, in turn; the last is the link's."""
+    """The frames after each of a link's degrees of freedom, in order; the last is the link's."""
     return [*(f"{dof.name}_{body_id}" for dof in link.dof[:-1]), link_frame(link, body_id)]
 
 
 def end_joints(model: BodyModel) -> list[str]:
-    """The joints about which no link turns."""
+    """The joints about which no link rotates."""
     turning = {link.joint for link in model.links.values()}
     return [joint for joint in JOINTS if joint not in turning]
 
@@ -147,7 +147,7 @@ def make_urdf(model: BodyModel, shape: BodyShape, body_id: str) -> str:
             ElementTree.SubElement(
                 joint,
                 "limit",
-                lower=repr(float(lower)),  # exact: angles that are published keep to it
+                lower=repr(float(lower)),  # exact, since published angles reach it
                 upper=repr(float(upper)),
                 effort=f"{LARGEST_EFFORT:g}",
                 velocity=f"{LARGEST_RATE:g}",

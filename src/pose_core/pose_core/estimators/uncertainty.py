@@ -63,14 +63,18 @@ SMOOTHED = VarianceCalibrations(
 
 
 def coefficients_of(model: BodyModel, calibrations: VarianceCalibrations) -> FloatArray:
-    """f [-], T [s] and s [rad] of each degree of freedom, without and with an IMU, (2, 3, d)."""
+    """Coefficients f [-], T [s], s [rad] of each degree of freedom.
+
+    Returns:
+        Without and with an IMU, shape (2, 3, d).
+    """
     return np.stack(
         [_coefficients(model, each) for each in (calibrations.kinect, calibrations.with_imu)]
     )
 
 
 def _coefficients(model: BodyModel, calibrations: dict[str, VarianceCalibration]) -> FloatArray:
-    """f [-], T [s] and s [rad] of each degree of freedom, shape (3, d)."""
+    """Coefficients f [-], T [s], s [rad] of each degree of freedom, shape (3, d)."""
     own = [
         next(
             (calibration for joint, calibration in calibrations.items() if f"_{joint}_" in name),

@@ -39,7 +39,7 @@ class CameraLag:
         return max(self._newest_seen_ns + self._usual_lag_ns(), self._newest_frame_ns) + SILENT_NS
 
     def instants(self, stamp_ns: int) -> tuple[int, ...]:
-        """Instants of frames with only IMUs, from the end of waiting for cameras to ``stamp_ns``."""
+        """Instants of frames with only IMUs, from the end of the cameras' lag to ``stamp_ns``."""
         first_ns = max(self._newest_frame_ns + SILENT_NS, stamp_ns - self._usual_lag_ns())
         return (*range(first_ns, stamp_ns - SILENT_NS // 2, SILENT_NS), stamp_ns)
 

@@ -49,7 +49,7 @@ def transform_to_map(
 
 @compiled_in_place
 def share_cameras(tracking_state: NDArray[np.uint8], out: FloatArray) -> None:
-    """Each camera's share [-] in each joint, (s, 15): by how well its tracker has it."""
+    """Weight [-] of each camera in each joint, (s, 15), by tracking state."""
     for j in range(out.shape[1]):
         total = 0
         for s in range(len(out)):
@@ -107,11 +107,11 @@ def observe_axes(
 
     Args:
         axes: The segments' axes.
-        rows: Which of them, (m,); −1: a segment without axes.
+        rows: Indices of the segments, (m,); −1: a segment without axes.
         joints: In map, (15, 3) [m]; NaN where not observed.
         trunk: The trunk's axes in map, (3, 3).
         least_bend: Sine of the flexion below which a hinge defines no axis.
-        hinge_sharpness: Of a hinge at a right angle [-]; less in proportion to its sine.
+        hinge_sharpness: Sharpness of a hinge at a right angle [-]; proportional to the sine.
         out: Filled, m rows.
     """
     upper, lower = np.empty(3), np.empty(3)

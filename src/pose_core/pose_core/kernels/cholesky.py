@@ -1,7 +1,7 @@
 r"""Cholesky's factorisation :math:`A = U^T U` and its substitutions, in place, row by row.
 
-For matrices of tens of rows, where calling LAPACK costs as much as the arithmetic. A matrix that is
-not positive definite gives numbers that are not finite.
+For matrices with tens of rows, for which a call of LAPACK costs as much as the arithmetic. A matrix
+that is not positive definite results in values that are not finite.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from pose_core.streams.samples import FloatArray
 
 @compiled_in_place
 def factorise(A: FloatArray) -> None:
-    """The upper triangle of A becomes U; the lower one is left as it is and never read."""
+    """Replace the upper triangle of A by U; the lower one is neither read nor changed."""
     for i in range(len(A)):
         subtract_above(A, i, A, i)
         row, scale = A[i], 1.0 / np.sqrt(A[i, i])
@@ -22,7 +22,7 @@ def factorise(A: FloatArray) -> None:
 
 @compiled_in_place
 def solve_lower(U: FloatArray, B: FloatArray) -> None:
-    """B becomes U⁻ᵀ B."""
+    """Replace B by U⁻ᵀ B."""
     for i in range(len(U)):
         subtract_above(U, i, B, 0)
         row, scale = B[i], 1.0 / U[i, i]
@@ -34,7 +34,7 @@ def solve_lower(U: FloatArray, B: FloatArray) -> None:
 def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
     """Subtract Uⱼᵢ Bⱼ of all rows j above from row i of B, from one column on.
 
-    Four rows are taken at once: so row i is read and written less often.
+    Four rows are processed together, so that row i is read and written less often.
     """
     row, whole = B[i], i - i % 4
     for j in range(0, whole, 4):
@@ -50,7 +50,7 @@ def subtract_above(U: FloatArray, i: int, B: FloatArray, start: int) -> None:
 
 @compiled_in_place
 def solve_vector(U: FloatArray, b: FloatArray) -> None:
-    """The vector b becomes U⁻¹ U⁻ᵀ b."""
+    """Replace the vector b by U⁻¹ U⁻ᵀ b."""
     size = len(U)
     for i in range(size):
         row = U[i]

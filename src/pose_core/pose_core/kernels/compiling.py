@@ -1,9 +1,9 @@
 """Compilation of the kernels by numba, and the folder of the compiled code.
 
-Numba compiles a function when it is first called and keeps the result for the next process. It
-looks only at the function's own file to see whether that is out of date, and the kernels call each
-other across files: so the folder's name tells the content of all of them. The folder is given to
-numba for our functions alone; nothing of numba's own settings stays changed.
+Numba compiles a function at its first call and caches the result for the next process. To decide
+whether the cache is out of date, it checks only the function's own file, but the kernels call each
+other across files. So the name of the cache folder is a hash of all of them. The folder is used for
+our functions only; numba's own settings are restored.
 """
 
 import hashlib
@@ -21,7 +21,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 PACKAGE = Path(__file__).parents[1]
 MARK = b"@compiled"  # what a file with kernels holds
-FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own; whoever sets it is obeyed
+FOLDER_VARIABLE = "NUMBA_CACHE_DIR"  # numba's own variable; it has precedence
 
 
 def _sources_hash() -> str:
@@ -34,7 +34,7 @@ def _sources_hash() -> str:
 
 
 def _make_folder() -> Path:
-    """The folder of the compiled code: the user's cache, else one that goes with the system."""
+    """The folder of the compiled code: in the user's cache, otherwise a temporary folder."""
     if FOLDER_VARIABLE in os.environ:
         return Path(os.environ[FOLDER_VARIABLE]) / _sources_hash()
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path("~/.cache").expanduser())
@@ -45,7 +45,7 @@ def _make_folder() -> Path:
             return folder
     except OSError:
         pass
-    # Nobody else's files may be run: a new folder, which only we can write to.
+    # Files of other users must not be executed: create a folder that only we can write to.
     return Path(tempfile.mkdtemp(prefix="pose_core_kernels_"))
 
 
@@ -54,7 +54,7 @@ COMPILED_FOLDER = _make_folder()
 
 @contextmanager
 def _kept_in_our_folder() -> Iterator[None]:
-    """Numba asks its settings where to keep a function at the moment it is decorated."""
+    """Set numba's cache folder while a function is decorated, which is when numba reads it."""
     before = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(COMPILED_FOLDER)
     try:
@@ -65,39 +65,39 @@ def _kept_in_our_folder() -> Iterator[None]:
 
 _OPTIONS: dict[str, Any] = {
     "cache": True,
-    # As in numpy, a division by zero gives infinity; an exception would cost a branch each time.
+    # As in numpy, a division by zero gives infinity; raising an exception would cost a branch.
     "error_model": "numpy",
-    # a b + c in one instruction, rounded once.
+    # Allow a b + c in one instruction, with one rounding.
     "fastmath": {"contract"},
 }
 
 
 def compiled(function: F) -> F:
-    """Compile a function at its first call, and keep the result."""
+    """Compile a function at its first call, and cache the result."""
     with _kept_in_our_folder():
         return cast(F, numba.njit(**_OPTIONS)(function))
 
 
 def compiled_in_place(function: F) -> F:
-    """The same for a function that makes no arrays, but only fills and reads those it is given.
+    """Compile a function that allocates no arrays, but only reads and writes its arguments.
 
-    Numba counts references to an array at every view of it (``rotations[link]``), by an atomic
-    instruction that costs 6 ns, as long as the product of two small matrices. The caller of such a
+    Numba counts references to an array at every view of it (``rotations[link]``). The atomic
+    instruction takes 6 ns, as long as a product of two small matrices. The caller of such a
     function holds the arrays meanwhile, so reference counting is switched off here. The function
-    must not call one that returns an array and counts: that array would never be freed.
+    must not call one that returns an array with a reference count: it would never be freed.
     """
-    # The option is numba's own; with it, a function that makes an array does not compile.
+    # This is an option of numba; with it, a function that allocates an array does not compile.
     with _kept_in_our_folder():
         return cast(F, numba.njit(**_OPTIONS, _nrt=False)(function))
 
 
 def type_specialised(kernel: F) -> F:
-    """A type-specialised kernel, for a caller whose arguments keep their types.
+    """A type-specialised kernel, for a caller whose arguments never change their types.
 
-    Only the first call's types are looked at. Numba otherwise determines the type of each argument,
-    and of every element of a tuple, at every call, which takes 0.2 µs each: longer than some
-    kernels take. So an array must stay of its type and of its number of dimensions, and of
-    contiguous rows if it was at first: else it would be taken for what it is not.
+    Only the types of the first call are inspected. Numba otherwise determines the type of each
+    argument, and of every element of a tuple, at every call. This takes 0.2 µs each, longer than
+    some kernels. So the type, the number of dimensions and the contiguity of each array must not
+    change; otherwise its memory would be misinterpreted.
     (``tests/support/checked_kernels.py`` checks that in the tests' own process.)
     """
     chosen: Callable[..., Any] | None = None

@@ -10,9 +10,9 @@ from pose_core.kernels.interpolation import interpolate, turn_on
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
-HISTORY_NS = NS_PER_S  # further back than this, a clock was set back
+HISTORY_NS = NS_PER_S  # a larger step back means that a clock was set back
 MAX_GAP_NS = 100_000_000  # a longer gap is not interpolated
-SLOPE_NS = 20_000_000  # over which a rate's slope is taken
+SLOPE_NS = 20_000_000  # over which the slope of a rate is computed
 LONGEST_SLOPE_NS = 40_000_000  # for which a rate is extrapolated linearly
 
 
@@ -51,7 +51,7 @@ def append_samples(
                 if newest_ns - stamp_ns < HISTORY_NS:
                     rejected += 1
                     continue
-                rings.filled[i] = 0  # the clock was set back: begin anew
+                rings.filled[i] = 0  # the clock was set back: restart
             else:
                 gap_ns[i] = max(gap_ns[i], stamp_ns - newest_ns)
         at = (rings.newest[i] + 1) % size
@@ -77,7 +77,7 @@ def read_states(
     known: NDArray[np.bool_],
     age_s: FloatArray,
 ) -> int:
-    """Compute every IMU's reading at an instant.
+    """Compute every IMU's state at an instant.
 
     Args:
         rings: The samples.
@@ -86,11 +86,11 @@ def read_states(
         R_world_sensor: Filled, shape (imus, 3, 3).
         rate: Filled, shape (imus, 3) [rad/s].
         stddev: Filled, shape (imus, 3) [rad].
-        known: Filled, shape (imus,): whether there is a reading nearby.
-        age_s: Filled, shape (imus,) [s]: how far it is extrapolated, 0 between two samples.
+        known: Filled, shape (imus,): whether there is a sample nearby.
+        age_s: Filled, shape (imus,) [s]: time of extrapolation, 0 between two samples.
 
     Returns:
-        Number of known readings.
+        Number of known states.
     """
     size, count = rings.stamps_ns.shape[1], 0
     for row in range(len(order)):
@@ -122,7 +122,7 @@ def read_states(
 
 @compiled_in_place
 def have_reached(rings: ImuRings, stamp_ns: int, alive_ns: int) -> bool:
-    """Whether every IMU that is alive has a sample at or after an instant.
+    """Whether every IMU that still sends has a sample at or after an instant.
 
     Args:
         rings: The samples.
@@ -194,7 +194,7 @@ def _beyond(
         slope = (last[axis] - rings.rate[i, earlier, axis]) * per_s
         rate[axis] = last[axis] + slope * sloping_s
         stddev[axis] = rings.stddev[i, nearest, axis]
-    # The integral of a rate that changes linearly at first, then stays.
+    # The integral of a rate that changes linearly at first and is then constant.
     x = rate[0] * missing_s - (rate[0] - last[0]) * 0.5 * sloping_s
     y = rate[1] * missing_s - (rate[1] - last[1]) * 0.5 * sloping_s
     z = rate[2] * missing_s - (rate[2] - last[2]) * 0.5 * sloping_s

@@ -17,7 +17,7 @@ def interpolate(first: FloatArray, second: FloatArray, share: float, out: FloatA
         share: Position between the two, 0 to 1 [-].
         out: (3, 3).
     """
-    # conj(first) second, of the product of their lengths
+    # conj(first) second, scaled by the product of their norms
     x, y, z, w = -first[0], -first[1], -first[2], first[3]
     a = w * second[0] + x * second[3] + y * second[2] - z * second[1]
     b = w * second[1] - x * second[2] + y * second[3] + z * second[0]

@@ -12,29 +12,29 @@ from pose_core.kernels.vectors import dot
 from pose_core.streams.samples import FloatArray
 
 FULL_TURN = 2.0 * np.pi
-RATE_DAMPING = 0.05  # [-] of the rates where two axes of a joint nearly coincide
-VARIANCE_DAMPING = 0.1  # [-] likewise of an angle's variance
-BEYOND = 4.0  # [-] weight of a square beyond the limits, to one from the angles before
-NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a limb's tilt, below which its angles are plain
+RATE_DAMPING = 0.05  # [-] damping of the rates where two axes of a joint nearly coincide
+VARIANCE_DAMPING = 0.1  # [-] the same for the variance of an angle
+BEYOND = 4.0  # [-] weight of a squared violation of limits, relative to a squared change
+NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a tilt, below which angles are unique
 
 
 class StateNumbers(NamedTuple):
-    """What of a segment filter's state is published; of n states: n rows of each."""
+    """The published part of a filter state; for n states, n rows of each."""
 
     position: FloatArray  # (3,) [m] of the root
     velocity: FloatArray  # (3,) [m/s]
     rotations: FloatArray  # (links, 3, 3): R_map_link
     rates: FloatArray  # (links, 3) [rad/s] in map
-    joints: FloatArray  # (joints, 3) [m] in map, as far as they have slid
+    joints: FloatArray  # (joints, 3) [m] in map, including slides
     place_variance: FloatArray  # (3,) [m²] of the root's position
-    covariance: FloatArray  # (links, 3, 3) [rad²] of each link's turn, relative to its parent's
+    covariance: FloatArray  # (links, 3, 3) [rad²] of each link's rotation relative to its parent
     information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
     scale: FloatArray  # (1,) [-] of the variances
 
 
 @compiled_in_place
 def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatArray) -> None:
-    """A joint's axes, (k, 3), in map, each moved by the turns [rad] before it; R: the parent's."""
+    """A joint's axes in map, (k, 3), moved by the preceding rotations [rad]; R: the parent's."""
     for index in range(len(angles)):
         x, y, z = axes[index, 0], axes[index, 1], axes[index, 2]
         for before in range(index - 1, -1, -1):
@@ -47,7 +47,7 @@ def moved_axes(R: FloatArray, axes: FloatArray, angles: FloatArray, out: FloatAr
 def turned(
     angle: float, axis: FloatArray, x: float, y: float, z: float
 ) -> tuple[float, float, float]:
-    """A vector turned by an angle [rad] about a unit axis."""
+    """Rotate a vector by an angle [rad] about a unit axis."""
     sine, rest = np.sin(angle), 1.0 - np.cos(angle)
     a, b, c = axis[0], axis[1], axis[2]
     u, v, w = b * z - c * y, c * x - a * z, a * y - b * x
@@ -65,23 +65,23 @@ def link_angles(
     previous: FloatArray,
     out: FloatArray,
 ) -> None:
-    """A link's joint angles [rad]: of the equivalent answers, the nearest within the limits.
+    """A link's joint angles [rad]: of the equivalent solutions, the nearest within the limits.
 
-    Of a ball joint's angles a, b, c about y, x and z, a + π, π − b, c + π is the same rotation.
-    Nearest is by the turn between the two, for which
+    For a ball joint's angles a, b, c about y, x and z, a + π, π − b, c + π is the same rotation.
+    The distance to the previous angles is the rotation between the two, for which
 
         Δ² = Δa² + Δb² + Δc² − 2 sin b Δa Δc                                               (1)
 
-    holds of small ones. Where b is a quarter turn, an arm stretched sideways, both answers meet:
-    there Δ is nothing, and the one within the limits is taken. A limb that hangs nearly as in the
-    neutral pose has one such answer only.
+    holds if it is small. If b is a quarter turn (an arm stretched sideways), both solutions meet:
+    there Δ is zero, and the solution within the limits is used. A limb that is close to the
+    neutral pose has only one such solution.
 
     Args:
         R_parent_link: The link's rotation in its parent, (3, 3).
-        signs: Of its axes: three (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
-        limits: Of its angles, lower and upper, (k, 2) [rad]; no range is a full turn.
-        previous: The angles that were published before.
-        out: The angles; beyond the limits where no answer lies within.
+        signs: Signs of its axes: three (about ∓y, ±x, ∓z), two (y, x) or one (∓y).
+        limits: Lower and upper limits, (k, 2) [rad]; every range is less than a full turn.
+        previous: The previously published angles.
+        out: Filled with the angles; outside the limits if no solution lies within.
     """
     R, count = R_parent_link, len(signs)
     if count == 1:
@@ -115,20 +115,20 @@ def link_angles(
 
 @compiled_in_place
 def turn_within_limits(angle: float, limits: FloatArray, previous: float) -> float:
-    """The same angle [rad] within limits, (2,); where it is not, as near as can be to another."""
+    """The equivalent angle [rad] within limits, (2,), otherwise the one nearest to another."""
     middle = nearest_turn(angle, 0.5 * (limits[0] + limits[1]))
     return middle if beyond(middle, limits) == 0.0 else nearest_turn(angle, previous)
 
 
 @compiled_in_place
 def beyond(angle: float, limits: FloatArray) -> float:
-    """How far an angle is beyond its limits, (2,) [rad]."""
+    """Violation of limits, (2,), by an angle [rad]; 0 within them."""
     return max(limits[0] - angle, angle - limits[1], 0.0)
 
 
 @compiled_in_place
 def nearest_turn(angle: float, previous: float) -> float:
-    """The same angle [rad], by full turns as near to the previous one as can be."""
+    """The equivalent angle [rad], modulo full turns, nearest to the previous one."""
     return angle + FULL_TURN * np.round((previous - angle) / FULL_TURN)
 
 
@@ -188,14 +188,14 @@ def extract_pose(
     previous: FloatArray,
     out: FloatArray,
 ) -> None:
-    """All degrees of freedom.
+    """Extract all degrees of freedom.
 
     Args:
         numbers: The body model.
-        position: Of the root as it goes out, (3,) [m].
-        rotations: ``R_map_link`` as they go out, (links, 3, 3).
+        position: Published position of the root, (3,) [m].
+        rotations: Published ``R_map_link``, (links, 3, 3).
         state: Rates, covariance and information.
-        previous: The degrees of freedom before, (d,).
+        previous: The previous degrees of freedom, (d,).
         out: (5, d): values, rates, variances, then each source's information.
     """
     work = make_workspace()
@@ -222,7 +222,7 @@ class Workspace(NamedTuple):
 
 @compiled
 def make_workspace() -> Workspace:
-    """For one link after the other."""
+    """Allocate the workspace."""
     return Workspace(
         np.empty((3, 3)),
         np.empty(3),
@@ -247,7 +247,7 @@ def extract_root(
     work: Workspace,
     out: FloatArray,
 ) -> None:
-    """The degrees of freedom of the root, and its place; see :func:`extract_pose`."""
+    """Extract the degrees of freedom of the root; see :func:`extract_pose`."""
     for axis in range(3):
         out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
         out[2, axis] = state.place_variance[axis]
@@ -275,7 +275,7 @@ def extract_link(
     work: Workspace,
     out: FloatArray,
 ) -> None:
-    """One link's degrees of freedom; see :func:`extract_pose`."""
+    """Extract one link's degrees of freedom; see :func:`extract_pose`."""
     count, parent = numbers.dof_count[link], numbers.parents[link]
     dof, axes = numbers.dof[link, :count], numbers.axes[link, :count]
     signs, before, angles = work.signs[:count], work.before[:count], work.angles[:count]

@@ -1,4 +1,4 @@
-r"""Joint positions and velocities from link rotations, and what of their derivatives is linear.
+r"""Joint positions and velocities from link rotations, and the linear part of their Jacobian.
 
 .. math:: p_j = p_\mathrm{root} + \sum_l R_l\,(o_{jl} + s_{jl})
 
@@ -19,7 +19,7 @@ class BodyArrays(NamedTuple):
 
     offsets: FloatArray  # (joints, links, 3) [m] in the links' axes
     sliding_links: NDArray[np.int64]  # (slides,): the link that each slides in
-    slides: FloatArray  # (joints, slides): 1 where a joint goes along
+    slides: FloatArray  # (joints, slides): 1 if a joint moves with a sliding joint
     carriers: NDArray[np.int64]  # (joints, most): the links that carry each
     carrier_count: NDArray[np.int64]  # (joints,)
 
@@ -50,7 +50,7 @@ def compute_joints(
         position: Of the root, (3,) [m].
         rotations: ``R_map_link``, (links, 3, 3).
         slides: Of the sliding joints in their links' axes, (slides, 3) [m].
-        levers: Filled, (joints, links, 3) [m]: what each link adds to each joint.
+        levers: Filled, (joints, links, 3) [m]: lever arm of each link to each joint.
         joints: Filled, (joints, 3) [m].
     """
     for j in range(len(levers)):
@@ -94,11 +94,11 @@ def compute_joint_velocities(
 
 @compiled_in_place
 def joint_jacobian(body: BodyArrays, joint: int, rotations: FloatArray, out: FloatArray) -> None:
-    """Fill a joint's derivatives by the root's position and by its slides, (3, size).
+    """Fill a joint's Jacobian with respect to the root's position and the slides, (3, size).
 
     Args:
         body: The tree.
-        joint: Which.
+        joint: Index of the joint.
         rotations: ``R_map_link``, (links, 3, 3).
         out: Only the columns that the joint depends on are filled.
     """

@@ -1,8 +1,8 @@
 """Left/right swaps: a tracker that exchanges the person's sides, detected and undone.
 
-It happens when the person turns away or stands sideways, for a whole body or for the legs or arms
-alone, and the joints' tracking states do not show it. Arms and legs are swapped back, each for
-themselves, where that brings the observed joints clearly nearer to the predicted ones.
+It happens when the person turns away or stands sideways, for the whole body or for only the legs or
+arms, and the tracking states do not show it. Arms and legs are swapped back independently if this
+brings the observed joints clearly nearer to the predicted ones.
 """
 
 from typing import NamedTuple

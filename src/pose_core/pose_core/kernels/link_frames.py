@@ -11,7 +11,7 @@ from pose_core.streams.samples import FloatArray
 
 
 class AuxiliaryFrames(NamedTuple):
-    """Frames that are no links: rotated back about one axis of a joint, or at the end of a limb."""
+    """Frames other than links: rotated back about one axis of a joint, or at the end of a limb."""
 
     source: NDArray[
         np.int64
@@ -62,7 +62,7 @@ def compute_frame_poses(
         T_map_link: Shape (links, 4, 4).
         angles: Degrees of freedom [rad], shape (d,).
         joints: In map, shape (15, 3) [m].
-        between: The frames beside the links.
+        between: The frames other than links.
         places: Filled, shape (links + n, 7): x, y, z [m]; quaternion x, y, z, w.
     """
     links = len(T_map_link)
@@ -104,6 +104,6 @@ def compute_frame_poses_batch(
     between: AuxiliaryFrames,
     places: FloatArray,
 ) -> None:
-    """Compute the frames of n instants, a row each; see :func:`compute_frame_poses`."""
+    """Compute the frames at n instants; see :func:`compute_frame_poses`."""
     for row in range(len(places)):
         compute_frame_poses(T_map_link[row], angles[row], joints[row], between, places[row])

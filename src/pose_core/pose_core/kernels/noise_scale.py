@@ -11,7 +11,7 @@ from pose_core.streams.samples import FloatArray
 MEMORY_S = 20.0  # [s] time constant of the running mean
 MIN_SCALE, MAX_SCALE = 0.2, 6.0  # [-]
 CONSISTENT_NIS = 0.55  # [-] mean NIS of a consistent filter. It is below 3, the measurements'
-# degrees of freedom, because the noise is enlarged by what slow errors leave of it.
+# degrees of freedom, because the noise is increased to account for correlated errors.
 
 
 @compiled_in_place

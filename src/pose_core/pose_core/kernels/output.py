@@ -1,4 +1,4 @@
-"""What is published of states: joint angles, their rates and uncertainty, and the pose of these."""
+"""Published quantities of filter states: joint angles, rates, uncertainty, link transforms."""
 
 from typing import NamedTuple
 
@@ -20,20 +20,20 @@ from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, de
 from pose_core.kernels.rotations import logarithm, product_transposed, turn_by
 from pose_core.streams.samples import FloatArray
 
-NOTHING = 1e-6  # [1/rad²] information that is none
+NOTHING = 1e-6  # [1/rad²] lower bound of the information that counts
 
 
 class OutputBody(NamedTuple):
-    """What one body's poses are published with."""
+    """Constants for publishing one body's poses."""
 
     numbers: ModelArrays
-    limits: FloatArray  # (d, 2) [rad] of the degrees of freedom; infinite of the root
+    limits: FloatArray  # (d, 2) [rad] of the degrees of freedom; infinite for the root
     hinges: Hinges
     variance_calibration: FloatArray  # see :func:`published_variance`
 
 
 class PoseOutput(NamedTuple):
-    """What is published of n states: filled."""
+    """Published quantities of n states."""
 
     position: FloatArray  # (n, d) [m] or [rad]
     velocity: FloatArray  # (n, d)
@@ -42,8 +42,8 @@ class PoseOutput(NamedTuple):
     weight_kinect: FloatArray  # (n, d) [-]
     weight_imu: FloatArray  # (n, d) [-]
     source: NDArray[np.uint8]  # (n, d)
-    joints: FloatArray  # (n, joints, 3) [m]: the filter's, seen from the published root
-    placed_joints: FloatArray  # (n, joints, 3) [m]: of the pose that the degrees of freedom give
+    joints: FloatArray  # (n, joints, 3) [m]: the filter's, relative to the published root
+    placed_joints: FloatArray  # (n, joints, 3) [m]: from the published degrees of freedom
     T_map_link: FloatArray  # (n, links, 4, 4): likewise
     sensor_weight: FloatArray  # (n, s, joints) [-]
 
@@ -57,13 +57,13 @@ def copy_state(
     scale: float,
     out: StateNumbers,
 ) -> None:
-    """Copy what of a state is published, but for the information, which is its update's own.
+    """Copy the published part of a state, except the information, which the update provides.
 
     Args:
         body: The tree of links.
         pose: The state.
         P: Its covariance.
-        parents: Of its links, (links,); −1 of the root.
+        parents: Parents of its links, (links,); −1 for the root.
         scale: See :func:`published_variance`.
         out: Filled.
     """
@@ -98,11 +98,11 @@ def output_states(
     """Publish n states of one body, one after the other.
 
     Args:
-        body: Whose.
+        body: The body.
         stamps_ns: (n,) [ns].
-        states: A row each.
+        states: The states, n rows.
         tracking_state: (n, s, joints).
-        blending: What was published before; updated.
+        blending: The last output; updated.
         output: Filled.
     """
     of_dof = np.empty((5, len(blending.position)))
@@ -161,13 +161,13 @@ def blend(
     of_dof: FloatArray,
     is_known: NDArray[np.bool_],
 ) -> None:
-    """Blend one state's degrees of freedom into what is published.
+    """Blend one state's degrees of freedom with the last output.
 
     Args:
-        body: Whose.
+        body: The body.
         stamp_ns: [ns].
         R_map_root: The root's rotation, (3, 3).
-        blending: What was published before; updated.
+        blending: The last output; updated.
         of_dof: The filter's values, rates and variances, (3 or more, d); the variances are updated.
         is_known: Filled, (d,).
     """
@@ -185,7 +185,7 @@ def blend(
 
 @compiled
 def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: FloatArray) -> None:
-    """The same of the root: its place, and its rotation in the group; see :func:`blend`."""
+    """Blend the root's position and, on the manifold, its rotation; see :func:`blend`."""
     R, apart, turn = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
     R[:] = R_map_root
     if dt_s > 0.0:
@@ -232,11 +232,11 @@ def move_along(state: StateNumbers, blending: Blending, joints: FloatArray) -> N
 def share_out(
     information: FloatArray, least: float, share: FloatArray, source: NDArray[np.uint8]
 ) -> None:
-    """Each source's share of what an update knew, and the name for it.
+    """Weight of each source in an update's information, and the resulting source.
 
     Args:
-        information: Of Kinects and of IMUs, (2, d).
-        least: Information that counts.
+        information: Information of Kinects and of IMUs, (2, d).
+        least: Lower bound of the information that counts.
         share: Filled, (2, d) [-]; may be the information itself.
         source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
     """
@@ -257,14 +257,14 @@ def published_variance(
     calibration: FloatArray,
     out: FloatArray,
 ) -> None:
-    """Variances that errors keep to; see :mod:`pose_core.estimators.uncertainty`.
+    """Calibrated variances; see :mod:`pose_core.estimators.uncertainty`.
 
     Args:
         variance: The filter's, (d,).
         velocity: (d,).
         weight_imu: Share of the IMUs, (d,) [-].
         scale: Of the variances [-].
-        calibration: Factor [-], lateness [s] and deviation, by Kinects alone and with an IMU,
+        calibration: Coefficients f [-], T [s] and s, without and with an IMU,
             (2, 3, d).
         out: Filled, (d,); may be the filter's.
     """

@@ -1,14 +1,14 @@
 r"""Output blending: the published pose follows the filter's without a step.
 
-A measurement update, a source that comes or goes, a filter that starts anew: each makes the
-filter's pose jump. The published pose keeps its value and its rate, and the difference e to the
-filter's dies out critically damped,
+A measurement update, a source that appears or disappears, or a restart makes the filter's pose
+jump. The published pose keeps its value and its rate, and the difference e to the filter's pose
+decays with critical damping,
 
 .. math:: \ddot e + 2 k \dot e + k^2 e = 0, \quad q = q^* + e, \quad \dot q = \dot q^* + \dot e  (1)
 
-so that the published rate is the derivative of what is published. 1/k is short where the filter is
-sure of an angle and long where it is not, as of a straight limb's turn about itself; a large
-difference is travelled at a bounded rate. Angles stay within the limits of the body model.
+so that the published rate is the derivative of the published angle. 1/k is short where the filter
+is certain of an angle and long where it is not, as for the axial rotation of a straight limb. A
+large difference is reduced at a bounded rate. Angles stay within the limits of the body model.
 """
 
 from typing import NamedTuple
@@ -19,31 +19,31 @@ from numpy.typing import NDArray
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.streams.samples import FloatArray
 
-BLEND_S = 0.005  # [s] 1/k of what the filter is sure of
-LONGEST_BLEND_S = 0.12  # [s] 1/k of what it hardly knows
-SURE_STDDEV = np.radians(16.0)  # [rad] of an angle, up to which it is sure
-LARGEST_TRAVEL = 8.0  # [rad/s], [m/s] by which a difference is made up at most
-LARGEST_RATE = 40.0  # [rad/s] of the filter's that counts
-UNKNOWN_BEYOND = np.radians(15.0)  # [rad] beyond its limits an angle is not known
-UNKNOWN_APART = np.radians(45.0)  # [rad] likewise, of the published angle from the filter's
-UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of the deviation of an angle that is not known
+BLEND_S = 0.005  # [s] 1/k of a certain angle
+LONGEST_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
+SURE_STDDEV = np.radians(16.0)  # [rad] up to which an angle counts as certain
+LARGEST_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
+LARGEST_RATE = 40.0  # [rad/s] bound of the filter's rate
+UNKNOWN_BEYOND = np.radians(15.0)  # [rad] outside its limits, from which on an angle is unknown
+UNKNOWN_APART = np.radians(45.0)  # [rad] between published and filter's angle, likewise
+UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of an unknown angle's standard deviation
 LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
-LONGEST_GAP_S = 0.5  # [s] after a longer silence the output goes on from rest
-AFTER_GAP_S = 0.01  # [s] that count as elapsed then
+LONGEST_GAP_S = 0.5  # [s] after a longer silence the output continues from rest
+AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
 
 
 class Blending(NamedTuple):
-    """What was published last, over d degrees of freedom; updated in place."""
+    """The last output, over d degrees of freedom; updated in place."""
 
     stamp_ns: NDArray[np.int64]  # (1,) [ns]; 0: nothing
     position: FloatArray  # (d,) [m], [rad]
     velocity: FloatArray  # (d,) [m/s], [rad/s]
-    unknown_s: FloatArray  # (d,) [s] for which each has not been known
+    unknown_s: FloatArray  # (d,) [s] for which each has been unknown
     R_map_root: FloatArray  # (3, 3)
 
 
 def make_blending(size: int) -> Blending:
-    """Nothing has been published."""
+    """State of the blending before the first output."""
     return Blending(
         np.zeros(1, np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.eye(3)
     )
@@ -66,8 +66,8 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
 def decay(e: float, rate: float, blend_s: float, dt_s: float) -> tuple[float, float]:
     """A difference and its rate after some time, by (1).
 
-    With k = 2 v / |e|, (1) has the solution of constant rate v: a large difference is travelled at
-    the largest rate, where it began at rest.
+    With k = 2 v / |e|, (1) has a solution with constant rate v: a large difference that starts at
+    rest is reduced at the largest rate.
     """
     k = min(1.0 / blend_s, 2.0 * LARGEST_TRAVEL / max(abs(e), 1e-9))
     drive = rate + k * e
@@ -83,15 +83,15 @@ def blend_angle(
     target: FloatArray,
     limits: FloatArray,
 ) -> bool:
-    """Publish one joint angle; whether it is known.
+    """Blend one joint angle; return whether it is known.
 
     Args:
         blending: The angle and its rate are updated.
-        at: Which degree of freedom.
+        at: Index of the degree of freedom.
         dt_s: See :func:`elapsed_s`.
         target: The filter's value [rad], rate [rad/s] and variance [rad²], (3,); the variance
-            becomes the one of what is published, as far as that differs.
-        limits: Lower and upper, (2,) [rad].
+            is increased by the difference to the published angle.
+        limits: Lower and upper limit, (2,) [rad].
     """
     before, rate_before = blending.position[at], blending.velocity[at]
     goal = min(max(target[0], limits[0]), limits[1])

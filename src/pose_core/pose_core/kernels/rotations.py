@@ -14,7 +14,7 @@ SMALL_ANGLE = 1e-6  # [rad] below it, series replace sin x / x and (1 - cos x) /
 
 @compiled_in_place
 def rodrigues(squared: float) -> tuple[float, float]:
-    """Factors of the formula of Rodrigues, sin θ / θ and (1 − cos θ) / θ², given θ² [rad²]."""
+    """Factors of Rodrigues' formula, sin θ / θ and (1 − cos θ) / θ², for θ² [rad²]."""
     angle = np.sqrt(squared)
     if angle < SMALL_ANGLE:
         return 1.0 - squared / 6.0, 0.5 - squared / 24.0
@@ -35,7 +35,7 @@ def exponential(x: float, y: float, z: float, out: FloatArray) -> None:
 
 @compiled_in_place
 def turn_by(x: float, y: float, z: float, R: FloatArray) -> None:
-    """R becomes exp(v) R, in place, of a rotation vector [rad]."""
+    """Replace R by exp(v) R, for a rotation vector v [rad]."""
     first, second = rodrigues(x * x + y * y + z * z)
     for k in range(3):
         a, b, c = R[0, k], R[1, k], R[2, k]
@@ -47,7 +47,7 @@ def turn_by(x: float, y: float, z: float, R: FloatArray) -> None:
 
 @compiled_in_place
 def turn_within(x: float, y: float, z: float, R: FloatArray) -> None:
-    """R becomes R exp(v), in place, of a rotation vector [rad]."""
+    """Replace R by R exp(v), for a rotation vector v [rad]."""
     first, second = rodrigues(x * x + y * y + z * z)
     for i in range(3):
         a, b, c = R[i, 0], R[i, 1], R[i, 2]
@@ -86,13 +86,13 @@ def quaternion_of(R: FloatArray) -> tuple[float, float, float, float]:
 
 @compiled_in_place
 def quaternion(R: FloatArray, out: FloatArray) -> None:
-    """The same into an array, (4,)."""
+    """Fill an array, (4,), with the unit quaternion of a rotation matrix."""
     out[0], out[1], out[2], out[3] = quaternion_of(R)
 
 
 @compiled_in_place
 def vector_scale(x: float, y: float, z: float, w: float) -> float:
-    """What makes the rotation vector of a unit quaternion's x, y, z."""
+    """Factor from a unit quaternion's x, y, z to the rotation vector."""
     sign = 1.0 if w >= 0.0 else -1.0
     sine = np.sqrt(x * x + y * y + z * z)  # of half the angle
     if sine < SMALL_ANGLE:

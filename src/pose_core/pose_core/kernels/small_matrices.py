@@ -1,4 +1,4 @@
-"""Linear algebra of matrices of up to three rows, in place and without a library's overhead."""
+"""Linear algebra for matrices of up to three rows, in place, without the overhead of a library."""
 
 from typing import NamedTuple
 
@@ -10,12 +10,12 @@ from pose_core.streams.samples import FloatArray
 
 @compiled_in_place
 def solve(A: FloatArray, B: FloatArray, size: int) -> None:
-    """B becomes A⁻¹ B by Cholesky's method; A, symmetric and positive, becomes its factor.
+    """Replace B by A⁻¹ B, and the symmetric positive definite A by its Cholesky factor.
 
     Args:
-        A: Its first ``size`` rows and columns count.
-        B: Its first ``size`` rows count; any number of columns.
-        size: At most the matrices' rows.
+        A: Only the first ``size`` rows and columns are used.
+        B: Only the first ``size`` rows are used; any number of columns.
+        size: At most the number of rows.
     """
     for i in range(size):
         for j in range(i + 1):
@@ -36,14 +36,14 @@ def solve(A: FloatArray, B: FloatArray, size: int) -> None:
 
 @compiled_in_place
 def mirror(A: FloatArray) -> None:
-    """Make a square matrix symmetric: its upper triangle counts."""
+    """Copy the upper triangle of a square matrix to the lower one."""
     for i in range(len(A)):
         for j in range(i):
             A[i, j] = A[j, i]
 
 
 class Symmetric(NamedTuple):
-    """A symmetric (3, 3) matrix, its numbers side by side: so they stay in a CPU's registers."""
+    """A symmetric (3, 3) matrix as scalars, so that they stay in registers."""
 
     xx: float
     xy: float
@@ -55,13 +55,13 @@ class Symmetric(NamedTuple):
 
 @compiled_in_place
 def symmetric(A: FloatArray) -> Symmetric:
-    """Of a matrix whose upper triangle counts."""
+    """Make a symmetric matrix from an upper triangle."""
     return Symmetric(A[0, 0], A[0, 1], A[0, 2], A[1, 1], A[1, 2], A[2, 2])
 
 
 @compiled_in_place
 def scaled(A: Symmetric, factor: float) -> Symmetric:
-    """All of it times a factor."""
+    """The matrix times a factor."""
     return Symmetric(
         factor * A.xx, factor * A.xy, factor * A.xz, factor * A.yy, factor * A.yz, factor * A.zz
     )
@@ -69,7 +69,7 @@ def scaled(A: Symmetric, factor: float) -> Symmetric:
 
 @compiled_in_place
 def inverse(A: Symmetric) -> Symmetric:
-    """By cofactors; for covariances of one point, whose axes are not too unlike."""
+    """Inverse by cofactors; for well-conditioned matrices, such as covariances of a point."""
     xx, xy, xz = A.yy * A.zz - A.yz * A.yz, A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy
     yy, yz, zz = A.xx * A.zz - A.xz * A.xz, A.xy * A.xz - A.xx * A.yz, A.xx * A.yy - A.xy * A.xy
     determinant = A.xx * xx + A.xy * xy + A.xz * xz

@@ -8,7 +8,7 @@ from pose_core.streams.samples import FloatArray
 
 @compiled_in_place
 def flexion(R_parent_link: FloatArray, sign: float) -> float:
-    """A hinge's angle [rad], negative when it is bent the wrong way."""
+    """A hinge's flexion [rad], negative when it bends backwards."""
     R = R_parent_link
     return sign * np.arctan2(R[0, 2] - R[2, 0], R[0, 0] + R[2, 2])
 

@@ -1,4 +1,4 @@
-"""Products of vectors of three, without a library's overhead."""
+"""Products of vectors of three elements, without the overhead of a library."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from pose_core.streams.samples import FloatArray
 
 @compiled_in_place
 def norm(v: FloatArray) -> float:
-    """Length."""
+    """Euclidean norm."""
     return np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
@@ -20,7 +20,7 @@ def dot(a: FloatArray, b: FloatArray) -> float:
 
 @compiled_in_place
 def cross(a: FloatArray, b: FloatArray, out: FloatArray) -> None:
-    """Vector product; ``out`` is neither of both."""
+    """Cross product; ``out`` must be neither of the operands."""
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]

@@ -1,1 +1,1 @@
-"""What is known of a session: where sensors stand, their clocks, the person's measures."""
+"""Calibration of a session: poses of the sensors, their clocks, the person's body measures."""

@@ -1,11 +1,13 @@
-r"""How each source's clock stands to the reference sensor's, and stamps put right by it.
+r"""Offsets of the sources' clocks to the reference sensor's, and correction of stamps.
 
 With :math:`s` a source's stamp, the instant on the reference's clock is
 
 .. math:: t = s - o - d\,(s - s_0)
 
-where :math:`o` is how far the source's clock was ahead at its stamp :math:`s_0`, and :math:`d` what
-it has gained since. A source is a Kinect, by its name, or all IMUs together: one bridge stamps all.
+where :math:`o` is the offset of the source's clock at its stamp :math:`s_0` (positive if ahead),
+and
+:math:`d` its drift. A source is a Kinect, by its name, or all IMUs together, because one bridge
+stamps all of them.
 """
 
 from collections.abc import Mapping
@@ -19,13 +21,13 @@ from pose_core.streams.samples import ImuBlock, SkeletonSample
 from pose_core.streams.series import SkeletonSeries
 
 IMUS = "imus"
-"""The source that all IMUs are."""
-REACH_NS = 1800 * NS_PER_S  # [ns] from where it was measured, to which a drift is believed
+"""Name of the source that consists of all IMUs."""
+REACH_NS = 1800 * NS_PER_S  # [ns] from its measurement for which a drift is applied
 
 
 @dataclass(frozen=True, kw_only=True)
 class Clock:
-    """How far a source's clock is ahead of the reference's."""
+    """Offset and drift of a source's clock; positive if it is ahead of the reference's."""
 
     offset_ns: int = 0  # at ``at_ns``
     drift: float = 0.0  # [-] seconds gained a second
@@ -34,7 +36,7 @@ class Clock:
     drift_stddev: float = 0.0  # [-] the same of the drift
 
     def ahead_ns(self, stamp_ns: int) -> int:
-        """How far the clock is ahead at one of the source's stamps [ns]."""
+        """Offset of the clock at one of the source's stamps [ns]."""
         since_ns = min(max(stamp_ns - self.at_ns, -REACH_NS), REACH_NS)
         return self.offset_ns + round(self.drift * since_ns)
 
@@ -48,7 +50,7 @@ Clocks = Mapping[str, Clock]
 
 
 def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample:
-    """A sample as if the reference's clock had stamped it."""
+    """A sample with its stamp converted to the reference's clock."""
     clock = clocks.get(sample.sensor)
     if clock is None:
         return sample
@@ -56,7 +58,7 @@ def on_reference_clock(sample: SkeletonSample, clocks: Clocks) -> SkeletonSample
 
 
 def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
-    """IMUs' samples as if the reference's clock had stamped them."""
+    """IMU samples with their stamps converted to the reference's clock."""
     clock = clocks.get(IMUS)
     if clock is None:
         return block
@@ -64,7 +66,7 @@ def block_on_reference_clock(block: ImuBlock, clocks: Clocks) -> ImuBlock:
 
 
 def series_on_reference_clock(series: SkeletonSeries, clock: Clock | None) -> SkeletonSeries:
-    """A source's joints over time as if the reference's clock had stamped them."""
+    """A source's joints over time with their stamps converted to the reference's clock."""
     if clock is None:
         return series
     return replace(series, stamps_ns=_stamps_on_reference_clock(series.stamps_ns, clock))
@@ -77,7 +79,7 @@ def _stamps_on_reference_clock(stamps_ns: NDArray[np.int64], clock: Clock) -> ND
 
 
 def moved_most_ns(before: Clocks, after: Clocks, stamp_ns: int) -> int:
-    """By how much any source's stamps change [ns] if other clocks are used, about a stamp."""
+    """Largest change of any source's stamps [ns] near a stamp if other clocks are used."""
     return max(
         (
             abs(_ahead_ns(after, name, stamp_ns) - _ahead_ns(before, name, stamp_ns))

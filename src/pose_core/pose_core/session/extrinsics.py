@@ -1,7 +1,7 @@
-"""Where the sensors stand, as values (li2020 (1)).
+"""Extrinsics: poses of the sensors (li2020 (1)).
 
 ``T_reference_sensor`` maps a sensor's points into the frame of the reference, which is the first
-sensor; ``T_map_reference`` maps those into the world.
+sensor; ``T_map_reference`` maps those into ``map``.
 """
 
 from collections.abc import Mapping
@@ -19,9 +19,9 @@ from pose_core.transforms import inverse
 
 @dataclass(frozen=True, kw_only=True)
 class PairResiduals:
-    """How well one sensor agrees with another, over joints tracked in both."""
+    """Agreement of one sensor with another, over joints tracked by both."""
 
-    partner: str  # the other sensor: the reference, or one nearer to it that sees more in common
+    partner: str  # the other sensor: the reference, or one with more common view
     frames: int  # [-] in which both saw the person
     raw_median: float  # [m] distance of a joint in the two views before calibration
     raw_rms: float  # [m]
@@ -41,7 +41,7 @@ class PairResiduals:
 
 @dataclass(frozen=True, kw_only=True)
 class BoardResiduals:
-    """How well a board determined one sensor's place."""
+    """Accuracy of one sensor's pose from a board."""
 
     views: int  # [-] instants at which it and another sensor saw the board
     reprojection_px: float  # [px] RMS over all corners
@@ -51,7 +51,7 @@ class BoardResiduals:
 
 @dataclass(frozen=True, kw_only=True)
 class Extrinsics:
-    """Where each sensor stands."""
+    """Pose of each sensor."""
 
     reference: str  # the first sensor
     T_reference_sensor: Mapping[str, FloatArray]  # (4, 4) by sensor, the reference's an identity
@@ -60,10 +60,10 @@ class Extrinsics:
     board: Mapping[str, BoardResiduals] = field(default_factory=dict)  # the same, of a board
     floor: FloorEstimate | None = None  # how T_map_reference was found
     clocks: Mapping[str, Clock] = field(default_factory=dict)  # by source, those that differ
-    body: SessionBody | None = None  # the person's measures, where they were taken
+    body: SessionBody | None = None  # the person's body measures, if they were measured
     view_offsets: Mapping[str, FloatArray] = field(default_factory=dict)
-    """Where each sensor's tracker sees the joints, minus where they are: (15, 3) [m] by sensor, in
-    axes that turn with the body (x forward, y left, z up)."""
+    """Measured minus true joint positions of each sensor's tracker, (15, 3) [m] by sensor, in axes
+    that rotate with the body (x forward, y left, z up)."""
 
     @property
     def sensors(self) -> tuple[str, ...]:
@@ -76,7 +76,7 @@ class Extrinsics:
 
 
 def extrinsics_from_map(T_map_sensor: Mapping[str, FloatArray]) -> Extrinsics:
-    """Extrinsics from each sensor's place in ``map``, (4, 4) by sensor, the reference first.
+    """Extrinsics from each sensor's pose in ``map``, (4, 4) by sensor, the reference first.
 
     Raises:
         InputError: If there is no sensor.

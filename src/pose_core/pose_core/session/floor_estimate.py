@@ -1,4 +1,4 @@
-"""Where the reference sensor stands above the floor, as a value."""
+"""Pose of the reference sensor relative to the floor."""
 
 from dataclasses import dataclass
 
@@ -9,10 +9,10 @@ from pose_core.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class FloorEstimate:
-    """Where the reference sensor stands above the floor."""
+    """Pose of the reference sensor relative to the floor."""
 
     T_map_reference: FloatArray  # (4, 4)
-    source: str  # what up was found from
+    source: str  # source of the vertical
     up_stddev: float  # [rad]
     height_stddev: float  # [m]
     upright_frames: int  # [-]

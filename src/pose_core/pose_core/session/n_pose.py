@@ -1,7 +1,7 @@
-"""N-pose: a standing person's measures, and each tracker's offset at every joint.
+"""N-pose: body measures of a standing person, and each tracker's offset at every joint.
 
-In the N-pose every joint angle is zero by definition: the limbs hang straight down, left and right
-are alike. Where a sensor observes a joint elsewhere, its tracker has a constant offset there.
+In the N-pose every joint angle is zero by definition: the limbs hang straight down, and the body is
+symmetric. If a sensor observes a joint elsewhere, its tracker has a constant offset there.
 """
 
 import itertools
@@ -24,22 +24,24 @@ from pose_core.streams.samples import FloatArray
 DURATION_NS = 3 * NS_PER_S // 2
 CHECK_EVERY_NS = NS_PER_S // 5
 LEAST_SAMPLES = 15  # [-] of a joint by a sensor
-STILL_STDDEV = 0.03  # [m] a joint that spreads further moves
-MOST_MOVING = 2  # [-] joints that may: a tracker loses one now and then
-BENT = {"elbow_flexion": np.radians(60.0)}  # half hidden, hanging arms seem bent
+STILL_STDDEV = 0.03  # [m] a joint with a larger spread is moving
+MOST_MOVING = 2  # [-] joints that may move: a tracker loses one now and then
+BENT = {"elbow_flexion": np.radians(60.0)}  # partly occluded, hanging arms seem bent
 NOT_BENT = np.radians(30.0)
-LARGEST_OFFSET = 0.12  # [m] beyond which it is no offset but a mistake
+LARGEST_OFFSET = 0.12  # [m] a larger deviation is a gross error, not an offset
 
-TRACKERS_BLAME = (0.03, 0.06)  # [m] a joint that is this far from its neutral place, as all sensors
-# see it, is wholly the trackers' mistake, or wholly the posture of a person who stands otherwise
-LEAST_SENSORS = 2  # [-] for that; what one alone says may as well be the posture
+TRACKER_ERROR = (0.03, 0.06)
+"""[m] Up to the first mean distance from its neutral position, over all sensors, a joint's
+deviation is
+the trackers' error; from the second on it is the person's posture."""
+LEAST_SENSORS = 2  # [-] for this distinction; one sensor alone cannot make it
 
 CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
 
 
 @dataclass(frozen=True, kw_only=True)
 class NPose:
-    """What is measured in the N-pose."""
+    """Result of the detection of the N-pose."""
 
     stamp_ns: int  # [ns] of its end
     shape: BodyShape
@@ -61,16 +63,16 @@ class NPoseDetector:
         tracking_state: NDArray[np.uint8],
         shape: BodyShape | None = None,
     ) -> NPose | None:
-        """Take the sensors' joints of one instant.
+        """Add the sensors' joints at one instant.
 
         Args:
             stamp_ns: The instant.
             positions: In map, shape (sensors, 15, 3) [m]; NaN where not observed.
             tracking_state: Shape (sensors, 15).
-            shape: The person's measures, where they are known already: they are kept.
+            shape: The person's body measures if they are already known; they are not changed.
 
         Returns:
-            The measures, once the pose has been held for long enough.
+            The N-pose, once it has been held for long enough.
         """
         if self._samples and abs(stamp_ns - self._samples[-1][0]) > NS_PER_S:
             self._samples.clear()
@@ -105,7 +107,7 @@ class NPoseDetector:
         shift = np.mean((mean - root) @ heading - neutral, axis=0)
         own = (median - mean) @ heading
         common = (mean - root) @ heading - shift - neutral
-        nearest, farthest = TRACKERS_BLAME
+        nearest, farthest = TRACKER_ERROR
         distance = np.linalg.norm(common, axis=1, keepdims=True)
         share = np.clip((farthest - distance) / (farthest - nearest), 0.0, 1.0)
         share[np.isfinite(median[..., 0]).sum(axis=0) < LEAST_SENSORS] = 0.0
@@ -128,7 +130,7 @@ def is_n_pose(joints: FloatArray) -> bool:
 
 
 def n_pose_joints(observed: FloatArray) -> FloatArray:
-    """The exact N-pose of a body that is observed about in that pose.
+    """The exact N-pose of a body that is observed approximately in that pose.
 
     Args:
         observed: Joint positions in heading axes, from the middle of the hips, shape (15, 3) [m].
@@ -166,7 +168,7 @@ def n_pose_joints(observed: FloatArray) -> FloatArray:
 
 
 def shape_of(model: BodyModel, neutral: FloatArray) -> BodyShape:
-    """A body's measures from its joints in the N-pose, shape (15, 3) [m]."""
+    """Body measures from the joints in the N-pose, shape (15, 3) [m]."""
     offsets = neutral.copy()
     for name, place in model.joints.items():
         joint = model.links[place.link].joint
@@ -176,7 +178,7 @@ def shape_of(model: BodyModel, neutral: FloatArray) -> BodyShape:
 
 
 def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Heading axes ``R_map_heading`` and the middle of the hips [m] of a standing body."""
+    """Heading axes ``R_map_heading`` and mid-hip [m] of a standing body."""
     heading = standing_heading(joints)
     y = np.array([-np.sin(heading), np.cos(heading), 0.0])
     up = np.array([0.0, 0.0, 1.0])
@@ -192,5 +194,5 @@ def _nan_median(views: FloatArray) -> FloatArray:
 
 
 def _nan_spread(views: FloatArray, center: FloatArray) -> FloatArray:
-    """Median distance from a center, made a standard deviation."""
+    """Standard deviation from the median distance to a centre."""
     return np.asarray(1.4826 * _nan_median(np.abs(views - center)))

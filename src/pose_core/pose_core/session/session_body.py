@@ -1,4 +1,4 @@
-"""A person's measures as a session knows them."""
+"""Body measures in a session's calibration."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from pose_core.body.shape import BodyShape
 
 @dataclass(frozen=True, kw_only=True)
 class SessionBody:
-    """A person's measures, and the body model whose links they are given in."""
+    """A person's body measures, and the body model that they refer to."""
 
     model: str
     shape: BodyShape

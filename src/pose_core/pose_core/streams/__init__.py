@@ -1,1 +1,1 @@
-"""Samples of the sensors, and what puts them in order: time alignment, one person."""
+"""Samples of the sensors: types, checks of stamps, ordering and time alignment."""

@@ -1,4 +1,4 @@
-"""Joint angles over time, as arrays: what every comparison is made on."""
+"""Joint angles over time, as arrays, for all comparisons."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from pose_core.body.joint_angles import ABDUCTION_OF, ANGLES, joint_angles, unwr
 from pose_core.streams.samples import FloatArray
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries
 
-SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion says nothing
+SIDEWAYS = np.radians(60.0)  # [rad] of abduction: beyond it flexion is undefined
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class AngleSeries:
         return AngleSeries(stamps_ns=self.stamps_ns + shift_ns, angles=self.angles)
 
     def between(self, begin_ns: int, end_ns: int) -> "AngleSeries":
-        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, both included."""
+        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, inclusive."""
         inside = (self.stamps_ns >= begin_ns) & (self.stamps_ns <= end_ns)
         return AngleSeries(
             stamps_ns=self.stamps_ns[inside],
@@ -56,7 +56,7 @@ def angle_series(series: SkeletonSeries) -> AngleSeries:
 
 
 def without_sideways_flexion(angles: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """The angles with NaN for flexion where the limb points sideways, by more than 60°."""
+    """The angles, with NaN for flexion where abduction exceeds 60°."""
     result = dict(angles)
     for flexion, abduction in ABDUCTION_OF.items():
         with np.errstate(invalid="ignore"):

@@ -1,4 +1,4 @@
-"""The fusion's own account of its outputs, over time, as arrays."""
+"""Estimates with uncertainty and provenance over time, as arrays."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from pose_core.streams.samples import FloatArray
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateSeries:
-    """The fusion's own account of each of its outputs."""
+    """Estimates with uncertainty and provenance."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     names: tuple[str, ...]  # (k,) the degrees of freedom
@@ -20,7 +20,7 @@ class EstimateSeries:
     position_stddev: FloatArray  # (n, k) [m] or [rad]
     weight_kinect: FloatArray  # (n, k) [-] 0..1
     weight_imu: FloatArray  # (n, k) [-] 0..1
-    source: NDArray[np.uint8]  # (n, k) where each came from: 0 predicted, 1 Kinect, 2 IMU, 3 both
+    source: NDArray[np.uint8]  # (n, k) sources: 0 predicted, 1 Kinect, 2 IMU, 3 both
     latency_s: FloatArray  # (n,) [s]
 
 

@@ -1,8 +1,8 @@
-"""Frames of several sensors in the order of their stamps, waiting as little as can be.
+"""Ordering of several sensors' frames by their stamps, with minimal delay.
 
-Sensors of one phase deliver their frames within a millisecond, in an order that changes from one
-instant to the next. Every sensor's rhythm, its median period and how much that varies, tells
-whether it still owes a frame from before another's: only then is waited.
+Sensors with the same phase deliver their frames within a millisecond, in varying order. The median
+period of each sensor and its variation predict whether an earlier frame of it is still due. Only
+then does a frame wait.
 """
 
 from collections import deque
@@ -14,21 +14,21 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-REMEMBERED = 9  # [frames] that a rhythm is the median of
-SILENT_NS = 200_000_000  # [ns] without a frame, after which a sensor owes none
-JUMP_BACK_NS = 1_000_000_000  # [ns] further back than this, a recording has begun anew
-LEAST_JITTER_NS = 500_000  # [ns] by which a stamp may always come early
-LARGEST_JITTER_NS = 5_000_000  # [ns] no waiting for a frame that is expected later
-JITTERS = 3.0  # [-] times the median deviation that a stamp may come early
+REMEMBERED = 9  # [frames] over which the median period is taken
+SILENT_NS = 200_000_000  # [ns] without a frame, after which none is due
+JUMP_BACK_NS = 1_000_000_000  # [ns] a larger step back means that a recording has restarted
+LEAST_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
+LARGEST_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
+JITTERS = 3.0  # [-] allowed jitter, in median deviations
 
 
 @dataclass
 class Rhythm:
-    """When a sensor's frames come, by their stamps."""
+    """Predicts a sensor's next frame from its stamps."""
 
     newest_ns: int
     intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
-    earliest_ns: float = inf  # [ns] after the newest, from which on the next frame may come
+    earliest_ns: float = inf  # [ns] after the newest frame, the earliest time of the next one
 
     def add(self, stamp_ns: int) -> None:
         """Note a frame."""
@@ -40,16 +40,16 @@ class Rhythm:
         self.earliest_ns = period_ns - early_ns
 
     def owes_until(self, stamp_ns: int) -> bool:
-        """Whether a frame of before an instant is still to come."""
+        """Whether a frame with a stamp before an instant is still due."""
         missing_ns = stamp_ns - self.newest_ns
         return 0 < missing_ns <= SILENT_NS and missing_ns > self.earliest_ns
 
 
 class FrameOrder(Generic[T]):
-    """Holds a frame while another sensor owes an earlier one.
+    """Holds a frame while an earlier frame of another sensor is due.
 
-    A sensor that has left one out is found out by the next frame of any: everything up to that
-    instant's predecessor goes out then. A live caller that cannot wait as long calls :meth:`flush`.
+    If a sensor has dropped a frame, the next frame of any sensor reveals this and releases the held
+    ones. A live caller that cannot wait as long calls :meth:`flush`.
     """
 
     def __init__(self) -> None:
@@ -64,9 +64,9 @@ class FrameOrder(Generic[T]):
         return bool(self._held)
 
     def add(self, sensor: str, stamp_ns: int, frame: T) -> list[T]:
-        """Take a frame and return those whose turn has come, in the order of their stamps.
+        """Add a frame; return the frames to process now, in the order of their stamps.
 
-        One that comes later than the others have waited for passes at once.
+        A frame that arrives later than the others have waited for passes at once.
         """
         ready = []
         rhythm = self._rhythms.get(sensor)
@@ -77,7 +77,7 @@ class FrameOrder(Generic[T]):
         if rhythm is None:
             self._rhythms[sensor] = Rhythm(stamp_ns)
         elif stamp_ns > rhythm.newest_ns:
-            # By its own next frame, a sensor says that it owes nothing from before.
+            # The next frame of a sensor shows that no earlier one is due.
             ready += self._release_before(rhythm.newest_ns)
             rhythm.add(stamp_ns)
         if self._released_ns is not None and stamp_ns < self._released_ns:
@@ -87,7 +87,7 @@ class FrameOrder(Generic[T]):
         return ready + self._release()
 
     def flush(self) -> list[T]:
-        """Everything that is held: nothing is waited for."""
+        """Return all held frames."""
         return [self._pop() for _ in range(len(self._held))]
 
     def _release_before(self, stamp_ns: int) -> list[T]:

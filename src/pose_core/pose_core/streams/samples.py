@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonSample:
-    """One person's joints as one sensor saw them."""
+    """One person's joints as measured by one sensor."""
 
     stamp_ns: int  # [ns] moment of capture
     sensor: str
@@ -36,7 +36,7 @@ class ImuSample:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuBlock:
-    """Samples of several IMUs, n rows in the order of their arrival; see :class:`ImuSample`."""
+    """n samples of several IMUs, in the order of their arrival; see :class:`ImuSample`."""
 
     segments: tuple[str, ...]
     imu: NDArray[np.int64]  # (n,) index into ``segments``
@@ -50,7 +50,7 @@ class ImuBlock:
         return len(self.stamps_ns)
 
     def rows(self, chosen: slice | NDArray[np.intp]) -> "ImuBlock":
-        """Some of the rows."""
+        """A block of some rows."""
         return ImuBlock(
             segments=self.segments,
             imu=self.imu[chosen],
@@ -63,7 +63,7 @@ class ImuBlock:
 
 
 def block_of(sample: ImuSample) -> ImuBlock:
-    """A block of one row."""
+    """A block of one sample."""
     return ImuBlock(
         segments=(sample.segment,),
         imu=np.zeros(1, np.int64),
@@ -76,7 +76,7 @@ def block_of(sample: ImuSample) -> ImuBlock:
 
 
 def joined(blocks: Sequence[ImuBlock]) -> ImuBlock:
-    """The rows of several blocks, one block after the other."""
+    """Concatenate several blocks."""
     if not blocks:
         return _NO_SAMPLES
     segments = tuple(dict.fromkeys(name for block in blocks for name in block.segments))

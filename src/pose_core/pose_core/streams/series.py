@@ -16,7 +16,7 @@ MAX_GAP_S = 0.15  # [s] four missed frames at 30 Hz: nothing is interpolated acr
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonSeries:
-    """One person's joints at increasing instants, all in one frame."""
+    """One person's joints at increasing instants, in one frame."""
 
     stamps_ns: IntArray  # (n,) [ns], strictly increasing
     positions: FloatArray  # (n, 15, 3) [m]; NaN where unknown
@@ -27,7 +27,7 @@ class SkeletonSeries:
 
     @property
     def duration_s(self) -> float:
-        """From the first sample to the last [s]; 0 if there are none."""
+        """Time from the first sample to the last [s]; 0 if there are none."""
         return float(self.stamps_ns[-1] - self.stamps_ns[0]) * 1e-9 if len(self) else 0.0
 
     def transformed(self, T_target_source: FloatArray) -> "SkeletonSeries":
@@ -39,7 +39,7 @@ class SkeletonSeries:
         return replace(self, stamps_ns=self.stamps_ns + round(shift_s * 1e9))
 
     def between(self, begin_ns: int, end_ns: int) -> "SkeletonSeries":
-        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, both included."""
+        """The samples with stamps [ns] from ``begin_ns`` to ``end_ns``, inclusive."""
         inside = (self.stamps_ns >= begin_ns) & (self.stamps_ns <= end_ns)
         return SkeletonSeries(
             stamps_ns=self.stamps_ns[inside],
@@ -88,7 +88,7 @@ class SkeletonSeries:
 
 
 def series_from_samples(samples: Iterable[SkeletonSample]) -> SkeletonSeries:
-    """One series of samples in any order; of samples with equal stamps the first counts.
+    """Make a series of samples in any order; of samples with equal stamps the first is used.
 
     Joints that are not tracked become NaN, whatever position they carry.
     """

@@ -1,10 +1,10 @@
-"""Judges each source's stamps against their arrival before anything uses them.
+"""Checks the stamps of each source against their arrival times, before they are used.
 
-A stamp says when a sample was captured; it cannot be later than its arrival, not much earlier, and
-not before the stamp before it. A source that breaks this is set aside. If its clock has leapt, and
-then runs steadily for a second, the source is taken in again under the new offset: what remains of
-the difference is the usual lag. A source whose stamps lag by what a slow network may cost stays
-aside: its samples may really be that old.
+A stamp is the time of capture. It cannot be later than the arrival or much earlier, and it cannot
+decrease. A source that violates this is excluded. If its clock has jumped and then runs steadily
+for a second, the source is used again with the new clock offset, so that only its usual lag
+remains. A source with a lag that a slow network may cause stays excluded, because its samples may
+really be that old.
 """
 
 from collections.abc import Mapping
@@ -18,20 +18,20 @@ from pose_core.session.clocks import IMUS, Clock, Clocks, block_on_reference_clo
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock, SkeletonSample
 
-CAMERA_LAG_NS = NS_PER_S // 2  # [ns] a camera's sample that arrives later is too old to use
-IMU_LAG_NS = NS_PER_S // 5  # [ns] likewise an IMU's
-LARGEST_LEAD_NS = NS_PER_S // 10  # [ns] by which clocks may differ without being noticed
-SLOWEST_NS = 2 * NS_PER_S  # [ns] lag up to which samples may really be old
-STEADY_NS = NS_PER_S  # [ns] for which a clock that has leapt must run steadily
-STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] by which its lag may vary meanwhile
-SAME_OFFSET_NS = NS_PER_S // 4  # [ns] by which two sources' offsets differ that have one clock
-FEWEST = 8  # [samples] of a clock that runs steadily
-TOLERATED = 3  # [samples] that may be wrong, or of one stamp, before the source is set aside
-FORGIVEN = 0.5  # [samples] that were wrong, by each good one: of two clocks in turn, half are wrong
-USUAL_LAG_NS = 30_000_000  # [ns] of a source that has just begun
-LAG_MEMORY = 0.05  # [-] weight of a new lag in the usual one
-CAMERA_RATE, IMU_RATE = 120.0, 1000.0  # [Hz] to which floods are thinned
-BURST_S = 0.1  # [s] of samples that may come at once
+CAMERA_LAG_NS = NS_PER_S // 2  # [ns] largest lag of a camera's sample
+IMU_LAG_NS = NS_PER_S // 5  # [ns] largest lag of an IMU's sample
+LARGEST_LEAD_NS = NS_PER_S // 10  # [ns] largest lead of a stamp over its arrival
+SLOWEST_NS = 2 * NS_PER_S  # [ns] lag up to which samples may really be that old
+STEADY_NS = NS_PER_S  # [ns] for which a clock must run steadily after a jump
+STEADY_SPREAD_NS = NS_PER_S // 10  # [ns] variation of its lag meanwhile
+SAME_OFFSET_NS = NS_PER_S // 4  # [ns] within which two sources' offsets are taken as one clock's
+FEWEST = 8  # [samples] required of a steady clock
+TOLERATED = 3  # [samples] that may be wrong, or repeat a stamp, before the source is excluded
+FORGIVEN = 0.5  # [samples] less for each good one: of two alternating clocks, half are wrong
+USUAL_LAG_NS = 30_000_000  # [ns] initial value for a new source
+LAG_MEMORY = 0.05  # [-] weight of a new lag in the usual lag
+CAMERA_RATE, IMU_RATE = 120.0, 1000.0  # [Hz] to which faster streams are reduced
+BURST_S = 0.1  # [s] of samples that may arrive at once
 COUNTS = (
     "stamps_repeated",
     "stamps_backwards",
@@ -46,25 +46,25 @@ COUNTS = (
 
 @dataclass
 class _Source:
-    """What is known of one source's clock."""
+    """State of one source's clock."""
 
-    rate: float  # [Hz] to which it is thinned
+    rate: float  # [Hz] to which it is reduced
     largest_lag_ns: int
     offset_ns: int = 0  # added to its stamps
     usual_lag_ns: float = USUAL_LAG_NS
     last_ns: int | None = None  # newest used stamp, with the offset
-    tokens: float = 0.0  # [samples] that may come at once
-    wrong: float = 0.0  # [samples] that good ones have not made up for
-    repeated: int = 0  # [samples] in a row of one stamp
-    reason: str = ""  # why it is set aside
-    is_behind: bool = False  # whether that is since its samples are too old, and nothing else
-    trial_stamp_ns: int | None = None  # newest stamp of the steady run, as it came
+    tokens: float = 0.0  # [samples] that may arrive at once
+    wrong: float = 0.0  # [samples] that were wrong, reduced by good ones
+    repeated: int = 0  # [samples] in a row with the same stamp
+    reason: str = ""  # why it is excluded
+    is_behind: bool = False  # whether it is excluded only because its samples are too old
+    trial_stamp_ns: int | None = None  # newest stamp of the steady run, uncorrected
     trial_since_ns: int = 0  # [ns] arrival at which the run began
-    trial_lags_ns: list[int] = field(default_factory=list)  # of the run, without the offset
+    trial_lags_ns: list[int] = field(default_factory=list)  # lags of the run, without the offset
 
 
 class StampJudge:
-    """Lets through the samples whose stamps can be true, on the host's clock."""
+    """Passes the samples with plausible stamps, converted to the host's clock."""
 
     def __init__(self) -> None:
         self.counters = Counters(*COUNTS)
@@ -72,24 +72,24 @@ class StampJudge:
 
     @property
     def set_aside(self) -> Mapping[str, str]:
-        """Why, by source."""
+        """Reasons of the exclusion, by source."""
         return {name: each.reason for name, each in self._sources.items() if each.reason}
 
     @property
     def offsets_s(self) -> Mapping[str, float]:
-        """By which the stamps of sources whose clocks have leapt are put right [s]."""
+        """Corrections of the stamps of sources whose clocks have jumped [s]."""
         sources = self._sources.items()
         return {name: each.offset_ns / NS_PER_S for name, each in sources if each.offset_ns}
 
     def skeleton(
         self, sample: SkeletonSample, arrival_ns: int, clocks: Clocks
     ) -> SkeletonSample | None:
-        """A camera's sample with its stamp put right, or None.
+        """A camera's sample with its stamp corrected, or None if it is rejected.
 
         Args:
             sample: The sample.
-            arrival_ns: When it came [ns], on the host's clock.
-            clocks: By which stamps are put right afterwards.
+            arrival_ns: Time of arrival [ns], on the host's clock.
+            clocks: Clocks that correct the stamps afterwards.
         """
         clock = clocks.get(sample.sensor, Clock())
         stamps_ns = np.array([clock.to_reference(sample.stamp_ns)])
@@ -100,7 +100,7 @@ class StampJudge:
         return replace(sample, stamp_ns=sample.stamp_ns + offset_ns) if offset_ns else sample
 
     def imus(self, block: ImuBlock, arrival_ns: int, clocks: Clocks) -> ImuBlock:
-        """IMUs' samples with their stamps put right; see :meth:`skeleton`."""
+        """IMU samples with their stamps corrected; see :meth:`skeleton`."""
         on_reference_ns = block_on_reference_clock(block, clocks).stamps_ns
         stamps_ns, is_used = block.stamps_ns.copy(), np.zeros(len(block), np.bool_)
         for index, segment in enumerate(block.segments):
@@ -121,7 +121,7 @@ class StampJudge:
     def _judge_all(
         self, source: _Source, stamps_ns: NDArray[np.int64], arrival_ns: int
     ) -> tuple[NDArray[np.bool_], int]:
-        """Which samples may be used, (n,), and what is to be added to their stamps [ns]."""
+        """Which samples may be used, (n,), and the corrections of their stamps [ns]."""
         used = [self._judge(source, stamp_ns, arrival_ns) for stamp_ns in stamps_ns.tolist()]
         return np.array(used), source.offset_ns
 
@@ -179,7 +179,7 @@ class StampJudge:
         source.is_behind &= fault == "stamps_too_old"
 
     def _try_again(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
-        """Whether the clock has run steadily for long enough: then its new offset counts."""
+        """Whether the clock has run steadily for long enough to use its new offset."""
         lags_ns, before_ns = source.trial_lags_ns, source.trial_stamp_ns
         lag_ns = arrival_ns - stamp_ns
         is_steady = (
@@ -203,9 +203,9 @@ class StampJudge:
         return False
 
     def _append_samples(self, source: _Source, least_lag_ns: int) -> None:
-        """Take a source in again under the offset that its stamps show now."""
+        """Use a source again, with the offset that its stamps show now."""
         if -LARGEST_LEAD_NS <= least_lag_ns <= source.largest_lag_ns:
-            offset_ns = 0  # its clock is right again
+            offset_ns = 0  # its clock is correct again
         else:
             offset_ns = least_lag_ns - round(source.usual_lag_ns)
             for other in self._sources.values():

@@ -22,7 +22,7 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import SkeletonSample
 
 BEFORE_ALL_NS = -(2**63)
-JUMP_BACK_NS = NS_PER_S  # [ns] further back than this, a recording has begun anew
+JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
 COUNTS = (
     "received",
     "repeated_stamp",
@@ -37,10 +37,10 @@ COUNTS = (
 
 @dataclass(frozen=True, kw_only=True)
 class AlignedFrame:
-    """What the sensors saw at one instant."""
+    """Samples of the sensors, interpolated to one instant."""
 
     stamp_ns: int  # [ns] of the earliest of the paired frames
-    samples: Mapping[str, SkeletonSample]  # by sensor, all at stamp_ns; absent ones are left out
+    samples: Mapping[str, SkeletonSample]  # by sensor, all at stamp_ns; without absent sensors
 
 
 @dataclass
@@ -49,10 +49,10 @@ class _Stream:
 
     name: str
     samples: list[SkeletonSample] = field(default_factory=list)  # ascending stamps
-    next_index: int = 0  # of the first sample that may still open a frame
+    next_index: int = 0  # index of the first sample that may still open a frame
     first_ns: int | None = None
     last_ns: int | None = None
-    away: list[tuple[int, int]] = field(default_factory=list)  # (from, to]: takes no part
+    away: list[tuple[int, int]] = field(default_factory=list)  # (from, to]: it is absent
     silent: bool = False  # not waited for until it sends again
 
     @property
@@ -66,7 +66,7 @@ class _Stream:
         return not any(from_ns < stamp_ns <= to_ns for from_ns, to_ns in self.away)
 
     def forget_before(self, stamp_ns: int) -> None:
-        """Keep the last sample at or before a stamp, and all later or unused ones."""
+        """Discard samples before a stamp, except the last one and unused ones."""
         later = bisect_left(self.samples, stamp_ns + 1, key=attrgetter("stamp_ns"))
         count = max(0, min(later - 1, self.next_index))
         del self.samples[:count]
@@ -75,7 +75,7 @@ class _Stream:
 
 
 class TimeAligner:
-    """Brings the samples of several sensors to common instants.
+    """Interpolates the samples of several sensors to common instants.
 
     A frame opens at the earliest sample that no frame has used yet. Samples of the other sensors
     up to ``max_skew_s`` later are its pairs and open no frame of their own, so a dropped frame
@@ -131,7 +131,7 @@ class TimeAligner:
         self.counters = Counters(*COUNTS)
 
     def add(self, sample: SkeletonSample) -> list[AlignedFrame]:
-        """Take one sample and return the frames that it completes.
+        """Add one sample and return the frames that it completes.
 
         Raises:
             ValueError: If the sample is of a sensor that was not named.
@@ -158,11 +158,11 @@ class TimeAligner:
         return self._streams[sensor].last_ns is not None
 
     def flush(self) -> list[AlignedFrame]:
-        """Emit what is left, waiting for nobody: the streams have ended."""
+        """Return the remaining frames, after the end of the streams."""
         return self._emit(waiting=False)
 
     def reset(self) -> None:
-        """Forget all samples; counts stay."""
+        """Discard all samples; counts stay."""
         self._streams = {name: _Stream(name) for name in self._streams}
         self._last_emitted_ns = None
 
@@ -251,7 +251,7 @@ class TimeAligner:
         return interpolate(before, after, stamp_ns)
 
     def _consume(self, stream: _Stream, stamp_ns: int) -> None:
-        """Take a frame's pairs out of those that may open the next one."""
+        """Mark a frame's samples as used, so that they open no other frame."""
         head_ns = stream.head_ns
         paired = head_ns is not None and head_ns <= stamp_ns + self._max_skew_ns
         if paired and stream.joined(stamp_ns):
@@ -260,7 +260,7 @@ class TimeAligner:
 
 
 def interpolate(before: SkeletonSample, after: SkeletonSample, stamp_ns: int) -> SkeletonSample:
-    """The sample at an instant between two of the same sensor, joint by joint.
+    """Interpolate between two samples of the same sensor, joint by joint.
 
     A joint needs both ends; its tracking state is the worse of the two.
 
