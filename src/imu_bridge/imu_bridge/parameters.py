@@ -13,66 +13,70 @@ class ImuBridgeParameters:
 
     port: str = parameter(
         "/dev/ttyUSB0",
-        doc="of the star network: serial device of its sink, or a pyserial URL such as "
+        doc="star network: serial device of its sink, or a pyserial URL such as "
         "`socket://HOST:PORT`",
     )
     baudrate: int = parameter(
-        921600, unit="bit/s", limits=(1200, 4_000_000), doc="speed of that port"
+        921600, unit="bit/s", limits=(1200, 4_000_000), doc="baud rate of that port"
     )
     wait_for_port: float = parameter(
         0.0,
         unit="s",
         limits=(0.0, 1e6),
-        doc="how long to wait for a port that is not there yet; 0: fail at once",
+        doc="longest wait for a missing port; 0: fail at once",
     )
     read_period: float = parameter(
         0.01,
         unit="s",
         limits=(0.001, 0.1),
-        doc="bytes are collected for so long and handled together: latency against load",
+        doc="period of processing the received bytes: latency against load",
     )
-    nodes_file: str = parameter("", doc="YAML file: ports, node id to body segment, calibrations")
+    nodes_file: str = parameter("", doc="YAML file: ports, segments of the node ids, calibrations")
     filter: str = parameter(
-        "vqf", choices=tuple(FILTERS), doc="orientation filter; `device`: what the sensor sends"
+        "vqf",
+        choices=tuple(FILTERS),
+        doc="orientation filter; `device`: the orientation sent by the sensor",
     )
     magnetometer: str = parameter(
         "auto",
         choices=MAGNETOMETER_MODES,
-        doc="`start`: sets the heading, the gyroscope carries it on; `auto`: also later, where its "
-        "field looks like the earth's; `on`: always; `off`: never",
+        doc="`start`: sets the initial heading, then only the gyroscope; `auto`: also later, "
+        "while the field looks like the earth's; `on`: always; `off`: never",
     )
     acceleration_tau: float = parameter(
         FilterSettings.acceleration_tau_s,
         unit="s",
         limits=(0.05, 60.0),
-        doc="`vqf`: time constant of the inclination's correction",
+        doc="`vqf`: time constant of the correction of the inclination",
     )
     magnetometer_tau: float = parameter(
         FilterSettings.magnetometer_tau_s,
         unit="s",
         limits=(0.05, 600.0),
-        doc="`vqf`: time constant of the heading's correction",
+        doc="`vqf`: time constant of the correction of the heading",
     )
     beta: float = parameter(
         FilterSettings.beta,
         unit="rad/s",
         limits=(0.0, 10.0),
-        doc="`madgwick`: gain, trust in accelerometer and magnetometer",
+        doc="`madgwick`: gain of the accelerometer and magnetometer",
     )
     gain: float = parameter(
-        FilterSettings.gain, limits=(0.0, 10.0), doc="`imufusion`: gain, the same"
+        FilterSettings.gain,
+        limits=(0.0, 10.0),
+        doc="`imufusion`: gain of the accelerometer and magnetometer",
     )
     gyro_bias_window: float = parameter(
         FilterSettings.bias_window_s,
         unit="s",
         limits=(0.0, 60.0),
-        doc="a sensor at rest for so long gives its gyroscope's bias; 0: no bias is estimated",
+        doc="time at rest after which the gyroscope's bias is estimated; 0: no estimate",
     )
     max_gap: float = parameter(
         0.3,
         unit="s",
         limits=(0.01, 60.0),
-        doc="after a longer gap in a node's samples its orientation begins anew",
+        doc="gap in a node's samples after which its orientation filter restarts",
     )
     max_clock_drift: float = parameter(
         1e-3, unit="s/s", limits=(0.0, 0.05), doc="largest relative drift of a node's clock"
@@ -81,7 +85,7 @@ class ImuBridgeParameters:
         0.0,
         unit="s",
         limits=(0.0, 1.0),
-        doc="least delay from sampling to arrival, if it is known; taken off the stamps",
+        doc="minimum latency from sampling to arrival, if known; subtracted from the stamps",
     )
     inclination_stddev: float = parameter(
         0.025, unit="rad", limits=(1e-4, 3.2), doc="published uncertainty of the inclination"
@@ -90,13 +94,13 @@ class ImuBridgeParameters:
         FilterSettings.heading_stddev,
         unit="rad",
         limits=(1e-4, 3.2),
-        doc="published uncertainty of a heading that a good magnetic field corrects",
+        doc="published uncertainty of a heading that an undisturbed magnetic field corrects",
     )
     heading_drift: float = parameter(
         FilterSettings.heading_drift,
         unit="rad/s",
         limits=(0.0, 1.0),
-        doc="by which that uncertainty grows while no field corrects it",
+        doc="growth of that uncertainty while no field corrects it",
     )
 
     def filter_settings(self) -> FilterSettings:

@@ -19,60 +19,63 @@ class KinectBridgeParameters:
     """What the user of the ``kinect_bridge`` node can set."""
 
     name: str = parameter(
-        "left", doc="the sensor's name: topic `kinect_<name>/skeletons`, frame of the same name"
+        "left", doc="the sensor's name: topic `kinect_<name>/skeletons`, and frame of the same name"
     )
-    source: str = parameter("file", doc="where the skeletons come from", choices=tuple(SOURCES))
+    source: str = parameter("file", doc="source of the skeletons", choices=tuple(SOURCES))
     joint_map: str = parameter(
         "",
-        doc="of a live source: how its joints become ours, a shipped map or the path of your own; "
-        "empty: the one of the source",
+        doc="live sources: mapping of the tracker's joints to ours, a bundled map or the path"
+        " of your own; empty: the default of the source",
     )
-    topic: str = parameter("", doc="of a source that is a topic: its name; empty: the usual one")
+    topic: str = parameter("", doc="sources that are a topic: its name; empty: the usual one")
     message_type: str = parameter(
-        "", doc="of `named_poses`: the message, `package/msg/Type`, if it is not NVIDIA's"
+        "", doc="`named_poses`: type of the message, `package/msg/Type`, if it is not NVIDIA's"
     )
     tf_frames: str = parameter(
         "{joint}_{person}",
-        doc="of `tf`: how a joint's frame is named; without `{person}`: one person",
+        doc="`tf`: pattern of the joints' frames; without `{person}`: one person",
     )
     tf_root: str = parameter(
-        "", doc="of `tf`: the sensor's frame; empty: the one that the joints' frames hang from"
+        "", doc="`tf`: the sensor's frame; empty: the parent of the joints' frames"
     )
     udp_address: str = parameter(
-        "127.0.0.1", doc="of `udp`: where to listen; beyond the loopback `udp_senders` is needed"
+        "127.0.0.1",
+        doc="`udp`: address to listen on; other than the loopback it requires `udp_senders`",
     )
-    udp_port: int = parameter(9870, doc="of `udp`: where to listen", limits=(0, 65535))
+    udp_port: int = parameter(9870, doc="`udp`: port to listen on", limits=(0, 65535))
     udp_senders: str = parameter(
         "",
-        doc="of `udp`: IP addresses that may send, with commas between; empty: all that can reach "
-        "it",
+        doc="`udp`: IP addresses of allowed senders, separated by commas; empty: all that can"
+        " reach it",
     )
     nite2_library: str = parameter(
-        "", doc="of `nite2`: the folder of libOpenNI2 and libNiTE2; empty: where the system looks"
+        "", doc="`nite2`: folder of libOpenNI2 and libNiTE2; empty: the system's search path"
     )
     nite2_device: str = parameter(
-        "", doc="of `nite2`: index from 0 or URI of the sensor; empty: any, for one sensor"
+        "", doc="`nite2`: index from 0 or URI of the sensor; empty: any, if there is one sensor"
     )
-    file: str = parameter("", doc="of `file`: the recording to replay; must be given")
+    file: str = parameter("", doc="`file`: the recording to replay; required")
     format: str = parameter(
-        AUTO, doc="how to read the file; `auto` knows it by its beginning", choices=(AUTO, *FORMATS)
+        AUTO,
+        doc="format of the file; `auto` recognises it by its first line",
+        choices=(AUTO, *FORMATS),
     )
-    sensor: str = parameter("0", doc="which sensor of the file: its name, or its index from 0")
+    sensor: str = parameter("0", doc="sensor in the file: its name, or its index from 0")
     clock: str = parameter(
         CLOCKS[0],
-        doc="whose spacing of frames to keep: the sensor's own clock mapped onto the host's, or "
-        "the host's times of arrival",
+        doc="source of the stamps: the sensor's own clock mapped to the host's, or the host's"
+        " times of arrival",
         choices=CLOCKS,
     )
     rate: float = parameter(
-        1.0, doc="how many times faster than recorded to replay", limits=(0.01, 1000.0)
+        1.0, doc="speed of the replay, relative to the recording", limits=(0.01, 1000.0)
     )
-    loop: bool = parameter(False, doc="begin anew at the end; stamps keep increasing")
-    exit_at_end: bool = parameter(False, doc="end the node when the recording has ended")
+    loop: bool = parameter(False, doc="restart at the end; stamps keep increasing")
+    exit_at_end: bool = parameter(False, doc="stop the node at the end of the recording")
     start_at: str = parameter(
         "",
-        doc="UNIX time at which the recording's time zero is due, so that several bridges keep "
-        "the sensors' timing; empty: now",
+        doc="UNIX time of the recording's time zero, so that several bridges replay in "
+        "synchrony; empty: now",
         unit="ns",
     )
 

@@ -13,21 +13,25 @@ ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_h
 class CalibrationParameters:
     """Parameters of the calibration, live and offline alike."""
 
-    person: str = parameter("", doc="a sensor's id of the person; empty: one whose views agree")
+    person: str = parameter(
+        "", doc="a sensor's id of the person; empty: a person whose views agree"
+    )
     minimum_frames: int = parameter(
-        60, limits=(10, 100_000), doc="frames in which a sensor and the first see the person"
+        60,
+        limits=(10, 100_000),
+        doc="required frames in which a sensor and the first one see the person",
     )
     rotation_stddev: float = parameter(
         0.0262,
         unit="rad",
         limits=(0.001, 0.2),
-        doc="uncertainty of a sensor's rotation above which the motion does not suffice",
+        doc="uncertainty of a sensor's rotation above which the calibration is refused",
     )
     median_residual: float = parameter(
         0.15,
         unit="m",
         limits=(0.01, 1.0),
-        doc="median distance of a joint in two views above which a calibration is refused",
+        doc="median distance of a joint between two views above which the calibration is refused",
     )
     mounting: str = parameter(
         ESTIMATED,
@@ -35,13 +39,13 @@ class CalibrationParameters:
         doc="whether tilt and height of the first sensor are estimated or given below",
     )
     sensor_tilt: float = parameter(
-        0.0, unit="rad", limits=(-1.2, 1.2), doc="downward tilt of the first sensor, if known"
+        0.0, unit="rad", limits=(-1.2, 1.2), doc="downward tilt of the first sensor, if given"
     )
     sensor_height: float = parameter(
         1.0,
         unit="m",
         limits=(0.0, 10.0),
-        doc="height of the first sensor above the floor, if known",
+        doc="height of the first sensor above the floor, if given",
     )
 
     @property
@@ -72,12 +76,14 @@ class LiveCalibrationParameters(CalibrationParameters):
         pattern=NAME_ENDING,
     )
     file: str = parameter(
-        "", doc="YAML of the calibration: loaded if it exists, else saved there once found"
+        "",
+        doc="YAML of the calibration: read if it exists, otherwise written when the "
+        "calibration is known",
     )
     run: str = parameter(
         "",
-        doc="the graph's run: a node that is started again within it goes on with what it had "
-        "found out; empty: it begins anew",
+        doc="name of the graph's run: a node that is restarted within a run continues with "
+        "its previous results; empty: no results are kept",
         pattern=RUN,
     )
     minimum_duration: float = parameter(
@@ -87,20 +93,23 @@ class LiveCalibrationParameters(CalibrationParameters):
         60.0,
         unit="s",
         limits=(1.0, 3600.0),
-        doc="time of common view after which it is no longer refined",
+        doc="time of common view after which the calibration ends in any case",
     )
     enough_rotation_stddev: float = parameter(
         0.007,
         unit="rad",
         limits=(0.0005, 0.1),
-        doc="uncertainty of every rotation at which the calibration ends by itself",
+        doc="uncertainty of every rotation below which the calibration ends",
     )
     enough_position_stddev: float = parameter(
-        0.015, unit="m", limits=(0.001, 0.2), doc="the same of every sensor's place"
+        0.015,
+        unit="m",
+        limits=(0.001, 0.2),
+        doc="uncertainty of every sensor's position below which the calibration ends",
     )
-    watch: bool = parameter(True, doc="compare the views afterwards and tell a moved sensor")
+    watch: bool = parameter(True, doc="compare the views afterwards and report a moved sensor")
     recalibrate_when_moved: bool = parameter(
-        False, doc="begin anew by itself when a sensor has been moved"
+        False, doc="calibrate again automatically when a sensor has been moved"
     )
     max_offset: float = parameter(
         0.5, unit="s", limits=(0.0, 2.0), doc="largest offset between two sensors' clocks"

@@ -10,7 +10,7 @@ class ManagedParameters:
     """What the user of any managed node can set."""
 
     autostart: bool = parameter(
-        True, doc="configure and activate at the start; false: wait for the lifecycle's transitions"
+        True, doc="configure and activate at the start; false: wait for lifecycle transitions"
     )
 
 
@@ -18,5 +18,7 @@ class ManagedParameters:
 class BringUpParameters:
     """What the user of ``bring_up`` can set."""
 
-    nodes: tuple[str, ...] = parameter((), doc="the managed nodes, in the order to start them in")
-    period: float = parameter(0.5, unit="s", doc="how often to look at them", limits=(0.05, 60.0))
+    nodes: tuple[str, ...] = parameter((), doc="the managed nodes, in the order of their start")
+    period: float = parameter(
+        0.5, unit="s", doc="period of checking the nodes", limits=(0.05, 60.0)
+    )

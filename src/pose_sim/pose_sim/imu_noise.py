@@ -10,19 +10,22 @@ class ImuParameters:
     """The virtual IMU nodes; sizes are standard deviations unless they say otherwise."""
 
     sample_rate: float = parameter(
-        100.0, unit="Hz", limits=(10.0, 1000.0), doc="samples a second, of each node"
+        100.0, unit="Hz", limits=(10.0, 1000.0), doc="sample rate of each node"
     )
     clock_drift: float = parameter(
         25.0, unit="ppm", limits=(0.0, 1000.0), doc="drift of each node's clock"
     )
     radio_latency: float = parameter(
-        0.003, unit="s", limits=(0.0, 0.5), doc="sampling to arrival at the host, at least"
+        0.003,
+        unit="s",
+        limits=(0.0, 0.5),
+        doc="minimum latency from sampling to arrival at the host",
     )
     radio_jitter: float = parameter(
-        0.001, unit="s", limits=(0.0, 0.2), doc="mean of what comes on top of the latency"
+        0.001, unit="s", limits=(0.0, 0.2), doc="mean of the additional latency"
     )
     gyroscope_noise: float = parameter(
-        0.06, unit="deg/s", limits=(0.0, 50.0), doc="white noise of a gyroscope's sample"
+        0.06, unit="deg/s", limits=(0.0, 50.0), doc="white noise of a gyroscope sample"
     )
     gyroscope_bias: float = parameter(
         0.8, unit="deg/s", limits=(0.0, 50.0), doc="constant bias of each gyroscope axis"
@@ -31,31 +34,37 @@ class ImuParameters:
         0.01, unit="deg/s/sqrt(s)", limits=(0.0, 1.0), doc="random walk of that bias"
     )
     accelerometer_noise: float = parameter(
-        0.04, unit="m/s^2", limits=(0.0, 10.0), doc="white noise of an accelerometer's sample"
+        0.04, unit="m/s^2", limits=(0.0, 10.0), doc="white noise of an accelerometer sample"
     )
     accelerometer_bias: float = parameter(
         0.06, unit="m/s^2", limits=(0.0, 10.0), doc="constant bias of each accelerometer axis"
     )
     magnetometer_noise: float = parameter(
-        0.5, unit="uT", limits=(0.0, 50.0), doc="white noise of a magnetometer's sample"
+        0.5, unit="uT", limits=(0.0, 50.0), doc="white noise of a magnetometer sample"
     )
     field_strength: float = parameter(
         48.0, unit="uT", limits=(10.0, 100.0), doc="strength of the earth's field"
     )
     field_dip: float = parameter(
-        62.0, unit="deg", limits=(-90.0, 90.0), doc="how far the field points below the horizon"
+        62.0, unit="deg", limits=(-90.0, 90.0), doc="inclination of the field below the horizon"
     )
     disturbance: float = parameter(
         3.0, unit="uT", limits=(0.0, 100.0), doc="constant disturbance at each node, per axis"
     )
     disturbance_change: float = parameter(
-        1.0, unit="uT", limits=(0.0, 100.0), doc="what slowly comes and goes of it, per axis"
+        1.0, unit="uT", limits=(0.0, 100.0), doc="slowly varying disturbance, per axis"
     )
     misalignment_min: float = parameter(
-        5.0, unit="deg", limits=(0.0, 180.0), doc="how crooked nodes are strapped on, at least"
+        5.0,
+        unit="deg",
+        limits=(0.0, 180.0),
+        doc="minimum misalignment of the nodes with their segments",
     )
     misalignment_max: float = parameter(
-        20.0, unit="deg", limits=(0.0, 180.0), doc="how crooked nodes are strapped on, at most"
+        20.0,
+        unit="deg",
+        limits=(0.0, 180.0),
+        doc="maximum misalignment of the nodes with their segments",
     )
 
 

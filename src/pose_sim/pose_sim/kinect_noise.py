@@ -9,33 +9,34 @@ from pose_core.parameters import parameter
 class KinectParameters:
     """One virtual Kinect; lengths are standard deviations unless they say otherwise."""
 
-    frame_rate: float = parameter(30.0, unit="Hz", limits=(1.0, 120.0), doc="frames a second")
+    frame_rate: float = parameter(30.0, unit="Hz", limits=(1.0, 120.0), doc="frame rate")
     clock_drift: float = parameter(
         40.0, unit="ppm", limits=(0.0, 1000.0), doc="drift of the sensor's clock"
     )
     latency: float = parameter(
-        0.015, unit="s", limits=(0.0, 0.5), doc="capture to arrival at the host, at least"
+        0.015,
+        unit="s",
+        limits=(0.0, 0.5),
+        doc="minimum latency from capture to arrival at the host",
     )
     arrival_jitter: float = parameter(
-        0.003, unit="s", limits=(0.0, 0.2), doc="mean of what comes on top of the latency"
+        0.003, unit="s", limits=(0.0, 0.2), doc="mean of the additional latency"
     )
     clock_offset: float = parameter(
         0.0,
         unit="s",
         limits=(-0.5, 0.5),
-        doc="how late the second sensor's stamps are against the first's",
+        doc="delay of the second sensor's stamps relative to the first's",
     )
-    dropped_share: float = parameter(
-        0.01, limits=(0.0, 0.9), doc="share of frames that never arrive"
-    )
+    dropped_share: float = parameter(0.01, limits=(0.0, 0.9), doc="share of frames that are lost")
     white_noise: float = parameter(
-        0.0015, unit="m", limits=(0.0, 0.1), doc="white noise across the view at 2 m"
+        0.0015, unit="m", limits=(0.0, 0.1), doc="white noise across the line of sight at 2 m"
     )
     depth_noise: float = parameter(
         0.0004,
         unit="m/m^2",
         limits=(0.0, 0.1),
-        doc="white noise along the view, times the squared depth",
+        doc="white noise along the line of sight, times the squared depth",
     )
     joint_bias: float = parameter(
         0.012,
@@ -53,58 +54,63 @@ class KinectParameters:
         0.018,
         unit="m",
         limits=(0.0, 0.2),
-        doc="what a limb's direction, a radian from hanging, adds to its joints' offsets",
+        doc="change of a joint's offset with the direction of its limb, at one radian from hanging",
     )
     wander_still: float = parameter(
-        0.0015, unit="m", limits=(0.0, 0.2), doc="slow wander of each joint at rest"
+        0.0015, unit="m", limits=(0.0, 0.2), doc="slow random error of each joint at rest"
     )
     wander_moving: float = parameter(
-        0.030, unit="s", limits=(0.0, 0.5), doc="what a joint's speed adds to it, up to 0.8 m/s"
+        0.030,
+        unit="s",
+        limits=(0.0, 0.5),
+        doc="increase of the slow error with the joint's speed, up to 0.8 m/s",
     )
     wander_time: float = parameter(
-        0.4, unit="s", limits=(0.01, 10.0), doc="correlation time of the wander"
+        0.4, unit="s", limits=(0.01, 10.0), doc="correlation time of the slow error"
     )
     bone_stiffness: float = parameter(
-        0.2, limits=(0.0, 1.0), doc="how far the tracker keeps a limb's length in its errors"
+        0.2, limits=(0.0, 1.0), doc="degree to which the tracker's errors preserve a limb's length"
     )
     arm_likeness: float = parameter(
-        0.8, limits=(0.0, 1.0), doc="how alike the errors of elbow and hand are"
+        0.8, limits=(0.0, 1.0), doc="correlation of the errors of elbow and hand"
     )
     hidden_error: float = parameter(
         0.08,
         unit="m",
         limits=(0.0, 1.0),
-        doc="what a hidden joint's guess adds to the wander, 40 % of it at rest",
+        doc="increase of the slow error of a hidden joint, 40 % of it at rest",
     )
     foreshortened_error: float = parameter(
         0.05,
         unit="m",
         limits=(0.0, 1.0),
-        doc="what a limb that points to the sensor adds to the wander of its far joint",
+        doc="increase of the slow error of a limb's far joint if the limb points at the sensor",
     )
     inertia: float = parameter(
         0.5,
         limits=(0.0, 1.0),
-        doc="how far a joint that is hard to see is drawn to where it was of late",
+        doc="degree to which a joint that is hard to see stays at its recent position",
     )
     lag: float = parameter(
-        0.04, unit="s", limits=(0.0, 0.5), doc="mean delay of the tracker's own smoothing"
+        0.04, unit="s", limits=(0.0, 0.5), doc="mean delay of the tracker's smoothing"
     )
     own_lag: float = parameter(
         0.15,
         limits=(0.0, 1.0),
-        doc="of what the joints' delays differ by, the part that is the sensor's own; 0: all the "
-        "same as other sensors'",
+        doc="share of the delays' variation between joints that is specific to the sensor; 0:"
+        " equal for all sensors",
     )
     glitch_rate: float = parameter(
         1.0, unit="1/min", limits=(0.0, 600.0), doc="short gross errors of each moving joint"
     )
-    glitch_size: float = parameter(0.15, unit="m", limits=(0.0, 2.0), doc="their size")
+    glitch_size: float = parameter(
+        0.15, unit="m", limits=(0.0, 2.0), doc="size of these gross errors"
+    )
     wrongly_tracked: float = parameter(
-        0.25, limits=(0.0, 1.0), doc="share of hidden joints called tracked nevertheless"
+        0.25, limits=(0.0, 1.0), doc="share of hidden joints reported as tracked"
     )
     lost_share: float = parameter(
-        0.004, limits=(0.0, 0.9), doc="share of time in which a joint in view is not tracked"
+        0.004, limits=(0.0, 0.9), doc="share of time in which a visible joint is not tracked"
     )
     hidden_lost_share: float = parameter(
         0.05, limits=(0.0, 0.9), doc="share of time in which a hidden joint is not tracked"

@@ -20,7 +20,10 @@ class SceneParameters:
     """The place."""
 
     distance: float = parameter(
-        2.2, unit="m", limits=(1.0, 4.5), doc="sensors to the subject's starting place, level"
+        2.2,
+        unit="m",
+        limits=(1.0, 4.5),
+        doc="horizontal distance of the sensors from the subject's starting position",
     )
     sensor_height: float = parameter(
         1.3, unit="m", limits=(0.3, 3.0), doc="height of both sensors above the floor"
@@ -29,14 +32,12 @@ class SceneParameters:
         38.0,
         unit="deg",
         limits=(-180.0, 180.0),
-        doc="how far the right sensor is moved around the subject, to its own right",
+        doc="angle by which the right sensor is moved around the subject, to the subject's right",
     )
     tilt: float = parameter(
-        8.0, unit="deg", limits=(-45.0, 45.0), doc="how far both sensors look down"
+        8.0, unit="deg", limits=(-45.0, 45.0), doc="downward tilt of both sensors"
     )
-    roll: float = parameter(
-        3.0, unit="deg", limits=(-45.0, 45.0), doc="how far the right sensor is rolled"
-    )
+    roll: float = parameter(3.0, unit="deg", limits=(-45.0, 45.0), doc="roll of the right sensor")
     body_height: float = parameter(1.75, unit="m", limits=(1.2, 2.2), doc="the subject's height")
 
 

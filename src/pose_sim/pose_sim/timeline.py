@@ -25,17 +25,19 @@ class Variation:
     """How much a person differs from the plan, and from themselves; standard deviations."""
 
     amplitude: float = parameter(
-        0.08, limits=(0.0, 0.5), doc="of each move's size, as a share of it"
+        0.08, limits=(0.0, 0.5), doc="variation of each movement's amplitude, relative"
     )
-    tempo: float = parameter(0.06, limits=(0.0, 0.3), doc="of each move's duration, as a share")
+    tempo: float = parameter(
+        0.06, limits=(0.0, 0.3), doc="variation of each movement's duration, relative"
+    )
     person_tempo: float = parameter(
-        0.08, limits=(0.0, 0.5), doc="most by which the person is quicker or slower throughout"
+        0.08, limits=(0.0, 0.5), doc="largest variation of the person's overall speed"
     )
     asymmetry: float = parameter(
-        0.04, limits=(0.0, 0.5), doc="most by which left moves are larger than right ones"
+        0.04, limits=(0.0, 0.5), doc="largest asymmetry of left and right movements"
     )
     sway: float = parameter(
-        0.6, unit="deg", limits=(0.0, 10.0), doc="standing unrest of trunk, head and arms"
+        0.6, unit="deg", limits=(0.0, 10.0), doc="postural sway of trunk, head and arms"
     )
 
 

@@ -25,15 +25,19 @@ class BoardParameters:
     """The board's measures."""
 
     board: str = parameter(
-        CHARUCO, choices=(CHARUCO, CHECKERBOARD), doc="charuco may be half hidden, checkerboard not"
+        CHARUCO,
+        choices=(CHARUCO, CHECKERBOARD),
+        doc="ChArUco may be partly hidden, a checkerboard may not",
     )
-    columns: int = parameter(7, limits=(3, 30), doc="squares across, the outermost included")
-    rows: int = parameter(5, limits=(3, 30), doc="squares down, the outermost included")
+    columns: int = parameter(
+        7, limits=(3, 30), doc="number of squares across, including the outermost"
+    )
+    rows: int = parameter(5, limits=(3, 30), doc="number of squares down, including the outermost")
     square: float = parameter(
         0.034, unit="m", limits=(0.005, 0.5), doc="side of a square, measured on the print"
     )
     marker: float = parameter(
-        0.7, limits=(0.4, 0.95), doc="side of a ChArUco marker, as a share of the square's"
+        0.7, limits=(0.4, 0.95), doc="side of a ChArUco marker, relative to the square's"
     )
 
     def __post_init__(self) -> None:

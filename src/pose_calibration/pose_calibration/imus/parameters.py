@@ -14,20 +14,26 @@ class ImuCalibrationParameters:
     )
     person: str = parameter(
         "first",
-        doc="who wears the IMUs: `first`, `nearest` (to the first sensor), or a sensor's id",
+        doc="the wearer of the IMUs: `first`, `nearest` (to the first sensor), or a sensor's id",
     )
     worn: tuple[str, ...] = parameter(
-        (), doc="segments that must carry an IMU; empty: those that are heard", pattern=NAME_ENDING
+        (), doc="segments that must carry an IMU; empty: those with samples", pattern=NAME_ENDING
     )
     tracker_delay: float = parameter(
-        0.0, unit="s", limits=(0.0, 0.2), doc="how late the Kinects' joints are, if it is known"
+        0.0, unit="s", limits=(0.0, 0.2), doc="known delay of the Kinects' joints"
     )
     minimum_duration: float = parameter(
-        8.0, unit="s", limits=(2.0, 600.0), doc="motion before the first solution"
+        8.0, unit="s", limits=(2.0, 600.0), doc="duration of motion before the first solution"
     )
     collect_duration: float = parameter(
-        60.0, unit="s", limits=(5.0, 600.0), doc="motion after which it ends in any case"
+        60.0,
+        unit="s",
+        limits=(5.0, 600.0),
+        doc="duration of motion after which it ends in any case",
     )
     enough_stddev: float = parameter(
-        0.07, unit="rad", limits=(0.01, 0.5), doc="uncertainty of an alignment that suffices"
+        0.07,
+        unit="rad",
+        limits=(0.01, 0.5),
+        doc="uncertainty of an alignment below which it is accepted",
     )

@@ -35,19 +35,19 @@ class Li2020Parameters:
         25.0, unit="rad/s²", limits=(1.0, 1000.0), doc="`li2020`: process noise of every rotation"
     )
     initial_position_stddev: float = parameter(
-        0.05, unit="m", limits=(0.001, 1.0), doc="`li2020`: of the root, when the filter starts"
+        0.05, unit="m", limits=(0.001, 1.0), doc="`li2020`: initial uncertainty of the root"
     )
     initial_angle_stddev: float = parameter(
         0.2,
         unit="rad",
         limits=(0.01, 1.0),
-        doc="`li2020`: of every rotation, when the filter starts",
+        doc="`li2020`: initial uncertainty of every rotation",
     )
     initial_rate_stddev: float = parameter(
         0.5,
         unit="rad/s",
         limits=(0.01, 10.0),
-        doc="`li2020`: of every rate [m/s or rad/s] at the start",
+        doc="`li2020`: initial uncertainty of every rate [m/s or rad/s]",
     )
     alpha: float = parameter(
         0.1,

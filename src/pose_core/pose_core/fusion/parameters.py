@@ -11,43 +11,44 @@ from pose_core.parameters import NAME, NAME_ENDING, RUN, parameter
 class FusionParameters(Li2020Parameters):
     """Parameters of the whole chain from samples to estimates."""
 
-    estimator: str = parameter(
-        "default", choices=tuple(ESTIMATORS), doc="how the pose is estimated"
-    )
+    estimator: str = parameter("default", choices=tuple(ESTIMATORS), doc="name of the estimator")
     body_model: str = parameter(
         "auto",
-        doc="the kinematic tree: default, li2020, or the path of a YAML file of your own; auto: "
-        "the one that the estimator was made for",
+        doc="the kinematic tree: default, li2020, or the path of your own YAML file; auto: "
+        "the one that the estimator was designed for",
     )
     subject: str = parameter("subject", doc="the person's id in topics and frames", pattern=NAME)
     person: str = parameter(
         "first",
-        doc="the subject: `first`, `nearest` (to the first sensor), `imus` (who wears them), or "
-        "a sensor's id",
+        doc="the subject: `first`, `nearest` (to the first sensor), `imus` (the wearer), or a"
+        " sensor's id",
     )
     max_people: int = parameter(
-        1, limits=(1, 6), doc="how many people's poses are estimated, the subject first"
+        1, limits=(1, 6), doc="number of people to track, including the subject"
     )
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
     )
-    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: from /tf_static")
+    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: use /tf_static")
     imus_file: str = parameter(
         "",
-        doc="YAML of the session whose `imus` say how the IMUs sit; empty: `extrinsics_file`; "
-        "where there are none: found from motion",
+        doc="YAML of the session whose section `imus` has the sensor-to-segment alignment; "
+        "empty: `extrinsics_file`; without such a section: aligned from motion",
     )
     shape_file: str = parameter(
-        "", doc="YAML of the bone lengths: read if it exists, else measured and saved there"
+        "", doc="YAML of the bone lengths: read if it exists, otherwise written after measuring"
     )
     run: str = parameter(
         "",
-        doc="the graph's run: a node that is started again within it goes on with what it had "
-        "found out; empty: it begins anew",
+        doc="name of the graph's run: a node that is restarted within a run continues with "
+        "its previous results; empty: no results are kept",
         pattern=RUN,
     )
     shape_duration: float = parameter(
-        2.0, unit="s", limits=(0.2, 60.0), doc="stretch of samples that bone lengths come from"
+        2.0,
+        unit="s",
+        limits=(0.2, 60.0),
+        doc="duration of the samples from which bone lengths are measured",
     )
     max_skew: float = parameter(
         0.02,
@@ -68,49 +69,49 @@ class FusionParameters(Li2020Parameters):
         100.0,
         unit="Hz",
         limits=(0.0, 240.0),
-        doc="rate at which the pose is predicted to now and published; 0, and of estimators that "
-        "cannot predict: once for each frame",
+        doc="rate of the published poses, which are predicted to the present; 0, and for "
+        "estimators that cannot predict: one pose for each frame",
     )
     restart_after: float = parameter(
-        0.5, unit="s", limits=(0.1, 10.0), doc="baselines: gap after which the filter starts anew"
+        0.5, unit="s", limits=(0.1, 10.0), doc="baselines: gap after which the filter restarts"
     )
     restart_distance: float = parameter(
         0.3,
         unit="m",
         limits=(0.05, 2.0),
-        doc="baselines: a median joint that far from its prediction for half a second restarts "
-        "the filter",
+        doc="baselines: the filter restarts if the median joint is farther from its "
+        "prediction for half a second",
     )
-    use_imus: bool = parameter(True, doc="weight the IMUs in, where there are any")
+    use_imus: bool = parameter(True, doc="whether to use the IMUs, if there are any")
     imu_wait: float = parameter(
         0.1,
         unit="s",
         limits=(0.0, 0.5),
-        doc="baselines: longest wait for an IMU's sample of an instant",
+        doc="baselines: longest wait for an IMU sample",
     )
     forget_after: float = parameter(
         1.0,
         unit="s",
         limits=(0.1, 60.0),
-        doc="silence of all sensors after which the default estimator looks anew",
+        doc="silence of all sensors after which the default estimator restarts",
     )
     tracker_delay: float = parameter(
         0.0,
         unit="s",
         limits=(0.0, 0.2),
-        doc="how late the Kinects' joints are against their stamps, as far as it is known; with "
-        "IMUs the default estimator seeks each tracker's delay around it",
+        doc="known delay of the Kinects' joints relative to their stamps; with IMUs it is the"
+        " prior mean for the default estimator's estimate of each tracker's delay",
     )
     kinect_attitude_stddev: float = parameter(
         0.05,
         unit="rad",
         limits=(0.001, 1.0),
-        doc="`zhang2015`: σ₁ of a limb's attitude as the Kinect has it; with σ₂ it gives the "
-        "weights, by default the paper's 0.8 and 0.2",
+        doc="`zhang2015`: standard deviation σ₁ of a limb's attitude by the Kinect; with σ₂ "
+        "it determines the weights, by default the paper's 0.8 and 0.2",
     )
     imu_attitude_stddev: float = parameter(
         0.1,
         unit="rad",
         limits=(0.001, 1.0),
-        doc="`zhang2015`: σ₂ of a limb's attitude as its IMU has it",
+        doc="`zhang2015`: standard deviation σ₂ of a limb's attitude by the IMU",
     )

@@ -10,9 +10,9 @@ from pose_core.parameters import parameter
 class RecorderParameters:
     """What is recorded, and where to."""
 
-    output: str = parameter("", doc="the folder to make; empty: a dated one in `out`")
-    topics: tuple[str, ...] = parameter((), doc="topics to record; all that appear if empty")
-    all: bool = parameter(False, doc="record every topic that appears, as without `topics`")
+    output: str = parameter("", doc="folder of the bag; empty: a dated folder in `out`")
+    topics: tuple[str, ...] = parameter((), doc="topics to record; empty: all that appear")
+    all: bool = parameter(False, doc="record every topic that appears, as with empty `topics`")
     start_paused: bool = parameter(
         False, doc="wait for the service `~/start` before recording into `output`"
     )
@@ -23,18 +23,18 @@ class RecorderParameters:
     split_size: float = parameter(
         0.0,
         unit="MB",
-        doc="size after which the next bag is begun; 0: never",
+        doc="size after which a new bag is started; 0: never",
         limits=(0.0, math.inf),
     )
     split_duration: float = parameter(
         0.0,
         unit="s",
-        doc="time after which the next bag is begun; 0: never",
+        doc="time after which a new bag is started; 0: never",
         limits=(0.0, math.inf),
     )
     least_free_space: float = parameter(
         100.0,
         unit="MB",
-        doc="the recording ends before less of the disk is free",
+        doc="free space on the disk at which the recording ends",
         limits=(0.0, math.inf),
     )
