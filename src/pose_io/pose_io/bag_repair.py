@@ -74,7 +74,9 @@ def examine(path: Path) -> Condition:
     try:
         with path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
-                raise InputError(f"{path} does not begin as an MCAP file: there is nothing to mend")
+                raise InputError(
+                    f"{path} does not begin as an MCAP file: there is nothing to repair"
+                )
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
                 return _walk(content)
     except OSError as error:

@@ -123,7 +123,7 @@ class BagReader:
         except Exception as error:  # whatever a parser meets in damaged bytes
             raise InputError(
                 f"{self.path} is damaged: {one_line(error)}: record it again, or mend it with "
-                f"'./pose doctor {self.path} --output MENDED'"
+                f"'./pose doctor {self.path} --output REPAIRED'"
             ) from error
 
     def deserialize(self, message: BagMessage) -> Any:
@@ -218,7 +218,7 @@ def _open(
     except Exception as error:  # whatever a parser meets in damaged bytes
         raise InputError(
             f"{path} is not a readable bag: {one_line(error)}: if recording or copying it was cut "
-            f"off, copy it again, or mend it with './pose doctor {path} --output MENDED'"
+            f"off, copy it again, or repair it with './pose doctor {path} --output REPAIRED'"
         ) from error
     if reader.message_count == 0:
         reader.close()

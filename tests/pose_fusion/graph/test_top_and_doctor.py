@@ -21,7 +21,7 @@ def test_top_once_prints_one_page_and_ends(start_process):
 
     assert process.wait() == 0
     assert process.output.startswith("pose top")
-    assert "nothing flows yet: try ./pose doctor" in process.output
+    assert "no messages yet: try ./pose doctor" in process.output
 
 
 def test_top_in_a_terminal_ends_on_ctrl_c_and_gives_the_terminal_back(ros_domain_id):

@@ -197,7 +197,7 @@ def test_a_camera_whose_stamps_are_a_year_ahead_is_set_aside_and_named(
     for sample in [each for each in seen if each.sensor == "left"][:5]:
         now_ns = fusion.get_clock().now().nanoseconds
         publisher.publish(skeleton_message(replace(sample, stamp_ns=now_ns + year_ns)))
-    said = "left is set aside: its stamps are"
+    said = "left is not used: its stamps are"
     ros_context.spin_until(
         lambda: any(said in s.message for r in reports for s in r.status), what="its name"
     )

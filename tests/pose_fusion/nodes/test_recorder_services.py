@@ -73,5 +73,5 @@ def test_what_cannot_be_done_is_said(recorder, call, tmp_path):
     assert call("start").success
     again = call("start")
     assert not again.success
-    assert again.message == f"recording already, into {tmp_path / 'bag'}"
+    assert again.message == f"already recording into {tmp_path / 'bag'}"
     assert call("stop").message == "no messages, nothing is left"

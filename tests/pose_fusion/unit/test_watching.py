@@ -221,7 +221,7 @@ def test_a_node_that_says_much_is_still_named():
 def test_an_empty_graph_says_how_to_start_one():
     empty = replace(HEALTHY, topics=(), statuses=(), tracked={}, placed_sensors=())
     text = "\n".join(shown(replace(empty, fusion_latency_s=None)))
-    assert "nothing flows yet: try ./pose doctor" in text
+    assert "no messages yet: try ./pose doctor" in text
     assert "not known yet" in text
 
 

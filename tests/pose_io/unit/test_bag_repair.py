@@ -103,7 +103,7 @@ def test_a_whole_bag_needs_no_mending(tmp_path, stamps_ns, capsys):
 def test_what_is_no_mcap_file_is_refused(tmp_path):
     (tmp_path / "x.mcap").write_bytes(b"something else")
 
-    with pytest.raises(InputError, match="there is nothing to mend"):
+    with pytest.raises(InputError, match="there is nothing to repair"):
         doctor_bag(tmp_path / "x.mcap", None)
     with pytest.raises(InputError, match="found no bag at"):
         doctor_bag(tmp_path / "y", None)

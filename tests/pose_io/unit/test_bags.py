@@ -203,7 +203,7 @@ def test_a_bag_that_was_cut_off_says_how_to_mend_it(tmp_path, typestore):
     file = tmp_path / "bag" / "bag.mcap"
     file.write_bytes(file.read_bytes()[:-200])
 
-    with pytest.raises(InputError, match=r"copy it again, or mend it with './pose doctor"):
+    with pytest.raises(InputError, match=r"copy it again, or repair it with './pose doctor"):
         open_bag(tmp_path / "bag")
 
 

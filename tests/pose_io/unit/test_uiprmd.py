@@ -80,7 +80,7 @@ def test_angles_are_found_beside_the_positions_or_beside_their_folder(tmp_path):
     ("name", "text", "message"),
     [
         ("a_positions.txt", "1,2,3\n", "has 3 columns, expected 66"),
-        ("a_positions.txt", "a,b\n", "is no table of numbers"),
+        ("a_positions.txt", "a,b\n", "is not a table of numbers"),
         ("a_positions.txt", ",".join(["nan"] * 66), "holds NaN"),
         ("a.txt", ",".join(["1"] * 66), "is not named"),
     ],

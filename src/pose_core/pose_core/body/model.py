@@ -170,7 +170,7 @@ def load_body_model(name: str) -> BodyModel:
             "or the path of a YAML file"
         ) from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{name} is not YAML: it is no UTF-8 text") from error
+        raise InputError(f"{name} is not YAML: it is not UTF-8 text") from error
     try:
         model = parse_body_model(parse_yaml(text, name))
     except (KeyError, TypeError, ValueError, AttributeError) as error:

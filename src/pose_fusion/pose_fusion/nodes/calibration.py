@@ -195,7 +195,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self, _request: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         self._calibration.restart()
-        response.success, response.message = True, "collecting anew: walk about, raise the arms"
+        response.success, response.message = True, "collecting again: walk about, raise the arms"
         return response
 
     def _on_progress(

@@ -78,8 +78,8 @@ class FusionNode(ManagedNode[FusionParameters]):
         """Make the pipeline, load the files of extrinsics, body shape and IMU alignments."""
         if estimator_class(self.settings.estimator).NEEDS_FUTURE:
             raise ParameterError(
-                f"estimator = {self.settings.estimator} looks ahead, which a live node cannot: "
-                "choose another, or use ./pose fuse on a bag"
+                f"estimator = {self.settings.estimator} needs later samples, which a live node "
+                "does not have: choose another, or use ./pose fuse on a bag"
             )
         kept = kept_file(self.get_fully_qualified_name(), self.settings.run)
         self._shape_path = Path(self.settings.shape_file) if self.settings.shape_file else kept

@@ -82,7 +82,7 @@ class FusionReporter:
         status = self._pipeline.status
         if status == "tracking" and not self._is_tracking:
             if self._pipeline.people:
-                return f"the subject is out of sight; in sight: {', '.join(self._pipeline.people)}"
+                return f"the subject is out of view; in view: {', '.join(self._pipeline.people)}"
             return "no skeletons: the sensors see nobody, or are silent"
         idle = [use.segment for use in self._pipeline.subject.imu_uses if use.reason]
         if not (self._is_tracking and idle):
@@ -96,7 +96,7 @@ class FusionReporter:
 
     def _remarks(self, unused: Sequence[str], malformed_transform: str) -> list[str]:
         set_aside = self._judge.set_aside if self._judge is not None else {}
-        remarks = [f"{source} is set aside: its {why}" for source, why in set_aside.items()]
+        remarks = [f"{source} is not used: its {why}" for source, why in set_aside.items()]
         for sensor, why in self._watch.missing.items():
             if sensor not in set_aside:
                 remarks.append(f"{sensor} does not show the subject: {why}")
@@ -104,12 +104,12 @@ class FusionReporter:
             silent = ", ".join(self._silent_imus)
             remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")
         if leaping := self._pipeline.subject.imus.leaping:
-            what = "contradicts its own gyroscope: has it slipped, is it one device, and whole?"
+            what = "contradicts its gyroscope: check its strap, its segment and the device"
             remarks.append(f"the orientation of the IMU on {', '.join(leaping)} {what}")
         if malformed_transform:
             remarks.append(f"/tf_static is not used: {malformed_transform}")
         if self._pipeline.others:
-            remarks.append(f"{self._pipeline.others} more people in sight, not followed")
+            remarks.append(f"{self._pipeline.others} more people in view, not tracked")
         if unused:
             remarks.append(f"not used: {', '.join(unused)}, add it to sensors")
         return remarks

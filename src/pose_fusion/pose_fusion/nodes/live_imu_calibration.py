@@ -88,7 +88,7 @@ class ImuCalibrationNode(Node):
         """What the person, or somebody, should do now."""
         if self.calibration is None:
             return (
-                "waiting to be told where the Kinects are: run the calibration node, or name a "
+                "waiting for the poses of the Kinects: run the calibration node, or name a "
                 "calibrated session with -o"
             )
         return self.calibration.missing

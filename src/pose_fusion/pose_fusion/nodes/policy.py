@@ -86,11 +86,11 @@ def make_parser() -> argparse.ArgumentParser:
     """The command line."""
     parser = argparse.ArgumentParser(
         prog="pose policy",
-        description="Write the SROS 2 policy of the graph that runs now: each node may do what it"
-        " does, nothing else.",
+        description="Write the SROS 2 policy of the running graph: each node gets the rights"
+        " that it uses now, and no others.",
     )
     parser.add_argument("-o", "--output", type=Path, help="the file; printed if left out")
-    parser.add_argument("--enclave", default="/pose", help="that all nodes run in (/pose)")
+    parser.add_argument("--enclave", default="/pose", help="enclave of all nodes (/pose)")
     return parser
 
 

@@ -105,7 +105,7 @@ class Recorder(ManagedNode[RecorderParameters]):
 
     def _on_start(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._recording is not None:
-            response.message = f"recording already, into {self._recording.path}"
+            response.message = f"already recording into {self._recording.path}"
             return response
         path = free_path(self._output)
         try:
@@ -136,9 +136,9 @@ class Recorder(ManagedNode[RecorderParameters]):
             return
         self._said_trouble = trouble
         if trouble:
-            self.get_logger().error(f"{trouble}; it is tried again")
+            self.get_logger().error(f"{trouble}; it will be tried again")
         elif self._recording is not None:
-            self.get_logger().info(f"recording goes on into {self._recording.path}")
+            self.get_logger().info(f"the recording continues in {self._recording.path}")
         self.diagnostics.publish()
 
     # -- topics ---------------------------------------------------------------------------------

@@ -64,7 +64,7 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(
         prog="pose top",
-        description="Show what flows through the graph: rates, latencies, tracking, warnings. "
+        description="Show the topics of the graph live: rates, latencies, tracking, warnings. "
         "Ctrl-C ends it.",
     )
     parser.add_argument(

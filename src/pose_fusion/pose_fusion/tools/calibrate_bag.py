@@ -39,7 +39,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--date",
         default="",
-        help="noted in the file, for people (default: none, so that the "
+        help="written into the file, for information (default: none, so that the "
         "same bag gives the same bytes)",
     )
     parser.add_argument(
@@ -154,7 +154,7 @@ def imus_line(session: SessionCalibration) -> str:
     if imus is None:
         return ""
     if not np.isfinite(imus.offset_stddev_s):
-        return "the IMUs' clock: the motion does not tell it"
+        return "the IMUs' clock: not determined by the motion"
     taken = "" if imus.clock is not None else ", taken as 0: trackers' lags differ by as much"
     return (
         f"the IMUs' clock is {imus.offset_s * 1e3:.0f} ± {imus.offset_stddev_s * 1e3:.0f} ms "

@@ -84,7 +84,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--height", type=float, help="of the reference above the floor [m]")
     parser.add_argument("--tilt", type=float, help="of the reference, downwards [deg]")
-    parser.add_argument("--date", default="", help="noted in the file, for people")
+    parser.add_argument("--date", default="", help="written into the file, for information")
     add_arguments(parser.add_argument_group("board"), BoardParameters)
     return parser
 
@@ -221,7 +221,7 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"{arguments.print}: print at 100 %, measure the line, then the squares")
         return
     if arguments.output is None:
-        raise InputError("where to? name the YAML to write with -o, or the page with --print")
+        raise InputError("no output: name the YAML to write with -o, or the page with --print")
     if not arguments.output.parent.is_dir():
         raise InputError(f"cannot write {arguments.output}: its folder does not exist")
     infos = {name: load_camera(path) for name, path in named(arguments.info, "camera info").items()}

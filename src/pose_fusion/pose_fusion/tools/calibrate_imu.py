@@ -51,7 +51,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="save the other sensors although some are at fault",
     )
-    parser.add_argument("--date", default="", help="noted in a new file, for people")
+    parser.add_argument("--date", default="", help="written into a new file, for information")
     add_arguments(parser.add_argument_group("parameters"), ImuCalibrationParameters)
     return parser
 
@@ -104,7 +104,7 @@ def calibrate_bag(
 
 def residual_table(result: ImuCalibrationResult) -> Table:
     """How well each sensor's place is known, and how well it agrees with the cameras."""
-    table = Table(title="how well each IMU's place is known", show_edge=False)
+    table = Table(title="uncertainty of each IMU's alignment", show_edge=False)
     table.add_column("segment")
     for heading in ("tilt", "turn", "against the cameras"):
         table.add_column(heading, justify="right")
@@ -147,7 +147,7 @@ def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
             "saves the others)"
         )
     if not result.usable:
-        raise CalibrationError("nothing saved: no IMU was heard while the person stood still")
+        raise CalibrationError("nothing saved: no IMU sent samples while the person stood still")
 
 
 def main(arguments: list[str]) -> None:

@@ -22,7 +22,7 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--timeout", type=float, default=180.0, help="give up after so long [s] (default: 180)"
     )
-    parser.add_argument("--date", default="", help="noted in the file, for people")
+    parser.add_argument("--date", default="", help="written into the file, for information")
     add_arguments(parser.add_argument_group("parameters"), LiveCalibrationParameters)
     return parser
 

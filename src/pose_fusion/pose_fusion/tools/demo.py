@@ -233,7 +233,7 @@ def _parser() -> argparse.ArgumentParser:
         "--motion",
         type=Path,
         metavar="FILE",
-        help="captured motion (.bvh, .bvh.gz) before the virtual sensors instead",
+        help="captured motion (.bvh, .bvh.gz) for the virtual sensors instead",
     )
     parser.add_argument(
         "--duration",

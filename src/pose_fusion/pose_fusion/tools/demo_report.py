@@ -121,7 +121,7 @@ def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
     methods = methods_of_bag(bag)
     if FUSED not in methods or len(methods[FUSED]) == 0:
         said = [f"{name.lstrip('/')}: {n.message}" for name, n in run.nodes.items() if n.level]
-        why = "; ".join(said) or "no node says why"
+        why = "; ".join(said) or "no node reports a reason"
         raise GraphError(f"no joint states came out: {why} (what went in is in {run.bag})")
     return methods
 
@@ -186,7 +186,7 @@ def _alignment(run: DemoRun, imus: int) -> str:
     aligned = [name for text in reports for name in text.split(", ") if name not in ("", "none")]
     text = f"{len(aligned)} of {imus} aligned with their segments"
     if not aligned:
-        text += ": the result is the cameras' alone, move and turn the segments before them"
+        text += ": the result uses only the cameras; move and turn the segments in their view"
     return text
 
 

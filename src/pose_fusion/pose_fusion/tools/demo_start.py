@@ -38,7 +38,7 @@ def first_lead_s() -> float:
 
 def ready_estimator(console: Console) -> None:
     """Compile the estimator where nothing is compiled yet: longer than nodes are waited for."""
-    with console.status("readying the estimator; at its first start on a machine it is compiled"):
+    with console.status("preparing the estimator; it is compiled at the first start on a machine"):
         from pose_core.api import (
             FusionParameters,  # takes a second to load
             FusionPipeline,

@@ -53,7 +53,7 @@ def doctor_bag(bag: Path, output: Path | None) -> int:
         if is_whole:
             _describe(bag)
         else:
-            print(f"→ ./pose doctor {bag} --output MENDED writes what is whole as a new bag")
+            print(f"→ ./pose doctor {bag} --output REPAIRED writes the intact part as a new bag")
         return 0 if is_whole else 1
     with progress_bar(Console(stderr=True)) as progress:
         task = progress.add_task("mending", total=1.0)
@@ -94,13 +94,13 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
         epilog="Exit code: 0 if nothing is wrong, 1 if something is.",
     )
     parser.add_argument(
-        "bag", nargs="?", type=Path, metavar="BAG", help="look at this recording instead"
+        "bag", nargs="?", type=Path, metavar="BAG", help="check this recording instead"
     )
     parser.add_argument(
         "--output",
         type=Path,
         metavar="MENDED",
-        help="write what is whole of BAG as a new bag; BAG itself is never changed",
+        help="write the intact part of BAG as a new bag; BAG itself is never changed",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, for programs")
     add_listen_option(

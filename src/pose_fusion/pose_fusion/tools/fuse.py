@@ -53,7 +53,7 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     parser.add_argument("out_bag", type=Path, help="the bag to make; of many, their folder")
     parser.add_argument("--params", type=Path, help="ROS parameter file, section 'fusion'")
     parser.add_argument(
-        "--smooth", action="store_true", help="look ahead too: the estimator 'smoothed'"
+        "--smooth", action="store_true", help="also use later samples: the estimator 'smoothed'"
     )
     parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
     add_many_arguments(parser)

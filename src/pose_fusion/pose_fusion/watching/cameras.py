@@ -53,9 +53,9 @@ class CameraWatch:
         camera.picture = picture
         is_frozen = camera.has_moved and camera.alike >= FROZEN_FRAMES
         if is_frozen:
-            self.note_trouble(sensor, "it repeats one picture: start its tracker anew")
+            self.note_trouble(sensor, "it repeats one frame: restart its tracker")
         elif any(person.tracking_state.any() for person in persons):
-            what = "nobody where the subject is: check its place, units and joints"
+            what = "nobody at the subject's position: check its pose, units and joints"
             self.note_trouble(sensor, f"it shows {what}")
         else:
             self.note_trouble(sensor, "it sees nobody")

@@ -61,7 +61,7 @@ def kinects(folder: Path = USB_DEVICES) -> list[str]:
 def device_findings(ports: Sequence[SerialPort], cameras: Sequence[str]) -> Iterator[Finding]:
     """What the devices tell."""
     if not ports:
-        remedy = "plug the IMUs' receiver in; without IMUs nothing is amiss"
+        remedy = "plug in the IMUs' receiver; if there are no IMUs, ignore this"
         yield DEVICES.note("serial ports", "none", remedy)
     for port in ports:
         if port.may_open:

@@ -71,7 +71,7 @@ def graph_findings(snapshot: GraphSnapshot) -> list[Finding]:
         ]
     findings = [GRAPH.ok("messages", "a message to itself came back")]
     if not snapshot.topics and not snapshot.statuses:
-        text = f"nothing of ours runs on this ROS domain ({len(snapshot.nodes)} nodes are there)"
+        text = f"no node of pose fusion runs on this ROS domain ({len(snapshot.nodes)} other nodes)"
         return [*findings, GRAPH.note("nodes", text, "./pose up starts a graph")]
     findings.append(GRAPH.ok("nodes", ", ".join(snapshot.nodes)))
     findings += _sensors(snapshot)

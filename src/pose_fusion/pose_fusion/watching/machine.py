@@ -51,7 +51,7 @@ def cores_finding(cores: int) -> Finding:
     """Whether there are enough for sensors and fusion side by side."""
     if cores >= FEWEST_CORES:
         return MACHINE.ok("cores", str(cores))
-    remedy = "two or more are needed to be in time: move bridges or recorder to another host"
+    remedy = "two or more are needed for real time: move bridges or recorder to another host"
     return MACHINE.wrong("cores", str(cores), remedy)
 
 
@@ -61,7 +61,7 @@ def disk_finding(folder: Path, free_bytes: float) -> Finding:
     if free_bytes >= LEAST_DISK_GB * GB:
         return MACHINE.ok("disk", text)
     return MACHINE.wrong(
-        "disk", text, f"{LEAST_DISK_GB:g} GB are wanted: make room, or record elsewhere"
+        "disk", text, f"{LEAST_DISK_GB:g} GB are needed: free some space, or record elsewhere"
     )
 
 
@@ -83,7 +83,7 @@ def shared_memory_finding(folder: Path) -> Finding:
         return MACHINE.note(
             "shared memory",
             f"{len(theirs)} Fast DDS files belong to other users",
-            "run all nodes as one user, or nodes do not hear each other",
+            "run all nodes as one user; otherwise they cannot communicate",
         )
     return MACHINE.ok("shared memory", f"{free_mb:.0f} MB are free, {len(files)} Fast DDS files")
 
@@ -101,7 +101,7 @@ def domain_finding(environment: Mapping[str, str]) -> Finding:
 def multicast_finding(environment: Mapping[str, str], works: Callable[[], bool]) -> Finding:
     """Whether nodes on other hosts can be found."""
     if environment.get("ROS_AUTOMATIC_DISCOVERY_RANGE") in ("LOCALHOST", "OFF"):
-        return MACHINE.ok("multicast", "not needed: nodes of this host alone are looked for")
+        return MACHINE.ok("multicast", "not needed: discovery is limited to this host")
     if works():
         return MACHINE.ok("multicast", f"a datagram to {DISCOVERY_GROUP} came back")
     return MACHINE.wrong(

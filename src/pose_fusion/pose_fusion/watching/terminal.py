@@ -99,7 +99,7 @@ def _topics_table(rows: Sequence[Row]) -> Table:
     for name, rate, latency, age, is_silent in rows:
         table.add_row(name, rate, latency, age, style="red" if is_silent else "")
     if not rows:
-        table.add_row("nothing flows yet: try ./pose doctor", "", "", "", style="yellow")
+        table.add_row("no messages yet: try ./pose doctor", "", "", "", style="yellow")
     return table
 
 

@@ -218,8 +218,8 @@ def _assemble(
     changed = [stamp for stamp in stamps if tuple(estimates[stamp].name) != names]
     if changed:
         raise InputError(
-            f"{bag.path}: the degrees of freedom of '{body}' change on the way: export the parts "
-            "of one body model each"
+            f"{bag.path}: the degrees of freedom of '{body}' change within the bag: export the "
+            "part of each body model separately"
         )
     if model is None:
         model = model_of_angles(names[ROOT_DOF:])

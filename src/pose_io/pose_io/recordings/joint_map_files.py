@@ -106,7 +106,7 @@ def _sources(path: Path, value: Any) -> dict[str, list[str | int]]:
     unknown = [str(key) for key in value if key not in JOINTS]
     if unknown:
         raise InputError(
-            f"{path}: map has '{unknown[0]}', which is none of our joints {', '.join(JOINTS)}"
+            f"{path}: map has '{unknown[0]}', which is not one of our joints {', '.join(JOINTS)}"
         )
     sources = {
         ours: theirs if isinstance(theirs, list) else [theirs] for ours, theirs in value.items()
@@ -149,8 +149,8 @@ def _name(path: Path, ours: str, theirs: str | int, joints: tuple[str, ...]) -> 
     if isinstance(theirs, str) and theirs in joints:
         return theirs
     raise InputError(
-        f"{path}: '{ours}' is made from {theirs!r}, which is none of the {len(joints)} joints of "
-        "the source: correct the name"
+        f"{path}: '{ours}' is made from {theirs!r}, which is not one of the {len(joints)} joints "
+        "in the source: correct the name"
     )
 
 
@@ -164,7 +164,7 @@ def _rotation(path: Path, value: Any) -> FloatArray:
         )
     matrix = np.array([DIRECTIONS[name] for name in names], dtype=np.float64).T
     if abs(np.linalg.det(matrix)) != 1.0:
-        raise InputError(f"{path}: axes = {value!r} do not stand upright on each other")
+        raise InputError(f"{path}: axes = {value!r} are not perpendicular")
     return matrix
 
 

@@ -10,7 +10,9 @@ from pose_core.joints import SIDES
 from pose_io.export.opensim_coordinates import LIMBS
 from pose_io.references.reference import Reference, numbers_of, text_of
 
-KNEE_NOTE = "its knees bend to negative angles, as in the older OpenSim models: turned round"
+KNEE_NOTE = (
+    "its knees bend to negative angles, as in the older OpenSim models: the sign is reversed"
+)
 PELVIS_NOTE = (
     "OpenSim measures the hip against the pelvis; here it is measured against the trunk, so a bent "
     "spine shows as a difference"

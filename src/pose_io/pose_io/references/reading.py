@@ -44,7 +44,7 @@ def read_reference(path: Path) -> Reference:
     if UIPRMD_NAME in path.name:
         return read_uiprmd(path)
     known = ", ".join([*MARKER_READERS, *ANGLE_READERS])
-    raise InputError(f"{path} is no reference: expected a bag or one of {known}")
+    raise InputError(f"{path} is not a reference: expected a bag or one of {known}")
 
 
 def reference_of_bag(bag: BagReader) -> Reference:

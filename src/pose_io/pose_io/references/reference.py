@@ -55,7 +55,7 @@ def text_of(path: Path) -> str:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise InputError(f"{path} is not a text file, byte {error.start} is no UTF-8") from error
+        raise InputError(f"{path} is not a text file, byte {error.start} is not UTF-8") from error
 
 
 def numbers_of(path: Path, line: int, cells: list[str]) -> list[float]:

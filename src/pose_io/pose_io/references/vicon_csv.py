@@ -68,7 +68,7 @@ def _series(
     width = max(columns.values()) + 3
     table = np.array([(row + [np.nan] * width)[:width] for row in body])
     if not (np.abs(table[:, 0]) < MAX_FRAME).all():  # nor a NaN
-        raise InputError(f"{path}: a frame's number is none: expected whole numbers that grow")
+        raise InputError(f"{path}: a frame number is invalid: expected increasing integers")
     frames = table[:, 0] - table[0, 0]
     return MarkerSeries(
         stamps_ns=np.round(1e9 * frames / rate).astype(np.int64),

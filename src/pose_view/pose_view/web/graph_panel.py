@@ -38,11 +38,11 @@ class GraphPanel:
         self._calibrate = gui.add_button(
             "Calibrate cameras",
             icon=viser.Icon.FOCUS_2,
-            hint="Forget where the cameras stand and find it anew: walk about, raise the arms",
+            hint="Calibrate the cameras again: walk about, raise the arms",
         )
         self._record = gui.add_button("Start recording", icon=viser.Icon.PLAYER_RECORD, color="red")
         self._person = gui.add_dropdown(
-            "Person", (ANYBODY,), hint="Whom to follow, by the id that the cameras gave them"
+            "Person", (ANYBODY,), hint="Person to track, by the id of the cameras"
         )
         self._answer = gui.add_html("")
         self._is_recording = False

@@ -31,7 +31,7 @@ def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
         numbers = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
     except ValueError as error:
         reason = str(error).splitlines()[0]
-        raise InputError(f"{path} is no table of numbers: {reason}") from error
+        raise InputError(f"{path} is not a table of numbers: {reason}") from error
     found = numbers.shape[1] if numbers.size else 0
     if found != columns:
         raise InputError(f"{path} has {found} columns, expected {columns}: {meaning}")

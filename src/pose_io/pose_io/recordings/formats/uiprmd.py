@@ -154,7 +154,7 @@ def _read_triples(path: Path) -> FloatArray:
     """Three finite numbers for each joint, shape (n, 22, 3)."""
     numbers = read_numbers(path, 3 * len(PARENTS), "22 joints × 3, positions or angles")
     if not np.isfinite(numbers).all():
-        raise InputError(f"{path} holds NaN or infinity: expected numbers alone")
+        raise InputError(f"{path} holds NaN or infinity: expected only finite numbers")
     return numbers.reshape(len(numbers), len(PARENTS), 3)
 
 
