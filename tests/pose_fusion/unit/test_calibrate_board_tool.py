@@ -127,7 +127,7 @@ def test_the_board_is_printed(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        ([], "where to?"),
+        ([], "no output: name"),
         (["left=a", "-o", "x.yaml"], "expected NAME=FOLDER of two or more cameras"),
         (["left=a", "left=b", "-o", "x.yaml"], "'left=b' is no folder of images"),
         (["left=a", "right=b", "-o", "nowhere/x.yaml"], "its folder does not exist"),

@@ -41,7 +41,10 @@ def looks(watch, note):
         (lambda watch, _: watch.note_trouble("right", "it has 3 bytes"), "3 bytes"),
         (lambda watch, _: watch.note_frame("right", []), "sees nobody"),
         (lambda watch, _: watch.note_frame("right", [person(np.nan, 0)]), "sees nobody"),
-        (lambda watch, k: watch.note_frame("right", [person(1.0 + k)]), "where the subject is"),
+        (
+            lambda watch, k: watch.note_frame("right", [person(1.0 + k)]),
+            "at the subject's position",
+        ),
     ],
     ids=["silent", "malformed", "nobody", "no joints", "somebody else"],
 )
@@ -58,7 +61,7 @@ def test_a_picture_that_is_repeated_is_of_no_use_until_it_changes(watch):
     used = [watch.note_frame("right", [person(2.0)]) for _ in range(FROZEN_FRAMES + 2)]
     assert used == [True] * FROZEN_FRAMES + [False] * 2
     assert (
-        "repeats one picture"
+        "repeats one frame"
         in looks(watch, lambda _: watch.note_frame("right", [person(2.0)]))["right"]
     )
     assert watch.note_frame("right", [person(3.0)])

@@ -97,12 +97,12 @@ def test_a_semicolon_separates_columns_too(body, tmp_path):
 
 
 @pytest.mark.parametrize("number", ["nan", "inf", "1e300", "-1e300", "third"])
-def test_a_frame_of_vicon_whose_number_is_none_is_refused(number, body, tmp_path):
+def test_a_frame_of_vicon_with_an_invalid_number_is_refused(number, body, tmp_path):
     path = tmp_path / "reference.csv"
     write_vicon_csv(path, body)
     text = path.read_text(encoding="utf-8-sig")
     path.write_text(text.replace("\n103,0", f"\n{number},0"))
-    with pytest.raises(InputError, match=r"frame's number is none|third"):
+    with pytest.raises(InputError, match=r"frame number is invalid|third"):
         read_reference(path)
 
 
@@ -153,13 +153,13 @@ time\tknee_angle_l\thip_flexion_l
 """
 
 
-def test_knees_that_bend_to_negative_angles_are_turned_round_and_said(tmp_path):
+def test_knees_that_bend_to_negative_angles_are_reversed_with_a_note(tmp_path):
     path = tmp_path / "old_model.mot"
     path.write_text(MOT.format(knee=-40.0))
     found = read_reference(path)
     assert np.degrees(found.angles.angles["left_knee_flexion"]) == pytest.approx([40.0] * 3)
     assert np.degrees(found.angles.angles["left_hip_flexion"]) == pytest.approx([10, 20, 30])
-    assert any("turned round" in note for note in found.notes)
+    assert any("sign is reversed" in note for note in found.notes)
 
 
 def test_an_angle_that_a_file_lacks_is_unknown(tmp_path):
