@@ -1,4 +1,4 @@
-"""Estimates as messages; the fusion's only knowledge of message types."""
+"""Conversion of estimates to messages; the only module of the fusion that uses message types."""
 
 from array import array
 from collections.abc import Iterator, Mapping
@@ -75,10 +75,10 @@ def type_name(message_type: Any) -> str:
 
 
 def to_bag_message(message: Any, typestore: Typestore) -> Any:
-    """The message as rosbags writes it.
+    """Convert a message to the form that rosbags writes.
 
-    ROS's own serialiser leaves padding bytes as they were in memory, and the buffer longer than the
-    message; rosbags' gives the same bytes for the same message.
+    ROS's own serialiser leaves padding bytes uninitialised, and the buffer longer than the message;
+    rosbags always gives the same bytes for the same message.
     """
     if isinstance(message, array):
         return np.asarray(message)
@@ -120,7 +120,7 @@ def to_skeleton(estimate: BodyEstimate, body_id: str) -> Skeleton:
 
 
 def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> PoseEstimate:
-    """Every degree of freedom with its uncertainty and source; NaN what is not known."""
+    """Every degree of freedom with its uncertainty and source; unknown ones are NaN."""
     return PoseEstimate(
         header=to_header(estimate.stamp_ns),
         id=body_id,
@@ -170,7 +170,7 @@ def _places(T: FloatArray) -> Iterator[Place]:
 
 
 def _set_transform(transform: Transform, place: Place) -> None:
-    """Fill a message in place: making one costs more than all the arithmetic."""
+    """Fill a message in place: creating one costs more than the arithmetic."""
     (x, y, z), (qx, qy, qz, qw) = place
     translation, rotation = transform.translation, transform.rotation
     translation.x, translation.y, translation.z = x, y, z
@@ -208,19 +208,19 @@ def bone_ends(model: BodyModel) -> list[tuple[str, str]]:
 
 
 def to_static_tf(T_map_sensor: Mapping[str, FloatArray]) -> TFMessage:
-    """Where each Kinect stands in map, (4, 4) by sensor name, as static transforms."""
+    """Pose of each Kinect in map, (4, 4) by sensor name, as static transforms."""
     return TFMessage(transforms=_sensor_transforms(to_header(0), T_map_sensor))
 
 
 def to_extrinsics_messages(extrinsics: Extrinsics, stamp_ns: int) -> list[TransformStamped]:
-    """Where each sensor stands in the frame of the reference, one message a sensor."""
+    """Pose of each sensor in the frame of the reference, one message for each sensor."""
     header = to_header(stamp_ns, sensor_frame(extrinsics.reference))
     others = {s: T for s, T in extrinsics.T_reference_sensor.items() if s != extrinsics.reference}
     return _sensor_transforms(header, others)
 
 
 def to_clock_messages(clocks: Clocks, stamp_ns: int) -> list[TimeReference]:
-    """What each source's clock shows at an instant of the reference's, one message a source."""
+    """Time of each source's clock at an instant of the reference's, one message for each source."""
     return [
         TimeReference(
             header=to_header(stamp_ns, "" if source == IMUS else sensor_frame(source)),

@@ -1,4 +1,4 @@
-"""Estimates' messages as bytes, without making the messages, which takes ten times as long."""
+"""Serialised messages of estimates, written directly: creating the messages is ten times slower."""
 
 from collections.abc import Iterator
 
@@ -24,7 +24,7 @@ class EstimateBytes:
         model: The body model of all estimates.
         body_id: The person's id.
         typestore: Definitions of the messages.
-        first: Any estimate: its messages give the form of all.
+        first: Any estimate; its messages are the template of all.
     """
 
     def __init__(
@@ -62,8 +62,8 @@ class EstimateBytes:
         """Each topic and the bytes of its messages, shape (n, bytes), the joint states first.
 
         Args:
-            estimates: Of n instants.
-            latencies_s: How late each is [s], shape (n,).
+            estimates: Estimates at n instants.
+            latencies_s: Latency of each [s], shape (n,).
         """
         stamps_ns, position, velocity = estimates.stamps_ns, estimates.position, estimates.velocity
         angles = np.concatenate([position[:, ROOT_DOF:], velocity[:, ROOT_DOF:]], axis=1)

@@ -1,4 +1,4 @@
-"""Cameras that publish and that nobody was told to use."""
+"""Detection of cameras that publish but are not among the used sensors."""
 
 from collections.abc import Collection, Iterable
 
@@ -10,12 +10,12 @@ ARRAY = "pose_msgs/msg/SkeletonArray"
 def unused_sensors(
     topics: Iterable[tuple[str, Collection[str]]], used: Collection[str], namespace: str
 ) -> tuple[str, ...]:
-    """The names of sensors whose skeletons are there but not among those that are used.
+    """Names of sensors that publish skeletons but are not used.
 
     Args:
         topics: Names and types of the topics of the graph.
         used: The sensors that are used.
-        namespace: Where their topics lie, ``/`` for none.
+        namespace: Namespace of their topics, ``/`` for none.
     """
     found = set()
     for topic, types in topics:

@@ -77,7 +77,7 @@ class SimulatedArm:
     def _step(self) -> None:
         before, rate_before = self._reference
         wanted, rate = self._referred()
-        # A command that comes late, or is far away, must not make the controller's reference leap.
+        # A command that comes late, or is far away, must not make the controller's reference jump.
         fastest = self._arm.max_velocity
         reached = before + np.clip(wanted - before, -fastest * self._step_s, fastest * self._step_s)
         rate = np.where(reached == wanted, rate, (reached - before) / self._step_s)

@@ -82,7 +82,7 @@ def test_confidence_becomes_a_state_and_what_is_not_said_counts_as_tracked(write
         (AXES + "map: {head: 100000000}\n", "made from 100000000"),
         (AXES + f"map: {{head: {'a' * 100}}}\n", "expected 1 to 64 characters"),
         ("map: {head: a}\n", "axes = None"),
-        ("axes: {x: right, y: right, z: up}\nmap: {head: a}\n", "do not stand upright"),
+        ("axes: {x: right, y: right, z: up}\nmap: {head: a}\n", "are not perpendicular"),
         ("axes: {x: right, y: down, z: 3}\nmap: {head: a}\n", "axes ="),
         (AXES + "unit: inch\nmap: {head: a}\n", "unit = 'inch'"),
         (AXES + "unit: [m]\nmap: {head: a}\n", "unit ="),

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_core.imu.gyroscope_check import GyroscopeCheck, leap
+from pose_core.imu.gyroscope_check import GyroscopeCheck, orientation_jump
 from pose_core.streams.samples import ImuBlock
 
 PERIOD_S = 0.01
@@ -65,9 +65,9 @@ def test_what_a_sensor_measures_passes_as_it_is():
 def test_a_heading_that_leaps_is_put_right_and_again_when_it_leaps_back(leap_deg):
     orientations, rates = turning(5.0)
     turn = Rotation.from_euler("z", leap_deg, degrees=True)
-    leapt = changed(orientations, slice(100, 300), lambda some: turn * some)
+    jumped = changed(orientations, slice(100, 300), lambda some: turn * some)
     check = GyroscopeCheck()
-    first, second = (block(leapt, rates).rows(rows) for rows in (slice(0, 200), slice(200, 500)))
+    first, second = (block(jumped, rates).rows(rows) for rows in (slice(0, 200), slice(200, 500)))
     before, after = check.checked(first), check.checked(second)
     assert len(before) == 199
     used = Rotation.from_quat(np.concatenate([before.orientation, after.orientation]))
@@ -99,7 +99,7 @@ def test_a_sensor_that_slips_once_costs_one_sample():
     assert len(check.checked(block(slipped, rates))) == 299
     assert not check.set_aside
     assert not check.headings
-    assert not check.leaping
+    assert not check.jumping
 
 
 @pytest.mark.parametrize("speed", [0.01, 4.0])
@@ -109,7 +109,7 @@ def test_an_imu_that_repeats_one_sample_is_set_aside(speed):
     stuck = changed(orientations, slice(100, 250), lambda some: some[np.zeros(len(some), int)])
     check, given = GyroscopeCheck(), block(stuck, rates)
     check.checked(given.rows(slice(0, 150)))
-    assert check.set_aside == check.leaping == ("torso",)
+    assert check.set_aside == check.jumping == ("torso",)
     assert len(check.checked(given.rows(slice(150, 250)))) == 0
 
 
@@ -126,7 +126,9 @@ def test_a_leap_is_what_rotations_say_it_is():
         turn, tilt = rng.uniform(-3.0, 3.0), rng.uniform(0.0, 0.05)
         by = Rotation.from_euler("z", turn) * Rotation.from_euler("x", tilt)
         after = by * before * Rotation.from_rotvec(0.02 * rate)
-        apart, tilted, turned = leap(before.as_quat(), rate, after.as_quat(), rate, 0.02)
+        apart, tilted, turned = orientation_jump(
+            before.as_quat(), rate, after.as_quat(), rate, 0.02
+        )
         if by.magnitude() > 0.31:
             assert (apart, tilted, turned) == pytest.approx((by.magnitude(), tilt, turn), abs=1e-6)
 

@@ -91,7 +91,7 @@ def test_a_damaged_section_stops_the_fusion_at_the_start(ros_context, session_fi
 
 def test_the_calibration_hears_cameras_imus_and_where_the_cameras_are(ros_context):
     node = ros_context.add(ImuCalibrationNode(ImuCalibrationParameters()))
-    assert "where the Kinects are" in node.missing
+    assert "the poses of the Kinects" in node.missing
     feeder = ros_context.make_node("feeder")
     transforms = feeder.create_publisher(TFMessage, "/tf_static", LATCHED)
     placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}

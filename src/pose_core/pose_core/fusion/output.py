@@ -86,7 +86,7 @@ class Output:
 
         Args:
             block: Poses of one body.
-            shape: Body measures; other measures start the angles anew.
+            shape: Body measures; other measures restart the angles.
         """
         if isinstance(block, EstimateBlock):
             return block

@@ -1,4 +1,4 @@
-"""What a user may set of the fusion, live and offline alike."""
+"""Parameters of the fusion, the same live and offline."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from pose_core.parameters import NAME, NAME_ENDING, RUN, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class FusionParameters(Li2020Parameters):
-    """Parameters of the whole chain from samples to estimates."""
+    """Parameters of the pipeline from samples to estimates."""
 
     estimator: str = parameter("default", choices=tuple(ESTIMATORS), doc="name of the estimator")
     body_model: str = parameter(

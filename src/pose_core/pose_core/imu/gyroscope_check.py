@@ -23,12 +23,12 @@ from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray, ImuBlock
 
 LONGEST_STEP_S = 0.1  # [s] the gyroscope is not integrated over longer gaps
-LEAST_LEAP = 0.2  # [rad] larger than the correction by any orientation filter between two samples
+SMALLEST_JUMP = 0.2  # [rad] larger than any orientation filter corrects between two samples
 SCALE_ERROR = 0.1  # [-] of a gyroscope
 STUCK_S = 0.3  # [s] for which a rotating IMU may repeat its rate and orientation
 MOST_TILT = 0.1  # [rad] tilt that a jump of the heading may have
 TOLERATED = 3.0  # [jumps] before an IMU is excluded
-FORGIVEN = 2.0  # [leaps/s]
+FORGIVEN = 2.0  # [jumps/s]
 STEADY_NS = NS_PER_S  # [ns] without a jump, after which it is used again
 
 Quaternion = tuple[float, float, float, float]
@@ -41,8 +41,8 @@ class _Memory(NamedTuple):
     orientation: FloatArray  # (imus, 4) of the last sample, unchanged
     rate: FloatArray  # (imus, 3) [rad/s] of the last sample
     same_s: FloatArray  # (imus,) [s] for which orientation and rate have been constant
-    leap_ns: NDArray[np.int64]  # (imus,) stamp of the last jump
-    leaps: FloatArray  # (imus,) number of recent jumps, decaying
+    jump_ns: NDArray[np.int64]  # (imus,) stamp of the last jump
+    jumps: FloatArray  # (imus,) number of recent jumps, decaying
     heading: FloatArray  # (imus,) [rad] correction of orientations about the vertical
     set_aside: NDArray[np.bool_]  # (imus,)
 
@@ -61,17 +61,17 @@ class GyroscopeCheck:
         return tuple(self._segments[i] for i in np.flatnonzero(self._memory.set_aside).tolist())
 
     @property
-    def leaping(self) -> tuple[str, ...]:
+    def jumping(self) -> tuple[str, ...]:
         """Segments whose IMU has jumped within the last second, including excluded ones."""
         memory = self._memory
-        recent = (memory.leap_ns > 0) & (memory.stamp_ns - memory.leap_ns <= STEADY_NS)
+        recent = (memory.jump_ns > 0) & (memory.stamp_ns - memory.jump_ns <= STEADY_NS)
         return tuple(self._segments[i] for i in np.flatnonzero(recent).tolist())
 
     @property
     def headings(self) -> Mapping[str, float]:
         """Corrections about the vertical [rad] of IMUs whose heading has jumped."""
-        leapt = np.flatnonzero(self._memory.heading).tolist()
-        return {self._segments[i]: float(self._memory.heading[i]) for i in leapt}
+        corrected = np.flatnonzero(self._memory.heading).tolist()
+        return {self._segments[i]: float(self._memory.heading[i]) for i in corrected}
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The accepted samples, with jumps of the heading removed."""
@@ -101,8 +101,8 @@ def _make_memory(imus: int) -> _Memory:
         orientation=np.zeros((imus, 4)),
         rate=np.zeros((imus, 3)),
         same_s=np.zeros(imus),
-        leap_ns=np.zeros(imus, np.int64),
-        leaps=np.zeros(imus),
+        jump_ns=np.zeros(imus, np.int64),
+        jumps=np.zeros(imus),
         heading=np.zeros(imus),
         set_aside=np.zeros(imus, np.bool_),
     )
@@ -132,7 +132,7 @@ def check_samples(
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
         has_leapt = False
         if 0.0 < dt_s <= LONGEST_STEP_S:
-            apart, tilt, turn = leap(
+            apart, tilt, turn = orientation_jump(
                 memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
             )
             if apart > 0.0 and tilt < MOST_TILT and not memory.set_aside[i]:
@@ -142,13 +142,13 @@ def check_samples(
             is_same &= turns and is_equal(memory.rate[i], rate[row])
             memory.same_s[i] = memory.same_s[i] + dt_s if is_same else 0.0
             has_leapt = apart > 0.0 or memory.same_s[i] > STUCK_S
-            memory.leaps[i] = max(memory.leaps[i] - FORGIVEN * dt_s, 0.0)
+            memory.jumps[i] = max(memory.jumps[i] - FORGIVEN * dt_s, 0.0)
         if has_leapt:
-            memory.leaps[i] = min(memory.leaps[i] + 1.0, TOLERATED + 1.0)
-            memory.leap_ns[i] = stamps_ns[row]
-            memory.set_aside[i] |= memory.leaps[i] > TOLERATED
-        elif memory.set_aside[i] and stamps_ns[row] - memory.leap_ns[i] > STEADY_NS:
-            memory.set_aside[i], memory.leaps[i] = False, 0.0
+            memory.jumps[i] = min(memory.jumps[i] + 1.0, TOLERATED + 1.0)
+            memory.jump_ns[i] = stamps_ns[row]
+            memory.set_aside[i] |= memory.jumps[i] > TOLERATED
+        elif memory.set_aside[i] and stamps_ns[row] - memory.jump_ns[i] > STEADY_NS:
+            memory.set_aside[i], memory.jumps[i] = False, 0.0
         is_used[row] = not has_leapt and not memory.set_aside[i]
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):
@@ -163,7 +163,7 @@ def check_samples(
 
 
 @compiled_in_place
-def leap(
+def orientation_jump(
     before: FloatArray, rate_before: FloatArray, after: FloatArray, rate: FloatArray, dt_s: float
 ) -> tuple[float, float, float]:
     """Jump of an orientation relative to the gyroscope's prediction.
@@ -197,7 +197,7 @@ def leap(
         + (rate[1] - rate_before[1]) ** 2
         + (rate[2] - rate_before[2]) ** 2
     )
-    if apart <= LEAST_LEAP + SCALE_ERROR * angle + 0.5 * dt_s * change:
+    if apart <= SMALLEST_JUMP + SCALE_ERROR * angle + 0.5 * dt_s * change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)
 

@@ -26,9 +26,9 @@ class ImuSet:
         return list(self._history.segments)
 
     @property
-    def leaping(self) -> tuple[str, ...]:
+    def jumping(self) -> tuple[str, ...]:
         """Segments whose IMU's orientation contradicted its gyroscope within the last second."""
-        return self._check.leaping
+        return self._check.jumping
 
     @property
     def headings(self) -> Mapping[str, float]:

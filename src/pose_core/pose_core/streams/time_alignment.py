@@ -92,7 +92,7 @@ class TimeAligner:
     frames already emitted (counted as ``late``).
 
     Stamps of the frames strictly increase, except that a sensor whose stamps jump back by more than
-    1 s (a recording that loops) starts everything anew.
+    1 s (a recording that loops) restarts the alignment.
 
     Args:
         sensors: Their names; with a single one, samples pass without delay.

@@ -1,1 +1,1 @@
-"""ROS nodes; the only modules of this package, beside ``conversions``, that import ROS."""
+"""ROS nodes: with ``conversions``, the only modules of this package that import ROS."""

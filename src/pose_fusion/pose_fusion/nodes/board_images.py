@@ -23,8 +23,8 @@ class BoardImagesNode(Node):
     """Feeds a :class:`BoardCollector` from image topics, compressed or not.
 
     Args:
-        collector: Who looks at the images.
-        topics: Image topic by camera; ``<topic>/compressed`` is listened to as well.
+        collector: Collects the views of the board.
+        topics: Image topic by camera; ``<topic>/compressed`` is subscribed to as well.
         info_topics: CameraInfo topic by camera.
     """
 
@@ -38,7 +38,7 @@ class BoardImagesNode(Node):
         super().__init__("board_calibration", **options)
         self._collector = collector
         self.cameras: dict[str, Camera] = {}
-        self.malformed = ""  # what was wrong with the last message that could not be used
+        self.malformed = ""  # why the last unusable message was rejected
         for camera, topic in topics.items():
             for message_type, name in ((Image, topic), (CompressedImage, f"{topic}/compressed")):
                 self.create_subscription(
@@ -75,13 +75,13 @@ def collect_live(
     """Watch image topics until the collector has enough, or the user stops it.
 
     Args:
-        collector: Who looks at the images.
+        collector: Collects the views of the board.
         topics: Image topic by camera.
         info_topics: CameraInfo topic by camera.
-        on_progress: Told now and then what is wrong or missing.
+        on_progress: Called periodically with what is wrong or missing.
 
     Returns:
-        The intrinsics that the cameras announced.
+        The intrinsics published by the cameras.
     """
     rclpy.init(args=[])
     node = BoardImagesNode(collector, topics, info_topics)
@@ -90,7 +90,7 @@ def collect_live(
             rclpy.spin_once(node, timeout_sec=SPIN_S)
             on_progress(node.malformed)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # what there is may suffice
+        pass  # the collected views may suffice
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

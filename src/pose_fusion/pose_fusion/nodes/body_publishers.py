@@ -21,16 +21,16 @@ QUEUE = 10  # [messages] of each topic
 class _Body:
     publishers: dict[str, Publisher]  # by topic
     to_bytes: EstimateBytes
-    shape: BodyShape | None = None  # the one that was published last
+    shape: BodyShape | None = None  # the last published one
 
 
 class BodyPublishers:
-    """Publishes under ``/humans/bodies/<id>/``, in a namespace below it; opens topics as needed.
+    """Publishes under ``humans/bodies/<id>/`` in the node's namespace; creates topics on demand.
 
     Args:
         node: The node that publishes.
         model: The body model.
-        example: Estimates by which the code that makes messages is warmed up.
+        example: Estimates to warm up the conversion to messages.
     """
 
     def __init__(self, node: Node, model: BodyModel, example: EstimateBlock) -> None:
@@ -41,7 +41,7 @@ class BodyPublishers:
         self._bodies: dict[str, _Body] = {}
 
     def open(self, body_id: str) -> None:
-        """Create a person's publishers, if they are not there yet."""
+        """Create a person's publishers, if they do not exist yet."""
         if body_id not in self._bodies:
             to_bytes = EstimateBytes(self._model, body_id, self._typestore, self._example[0])
             for _ in to_bytes.write(self._example, np.zeros(len(self._example))):
@@ -49,7 +49,7 @@ class BodyPublishers:
             profiles = {topic: (each, QUEUE) for topic, each in body_topics(body_id).items()}
             profiles[urdf_topic(body_id)] = String, latched(1)
             publishers = {
-                # Relative: in a namespace, all of a graph is in it.
+                # Relative names, so that a namespace applies to the whole graph.
                 topic: self._node.create_publisher(each, topic.lstrip("/"), profile)
                 for topic, (each, profile) in profiles.items()
             }
@@ -68,7 +68,7 @@ class BodyPublishers:
         return float(latencies_s[-1])
 
     def publish_shape(self, body_id: str, shape: BodyShape) -> bool:
-        """Publish a person's kinematic tree, if the shape is a new one; returns whether it is."""
+        """Publish a person's kinematic tree if the shape has changed; returns whether it has."""
         self.open(body_id)
         body = self._bodies[body_id]
         if shape is body.shape:

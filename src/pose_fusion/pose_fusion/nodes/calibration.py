@@ -1,4 +1,4 @@
-"""The calibration node: skeletons of several sensors in, extrinsics and clock offsets out."""
+"""The calibration node: estimates extrinsics and clock offsets from skeletons."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -38,28 +38,28 @@ from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
-# What may wait while a solution is sought, for two seconds.
+# Queue for the two seconds that a solution may take.
 FRAMES_QOS = sensor_data(100)
 IMU_QOS = sensor_data(250)
-PERIOD_S = 0.1  # [s] after which samples are taken, all at once: nobody waits for them
-EVERY_OTHER = 2  # [-] of the IMUs' samples suffices, at the 100 Hz that they have
+PERIOD_S = 0.1  # [s] between reads of all samples, which are not urgent
+EVERY_OTHER = 2  # [-] IMU sample is used; 50 of 100 Hz suffice
 
 
 class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
-    """Feeds a :class:`LiveCalibration`, publishes what it finds and saves it.
+    """Passes samples to a :class:`LiveCalibration`, publishes the result and saves it.
 
     Args:
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If the file or a parameter is not what it should be.
+        PoseError: If the file or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("calibration", LiveCalibrationParameters, **options)
 
     def configure(self) -> None:
-        """Load the file, if there is one, and make what it is published on."""
+        """Load the file, if there is one, and create the publishers."""
         parameters = self.settings
         self._file = Path(parameters.file).expanduser() if parameters.file else None
         known = None
@@ -70,7 +70,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self._calibration = LiveCalibration(parameters, known or kept)
         if kept is not None:
             known = kept
-            self._calibration.restart()  # these hold until better ones are found
+            self._calibration.restart()  # these are used until better ones are found
         self.changes["person"] = self._calibration.selector.follow
         self._counters = Counters(
             "malformed_frames", "accelerations_in_other_frames", "imu_without_orientation"
@@ -83,7 +83,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self._tf_publisher = self.create_publisher(TFMessage, "tf_static", latched(1))
 
     def activate(self) -> None:
-        """Listen to the sensors; publish what is known already."""
+        """Subscribe to the sensors; publish what is already known."""
         sensors = self.settings.sensors
         frames = {sensor: f"kinect_{sensor}/skeletons" for sensor in sensors}
         self._readers = {sensor: SkeletonReader(sensor) for sensor in frames}
@@ -102,22 +102,22 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self._publish(self._calibration.extrinsics)
 
     def restart_time(self) -> None:
-        """Forget the samples, whose stamps will come again; keep the calibration."""
+        """Discard the samples, whose stamps will be repeated; keep the calibration."""
         self._calibration.restart_time()
 
     def deactivate(self) -> None:
-        """The calibration stays."""
+        """Keep the calibration."""
 
     def cleanup(self) -> None:
-        """The calibration goes with the next one; a file of it stays."""
+        """The calibration is replaced at the next configuration; its file is kept."""
 
     @property
     def calibration(self) -> LiveCalibration:
-        """What it feeds."""
+        """The calibration that processes the samples."""
         return self._calibration
 
     def _take(self) -> None:
-        """Take all that has come."""
+        """Read all received messages."""
         self._take_imus()
         taken = self._frames.take()
         by_sensor = [self._read(sensor, datas) for sensor, datas in taken.items()]
@@ -125,7 +125,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             self._add(persons)
 
     def _read(self, sensor: str, datas: Sequence[bytes]) -> list[Persons]:
-        """One sensor's frames in which there is somebody."""
+        """One sensor's frames with at least one person."""
         frames = []
         for persons in self._readers[sensor].read(datas):
             if isinstance(persons, InputError):
@@ -134,7 +134,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
             elif persons:
                 frames.append(persons)
             else:
-                self._calibration.add(persons)  # is counted
+                self._calibration.add(persons)  # counts them
         return frames
 
     def _add(self, persons: Persons) -> None:
@@ -173,7 +173,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         self.get_logger().info(self._calibration.status)
 
     def _publish_clocks(self, clocks: Clocks) -> None:
-        # A source that was published before, and agrees by now, is published again.
+        # Also publish a source again that was published before and now agrees.
         published = {source: Clock() for source in self._published_sources} | dict(clocks)
         self._published_sources = tuple(published)
         stamp_ns = self.get_clock().now().nanoseconds
@@ -217,12 +217,12 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         return response
 
     def report(self) -> Report:
-        """How far the calibration is, and how good."""
+        """Progress and accuracy of the calibration."""
         return calibration_report(self._calibration, self._counters, self._trouble)
 
 
 def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:
-    """What this node had found before it died; None if there is nothing that fits."""
+    """Result of this node before a crash; None if there is none that fits."""
     if path is None or not path.exists():
         return None
     try:
@@ -232,7 +232,7 @@ def load_kept(path: Path | None, sensors: Sequence[str]) -> Extrinsics | None:
 
 
 def keep(path: Path | None, extrinsics: Extrinsics) -> None:
-    """Keep what was found, should this node die; without a place for it, nothing is lost."""
+    """Save the result for a restart after a crash; a failure to save is ignored."""
     if path is not None:
         with suppress(InputError):
             save_extrinsics(path, extrinsics)

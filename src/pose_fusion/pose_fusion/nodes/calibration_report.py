@@ -10,12 +10,12 @@ from pose_node.nodes.diagnostics import Report
 
 
 def calibration_report(calibration: LiveCalibration, counters: Counters, trouble: str) -> Report:
-    """State, residuals and counts of a calibration.
+    """State, residuals and counters of a calibration.
 
     Args:
         calibration: The calibration.
-        counters: The node's own counts.
-        trouble: Why the file could not be saved; empty if it could.
+        counters: The node's own counters.
+        trouble: Why the file could not be saved; empty if it was.
     """
     collecting = calibration.state is CalibrationState.COLLECTING
     level = Level.WARN if collecting or calibration.moved else Level.OK
@@ -59,7 +59,7 @@ def _values(calibration: LiveCalibration, counters: Counters) -> dict[str, objec
 
 
 def _imus_reported(calibration: LiveCalibration) -> dict[str, object]:
-    """Estimated offset of the IMUs' clock, also where it is taken to be zero."""
+    """Estimated offset of the IMUs' clock, also if it is taken as zero."""
     imus = calibration.imus
     if imus is None:
         return {}

@@ -1,4 +1,4 @@
-"""The fusion node: skeletons and IMUs in, the pose of one person or several out."""
+"""The fusion node: estimates the poses of one or several people from skeletons and IMUs."""
 
 from dataclasses import replace
 from functools import partial
@@ -53,18 +53,18 @@ from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.running import run_node
 from pose_node.nodes.steady_timer import steady_timer
 
-QUEUE = 50  # [messages] a burst after a pause of the process is not lost
+QUEUE = 50  # [messages] enough for a burst after a pause of the process
 SENSOR_QOS = sensor_data(QUEUE)
 IMU_QOS = sensor_data(200)  # [messages] of each IMU
-IMU_PERIOD_S = 0.01  # [s] after which IMUs' samples are taken: few wait when a frame comes
-PATIENCE_S = 0.01  # [s] for which a frame waits for another sensor's of before it
-LOOK_PERIOD_S = 0.2  # [s] after which it is looked which sources are of use
-KEEP_PERIOD_S = 1.0  # [s] after which it is kept how the IMUs sit
+IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a frame arrives
+PATIENCE_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
+LOOK_PERIOD_S = 0.2  # [s] between checks of the sources
+KEEP_PERIOD_S = 1.0  # [s] between saves of the IMUs' alignment
 LATCHED_QOS = latched(QUEUE)
 
 
 class FusionNode(ManagedNode[FusionParameters]):
-    """Feeds a :class:`PeoplePipeline` and publishes its estimates.
+    """Passes samples to a :class:`PeoplePipeline` and publishes its estimates.
 
     Args:
         **options: As for ``rclpy.node.Node``.
@@ -75,7 +75,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         super().__init__("fusion", FusionParameters, **options)
 
     def configure(self) -> None:
-        """Make the pipeline, load the files of extrinsics, body shape and IMU alignments."""
+        """Create the pipeline; load extrinsics, body shape and IMU alignments."""
         if estimator_class(self.settings.estimator).NEEDS_FUTURE:
             raise ParameterError(
                 f"estimator = {self.settings.estimator} needs later samples, which a live node "
@@ -94,7 +94,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             "malformed_transforms",
         )
         self._static_transforms: dict[str, TransformStamped] = {}
-        self._malformed_transform = ""  # of the last message on /tf_static, if it was not used
+        self._malformed_transform = ""  # why the last message on /tf_static was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._make_pipeline()
         self.changes["person"] = self._choose
@@ -105,7 +105,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._load_files()
 
     def activate(self) -> None:
-        """Listen to cameras and IMUs, publish."""
+        """Subscribe to cameras and IMUs, publish."""
         self._cameras: dict[str, Subscription] = {}
         self._readers = {sensor: SkeletonReader(sensor) for sensor in self.settings.sensors}
         segments = SEGMENTS if self.settings.use_imus else ()
@@ -125,12 +125,12 @@ class FusionNode(ManagedNode[FusionParameters]):
         """Keep the pipeline, with extrinsics, body shape and IMU alignments."""
 
     def cleanup(self) -> None:
-        """Destroy the publishers of people who came after configuring, too."""
+        """Also destroy the publishers of people who appeared after configuring."""
         if self._bodies is not None:
             self._bodies.destroy()
 
     def restart_time(self) -> None:
-        """Begin anew with the same person and the same cameras: stamps come again."""
+        """Restart with the same person and the same cameras: stamps will be repeated."""
         before = self.pipeline
         self._make_pipeline()
         if before.subject.extrinsics is not None:
@@ -166,7 +166,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             self.get_logger().info(f"IMUs whose alignment is from {name}: {known}")
 
     def _choose(self, person: str) -> None:
-        """Choose the subject by this rule from now on, also after a restart of this node."""
+        """Choose the subject by a new rule from now on, also after a restart of this node."""
         self._person = person
         self.pipeline.choice.choose_by(person)
         self._kept_person.save(person)
@@ -186,13 +186,13 @@ class FusionNode(ManagedNode[FusionParameters]):
 
     def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
         taken_ns = self.get_clock().now().nanoseconds
-        self._take_imus()  # what they have sent until now comes before the frame
-        # Sensors of one phase deliver together: an own wake-up for each costs more than a look.
+        self._take_imus()  # process the samples before this frame first
+        # Sensors with the same phase deliver together: reading all saves wake-ups.
         frames = [(sensor, data, info)]
         for other, subscription in self._cameras.items():
             frames += [(other, more, noted) for more, noted in waiting(subscription)]
         read = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
-        # After a pause each queue holds many: in the order of their stamps, not camera by camera.
+        # After a pause each queue holds many frames: process them in the order of their stamps.
         for persons in sorted(read, key=lambda persons: persons[0].stamp_ns if persons else 0):
             self.pipeline.add(persons)
         if self.pipeline.holds_frames:
@@ -202,7 +202,7 @@ class FusionNode(ManagedNode[FusionParameters]):
     def _persons_of(
         self, sensor: str, data: bytes, info: dict[str, Any], taken_ns: int
     ) -> list[tuple[SkeletonSample, ...]]:
-        """Everybody in a camera's message, as one frame; no frame if it cannot be used."""
+        """All people in a camera's message, as one frame; no frame if it is unusable."""
         (persons,) = self._readers[sensor].read([data])
         if isinstance(persons, InputError):
             self._counters.add("malformed_skeletons")
@@ -255,7 +255,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         try:
             placed = transforms_to_map(transforms.values())
         except InputError as error:
-            # The cameras stay where they were.
+            # Keep the previous poses of the cameras.
             self._counters.add("malformed_transforms")
             self._malformed_transform = str(error)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
@@ -273,7 +273,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self.pipeline.publish_until(self.get_clock().now().nanoseconds)
 
     def _calibrate_session(self) -> None:
-        """Do what may wait until the estimate has been published."""
+        """Do the work that can wait until the estimate has been published."""
         self.pipeline.calibrate_session()
         self._publish_shapes()
 
@@ -305,12 +305,12 @@ class FusionNode(ManagedNode[FusionParameters]):
                 self.get_logger().error(str(error))
 
     def _look(self) -> None:
-        """Say at once which sources are of no use, and which are again."""
+        """Report immediately which sources have become unusable or usable."""
         if self._reporter.look():
             self.diagnostics.publish()
 
     def _keep_alignments(self) -> None:
-        """Keep how the IMUs sit, also those that are silent just now; not what was wrong."""
+        """Save the IMUs' alignments, including silent IMUs but not contradicted ones."""
         subject = self.pipeline.subject
         contradicted = {use.segment for use in subject.imu_uses if use.contradictions}
         known = {s: each for s, each in self._alignments.items() if s not in contradicted}
@@ -318,7 +318,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._kept_alignments.save(alignments_document(self._alignments))
 
     def report(self) -> Report:
-        """Whether the person is tracked, by which sensors, and how late."""
+        """State of the tracking, sensors in use, and latency."""
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
         return self._reporter.report(unused, self._malformed_transform)

@@ -13,14 +13,14 @@ from pose_node.nodes.diagnostics import Report
 
 
 class FusionReporter:
-    """Reports whether the subject is tracked, by which sensors, and how late.
+    """Reports the state of the tracking, the sensors in use, and the latency.
 
     Args:
         pipeline: The node's pipeline.
-        judge: Its judge of stamps, if it has one.
-        watch: Its watch over the cameras.
+        judge: Its check of stamps, if it has one.
+        watch: Its check of the cameras.
         stages: Latency by stage.
-        counters: The node's own counts.
+        counters: The node's own counters.
 
     Attributes:
         latency_s: Latency of the subject's last estimate [s].
@@ -39,13 +39,13 @@ class FusionReporter:
         self._watch = watch
         self._stages = stages
         self._counters = counters
-        self._estimates = 0  # at the last look
-        self._missed = 0  # looks in a row in which there were no more
+        self._estimates = 0  # at the last check
+        self._missed = 0  # checks in a row without new estimates
         self._named: set[str] = set()
         self.latency_s = 0.0
 
     def look(self) -> bool:
-        """Look which sources are of use; whether there are others than at the last look."""
+        """Check which sources are usable; return whether this has changed."""
         estimates = self._pipeline.subject.counters["estimates"]
         self._missed = 0 if estimates > self._estimates else self._missed + 1
         self._estimates = estimates
@@ -60,16 +60,16 @@ class FusionReporter:
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
         set_aside = self._judge.set_aside if self._judge is not None else ()
-        imus = {*self._silent_imus, *self._pipeline.subject.imus.leaping, *idle}
+        imus = {*self._silent_imus, *self._pipeline.subject.imus.jumping, *idle}
         missing = {*set_aside, *self._watch.missing, *imus}
         return missing if self._is_tracking else {*missing, "everything"}
 
     def report(self, unused: Sequence[str], malformed_transform: str) -> Report:
-        """The report as of the last look.
+        """The report as of the last check.
 
         Args:
             unused: Names of sensors that publish and are not used.
-            malformed_transform: What is wrong with the last ``/tf_static``; empty: nothing.
+            malformed_transform: Error in the last ``/tf_static``; empty if there is none.
         """
         is_ok = not (self._unused_sources() or malformed_transform)
         return Report(
@@ -103,9 +103,9 @@ class FusionReporter:
         if self._silent_imus:
             silent = ", ".join(self._silent_imus)
             remarks.append(f"no samples from the IMU on {silent}: check its battery and radio")
-        if leaping := self._pipeline.subject.imus.leaping:
+        if jumping := self._pipeline.subject.imus.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
-            remarks.append(f"the orientation of the IMU on {', '.join(leaping)} {what}")
+            remarks.append(f"the orientation of the IMU on {', '.join(jumping)} {what}")
         if malformed_transform:
             remarks.append(f"/tf_static is not used: {malformed_transform}")
         if self._pipeline.others:
@@ -144,13 +144,13 @@ class FusionReporter:
         }
 
     def _clocks(self) -> dict[str, object]:
-        """Sources that are set aside, and offsets of clocks that have leapt."""
+        """Excluded sources, and corrections of clocks that have jumped."""
         if self._judge is None:
             return {}
         set_aside = "; ".join(f"{source}: {why}" for source, why in self._judge.set_aside.items())
-        leapt = self._judge.offsets_s.items()
+        corrected = self._judge.offsets_s.items()
         return {
             "sources_set_aside": set_aside or "none",
-            **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in leapt},
+            **{f"clock_leapt_s/{source}": f"{-offset_s:.3f}" for source, offset_s in corrected},
             **self._judge.counters.as_dict(),
         }

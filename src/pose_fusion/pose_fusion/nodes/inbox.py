@@ -1,8 +1,8 @@
-"""Subscriptions whose messages wait in their queues until they are asked for.
+"""Polled subscriptions, whose messages wait in their queues until they are read.
 
-An executor that wakes for every sample of nine IMUs spends more on waking than all the rest takes;
-and when it is behind, it takes one message of each topic in turn, so that slower topics overtake
-quicker ones. What waits here is taken all at once, when a frame wants it.
+An executor that wakes for every sample of nine IMUs spends most of its time on waking. When it is
+behind, it takes one message of each topic in turn, so that slow topics overtake fast ones. The
+messages here are read all at once, when a frame needs them.
 """
 
 from collections.abc import Mapping
@@ -17,10 +17,10 @@ from rclpy.subscription import Subscription
 
 
 class NotWoken(CallbackGroup):
-    """Keeps its subscriptions out of what an executor waits for."""
+    """Callback group whose subscriptions an executor does not wait for."""
 
     def can_execute(self, entity: Any) -> bool:
-        """Nothing is called."""
+        """Never execute a callback."""
         del entity
         return False
 
@@ -34,9 +34,9 @@ class NotWoken(CallbackGroup):
 
 
 class Losses:
-    """Messages that the middleware lost before a subscription could take them.
+    """Counts messages that the middleware lost before a subscription could read them.
 
-    They are asked for: whoever waits for this event is woken by every message of the topic too.
+    The count is polled, because waiting for this event also wakes for every message of the topic.
     """
 
     def __init__(self, subscription: Subscription) -> None:
@@ -46,12 +46,12 @@ class Losses:
             )
 
     def count(self) -> int:
-        """How many since the last time."""
+        """Number of lost messages since the last call."""
         with self._event:
             return int(self._event.take_event().total_count_change)
 
     def destroy(self) -> None:
-        """Let go of the subscription."""
+        """Release the subscription."""
         self._event.destroy_when_not_in_use()
 
 
@@ -60,9 +60,9 @@ class Inbox:
 
     Args:
         node: The node that subscribes.
-        message_type: Of all topics.
-        topics: By a name of the caller's.
-        profile: Quality of service; its depth is how many messages may wait.
+        message_type: Message type of all topics.
+        topics: Topics by names of the caller's choice.
+        profile: Quality of service; its depth bounds the number of waiting messages.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Inbox:
         }
 
     def take(self) -> dict[str, list[bytes]]:
-        """All that has come since the last time, by the caller's names; who sent none is absent."""
+        """All messages since the last call, by the caller's names; without silent topics."""
         taken = {}
         for name, subscription in self._subscriptions.items():
             datas = [data for data, _ in waiting(subscription)]
@@ -87,7 +87,7 @@ class Inbox:
 
 
 def waiting(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
-    """What waits in a subscription's queue, serialised, each with what the middleware notes."""
+    """The serialised messages in a subscription's queue, each with the middleware's information."""
     entries = []
     with subscription.handle:
         while entry := subscription.handle.take_message(subscription.msg_type, True):

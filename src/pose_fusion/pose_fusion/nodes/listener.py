@@ -1,4 +1,4 @@
-"""A node that only listens: what flows through the graph, how fast, how late; what nodes say."""
+"""A node that only subscribes: topics of the graph, rates, latencies, diagnostics."""
 
 import time
 from collections import deque
@@ -32,17 +32,17 @@ from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_node.nodes.message_types import message_class
 
-DISCOVERY_S = 0.3  # [s] between looks for new topics
+DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
 BODIES = "/humans/bodies/"
 OTHERS = ("/tf", "/tf_static", "/diagnostics", "/extrinsics")
 WITH_HEADER = (SENSOR_TOPIC, IMU_TOPIC)
-LATENCIES = 1000  # the last so many
+LATENCIES = 1000  # number of stored latencies
 PROBE = "~/probe"
 
 
 class GraphListener(Node):
-    """Subscribes to whatever of ours appears and keeps statistics of it.
+    """Subscribes to all our topics that appear, and collects statistics.
 
     Args:
         name: The node's name.
@@ -64,7 +64,7 @@ class GraphListener(Node):
         self._discover()
 
     def snapshot(self) -> GraphSnapshot:
-        """The graph now."""
+        """The present state of the graph."""
         now_ns = time.time_ns()
         statuses = sorted(self._statuses.values(), key=lambda status: status.name)
         latencies = np.array(self._latencies)
@@ -106,7 +106,7 @@ class GraphListener(Node):
             self.create_subscription(kind, topic, callback, profile, raw=True)
 
     def _reader_of(self, topic: str, msgtype: str) -> Callable[[str, Any], None] | None:
-        """What looks into a topic's messages, if anything does."""
+        """The function that reads a topic's messages, if there is one."""
         leaf = topic.split("/")[-1] if topic.startswith(BODIES) else ""
         if msgtype == "pose_msgs/msg/SkeletonArray":
             return self._on_skeletons
@@ -179,7 +179,7 @@ class GraphListener(Node):
 
 
 def listen(duration_s: float) -> GraphSnapshot:
-    """Listen to the graph for a while, with a node of its own."""
+    """Listen to the graph for a while, with a separate node."""
     rclpy.init(args=[])
     executor = SingleThreadedExecutor()
     node = None

@@ -24,12 +24,12 @@ def calibrate_live(
     """Calibrate from the running sensors.
 
     Args:
-        parameters: Of the calibration node, those that differ from the defaults.
-        timeout_s: How long to wait [s] in all.
-        on_progress: Told now and then how far it is.
+        parameters: Parameters of the calibration node that differ from the defaults.
+        timeout_s: Total time limit [s].
+        on_progress: Called periodically with the progress.
 
     Raises:
-        CalibrationError: If nothing could be found in time; the message says what was missing.
+        CalibrationError: If there is no result in time; the message says what was missing.
     """
     rclpy.init(args=[])
     node = None

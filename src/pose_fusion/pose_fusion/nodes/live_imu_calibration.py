@@ -40,15 +40,15 @@ from pose_io.static_transforms import transforms_to_map
 from pose_node.nodes.running import RCLError
 
 SPIN_S = 0.1
-SHOW_S = 0.3  # [s] between two looks at what is missing
+SHOW_S = 0.3  # [s] between two progress reports
 DEPTH = 50  # [messages]
 SENSOR_QOS = sensor_data(DEPTH)
 
 
 class ImuCalibrationNode(Node):
-    """Feeds an :class:`ImuCalibration`, once it is known where the Kinects are.
+    """Passes samples to an :class:`ImuCalibration`, once the poses of the Kinects are known.
 
-    What the last half minute before held is caught up on: the N-pose may have been then.
+    Samples of the last half minute before that are used, too: they may contain the N-pose.
 
     Args:
         parameters: Of the calibration.
@@ -85,7 +85,7 @@ class ImuCalibrationNode(Node):
 
     @property
     def missing(self) -> str:
-        """What the person, or somebody, should do now."""
+        """What the person should do now."""
         if self.calibration is None:
             return (
                 "waiting for the poses of the Kinects: run the calibration node, or name a "
@@ -95,7 +95,7 @@ class ImuCalibrationNode(Node):
 
     @property
     def progress(self) -> float:
-        """How much of what is wanted has been seen, 0 to 1."""
+        """Progress, 0 to 1."""
         return 0.0 if self.calibration is None else self.calibration.progress
 
     def _on_tf_static(self, message: TFMessage) -> None:

@@ -1,6 +1,6 @@
-"""The monitor node: prints what every node says in ``/diagnostics``, one JSON object a line.
+"""The monitor node: prints the ``/diagnostics`` of all nodes, one JSON object in each line.
 
-For programs that watch a graph without being part of ROS; ends when its reader has gone.
+For programs that watch a graph without ROS; it ends when its reader closes the pipe.
 """
 
 import json

@@ -1,4 +1,4 @@
-"""The player node: a bag's messages, byte by byte, with their original timing."""
+"""The player node: publishes a bag's serialised messages with their original timing."""
 
 import argparse
 import sys
@@ -35,13 +35,13 @@ from pose_node.nodes.steady_timer import steady_timer
 
 LEAST_DEPTH = 100  # [messages] queue of a publisher
 MOST_LATCHED = 10_000  # [messages] that a latched topic keeps for late subscribers
-POLL_S = 0.05  # how often to look for subscribers
+POLL_S = 0.05  # [s] between checks for subscribers
 LONGEST_WAIT_NS = 100_000_000  # [ns]
-ACKNOWLEDGE_S = 2.0  # how long subscribers may take to receive the last messages
+ACKNOWLEDGE_S = 2.0  # [s] that subscribers may take to receive the last messages
 PROGRESS_PERIOD_S = 0.5  # in a terminal
 LOGGED_PERIOD_S = 10.0  # elsewhere
 CLOCK = "/clock"
-CLOCK_PERIOD_NS = 5_000_000  # [ns] of the machine's time between two of the clock's, at most
+CLOCK_PERIOD_NS = 5_000_000  # [ns] largest interval of /clock in the machine's time
 
 
 class Player(Node):
@@ -63,11 +63,11 @@ class Player(Node):
         self._time_publisher = (
             self.create_publisher(Clock, CLOCK, 10) if self._settings.clock else None
         )
-        self._time_shown_ns = 0  # [ns] what it showed last
+        self._time_shown_ns = 0  # [ns] last published time
         self._deadline_ns = time.monotonic_ns() + round(
             self._settings.wait_for_subscribers * NS_PER_S
         )
-        self._playback: PlaybackClock | None = None  # None: still waiting for subscribers
+        self._playback: PlaybackClock | None = None  # None while waiting for subscribers
         self.create_service(Trigger, "~/pause", self._on_pause)
         self.create_service(Trigger, "~/resume", self._on_resume)
         self._diagnostics = DiagnosticsPublisher(self, self._report)
@@ -99,7 +99,7 @@ class Player(Node):
     # -- playing --------------------------------------------------------------------------------
 
     def _step(self) -> None:
-        """Publish what is due and come back when the next is."""
+        """Publish the messages that are due, and schedule the next step."""
         now_ns = time.monotonic_ns()
         if self._playback is None:
             if not self._subscribers_are_there(now_ns):
@@ -165,7 +165,7 @@ class Player(Node):
             rclpy.try_shutdown(context=self.context)
 
     def _wait_for_acknowledgements(self) -> None:
-        """Give reliable subscribers the time to receive the last messages."""
+        """Give reliable subscribers time to receive the last messages."""
         deadline_ns = time.monotonic_ns() + round(ACKNOWLEDGE_S * NS_PER_S)
         for publisher in self._bag_publishers.values():
             if publisher.qos_profile.reliability == ReliabilityPolicy.RELIABLE:
@@ -197,7 +197,7 @@ class Player(Node):
             self._playback.change_rate(rate, time.monotonic_ns())
 
     def _seek(self, offset_s: float) -> None:
-        """Go on from there, also back; later rounds of a loop begin there too."""
+        """Jump to a position, forward or back; later rounds of a loop start there, too."""
         self._playlist.start_from(offset_s)
         if self._playback is not None:
             self._publish(self._playlist.rewind())
@@ -228,7 +228,7 @@ class Player(Node):
         return response
 
     def _position_s(self) -> float:
-        """Time since the bag's beginning [s]."""
+        """Time since the start of the bag [s]."""
         if self._playback is None:
             return 0.0
         position_ns = min(self._playback.position_ns(time.monotonic_ns()), self._playlist.end_ns)

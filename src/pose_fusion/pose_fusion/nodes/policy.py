@@ -1,4 +1,4 @@
-"""``./pose policy``: the SROS 2 policy file of the graph that runs now."""
+"""``./pose policy``: the SROS 2 policy file of the running graph."""
 
 import argparse
 import time
@@ -16,7 +16,7 @@ from pose_node.command_line import run_tool
 VERSION = "0.2.0"  # of sros2's policy schema
 
 
-LOOKED_S = 3.0  # [s] for which nodes are looked for
+LOOKED_S = 3.0  # [s] of discovery
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +30,11 @@ class NodeUse:
 
 
 def policy_xml(nodes: Mapping[tuple[str, str], NodeUse], enclave: str) -> str:
-    """The policy that allows these nodes what they do, and nothing else.
+    """A policy with exactly the rights that these nodes use.
 
     Args:
-        nodes: By namespace and name.
-        enclave: That all of them run in.
+        nodes: Use of topics and services by namespace and name.
+        enclave: Enclave of all nodes.
     """
     policy = ElementTree.Element("policy", version=VERSION)
     enclaves = ElementTree.SubElement(policy, "enclaves")
@@ -64,7 +64,7 @@ def _rule(
 
 
 def graph_of(node: Node) -> dict[tuple[str, str], NodeUse]:
-    """What the other nodes of the graph use, by namespace and name."""
+    """Topics and services of the other nodes of the graph, by namespace and name."""
     found = {}
     for name, namespace in set(node.get_node_names_and_namespaces()):
         if name == node.get_name() or name.startswith("_"):

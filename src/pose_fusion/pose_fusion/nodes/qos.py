@@ -1,4 +1,4 @@
-"""Quality of service: the profiles of our topics, and those that a bag keeps."""
+"""Quality of service: the profiles of our topics, and those in a bag."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ from pose_core.stamps import NS_PER_S
 
 
 def latched(depth: int) -> QoSProfile:
-    """Reliable, and kept for those who subscribe later."""
+    """Reliable and transient local."""
     return QoSProfile(
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE,
@@ -37,7 +37,7 @@ def sensor_data(depth: int) -> QoSProfile:
 
 
 def to_bag(profile: QoSProfile) -> Qos:
-    """What a bag keeps of a publisher's profile."""
+    """Convert a publisher's profile to the form in a bag."""
     return Qos(
         QosHistory(int(profile.history)),
         profile.depth,
@@ -52,11 +52,11 @@ def to_bag(profile: QoSProfile) -> Qos:
 
 
 def from_bag(profiles: Sequence[Qos], least_depth: int) -> QoSProfile:
-    """A profile for a publisher that stands for the recorded ones.
+    """A profile for a publisher that replaces the recorded ones.
 
     Args:
-        profiles: What the recorded publishers offered.
-        least_depth: The queue's least length [messages].
+        profiles: Profiles of the recorded publishers.
+        least_depth: Minimum length of the queue [messages].
     """
     reliable = all(profile.reliability != QosReliability.BEST_EFFORT for profile in profiles)
     latched = any(profile.durability == QosDurability.TRANSIENT_LOCAL for profile in profiles)

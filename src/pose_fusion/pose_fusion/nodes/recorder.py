@@ -1,4 +1,4 @@
-"""The recorder node: serialised messages, as they come, into a rosbag2 folder."""
+"""The recorder node: writes serialised messages unchanged into a rosbag2 folder."""
 
 import argparse
 import sys
@@ -35,13 +35,13 @@ from pose_node.nodes.running import RCLError, run_node
 from pose_node.nodes.steady_timer import steady_timer
 
 DISCOVERY_PERIOD_S = 0.2
-LOOKED_AGAIN = 5  # [-] as rarely are topics looked at again that are recorded already
-TAKING_PERIOD_S = 0.02  # [s] to be woken for each message costs far more than to look
+LOOKED_AGAIN = 5  # [-] periods of discovery after which recorded topics are checked again
+TAKING_PERIOD_S = 0.02  # [s] polling period; waking for each message would cost far more
 FLUSH_PERIOD_S = 1.0
 
 
 class Recorder(ManagedNode[RecorderParameters]):
-    """Subscribes to what is there, and to what appears later, and writes it down."""
+    """Subscribes to existing topics and to those that appear later, and records them."""
 
     def __init__(self, **options: Any) -> None:
         self._recording: ContinuedRecording | None = None
@@ -50,7 +50,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         super().__init__("recorder", RecorderParameters, **options)
 
     def configure(self) -> None:
-        """Check what is to be recorded, and where."""
+        """Check the topics and the output."""
         if self.settings.all and self.settings.topics:
             raise ParameterError("set either topics, or all to true")
         self._output = Path(self.settings.output or dated_path())
@@ -63,7 +63,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         self._looks = 0
 
     def activate(self) -> None:
-        """Record, unless that is to wait for ``~/start``; again: into another bag."""
+        """Start recording, unless it waits for ``~/start``; a second time into a new bag."""
         if not self.settings.start_paused:
             path = continued_path if self._is_fresh else free_path
             self._begin(path(self._output))
@@ -77,11 +77,11 @@ class Recorder(ManagedNode[RecorderParameters]):
     def deactivate(self) -> None:
         """Complete the bag."""
         if self._recording is not None:
-            # Also after the end of ROS, when a logger is silent.
+            # Also after the shutdown of ROS, when loggers do not print.
             print(f"recorder: {self._finish()}", flush=True)
 
     def cleanup(self) -> None:
-        """Nothing is left to forget."""
+        """Do nothing: there is no state."""
 
     # -- bags -----------------------------------------------------------------------------------
 
@@ -91,7 +91,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         self.get_logger().info(f"recording {', '.join(self._wanted) or 'every topic'} into {path}")
 
     def _finish(self) -> str:
-        """Complete the bag, let go of all topics; what became of it."""
+        """Complete the bag, unsubscribe from all topics; return a summary."""
         self._take()
         recording, self._recording = self._recording, None
         if recording is None:
@@ -131,7 +131,7 @@ class Recorder(ManagedNode[RecorderParameters]):
             self._say_trouble(self._recording.trouble)
 
     def _say_trouble(self, trouble: str) -> None:
-        """Say at once that nothing can be recorded now, or that it goes on."""
+        """Report immediately that recording has become impossible, or possible again."""
         if bool(trouble) == bool(self._said_trouble):
             return
         self._said_trouble = trouble
@@ -151,7 +151,7 @@ class Recorder(ManagedNode[RecorderParameters]):
             raise ParameterError(f"topics: '{topic}' cannot be recorded: {reason}") from error
 
     def _discover(self) -> None:
-        """Subscribe to topics that have appeared; follow publishers that offer less than before."""
+        """Subscribe to new topics; adapt to publishers that offer less than before."""
         if self._recording is None:
             return
         self._looks += 1
@@ -214,13 +214,13 @@ class Recorder(ManagedNode[RecorderParameters]):
     # -- messages -------------------------------------------------------------------------------
 
     def _take(self) -> None:
-        """Write down what has come on all topics, in the order in which it came."""
+        """Record the received messages of all topics, in the order of their arrival."""
         if self._recording is None or self._recording.trouble:
-            return  # what comes waits in the queues
+            return  # messages wait in the queues
         clock = self.get_clock()
         simulated_ns = clock.now().nanoseconds if clock.ros_time_is_active else None
         if simulated_ns == 0:
-            return  # no time yet to record it at: it waits in the queues
+            return  # there is no time yet: messages wait in the queues
         entries = [
             (noted["received_timestamp"], topic, data)
             for topic, subscription in self._subscriptions_by_topic.items()
@@ -230,7 +230,7 @@ class Recorder(ManagedNode[RecorderParameters]):
             self._recording.write(topic, data, stamp_ns if simulated_ns is None else simulated_ns)
 
     def report(self) -> Report:
-        """What is recorded, and what is not."""
+        """Report recorded and missing topics."""
         recording = self._recording
         if recording is None:
             return Report(level=Level.OK, message="not recording", values={"bag": ""})
@@ -258,7 +258,7 @@ class Recorder(ManagedNode[RecorderParameters]):
 
 
 def _asks_more(current: QoSProfile, possible: QoSProfile) -> bool:
-    """Whether a subscription would not receive from every publisher any more."""
+    """Whether a subscription no longer receives from every publisher."""
     return (current.reliability, current.durability) != (
         possible.reliability,
         possible.durability,

@@ -1,4 +1,4 @@
-"""``./pose top``: what flows through the graph, live in the terminal."""
+"""``./pose top``: topics, rates, latencies and warnings, live in the terminal."""
 
 import argparse
 import sys
@@ -17,16 +17,16 @@ from pose_node.nodes.running import run_node
 
 PERIOD_S = 0.5  # [s] between pages
 LISTEN_S = 3.0  # [s] before the one page of --once
-SHORTEST_S = 0.5  # [s] in which a rate can be told
-PLAIN_WIDTH = 80  # [columns] where no terminal tells
+SHORTEST_S = 0.5  # [s] required to compute a rate
+PLAIN_WIDTH = 80  # [columns] without a terminal
 
 
 class TopNode(GraphListener):
     """Shows a page twice a second, or one page after a while.
 
     Args:
-        console: Where to.
-        once_after_s: Show one page after so long [s], then end; None: go on.
+        console: The output.
+        once_after_s: Show one page after this time [s], then end; None: run until Ctrl-C.
         **options: As for ``rclpy.node.Node``.
     """
 
@@ -54,7 +54,7 @@ class TopNode(GraphListener):
         raise ExternalShutdownException
 
     def destroy_node(self) -> None:
-        """Give the terminal back."""
+        """Restore the terminal."""
         if self._live is not None:
             self._live.stop()
         super().destroy_node()

@@ -93,18 +93,18 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
 
     @abstractmethod
     def deactivate(self) -> None:
-        """Undo :meth:`activate`; keep what was learnt."""
+        """Undo :meth:`activate`; keep all estimated quantities."""
 
     @abstractmethod
     def cleanup(self) -> None:
         """Undo :meth:`configure`; also called when that has failed half-way."""
 
     def restart_time(self) -> None:
-        """Simulated time has leapt back: a bag loops, or was sought in. Most do not mind."""
+        """Handle a jump back of simulated time: a bag loops or is rewound. Default: do nothing."""
 
     @abstractmethod
     def report(self) -> Report:
-        """How the active node does."""
+        """State of the active node."""
 
     # -- transitions ----------------------------------------------------------------------------
 

@@ -8,5 +8,5 @@ from rclpy.timer import Timer
 
 
 def steady_timer(node: Node, period_s: float, callback: Callable[[], None]) -> Timer:
-    """A timer that runs on while simulated time stands still or leaps."""
+    """A timer that runs on while simulated time stands still or jumps."""
     return node.create_timer(period_s, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
