@@ -79,6 +79,12 @@ class LiveGraph:
         self._tracks[body] = deque()
         self._body_monitors[body] = StreamMonitor()
 
+    def remove_body(self, body: str) -> None:
+        """Forget a body that is published no longer."""
+        del self._titles[body], self._tracks[body], self._body_monitors[body]
+        self._dof.pop(body, None)
+        self._rotations.pop(body, None)
+
     # -- messages in ----------------------------------------------------------------------------
 
     def note_skeleton(self, body: str, stamp_ns: int, now_ns: int) -> None:
@@ -178,7 +184,7 @@ class LiveGraph:
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
         """A stretch of a body's past; the times are those of the clock [s]."""
         first, last = start_s * NS_PER_S, end_s * NS_PER_S
-        return track_of([s for s in self._tracks[body] if first <= s.stamp_ns <= last])
+        return track_of([s for s in self._tracks.get(body, ()) if first <= s.stamp_ns <= last])
 
     def robot_track(self) -> RobotTrack | None:
         """The robot's past; None without one that follows."""

@@ -69,6 +69,16 @@ def test_everybody_wanted_has_an_id_and_bones_of_their_own(two):
     assert lengths[0] == pytest.approx(0.85 * lengths[1], rel=0.05)
 
 
+def test_somebody_who_left_is_remembered():
+    def there(_, index, time_s):
+        return index == 0 or time_s < 3.0
+
+    people = [walker((2.5, 0.0), (0.0, 0.0)), walker((2.5, 1.5), (0.0, 0.0), scale=0.85)]
+    _, pipeline = fused(frames_of(people, 5.0, there=there), max_people=6)
+    assert len(pipeline.people) == 1
+    assert pipeline.remembered == {"subject", "person_2"}
+
+
 def test_where_one_is_wanted_the_others_are_counted(two):
     blocks, pipeline = fused(two)
     assert set(blocks) == {"subject"}

@@ -70,7 +70,7 @@ def test_a_fusion_that_died_goes_on_with_the_alignment_of_its_imus(
     _, _, skeletons, imus = moving_wearer(20.0)
     for sample in merged(skeletons, imus):
         node.pipeline.add((sample,) if isinstance(sample, SkeletonSample) else sample)
-    node.report()
+    node.keep_alignments()
     found = node.pipeline.subject.sensor_to_segment
     assert "left_thigh" in found
 

@@ -60,7 +60,8 @@ def publish_and_find(ros_context, viewer, body):
     from pose_msgs.msg import Skeleton
 
     topic = f"/humans/bodies/{body}/skeleton"
-    publisher = ros_context.make_node().create_publisher(Skeleton, topic, 10)
+    node = ros_context.make_node()
+    publisher = node.create_publisher(Skeleton, topic, 10)
     joints = moving_joints(3.0)
     count = itertools.count()
 
@@ -70,6 +71,7 @@ def publish_and_find(ros_context, viewer, body):
         publisher.publish(skeleton_message(joints[at % len(joints)], header, ""))
         return viewer.viewer.server.scene.get_handle_by_name(f"/bodies/{body}/left_forearm")
 
+    drawn.end = lambda: node.destroy_publisher(publisher)
     return drawn
 
 
@@ -89,6 +91,18 @@ def test_people_who_come_are_drawn_beside_the_bodies_asked_for(
     title = viewer.viewer.server.scene.get_handle_by_name("/bodies/person_2/title")
     assert title.text == "Person 2"
     assert "Person 2" in viewer.viewer.plots.legend
+
+
+def test_people_who_are_published_no_longer_are_removed(ros_context, viewer, visitor, spin_until):
+    publish = publish_and_find(ros_context, viewer, "person_2")
+    spin_until(publish)
+
+    publish.end()
+
+    scene = viewer.viewer.server.scene
+    spin_until(lambda: scene.get_handle_by_name("/bodies/person_2") is None)
+    assert "Person 2" not in viewer.viewer.plots.legend
+    assert not [s for s in viewer._looking if "person_2" in s.topic_name]
 
 
 def test_buttons_call_the_services_of_the_graph(ros_context, viewer, spin_until):

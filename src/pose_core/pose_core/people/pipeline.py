@@ -89,6 +89,12 @@ class PeoplePipeline:
         return tuple(sorted(ids, key=lambda each: (each != self.parameters.subject, each)))
 
     @property
+    def remembered(self) -> frozenset[str]:
+        """The ids of the subject and of everybody in view or who may come back."""
+        known = (self._pipelines.id_of(track.number) for track in self._people.tracks)
+        return frozenset({self.parameters.subject, *known})
+
+    @property
     def others(self) -> int:
         """Number of people in view whose pose is not estimated."""
         return sum(track.number not in self._pipelines.people for track in self._people.present)

@@ -1,5 +1,6 @@
 """Publishers of each person's estimates and kinematic tree."""
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,9 +79,8 @@ class BodyPublishers:
         body.publishers[topic].publish(to_string(make_urdf(self._model, shape, body_id)))
         return True
 
-    def destroy(self) -> None:
-        """Destroy all publishers."""
-        for body in self._bodies.values():
-            for publisher in body.publishers.values():
+    def keep(self, body_ids: Collection[str]) -> None:
+        """Destroy the publishers of everybody else."""
+        for body_id in self._bodies.keys() - body_ids:
+            for publisher in self._bodies.pop(body_id).publishers.values():
                 self._node.destroy_publisher(publisher)
-        self._bodies.clear()

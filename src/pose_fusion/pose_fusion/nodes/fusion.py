@@ -59,7 +59,7 @@ IMU_QOS = sensor_data(200)  # [messages] of each IMU
 IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a frame arrives
 PATIENCE_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
 LOOK_PERIOD_S = 0.2  # [s] between checks of the sources
-KEEP_PERIOD_S = 1.0  # [s] between saves of the IMUs' alignment
+KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
 LATCHED_QOS = latched(QUEUE)
 
 
@@ -118,7 +118,8 @@ class FusionNode(ManagedNode[FusionParameters]):
         if has_output_rate(self.settings):
             steady_timer(self, 1.0 / self.settings.output_rate, self._publish_now)
         steady_timer(self, LOOK_PERIOD_S, self._look)
-        steady_timer(self, KEEP_PERIOD_S, self._keep_alignments)
+        steady_timer(self, KEEP_PERIOD_S, self.keep_alignments)
+        steady_timer(self, KEEP_PERIOD_S, self._close_forgotten)
         self._subscribe()
 
     def deactivate(self) -> None:
@@ -127,7 +128,7 @@ class FusionNode(ManagedNode[FusionParameters]):
     def cleanup(self) -> None:
         """Also destroy the publishers of people who appeared after configuring."""
         if self._bodies is not None:
-            self._bodies.destroy()
+            self._bodies.keep(())
 
     def restart_time(self) -> None:
         """Restart with the same person and the same cameras: stamps will be repeated."""
@@ -296,6 +297,11 @@ class FusionNode(ManagedNode[FusionParameters]):
             if body_id == self.settings.subject:
                 self._save_shape(shape)
 
+    def _close_forgotten(self) -> None:
+        """Close the topics of people who left and are forgotten."""
+        if self._bodies is not None:
+            self._bodies.keep(self.pipeline.remembered)
+
     def _save_shape(self, shape: BodyShape) -> None:
         path = self._shape_path
         if path is not None and not path.exists():
@@ -309,7 +315,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         if self._reporter.look():
             self.diagnostics.publish()
 
-    def _keep_alignments(self) -> None:
+    def keep_alignments(self) -> None:
         """Save the IMUs' alignments, including silent IMUs but not contradicted ones."""
         subject = self.pipeline.subject
         contradicted = {use.segment for use in subject.imu_uses if use.contradictions}

@@ -150,10 +150,22 @@ class ViewerNode(Node):
 
     def _look_for_people(self) -> None:
         """Subscribe to everybody who is published beside the bodies that are asked for."""
+        asked_for = {place.body for place in self.viewer.places}
+        for body in sorted(set(self._graph.bodies) - asked_for):
+            if not self.count_publishers(f"humans/bodies/{body}/skeleton"):
+                self._forget(body)
         found = (BODY_TOPIC.match(topic) for topic, _ in self.get_topic_names_and_types())
         for body in sorted({each["body"] for each in found if each} - set(self._graph.bodies)):
             self._graph.add_body(body, place_of(body).title)
             self._look_at(body)
+
+    def _forget(self, body: str) -> None:
+        """Unsubscribe from somebody who is published no longer."""
+        self._graph.remove_body(body)
+        theirs = [s for s in self._looking if f"/humans/bodies/{body}/" in s.topic_name]
+        for subscription in theirs:
+            self._looking.remove(subscription)
+            self.destroy_subscription(subscription)
 
     def _look_away(self) -> None:
         """A closed browser costs nothing."""

@@ -136,6 +136,10 @@ class Avatar:
         self._is_wanted = visible
         self._frame.visible = visible and self._has_data
 
+    def remove(self) -> None:
+        """Take it out of the scene."""
+        self._frame.remove()
+
     def set_data(self, has_data: bool) -> None:
         """Hide it while nothing is known of it, once it has been seen."""
         has_data = has_data or not self._parts

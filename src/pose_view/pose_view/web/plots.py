@@ -150,6 +150,11 @@ class PlotPanel:
         self._places.append(place)
         self._legend.content = self._own_legend()
 
+    def remove(self, body: str) -> None:
+        """Draw a body's curves no longer."""
+        self._places = [place for place in self._places if place.body != body]
+        self._legend.content = self._own_legend()
+
     def _own_legend(self) -> str:
         robot = [("Robot", ROBOT_LINE)] if self._robot_joints else []
         return _legend([(place.title, place.line) for place in self._places] + robot)

@@ -96,6 +96,10 @@ class Stage:
             self._server.scene, place, (0.0, left, 0.0), EXPECTED_AT, absent
         )
 
+    def remove(self, body: str) -> None:
+        """Remove a body that was added."""
+        self.avatars.pop(body).remove()
+
     def show(self, snapshot: Snapshot) -> None:
         """Draw a snapshot; all of it at once."""
         with self._server.atomic():

@@ -1,9 +1,11 @@
 """The page: the scene, the panels beside it, and how often they are brought up to date."""
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 import viser
+from viser import GuiCheckboxHandle
 
 from pose_view.body.joint_marks import CERTAIN, COLORS, MEANINGS, PALE, UNCERTAIN
 from pose_view.parameters import ViewParameters
@@ -90,6 +92,8 @@ class Viewer:
         label = "time before now [s]" if recorded is None else "time [s]"
         self.plots = PlotPanel(self.server, self.places, parameters.plot_span, label)
         self._plotted_s = 0.0
+        self._plot_span_s = parameters.plot_span
+        self._switches: dict[str, GuiCheckboxHandle] = {}  # of people beside those asked for
 
     @property
     def has_visitors(self) -> bool:
@@ -119,6 +123,9 @@ class Viewer:
         if time.monotonic() - self._plotted_s < PLOT_PERIOD_S:
             return
         self._plotted_s = time.monotonic()
+        for name in sorted(self._switches.keys() - snapshot.bodies.keys()):
+            if not len(track_of(name, now_s - self._plot_span_s, now_s).times_s):
+                self._remove_person(name)
         for body in snapshot.bodies.values():
             if body.dof is not None:
                 self.plots.offer_dof(body.dof.names)
@@ -148,8 +155,16 @@ class Viewer:
         self.stage.add(place, "")
         self.plots.add(place)
         with self._choices:
-            self._switch(place.title, True, self.stage.avatars[body].set_visible)
+            show = self.stage.avatars[body].set_visible
+            self._switches[body] = self._switch(place.title, True, show)
 
-    def _switch(self, title: str, on: bool, act) -> None:  # type: ignore[no-untyped-def]
+    def _remove_person(self, body: str) -> None:
+        """Show somebody no longer who has left, and of whom the plots know nothing more."""
+        self.stage.remove(body)
+        self.plots.remove(body)
+        self._switches.pop(body).remove()
+
+    def _switch(self, title: str, on: bool, act: Callable[[bool], None]) -> GuiCheckboxHandle:
         box = self.server.gui.add_checkbox(title, on)
         box.on_update(lambda _: act(box.value))
+        return box
