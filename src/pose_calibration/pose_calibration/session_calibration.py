@@ -134,7 +134,7 @@ def calibrate_people(
         if not candidates:
             raise CalibrationError(
                 f"several people are seen, and nobody's views in {', '.join(sensors)} agree: "
-                "walk about alone before the sensors, or name a person with --person"
+                "walk about alone in view of the sensors, or name a person with --person"
             )
     failure: CalibrationError | None = None
     for samples in candidates[:MOST_TRIED]:

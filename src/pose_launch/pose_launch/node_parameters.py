@@ -50,7 +50,7 @@ def _values(entry: Entity, scope: Scope) -> dict[str, Any]:
         raise LaunchError(entry.place, f"parameter '{name}' lacks 'value'")
     place = entry.place_of("value")
     if kind is not None and kind not in TYPES:
-        raise LaunchError(entry.place_of("type"), f"type '{kind}' is none of {', '.join(TYPES)}")
+        raise LaunchError(entry.place_of("type"), f"type '{kind}' is not one of {', '.join(TYPES)}")
     return {name: _typed(name, value, kind, scope, place)}
 
 

@@ -1,1 +1,1 @@
-"""What the executables share: how a node or a tool starts, declares, reports and ends."""
+"""Code shared by the executables: start, parameters, diagnostics and end of nodes and tools."""

@@ -1,4 +1,4 @@
-"""Children that never outlive the process that started them."""
+"""Child processes that end with their parent."""
 
 import ctypes
 import os
@@ -11,7 +11,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def end_with_parent() -> Callable[[], None]:
-    """What a child does before it becomes its program (``preexec_fn`` of :mod:`subprocess`).
+    """Prepare a child before it executes its program (``preexec_fn`` of :mod:`subprocess`).
 
     The kernel then terminates it as soon as this process has ended, however it ends; and it heeds
     Ctrl-C, which the background jobs of a shell script otherwise inherit as ignored.

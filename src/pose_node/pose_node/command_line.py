@@ -1,4 +1,4 @@
-"""How every command-line tool starts and ends."""
+"""Start and end of every command-line tool."""
 
 import sys
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""How every executable starts: Ctrl-C ends it quietly even while it still imports.
+"""Start of every executable: Ctrl-C ends it quietly even while it still imports.
 
 An entry point of a ``setup.py`` names the module behind ``start``; the module's ``main`` is run::
 

@@ -1,4 +1,4 @@
-"""What a node keeps on disk while a graph runs: one that dies goes on with what it had found out.
+"""State that a node saves while a graph runs, to continue with it after a crash.
 
 Kept in ``$XDG_STATE_HOME/pose_fusion`` (``~/.local/state``), readable by the owner alone, by node,
 ROS domain and run; what an earlier run has left goes with the first look of the next.
@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 def kept_file(node: str, run: str) -> Path | None:
-    """Where a node keeps what it knows; other runs' files are removed.
+    """The file of a node's saved state; files of other runs are removed.
 
     Args:
         node: Its fully qualified name.
@@ -48,7 +48,7 @@ def kept_file(node: str, run: str) -> Path | None:
 
 
 class Kept(Generic[T]):
-    """A value that a node keeps while a graph runs.
+    """A value that a node saves while a graph runs.
 
     Args:
         beside: The node's file; None: nothing is kept.
@@ -63,7 +63,7 @@ class Kept(Generic[T]):
         self._read = read
 
     def load(self) -> T | None:
-        """The value; None if there is none that can be read."""
+        """Load the value; None if there is none that can be read."""
         if self._path is None:
             return None
         try:
@@ -72,7 +72,7 @@ class Kept(Generic[T]):
             return None
 
     def save(self, plain: Any) -> None:
-        """Keep plain mappings, lists, texts and numbers; a power cut ends the run anyway."""
+        """Save plain mappings, lists, texts and numbers, without waiting for the disk."""
         if self._path is not None:
             with suppress(InputError):
                 write_private(self._path, json.dumps(plain), self._name, is_synced=False)

@@ -1,4 +1,4 @@
-"""How well a node does, as ``/diagnostics`` has it."""
+"""Levels of a node's health, as in ``/diagnostics``."""
 
 from enum import IntEnum
 

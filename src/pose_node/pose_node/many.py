@@ -1,7 +1,7 @@
-"""A tool over a folder of recordings: a process for each, on all cores or on a Dask cluster.
+"""Runs a tool over a folder of recordings, in one process each, on all cores or a Dask cluster.
 
-Each output is written into a hidden folder beside its place and moved when it is whole. So nothing
-is half there, nothing is made twice, and what was interrupted goes on where it stopped.
+Each output is written into a hidden folder next to its destination and moved when it is complete.
+So there are no partial results, nothing is computed twice, and an interrupted run can be continued.
 """
 
 import argparse
@@ -42,7 +42,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What became of a job."""
+    """Result of a job."""
 
     job: Job
     state: str  # done, there already, failed
@@ -65,7 +65,7 @@ def add_many_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def recordings_under(folder: Path) -> list[Path]:
-    """All bags below a folder that is none itself, in the order of their names; else empty."""
+    """All bags below a folder, sorted by name; empty if the folder is itself a bag."""
     if not folder.is_dir() or _is_bag(folder):
         return []
     return sorted(path for path in folder.rglob("*") if _is_bag(path) and not _is_bag(path.parent))
@@ -120,7 +120,7 @@ def run_many(
 
 
 def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iterator[Outcome]:
-    """Run jobs side by side; outcomes come as they end.
+    """Run jobs in parallel; yield the outcomes as they end.
 
     Raises:
         PoseError: If Dask is wanted and is not installed, or no scheduler answers.
@@ -132,7 +132,7 @@ def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iter
         return
     client, completed = _dask_client(dask)
     with client:
-        # A worker that dies takes its jobs with it: the scheduler gives them to another.
+        # If a worker crashes, the scheduler gives its jobs to another.
         futures = {client.submit(run_job, job, pure=False, retries=2): job for job in jobs}
         for future in completed(futures):
             if future.status == "finished":
@@ -143,7 +143,7 @@ def run_jobs(jobs: Sequence[Job], workers: int, dask: str | None = None) -> Iter
 
 
 def run_job(job: Job) -> Outcome:
-    """Run one job in a process of its own."""
+    """Run one job in a separate process."""
     output, begin = Path(job.output), time.monotonic()
     if output.exists():
         return Outcome(job=job, state="there already", message="", duration_s=0.0)
@@ -164,14 +164,14 @@ def run_job(job: Job) -> Outcome:
 
 
 def remove_leftovers(jobs: Sequence[Job]) -> None:
-    """Remove what workers that died had half made; every job has ended."""
+    """Remove partial results of crashed workers, after all jobs have ended."""
     for folder, run in {(Path(job.output).parent, job.run) for job in jobs}:
         for part in folder.glob(f".part-{run}-*"):
             shutil.rmtree(part, ignore_errors=True)
 
 
 def summary(outcomes: Sequence[Outcome]) -> Table:
-    """What became of all recordings; of many, the failures and the totals."""
+    """Summary of all recordings; of many, only the failures and the totals."""
     counts = {
         state: sum(each.state == state for each in outcomes)
         for state in ("done", "there already", "failed")
@@ -185,7 +185,7 @@ def summary(outcomes: Sequence[Outcome]) -> Table:
 
 
 def _command(given: Sequence[str], source: Path, target: Path, recording: Path) -> Iterator[str]:
-    """The tool's own command for one recording, without what concerns many."""
+    """The tool's command for one recording, without the options for many."""
     yield sys.executable
     words = iter(given)
     for word in words:

@@ -1,4 +1,4 @@
-"""The parameters that every managed node has, declared once."""
+"""Parameters of every managed node, declared once."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from pose_core.parameters import parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ManagedParameters:
-    """What the user of any managed node can set."""
+    """Parameters of any managed node."""
 
     autostart: bool = parameter(
         True, doc="configure and activate at the start; false: wait for lifecycle transitions"
@@ -16,7 +16,7 @@ class ManagedParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class BringUpParameters:
-    """What the user of ``bring_up`` can set."""
+    """Parameters of ``bring_up``."""
 
     nodes: tuple[str, ...] = parameter((), doc="the managed nodes, in the order of their start")
     period: float = parameter(

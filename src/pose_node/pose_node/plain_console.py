@@ -1,4 +1,4 @@
-"""Where tables are printed and progress is shown, on a terminal or in a file."""
+"""Consoles for tables and progress, on a terminal or in a file."""
 
 import sys
 
@@ -9,12 +9,12 @@ WIDTH = 200  # [columns] where no terminal tells: a table is cut nowhere
 
 
 def plain_console() -> Console:
-    """A console that fits the terminal, and cuts nothing in a pipe or a file."""
+    """A console as wide as the terminal; output to a pipe or a file is not cut."""
     return Console(width=None if sys.stdout.isatty() else WIDTH, highlight=False)
 
 
 def progress_bar(console: Console, *more: ProgressColumn) -> Progress:
-    """A bar with its description and share, which is gone at the end and never in a file."""
+    """A progress bar with description and percentage, removed at the end; none in a file."""
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     return Progress(
         *columns, *more, console=console, transient=True, disable=not console.is_terminal

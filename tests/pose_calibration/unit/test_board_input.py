@@ -130,7 +130,7 @@ def test_a_camera_info_file_is_read(tmp_path):
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"camera_matrix": None}, "is no camera info"),
+        ({"camera_matrix": None}, "is not a camera info"),
         ({"distortion_model": "equidistant"}, "distortion model 'equidistant'"),
         ({"camera_matrix": {"data": [0.0] * 9}}, "holds no intrinsics"),
         ({"distortion_coefficients": {"data": [0.1] * 7}}, "7 distortion coefficients"),

@@ -133,7 +133,7 @@ def test_a_value_keeps_its_type(evaluate, entry, expected):
         ("{name: x}", "parameter 'x' lacks 'value'"),
         ("{value: 1}", "either 'from' or 'name'"),
         ('{name: x, value: "seven", type: "int"}', "not of type int"),
-        ('{name: x, value: "1", type: "number"}', "is none of bool, int"),
+        ('{name: x, value: "1", type: "number"}', "is not one of bool, int"),
         ("{from: nowhere.yaml}", "found no parameter file nowhere.yaml"),
         ("{name: x, value: 1, unit: m}", "'unit', which is not supported"),
     ],

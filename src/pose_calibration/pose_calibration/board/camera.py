@@ -60,7 +60,7 @@ def load_camera(path: Path) -> Camera:
         size = int(document["image_width"]), int(document["image_height"])
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(
-            f"{path} is no camera info ({error}): expected image_width, image_height, "
+            f"{path} is not a camera info ({error}): expected image_width, image_height, "
             "camera_matrix: {data: [9 numbers]}, distortion_coefficients: {data: […]}"
         ) from error
     return _checked_camera(str(path), *size, K, D, document.get("distortion_model", ""))

@@ -32,7 +32,7 @@ def board_extrinsics(
     if floor_instant is not None:
         if floor_instant not in calibration.T_reference_board:
             reason = calibration.left_out.get(floor_instant, "there is no such view")
-            raise InputError(f"view {floor_instant} cannot tell the floor: {reason}")
+            raise InputError(f"view {floor_instant} cannot determine the floor: {reason}")
         T = calibration.T_reference_board[floor_instant]
         up = -T[:3, 2]  # the board's z points away from who looks at it
         gravity = Gravity(up=up, stddev=float(FLOOR_STDDEV), source=ON_FLOOR)

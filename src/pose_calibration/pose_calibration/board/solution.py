@@ -22,7 +22,7 @@ FAR_DEVIATIONS = 5.0  # [-] the same, in median absolute deviations
 WORST_PX = 1.0  # [px] RMS of a view above which it may be left out
 WORST_RATIO = 3.0  # [-] and above so many times the median view's
 LEFT_OUT_ROUNDS = 3
-ALONE = "seen by one camera alone, or none"
+ALONE = "seen by only one camera, or none"
 
 Instant = Mapping[str, BoardView]
 """What the cameras see of the board at one instant, by camera."""

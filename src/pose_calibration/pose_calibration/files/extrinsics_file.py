@@ -78,7 +78,7 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
     Raises:
         InputError: If it cannot be written.
     """
-    text = "# Where the sensors stand. Lengths in m, quaternions as x, y, z, w.\n"
+    text = "# Poses of the sensors. Lengths in m, quaternions as x, y, z, w.\n"
     text += dump_yaml(dict(document), default_flow_style=None, width=100)
     write_private(path, text, "the calibration")
 

@@ -49,7 +49,7 @@ def what_is_missing(
         return f"{how_to_move(worst)} ({known})", progress
     if alike:
         first, second = alike[0]
-        return f"{how_to_move(first)} ({first} and {second} have moved alike so far)", progress
+        return f"{how_to_move(first)} ({first} and {second} have moved alike)", progress
     return "", 1.0
 
 

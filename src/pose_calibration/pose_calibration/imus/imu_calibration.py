@@ -60,8 +60,8 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
     for segment in explanations.upside_down_worlds:
         if segment not in named:
             text = (
-                f"the sensor of {segment} turns the wrong way round: its world is upside down (z "
-                "points down); have it send z up (ENU), or raw data"
+                f"the sensor of {segment} rotates the wrong way round: its reference frame is "
+                "upside down (z points down); have it send z up (ENU), or raw data"
             )
             found.append(Finding(segments=(segment,), text=text, is_fault=True))
     return found
@@ -80,8 +80,8 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
     return [
         Finding(
             segments=(name,),
-            text=f"the sensor of {name} sits upside down, compared with the others: that is "
-            "allowed for, unless it was not meant",
+            text=f"the sensor of {name} sits upside down, compared with the others: this is "
+            "allowed, but check whether it is intended",
             is_fault=False,
         )
         for i, name in enumerate(names)
@@ -111,11 +111,11 @@ def _silent(o: ImuObservations) -> list[Finding]:
         if then == 0.0:
             text = f"the sensor of {segment} was silent while you stood still"
         elif share < LEAST_HEARD:
-            text = f"the sensor of {segment} was heard only {share:.0%} of the time"
+            text = f"the sensor of {segment} sent samples only {share:.0%} of the time"
         else:
             continue
         found.append(
-            Finding(segments=(segment,), text=f"{text}: look at its cable or radio", is_fault=True)
+            Finding(segments=(segment,), text=f"{text}: check its cable or radio", is_fault=True)
         )
     return found
 
@@ -135,7 +135,7 @@ def _unmoved(o: ImuObservations) -> list[Finding]:
         if inclination > MOVED and turned < UNMOVED:
             text = (
                 f"the sensor of {segment} does not move ({np.degrees(turned):.0f} deg, the segment "
-                f"{np.degrees(inclination):.0f} deg): strap it on, or look whether it has hung up"
+                f"{np.degrees(inclination):.0f} deg): strap it on, or check whether it is stuck"
             )
             found.append(Finding(segments=(segment,), text=text, is_fault=True))
     return found
@@ -278,7 +278,7 @@ class ImuCalibration:
         return [
             Finding(
                 segments=(name,),
-                text=f"no IMU was heard on {name}: look at its cable or radio, and the nodes file",
+                text=f"no samples from {name}: check its cable or radio, and the nodes file",
                 is_fault=True,
             )
             for name in self.parameters.worn

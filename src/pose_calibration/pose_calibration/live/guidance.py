@@ -80,7 +80,7 @@ def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequen
         / WANTED_TURN,
     }
     least = min(shares, key=lambda text: shares[text])
-    return least if shares[least] < 1.0 else "go on walking and moving the arms"
+    return least if shares[least] < 1.0 else "continue to walk and to move the arms"
 
 
 def _way(values: FloatArray) -> float:

@@ -32,7 +32,7 @@ class ImuUse:
         if self.is_aligned:
             return ""
         if self.is_unlike:
-            return "it moves unlike this segment: is it worn there, or exchanged with another?"
+            return "its motion does not fit this segment: is it worn there, or exchanged?"
         if self.contradictions:
             return "the cameras contradict it: check its strap and its segment; move to realign it"
         return "not aligned yet: move and turn the segment in view of the cameras"

@@ -137,7 +137,7 @@ class TimeAligner:
             ValueError: If the sample is of a sensor that was not named.
         """
         if sample.sensor not in self._streams:
-            raise ValueError(f"sensor '{sample.sensor}' is none of {list(self._streams)}")
+            raise ValueError(f"sensor '{sample.sensor}' is not one of {list(self._streams)}")
         self.counters.add("received")
         stream = self._streams[sample.sensor]
         frames: list[AlignedFrame] = []

@@ -1,4 +1,4 @@
-"""Brings managed nodes up, in order, and up again if they come back: a small lifecycle manager."""
+"""A small lifecycle manager: starts managed nodes in order, and again after a restart."""
 
 from functools import partial
 from typing import Any
@@ -24,7 +24,7 @@ REFUSED_LOOKS = 10  # [-] so many looks after a refusal it is tried again
 
 
 class BringUp(Node):
-    """Looks at the nodes one by one and takes the first that is not active a step further.
+    """Checks the nodes one by one and advances the first one that is not active.
 
     Args:
         **options: As for ``rclpy.node.Node``.

@@ -1,4 +1,4 @@
-"""ROS parameters from the dataclass that declares them."""
+"""Declaration of ROS parameters from a dataclass."""
 
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, TypeVar
@@ -69,7 +69,7 @@ def declare_parameters(
 
 
 def as_declared(given: Parameter, known: Mapping[str, tuple[Any, ParameterSpec]]) -> Parameter:
-    """A parameter in its declared type: an integer is a number where a double is declared."""
+    """Convert a parameter to its declared type: an integer is accepted for a double."""
     default, _ = known.get(given.name, (None, None))
     if isinstance(default, float) and given.type_ == Parameter.Type.INTEGER:
         return Parameter(given.name, Parameter.Type.DOUBLE, float(given.value))
@@ -79,7 +79,7 @@ def as_declared(given: Parameter, known: Mapping[str, tuple[Any, ParameterSpec]]
 def accept_changes(
     node: Node, parameters: type, handlers: Mapping[str, Callable[[Any], None]]
 ) -> None:
-    """Heed parameters that are set while the node runs.
+    """Accept parameters that are set while the node runs.
 
     Args:
         node: The node that has declared them.
@@ -102,7 +102,7 @@ def accept_changes(
 
 
 def descriptor_of(default: Any, spec: ParameterSpec) -> ParameterDescriptor:
-    """What ROS is told of a parameter; read-only."""
+    """Descriptor of a parameter for ROS; read-only."""
     unit = "" if spec.unit == "-" else f" [{spec.unit}]"
     descriptor = ParameterDescriptor(
         description=spec.doc + unit, additional_constraints=spec.range_text, read_only=True

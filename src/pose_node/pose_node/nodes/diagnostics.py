@@ -14,7 +14,7 @@ PERIOD_S = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class Report:
-    """What a node says of itself: a level, a sentence, and values such as counts."""
+    """State of a node: a level, a sentence, and values such as counters."""
 
     level: Level
     message: str
@@ -40,7 +40,7 @@ class DiagnosticsPublisher:
         self._timer = steady_timer(node, PERIOD_S, self.publish)
 
     def publish(self) -> None:
-        """Publish the state now."""
+        """Publish the state immediately."""
         report = self._report()
         status = DiagnosticStatus(
             level=bytes([report.level]),

@@ -1,4 +1,4 @@
-"""An executor that wakes a node for a message in half of the time that rclpy's takes.
+"""An executor that wakes a node for a message in half the time of rclpy's.
 
 ``rclpy.executors.SingleThreadedExecutor`` looks at all entities of its nodes, and makes a new wait
 set, three times for each callback. This one does so when entities come or go, and otherwise waits
@@ -43,12 +43,12 @@ class QuickExecutor(SingleThreadedExecutor):
                 self._call(entities, wait_set)
 
     def wake(self) -> None:
-        """Look anew at what there is to wait for: an entity has come or gone."""
+        """Rebuild the wait set, because an entity has appeared or disappeared."""
         self._has_changed = True
         super().wake()
 
     def add_node(self, node: Node) -> bool:
-        """Add a node; whether it was not there yet."""
+        """Add a node; return whether it is new."""
         self._has_changed = True
         return bool(super().add_node(node))
 
@@ -58,7 +58,7 @@ class QuickExecutor(SingleThreadedExecutor):
         return not self._is_shutdown
 
     def _call(self, entities: "_Entities", wait_set: Any) -> None:
-        """Call the callbacks of all that is ready, in rclpy's order."""
+        """Call the callbacks of all ready entities, in rclpy's order."""
         for waitable in entities.waitables:
             if waitable.is_ready(wait_set):
                 self._finish(self._take_waitable(waitable))
@@ -94,7 +94,7 @@ class QuickExecutor(SingleThreadedExecutor):
 
 
 class _Entities:
-    """What some nodes have that can wake them."""
+    """Entities that can wake some nodes."""
 
     def __init__(self, nodes: Sequence[Node]) -> None:
         self.subscriptions = _callable(node.subscriptions for node in nodes)
@@ -105,7 +105,7 @@ class _Entities:
         self.waitables = _callable(node.waitables for node in nodes)
 
     def make_wait_set(self, executor: SingleThreadedExecutor) -> Any:
-        """Room for them, and for the executor's own two guard conditions."""
+        """Create a wait set for them and for the executor's own two guard conditions."""
         count = NumberOfEntities(
             num_subs=len(self.subscriptions),
             num_gcs=len(self.guards) + 2,
@@ -126,7 +126,7 @@ class _Entities:
         )
 
     def add_to(self, wait_set: Any) -> None:
-        """Have them waited for."""
+        """Add them to a wait set."""
         for subscription in self.subscriptions:
             wait_set.add_subscription(subscription.handle)
         for timer in self.timers:
@@ -142,13 +142,13 @@ class _Entities:
 
 
 def _callable(of_nodes: Iterable[Iterable[Any]]) -> list[Any]:
-    """Those entities whose callback group lets them be called at all."""
+    """The entities whose callback group allows their execution."""
     entities = (entity for of_node in of_nodes for entity in of_node)
     return [entity for entity in entities if entity.callback_group.can_execute(entity)]
 
 
 def _ready(entities: Collection[Any], wait_set: Any, kind: str) -> Iterator[Any]:
-    """Those entities of a kind that are ready, and that no callback before has destroyed."""
+    """The ready entities of a kind that no previous callback has destroyed."""
     if entities and (pointers := wait_set.get_ready_entities(kind)):
         for entity in entities:
             if entity.handle.pointer in pointers:
@@ -156,7 +156,7 @@ def _ready(entities: Collection[Any], wait_set: Any, kind: str) -> Iterator[Any]
 
 
 def _take(subscription: Subscription) -> None:
-    """Call back with a message, if there is one."""
+    """Call a subscription's callback with a message, if there is one."""
     taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
     if taken is None:
         return

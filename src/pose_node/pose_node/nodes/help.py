@@ -1,4 +1,4 @@
-"""What a node answers to ``--help``, and to arguments that are none of ROS's."""
+"""A node's answer to ``--help`` and to arguments that ROS does not know."""
 
 import inspect
 import sys
@@ -38,7 +38,7 @@ def help_text(program: str, about: str, parameters: type) -> str:
 
 
 def answer_arguments(make_node: object, parameters: type, args: Sequence[str] | None) -> None:
-    """Print the help and exit if it is asked for; refuse what would otherwise be passed over."""
+    """Print the help and exit if requested; refuse arguments that ROS would ignore."""
     try:
         program, *rest = remove_ros_args(list(args) if args is not None else sys.argv)
     except RCLError:

@@ -81,15 +81,15 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
                 raise self._failure
         self._starts = False
 
-    # -- what a subclass says -------------------------------------------------------------------
+    # -- implemented by subclasses --------------------------------------------------------------
 
     @abstractmethod
     def configure(self) -> None:
-        """Check :attr:`settings`, load files; a PoseError says what is wrong."""
+        """Check :attr:`settings`, load files; raise a PoseError on failure."""
 
     @abstractmethod
     def activate(self) -> None:
-        """Begin to listen and to publish."""
+        """Start to subscribe and to publish."""
 
     @abstractmethod
     def deactivate(self) -> None:
@@ -125,11 +125,11 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
         return self._attempt(self._clean_up)
 
     def on_shutdown(self, _state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop and forget for good; the process stays until it is ended."""
+        """Stop and discard everything; the process continues until it is ended."""
         return self._attempt(self._end)
 
     def on_error(self, _state: LifecycleState) -> TransitionCallbackReturn:
-        """After what no node foresees: unconfigured again, with the failure in `/diagnostics`."""
+        """After an unexpected exception: unconfigured, with the failure in ``/diagnostics``."""
         self._end()
         return TransitionCallbackReturn.SUCCESS
 
@@ -191,7 +191,7 @@ class ManagedNode(LifecycleNode, ABC, Generic[P]):
             self._clean_up()
 
     def destroy_node(self) -> None:
-        """Stop, let go of devices and files, then destroy the node."""
+        """Stop, release devices and files, then destroy the node."""
         try:
             self._end()
         finally:

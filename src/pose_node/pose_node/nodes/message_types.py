@@ -1,4 +1,4 @@
-"""Message classes by the names that bags and the graph give them."""
+"""Message classes by their names in bags and in the graph."""
 
 import importlib
 from typing import Any
@@ -9,7 +9,7 @@ from pose_core.errors import InputError
 
 
 def message_class(msgtype: str) -> Any:
-    """The class of ``pose_msgs/msg/Skeleton`` and the like.
+    """The class of a message type such as ``pose_msgs/msg/Skeleton``.
 
     Raises:
         InputError: If it is not a message type, or its package is not installed.

@@ -1,4 +1,4 @@
-"""How every node starts, spins and ends: clean on Ctrl-C, one line on a bad parameter."""
+"""Start, spinning and end of every node: clean on Ctrl-C, one line on a bad parameter."""
 
 import signal
 import sys
@@ -55,7 +55,7 @@ def _init(args: Sequence[str] | None) -> int:
 
 
 def _spin_to_end(make_node: Callable[[], Node], interrupt: Interrupt) -> int:
-    """Make a node, spin it, and take it down; the process's exit code."""
+    """Create a node, spin it, and destroy it; return the process's exit code."""
     status = 0
     node: Node | None = None
     executor: QuickExecutor | None = None

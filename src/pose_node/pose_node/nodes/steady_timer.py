@@ -1,4 +1,4 @@
-"""A timer of the machine's time, whatever clock the node goes by."""
+"""A timer in the machine's time, whatever clock the node uses."""
 
 from collections.abc import Callable
 
@@ -8,5 +8,5 @@ from rclpy.timer import Timer
 
 
 def steady_timer(node: Node, period_s: float, callback: Callable[[], None]) -> Timer:
-    """A timer that runs on while simulated time stands still or jumps."""
+    """Create a timer that continues while simulated time stands still or jumps."""
     return node.create_timer(period_s, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
