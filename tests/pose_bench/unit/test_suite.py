@@ -60,7 +60,7 @@ def test_an_unknown_choreography_is_refused_with_the_ones_there_are():
 
 
 def test_the_readme_says_what_may_be_tuned_on_and_what_every_figure_and_method_is():
-    tuning, judging = README.split("Parameters may be tuned on")[1].split("Judged is on")
+    tuning, judging = README.split("Parameters may be tuned on")[1].split("The evaluation uses")
     judging = judging.split("###")[0]
     for name in MOTIONS:
         assert f"`{name}`" in (tuning if name in TUNING_CHOREOGRAPHIES else judging)
