@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 
 from pose_core.filter.camera import CameraFrame, View, heading_of
 from pose_core.filter.rows import Rows
-from pose_core.filter.state import FilterState
+from pose_core.filter.state import FilterState, HEARD_S
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.streams.samples import FloatArray
 
 MOST_DISTANCE = 400.0  # [-] of a squared innovation distance that counts
-HEARD_S = 0.15  # [s] for which a camera's opinion of a joint counts
 LONGEST_GAP_S = 0.1  # [s] of a frame, as far as smoothing goes
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.15  # [s] of a tracker
 DELAY_GAIN = 1.5  # [-] the pose follows a late camera in part: so much more is left than shows

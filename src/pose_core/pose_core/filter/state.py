@@ -15,6 +15,7 @@ from pose_core.streams.samples import FloatArray
 
 IMU_STATES = 4  # mounting (3) and heading (1)
 NO_COLUMN = -1
+HEARD_S = 0.15  # [s] for which a camera's last frame counts beside another camera's
 
 
 class FilterState(NamedTuple):
