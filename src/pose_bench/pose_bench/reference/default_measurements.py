@@ -206,6 +206,13 @@ def joint_regression(
     return H, points.Wm @ places - places[0], unfitted
 
 
+def is_backed(constants: CameraConstants, state: FilterState, sensor: int, joint: int) -> bool:
+    """Whether another camera, or an IMU on the joint's own link, measures it as well."""
+    others = np.delete(state.silent_s, sensor)
+    link = np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1))[-1]
+    return bool(np.any(others < 0.15) or state.imu_column[link] >= 0)
+
+
 def joint_noise(
     constants: CameraConstants,
     state: FilterState,
@@ -218,7 +225,8 @@ def joint_noise(
     ray = (place - frame.camera) / np.linalg.norm(place - frame.camera)
     speed = min(float(np.linalg.norm(velocity)), FASTEST_JOINT)
     isotropic = constants.variance + constants.moving * speed**2
-    isotropic += constants.occluded_variance * view.hidden[joint] ** 2
+    if is_backed(constants, state, frame.sensor, joint):
+        isotropic += constants.occluded_variance * view.hidden[joint] ** 2
     if frame.tracking_state[joint] == 1:
         isotropic += constants.inferred_variance
     for far, near in constants.limb_ends:

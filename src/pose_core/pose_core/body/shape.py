@@ -14,7 +14,7 @@ import numpy as np
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.errors import InputError, PoseError
-from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_core.plain_yaml import dump_yaml, read_yaml
 from pose_core.private_file import write_private
 from pose_core.streams.samples import FloatArray
@@ -23,6 +23,8 @@ OUTLIER = 3.0  # [-] scaled median absolute deviations from the median
 MAD_TO_STDDEV = 1.4826  # of a Gaussian
 SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
+UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
+HIPS, KNEES = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "knee"))
 LONGEST_BONE = 1.0  # [m] plausibility limit
 
 
@@ -55,14 +57,18 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
     in_trunk = np.einsum(
         "nji,nkj->nki", trunk_axes(positions), positions - mid_hip(positions)[:, None, :]
     )
+    # Links connected by the spine are parallel while the person stands: the waist's zero.
+    upright = _upright(in_trunk)
+    spine = _spine(model)
+    if spine:
+        upright[:, [index for index in range(len(JOINTS)) if index not in spine], 0] *= 0.0
     offsets = np.zeros((len(JOINTS), 3))
     for name, place in model.joints.items():
         index = JOINT_INDEX[name]
         joint = model.links[place.link].joint
         if place.direction is None:
-            # Links connected by the spine are parallel while the person stands upright.
-            origin = 0.0 if joint is None else in_trunk[:, JOINT_INDEX[joint]]
-            places = in_trunk[:, index] - origin
+            origin = 0.0 if joint is None else upright[:, JOINT_INDEX[joint]]
+            places = upright[:, index] - origin
             offsets[index] = [_robust_mean(name, places[:, k]) for k in range(3)]
             continue
         if joint is None:
@@ -70,19 +76,29 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
         bones = positions[:, index] - positions[:, JOINT_INDEX[joint]]
         length = _robust_mean(name, np.linalg.norm(bones, axis=1))
         offsets[index] = length * np.asarray(place.direction)
-    offsets = _symmetric(offsets)
-    if _bends_in_the_trunk(model):
-        offsets[:, 0] = 0.0
-    return BodyShape(offsets=offsets)
+    return BodyShape(offsets=_symmetric(offsets))
 
 
-def _bends_in_the_trunk(model: BodyModel) -> bool:
-    """Whether more than one link has joints whose position is measured.
+def _spine(model: BodyModel) -> list[int]:
+    """Indices of the joints that connect links of the trunk; empty for a rigid trunk.
 
-    The axes of such links, which define zero for waist, shoulders and hips, would depend on how the
-    person leant while being measured. So the neutral pose has all joints in the frontal plane.
+    The other joints whose position is measured are assumed to lie in the frontal plane.
     """
-    return len({each.link for each in model.joints.values() if each.direction is None}) > 1
+    measured = {place.link for place in model.joints.values() if place.direction is None}
+    hung_on = (model.links[link].joint for link in measured)
+    return [JOINT_INDEX[joint] for joint in hung_on if joint is not None]
+
+
+def _upright(in_trunk: FloatArray) -> FloatArray:
+    """The samples in which the thighs are in line with the trunk; all samples if these are too few.
+
+    Args:
+        in_trunk: Joints in the trunk's axes, shape (n, 15, 3) [m].
+    """
+    thighs = in_trunk[:, KNEES] - in_trunk[:, HIPS]
+    down = -thighs[..., 2] / np.linalg.norm(thighs, axis=-1)
+    upright = in_trunk[(down > np.cos(UPRIGHT)).all(axis=1)]
+    return upright if len(upright) >= MIN_SAMPLES else in_trunk
 
 
 def _symmetric(offsets: FloatArray) -> FloatArray:

@@ -18,12 +18,11 @@ from numpy.typing import NDArray
 
 from pose_core.filter.camera import CameraFrame, View, heading_of
 from pose_core.filter.rows import Rows
-from pose_core.filter.state import FilterState
+from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.streams.samples import FloatArray
 
 LARGEST_DISTANCE = 400.0  # [-] to which a squared innovation distance is clipped
-CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
 LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.15  # [s] of a tracker
 DELAY_GAIN = 1.5  # [-] the state follows a late camera in part, so the residual is too small

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
-from pose_core.filter.state import FilterState
+from pose_core.filter.state import CAMERA_TIMEOUT_S, NO_COLUMN, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import (
     BodyArrays,
@@ -118,7 +118,8 @@ def add_camera(
         H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
         joint_jacobian(constants.body, joint, view.rotations, H)
         own = state.offset_variance[frame.sensor, joint]
-        joint_noise(constants, frame, view, joint, own, rows.noise[group])
+        covered = view.hidden[joint] if is_backed(constants.body, state, frame.sensor, joint) else 0.0
+        joint_noise(constants, frame, view, joint, covered, own, rows.noise[group])
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         for axis in range(3):
             for k in range(moving):
@@ -149,6 +150,19 @@ def joint_residual(
 
 
 @compiled_in_place
+def is_backed(body: BodyArrays, state: FilterState, sensor: int, joint: int) -> bool:
+    """Whether another camera, or an IMU on the joint's own link, measures it beside ``sensor``.
+
+    Without either, the tracker's guess of a joint that the body hides is the best there is.
+    """
+    for other in range(len(state.silent_s)):
+        if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
+            return True
+    link = body.carriers[joint, body.carrier_count[joint] - 1]
+    return state.imu_column[link] != NO_COLUMN
+
+
+@compiled_in_place
 def heading_of(R_map_root: FloatArray) -> tuple[float, float]:
     """Cosine and sine of the root's heading."""
     x, y = R_map_root[0, 0], R_map_root[1, 0]
@@ -162,6 +176,7 @@ def joint_noise(
     frame: CameraFrame,
     view: View,
     joint: int,
+    covered: float,
     offset_variance: float,
     out: FloatArray,
 ) -> None:
@@ -172,7 +187,7 @@ def joint_noise(
     ray = (x / length, y / length, z / length)
     speed = min(np.sqrt(dot(velocity, velocity)), FASTEST)
     isotropic = constants.variance + constants.moving * speed**2
-    isotropic += constants.occluded_variance * view.hidden[joint] ** 2
+    isotropic += constants.occluded_variance * covered**2
     if frame.tracking_state[joint] == INFERRED:
         isotropic += constants.inferred_variance
     for i in range(3):

@@ -15,6 +15,7 @@ from pose_core.streams.samples import FloatArray
 
 IMU_STATES = 4  # mounting (3) and heading (1)
 NO_COLUMN = -1
+CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
 
 
 class FilterState(NamedTuple):

@@ -32,7 +32,7 @@ class MotionPrior:
             "shank": 0.13,
         }
     )
-    rate_memory: float = 0.3  # [s] time constant with which rates decay
+    rate_memory: float = 0.1  # [s] time constant with which rates decay
     slide_stddev: Mapping[str, float] = field(  # [m] of the joints that slide, without their side
         default_factory=lambda: {"shoulder": 0.015, "hip": 0.0089, "knee": 0.0105, "foot": 0.0105}
     )
@@ -75,7 +75,7 @@ class PosturePrior:
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis
         default_factory=lambda: {"upper_arm": 1.8, "thigh": 1.4, "head": 1.8}
     )
-    waist_stddev: tuple[float, float, float] = (0.25, 1.1, 0.5)  # [rad] sideways, forward, turn
+    waist_stddev: tuple[float, float, float] = (0.25, 0.3, 0.5)  # [rad] sideways, forward, turn
     waist_mean_stddev: tuple[float, float] = (0.03, 0.05)  # [rad] sideways, turn, over a minute
     wrong_bend: float = 0.6  # [rad] backward bend from which a limb is rotated by half a turn
 
