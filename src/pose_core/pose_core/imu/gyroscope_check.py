@@ -6,8 +6,9 @@ Between two samples a sensor turns by what its gyroscope integrates to,
 
 What is left, :math:`q_k \otimes \hat q_k^{-1}`, is a leap of the orientation in its world. A leap
 about the vertical is one of the heading, as of an IMU whose north is set anew: it is taken out of
-all later samples. An IMU that leaps again and again, or repeats one sample although it turns, is
-set aside until it has been steady for a second.
+all later samples. Any other large leap that the next samples do not undo is a slip: the sensor
+sits otherwise by now, or is another one. An IMU that leaps again and again, or repeats one
+sample although it turns, is set aside until it has been steady for a second.
 """
 
 from collections.abc import Mapping
@@ -30,6 +31,8 @@ MOST_TILT = 0.1  # [rad] by which a leap of the heading may tilt, too
 TOLERATED = 3.0  # [leaps] before an IMU is set aside
 FORGIVEN = 2.0  # [leaps/s]
 STEADY_NS = NS_PER_S  # [ns] without a leap, after which it is used again
+LEAST_SLIP = 0.6  # [rad] by which a sensor that sits otherwise has leapt
+SLIP_NS = NS_PER_S // 40  # [ns] without a leap, after which it is no bad sample
 
 Quaternion = tuple[float, float, float, float]
 
@@ -43,6 +46,9 @@ class _Memory(NamedTuple):
     same_s: FloatArray  # (imus,) [s] for which orientation and rate have been the same
     leap_ns: NDArray[np.int64]  # (imus,) stamp of the last leap
     leaps: FloatArray  # (imus,) that are not forgiven yet
+    is_doubted: NDArray[np.bool_]  # (imus,) a leap may be a slip, or bad samples
+    believed: FloatArray  # (imus, 4) orientation without the leap, by the gyroscope
+    slips: NDArray[np.int64]  # (imus,)
     heading: FloatArray  # (imus,) [rad] by which orientations are turned back about the vertical
     set_aside: NDArray[np.bool_]  # (imus,)
 
@@ -72,6 +78,12 @@ class GyroscopeCheck:
         """By which orientations are turned about the vertical [rad], of IMUs that have leapt."""
         leapt = np.flatnonzero(self._memory.heading).tolist()
         return {self._segments[i]: float(self._memory.heading[i]) for i in leapt}
+
+    @property
+    def slips(self) -> Mapping[str, int]:
+        """How often each IMU has slipped, of those that have."""
+        slipped = np.flatnonzero(self._memory.slips).tolist()
+        return {self._segments[i]: int(self._memory.slips[i]) for i in slipped}
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples that can be used, with the heading that their IMU had at first."""
@@ -103,6 +115,9 @@ def _make_memory(imus: int) -> _Memory:
         same_s=np.zeros(imus),
         leap_ns=np.zeros(imus, np.int64),
         leaps=np.zeros(imus),
+        is_doubted=np.zeros(imus, np.bool_),
+        believed=np.zeros((imus, 4)),
+        slips=np.zeros(imus, np.int64),
         heading=np.zeros(imus),
         set_aside=np.zeros(imus, np.bool_),
     )
@@ -130,7 +145,7 @@ def check_samples(
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
-        has_leapt = False
+        has_leapt = may_have_slipped = False
         if 0.0 < dt_s <= LONGEST_STEP_S:
             apart, tilt, turn = leap(
                 memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
@@ -143,13 +158,23 @@ def check_samples(
             memory.same_s[i] = memory.same_s[i] + dt_s if is_same else 0.0
             has_leapt = apart > 0.0 or memory.same_s[i] > STUCK_S
             memory.leaps[i] = max(memory.leaps[i] - FORGIVEN * dt_s, 0.0)
+            believed = memory.believed[i] if memory.is_doubted[i] else memory.orientation[i]
+            apart, tilt, _ = leap(believed, memory.rate[i], orientation[row], rate[row], dt_s)
+            may_have_slipped = apart > LEAST_SLIP and tilt >= MOST_TILT
+            expected = turned_on(believed, memory.rate[i], rate[row], dt_s)
+            for k in range(4):
+                memory.believed[i, k] = expected[k]
         if has_leapt:
             memory.leaps[i] = min(memory.leaps[i] + 1.0, TOLERATED + 1.0)
             memory.leap_ns[i] = stamps_ns[row]
             memory.set_aside[i] |= memory.leaps[i] > TOLERATED
         elif memory.set_aside[i] and stamps_ns[row] - memory.leap_ns[i] > STEADY_NS:
             memory.set_aside[i], memory.leaps[i] = False, 0.0
-        is_used[row] = not has_leapt and not memory.set_aside[i]
+        if may_have_slipped and stamps_ns[row] - memory.leap_ns[i] > SLIP_NS:
+            may_have_slipped = False
+            memory.slips[i] += 1
+        memory.is_doubted[i] = may_have_slipped and not memory.set_aside[i]
+        is_used[row] = not (has_leapt or memory.is_doubted[i] or memory.set_aside[i])
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):
             memory.orientation[i, k] = orientation[row, k]
@@ -179,13 +204,7 @@ def leap(
         The leap's angle [rad], 0 within what a sensor may err by; its tilt and its turn about the
         vertical [rad].
     """
-    x = 0.5 * dt_s * (rate_before[0] + rate[0])
-    y = 0.5 * dt_s * (rate_before[1] + rate[1])
-    z = 0.5 * dt_s * (rate_before[2] + rate[2])
-    angle = np.sqrt(x * x + y * y + z * z)
-    part = 0.5 if angle < SMALL_ANGLE else np.sin(0.5 * angle) / angle
-    turned = (part * x, part * y, part * z, np.cos(0.5 * angle))
-    expected = product((before[0], before[1], before[2], before[3]), turned)
+    expected = turned_on(before, rate_before, rate, dt_s)
     back = (-expected[0], -expected[1], -expected[2], expected[3])
     a, b, c, d = product((after[0], after[1], after[2], after[3]), back)
     if d < 0.0:
@@ -197,9 +216,32 @@ def leap(
         + (rate[1] - rate_before[1]) ** 2
         + (rate[2] - rate_before[2]) ** 2
     )
-    if apart <= LEAST_LEAP + SCALE_ERROR * angle + 0.5 * dt_s * change:
+    turned = (
+        0.5
+        * dt_s
+        * np.sqrt(
+            (rate[0] + rate_before[0]) ** 2
+            + (rate[1] + rate_before[1]) ** 2
+            + (rate[2] + rate_before[2]) ** 2
+        )
+    )
+    if apart <= LEAST_LEAP + SCALE_ERROR * turned + 0.5 * dt_s * change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)
+
+
+@compiled_in_place
+def turned_on(
+    before: FloatArray, rate_before: FloatArray, rate: FloatArray, dt_s: float
+) -> Quaternion:
+    """An orientation, (4,), turned on by the mean of two rates, (3,) [rad/s]."""
+    x = 0.5 * dt_s * (rate_before[0] + rate[0])
+    y = 0.5 * dt_s * (rate_before[1] + rate[1])
+    z = 0.5 * dt_s * (rate_before[2] + rate[2])
+    angle = np.sqrt(x * x + y * y + z * z)
+    part = 0.5 if angle < SMALL_ANGLE else np.sin(0.5 * angle) / angle
+    turn = (part * x, part * y, part * z, np.cos(0.5 * angle))
+    return product((before[0], before[1], before[2], before[3]), turn)
 
 
 @compiled_in_place
