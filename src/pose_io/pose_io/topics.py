@@ -1,26 +1,29 @@
 """Topics by their names, which are recognised by how they end, in any namespace."""
 
 import re
+from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
-from pose_io.bags import BagReader
+
+if TYPE_CHECKING:  # rosbags takes long to load, and a node that only knows names needs none of it
+    from pose_io.bags import BagReader
 
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
 IMU_TOPIC = re.compile(r"(?:^|/)imu_(?P<name>\w+)/data$")
 OTHER_BODY = re.compile(r"/humans/bodies/person_\d+/")
 
 
-def sensor_topics(bag: BagReader) -> dict[str, str]:
+def sensor_topics(bag: "BagReader") -> dict[str, str]:
     """Topic of each sensor's skeletons by the sensor's name, in the order of names."""
     return _topics(bag, SENSOR_TOPIC, "pose_msgs/msg/SkeletonArray")
 
 
-def imu_topics(bag: BagReader) -> dict[str, str]:
+def imu_topics(bag: "BagReader") -> dict[str, str]:
     """Topic of each IMU's orientation by body segment, in the order of names."""
     return _topics(bag, IMU_TOPIC, "sensor_msgs/msg/Imu")
 
 
-def body_topic(bag: BagReader, leaf: str, body: str = "", namespace: str = "") -> str | None:
+def body_topic(bag: "BagReader", leaf: str, body: str = "", namespace: str = "") -> str | None:
     """The topic ``<namespace>/humans/bodies/<body>/<leaf>``; the subject's if none is named."""
     pattern = re.compile(
         rf"^{re.escape(namespace)}/humans/bodies/{re.escape(body) or '[^/]+'}/{leaf}$"
@@ -30,7 +33,7 @@ def body_topic(bag: BagReader, leaf: str, body: str = "", namespace: str = "") -
     return next(iter(sorted(found, key=lambda name: bool(OTHER_BODY.search(name)))), None)
 
 
-def _topics(bag: BagReader, pattern: re.Pattern[str], msgtype: str) -> dict[str, str]:
+def _topics(bag: "BagReader", pattern: re.Pattern[str], msgtype: str) -> dict[str, str]:
     matches = {topic: pattern.search(topic) for topic in sorted(bag.topics_of_type(msgtype))}
     named: dict[str, str] = {}
     for topic, match in matches.items():

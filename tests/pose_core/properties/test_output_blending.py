@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from pose_core.fusion.pipeline import OutputGrid
-from pose_core.kernels.output_blending import LARGEST_TRAVEL, blend_angle, make_blending
+from pose_core.kernels.output_blending import (
+    LARGEST_TRAVEL,
+    TRAVEL_AFTER_GAP,
+    blend_angle,
+    elapsed_s,
+    make_blending,
+)
 
 MS = 1_000_000
 LIMITS = np.radians([-110.0, 110.0])
@@ -43,6 +49,24 @@ def test_a_jump_of_the_filter_is_blended_out_and_the_deviation_says_so(jump_deg)
     np.testing.assert_allclose(position[-1], targets[-1], atol=1e-6)
     apart = np.abs(position - targets)
     assert (np.sqrt(variance[51:]) >= apart[51:]).all()
+
+
+@pytest.mark.parametrize("silent_s", [2.0, 8.0])
+def test_after_a_silence_the_pose_of_now_is_reached_slowly_without_a_step(silent_s):
+    """Late messages too, 60 ms apart instead of 10."""
+    gaps_s = np.concatenate([np.full(10, 0.01), [silent_s], np.full(20, 0.06), np.full(200, 0.01)])
+    stamps_ns = 10**18 + np.round(1e9 * np.cumsum(gaps_s)).astype(np.int64)
+    blending, position = make_blending(1), []
+    for k, stamp_ns in enumerate(stamps_ns.tolist()):
+        target = np.array([0.0 if k < 10 else np.radians(80.0), 0.0, np.radians(2.0) ** 2])
+        blend_angle(blending, 0, elapsed_s(blending, stamp_ns), target, LIMITS)
+        blending.stamp_ns[0] = stamp_ns
+        position.append(blending.position[0])
+    steps = np.abs(np.diff(position))
+    assert (steps <= 1.01 * TRAVEL_AFTER_GAP * np.minimum(gaps_s[1:], 0.06)).all()
+    assert np.degrees(steps.max()) < 10.0
+    reached_s = (stamps_ns[np.argmax(np.degrees(position) > 79.0)] - stamps_ns[10]) * 1e-9
+    assert reached_s < 1.5
 
 
 def test_a_filter_that_is_right_is_followed_without_lag():

@@ -177,3 +177,22 @@ def test_an_imu_that_slipped_is_not_aligned_by_an_earlier_calibration(session):
     )
     cosine = (np.trace(before.T @ after) - 1) / 2
     assert np.degrees(np.arccos(cosine)) == pytest.approx(np.degrees(1.2), abs=15.0)
+
+
+def test_imus_that_exchange_their_names_are_set_aside_at_once(session):
+    """And what a calibration knows of them counts no more."""
+    _, _, skeletons, imus = session
+    change_ns = START_NS + round(15e9)
+    exchanged = [replace(s, segment=EXCHANGED.get(s.segment, s.segment)) for s in imus]
+    before = [s for s in merged(skeletons, imus) if s.stamp_ns < change_ns]
+    after = [s for s in merged(skeletons, exchanged) if s.stamp_ns >= change_ns]
+    reference, _ = run(before)
+    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline.use_sensor_to_segment(reference.sensor_to_segment)
+    fused(pipeline, before + [s for s in after if s.stamp_ns < change_ns + 100 * MS])
+    uses = uses_of(pipeline)
+    assert {name for name, use in uses.items() if use.contradictions} == set(EXCHANGED)
+    assert {name for name, use in uses.items() if not use.is_aligned} == set(EXCHANGED)
+    fused(pipeline, [s for s in after if 100 * MS <= s.stamp_ns - change_ns < 1100 * MS])
+    uses = uses_of(pipeline)
+    assert {name for name, use in uses.items() if not use.is_aligned} == set(EXCHANGED)

@@ -90,16 +90,36 @@ def test_an_imu_of_random_orientations_is_set_aside_until_it_is_steady_for_a_sec
     assert not check.set_aside
 
 
-def test_a_sensor_that_slips_once_costs_one_sample():
+def slipped_by(degrees, window):
+    """A sensor that sits otherwise from a sample on, for a while."""
     orientations, rates = turning(3.0)
-    turn = Rotation.from_euler("y", 90.0, degrees=True)
-    slipped = changed(orientations, slice(100, 300), lambda some: some * turn)
-    rates[100:] = turn.inv().apply(rates[100:])
+    turn = Rotation.from_euler("y", degrees, degrees=True)
+    rates[window] = turn.inv().apply(rates[window])
+    return block(changed(orientations, window, lambda some: some * turn), rates)
+
+
+def test_a_sensor_that_slips_is_named_and_costs_30_ms():
     check = GyroscopeCheck()
-    assert len(check.checked(block(slipped, rates))) == 299
+    assert len(check.checked(slipped_by(90.0, slice(100, 300)))) == 297
+    assert check.slips == {"torso": 1}
     assert not check.set_aside
     assert not check.headings
     assert not check.jumping
+
+
+@pytest.mark.parametrize(("degrees", "count"), [(90.0, 1), (90.0, 2), (20.0, 200)])
+def test_bad_samples_and_small_slips_are_no_slip(degrees, count):
+    check = GyroscopeCheck()
+    check.checked(slipped_by(degrees, slice(100, 100 + count)))
+    assert not check.slips
+
+
+def test_a_heading_that_leaps_is_no_slip():
+    orientations, rates = turning(3.0)
+    turn = Rotation.from_euler("z", 60.0, degrees=True)
+    check = GyroscopeCheck()
+    check.checked(block(changed(orientations, slice(100, 300), lambda some: turn * some), rates))
+    assert not check.slips
 
 
 @pytest.mark.parametrize("speed", [0.01, 4.0])

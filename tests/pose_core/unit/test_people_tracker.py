@@ -10,6 +10,7 @@ from pose_core.joints import JOINTS
 from pose_core.people.distances import OTHER_SIDE
 from pose_core.people.person_track import Presence
 from pose_core.people.tracker import PeopleTracker
+from pose_core.people.tracks import MOST_TENTATIVE
 from pose_core.session.clocks import Clock
 
 TO_THE_LEFT = walker((2.5, -1.5), (0.0, 1.0))
@@ -144,6 +145,21 @@ def test_of_a_crowd_those_nearest_to_who_is_present_are_followed():
         people.add(persons)
     assert people.counters["too_many"] > 0
     assert people.track(1).presence is Presence.PRESENT
+
+
+def test_strangers_who_are_elsewhere_in_each_frame_are_few_tracks_and_push_nobody_off():
+    rng = np.random.default_rng(6)
+    people, most, given = tracker(), 0, []
+    for k, (persons, _) in enumerate(frames_of([TO_THE_LEFT], 3.0)):
+        person = persons[0]
+        strangers = [
+            replace(person, person=f"s{n}", positions=person.positions + rng.uniform(1.0, 4.0, 3))
+            for n in range(20 if k >= 60 else 0)
+        ]
+        given.append({number for number, _ in people.add([*strangers, person])})
+        most = max(most, len(people.tracks))
+    assert most <= MOST_TENTATIVE + 4
+    assert all(1 in numbers for numbers in given)
 
 
 def test_a_skeleton_without_a_joint_is_nobody():

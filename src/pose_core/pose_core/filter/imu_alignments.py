@@ -30,6 +30,7 @@ class _Worn:
     alignment: SegmentAlignment
     knows_north: bool = False
     heard_ns: int | None = None
+    slips: int = 0  # that it has been set aside for
     mounting: SensorToSegment | None = field(default=None)  # before its world began anew
 
 
@@ -78,7 +79,7 @@ class ImuAlignments:
         return [each.link for each in worn if each is not None and each.use.is_aligned]
 
     def hear(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
-        """Note who says something; one whose world may have begun anew is to be aligned anew.
+        """Note who says something; one that slipped, or whose world began anew, is aligned anew.
 
         Args:
             stamp_ns: The instant [ns].
@@ -89,6 +90,9 @@ class ImuAlignments:
             worn = self._worn_on(segment)
             if worn is None:
                 continue
+            if self._has_slipped(worn, states):
+                worn.slips = states.slips[segment]
+                self._forget(worn, state)
             worn.use.readings += 1
             worn.use.used += worn.use.is_aligned
             worn.knows_north = bool(states.stddev[row, 2] < NORTHLESS)
@@ -104,7 +108,9 @@ class ImuAlignments:
         rows, links = [], []
         for row, segment in enumerate(states.segments):
             worn = self._worn_on(segment)
-            if worn is not None and worn.use.is_aligned:
+            if worn is None or self._has_slipped(worn, states):
+                continue
+            if worn.use.is_aligned:
                 rows.append(row)
                 links.append(worn.link)
         if not rows:
@@ -179,9 +185,18 @@ class ImuAlignments:
             return
         if self._is_parent_contradicted(worn, state):
             return
+        self._forget(worn, state)
+
+    @staticmethod
+    def _has_slipped(worn: _Worn, states: ImuStates) -> bool:
+        """Whether an IMU has slipped since it was last set aside."""
+        return states.slips.get(worn.use.segment, 0) > worn.slips
+
+    def _forget(self, worn: _Worn, state: FilterState) -> None:
+        """Set aside an IMU that sits otherwise than it did, or is another one by now."""
         worn.use.contradictions += 1
         worn.mounting = None
-        self._sensor_to_segment.pop(worn.use.segment, None)  # it sits otherwise by now
+        self._sensor_to_segment.pop(worn.use.segment, None)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
 

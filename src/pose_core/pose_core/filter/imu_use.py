@@ -34,7 +34,8 @@ class ImuUse:
         if self.is_unlike:
             return "its motion does not fit this segment: is it worn there, or exchanged?"
         if self.contradictions:
-            return "the cameras contradict it: check its strap and its segment; move to realign it"
+            what = "the cameras or its gyroscope contradict it"
+            return f"{what}: check its strap and its segment; move to realign it"
         return "not aligned yet: move and turn the segment in view of the cameras"
 
     def __str__(self) -> str:

@@ -6,8 +6,10 @@ Between two samples, the gyroscope predicts the rotation of the sensor:
 
 The remainder, :math:`q_k \otimes \hat q_k^{-1}`, is a jump of the orientation in its reference
 frame. A jump about the vertical is one of the heading, for example if the IMU's north is reset: it
-is subtracted from all later samples. An IMU that jumps repeatedly, or repeats one sample although
-it rotates, is excluded until it has been steady for a second.
+is subtracted from all later samples. Any other large jump that the next samples do not undo is a
+slip: the sensor's orientation on the segment has changed, or another sensor uses its name. An IMU
+that jumps repeatedly, or repeats one sample although it rotates, is excluded until it has been
+steady for a second.
 """
 
 from collections.abc import Mapping
@@ -30,6 +32,8 @@ MOST_TILT = 0.1  # [rad] tilt that a jump of the heading may have
 TOLERATED = 3.0  # [jumps] before an IMU is excluded
 FORGIVEN = 2.0  # [jumps/s]
 STEADY_NS = NS_PER_S  # [ns] without a jump, after which it is used again
+SMALLEST_SLIP = 0.6  # [rad] jump of a sensor that has moved on its segment
+SLIP_NS = NS_PER_S // 40  # [ns] without a further jump, after which it is no bad sample
 
 Quaternion = tuple[float, float, float, float]
 
@@ -43,6 +47,9 @@ class _Memory(NamedTuple):
     same_s: FloatArray  # (imus,) [s] for which orientation and rate have been constant
     jump_ns: NDArray[np.int64]  # (imus,) stamp of the last jump
     jumps: FloatArray  # (imus,) number of recent jumps, decaying
+    is_doubted: NDArray[np.bool_]  # (imus,) whether a jump may be a slip, or bad samples
+    believed: FloatArray  # (imus, 4) orientation without the jump, by the gyroscope
+    slips: NDArray[np.int64]  # (imus,) number of slips
     heading: FloatArray  # (imus,) [rad] correction of orientations about the vertical
     set_aside: NDArray[np.bool_]  # (imus,)
 
@@ -72,6 +79,12 @@ class GyroscopeCheck:
         """Corrections about the vertical [rad] of IMUs whose heading has jumped."""
         corrected = np.flatnonzero(self._memory.heading).tolist()
         return {self._segments[i]: float(self._memory.heading[i]) for i in corrected}
+
+    @property
+    def slips(self) -> Mapping[str, int]:
+        """How often each IMU has slipped, of those that have."""
+        slipped = np.flatnonzero(self._memory.slips).tolist()
+        return {self._segments[i]: int(self._memory.slips[i]) for i in slipped}
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The accepted samples, with jumps of the heading removed."""
@@ -103,6 +116,9 @@ def _make_memory(imus: int) -> _Memory:
         same_s=np.zeros(imus),
         jump_ns=np.zeros(imus, np.int64),
         jumps=np.zeros(imus),
+        is_doubted=np.zeros(imus, np.bool_),
+        believed=np.zeros((imus, 4)),
+        slips=np.zeros(imus, np.int64),
         heading=np.zeros(imus),
         set_aside=np.zeros(imus, np.bool_),
     )
@@ -130,7 +146,7 @@ def check_samples(
     for row in range(len(imu)):
         i = imu[row]
         dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
-        has_leapt = False
+        has_jumped = may_have_slipped = False
         if 0.0 < dt_s <= LONGEST_STEP_S:
             apart, tilt, turn = orientation_jump(
                 memory.orientation[i], memory.rate[i], orientation[row], rate[row], dt_s
@@ -141,15 +157,25 @@ def check_samples(
             turns = rate[row, 0] != 0.0 or rate[row, 1] != 0.0 or rate[row, 2] != 0.0
             is_same &= turns and is_equal(memory.rate[i], rate[row])
             memory.same_s[i] = memory.same_s[i] + dt_s if is_same else 0.0
-            has_leapt = apart > 0.0 or memory.same_s[i] > STUCK_S
+            has_jumped = apart > 0.0 or memory.same_s[i] > STUCK_S
             memory.jumps[i] = max(memory.jumps[i] - FORGIVEN * dt_s, 0.0)
-        if has_leapt:
+            believed = memory.believed[i] if memory.is_doubted[i] else memory.orientation[i]
+            apart, tilt, _ = orientation_jump(believed, memory.rate[i], orientation[row], rate[row], dt_s)
+            may_have_slipped = apart > SMALLEST_SLIP and tilt >= MOST_TILT
+            expected = turned_on(believed, memory.rate[i], rate[row], dt_s)
+            for k in range(4):
+                memory.believed[i, k] = expected[k]
+        if has_jumped:
             memory.jumps[i] = min(memory.jumps[i] + 1.0, TOLERATED + 1.0)
             memory.jump_ns[i] = stamps_ns[row]
             memory.set_aside[i] |= memory.jumps[i] > TOLERATED
         elif memory.set_aside[i] and stamps_ns[row] - memory.jump_ns[i] > STEADY_NS:
             memory.set_aside[i], memory.jumps[i] = False, 0.0
-        is_used[row] = not has_leapt and not memory.set_aside[i]
+        if may_have_slipped and stamps_ns[row] - memory.jump_ns[i] > SLIP_NS:
+            may_have_slipped = False
+            memory.slips[i] += 1
+        memory.is_doubted[i] = may_have_slipped and not memory.set_aside[i]
+        is_used[row] = not (has_jumped or memory.is_doubted[i] or memory.set_aside[i])
         memory.stamp_ns[i] = stamps_ns[row]
         for k in range(4):
             memory.orientation[i, k] = orientation[row, k]
@@ -179,13 +205,7 @@ def orientation_jump(
         Angle of the jump [rad], 0 within the sensor's errors; its tilt [rad] and its rotation about
         the vertical [rad].
     """
-    x = 0.5 * dt_s * (rate_before[0] + rate[0])
-    y = 0.5 * dt_s * (rate_before[1] + rate[1])
-    z = 0.5 * dt_s * (rate_before[2] + rate[2])
-    angle = np.sqrt(x * x + y * y + z * z)
-    part = 0.5 if angle < SMALL_ANGLE else np.sin(0.5 * angle) / angle
-    turned = (part * x, part * y, part * z, np.cos(0.5 * angle))
-    expected = product((before[0], before[1], before[2], before[3]), turned)
+    expected = turned_on(before, rate_before, rate, dt_s)
     back = (-expected[0], -expected[1], -expected[2], expected[3])
     a, b, c, d = product((after[0], after[1], after[2], after[3]), back)
     if d < 0.0:
@@ -197,9 +217,32 @@ def orientation_jump(
         + (rate[1] - rate_before[1]) ** 2
         + (rate[2] - rate_before[2]) ** 2
     )
-    if apart <= SMALLEST_JUMP + SCALE_ERROR * angle + 0.5 * dt_s * change:
+    turned = (
+        0.5
+        * dt_s
+        * np.sqrt(
+            (rate[0] + rate_before[0]) ** 2
+            + (rate[1] + rate_before[1]) ** 2
+            + (rate[2] + rate_before[2]) ** 2
+        )
+    )
+    if apart <= SMALLEST_JUMP + SCALE_ERROR * turned + 0.5 * dt_s * change:
         return 0.0, 0.0, 0.0
     return apart, 2.0 * np.arctan2(across, np.sqrt(c * c + d * d)), 2.0 * np.arctan2(c, d)
+
+
+@compiled_in_place
+def turned_on(
+    before: FloatArray, rate_before: FloatArray, rate: FloatArray, dt_s: float
+) -> Quaternion:
+    """An orientation, (4,), turned on by the mean of two rates, (3,) [rad/s]."""
+    x = 0.5 * dt_s * (rate_before[0] + rate[0])
+    y = 0.5 * dt_s * (rate_before[1] + rate[1])
+    z = 0.5 * dt_s * (rate_before[2] + rate[2])
+    angle = np.sqrt(x * x + y * y + z * z)
+    part = 0.5 if angle < SMALL_ANGLE else np.sin(0.5 * angle) / angle
+    turn = (part * x, part * y, part * z, np.cos(0.5 * angle))
+    return product((before[0], before[1], before[2], before[3]), turn)
 
 
 @compiled_in_place

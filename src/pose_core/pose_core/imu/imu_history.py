@@ -1,7 +1,7 @@
 """Recent samples of all IMUs, and interpolation of their orientations."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,7 @@ class ImuStates(Mapping[str, ImuState]):
     angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensors' frames
     stddev: FloatArray  # (n, 3) [rad] about the axes of their reference frames
     age_s: FloatArray  # (n,) [s]
+    slips: Mapping[str, int] = field(default_factory=dict)  # so far, of those that have slipped
 
     def __getitem__(self, segment: str) -> ImuState:
         if segment not in self.segments:

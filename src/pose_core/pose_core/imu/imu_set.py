@@ -1,6 +1,7 @@
 """All IMUs of one body: recent samples, and states at an instant."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from pose_core.counters import Counters
 from pose_core.imu.gyroscope_check import GyroscopeCheck
@@ -58,7 +59,9 @@ class ImuSet:
         if not self._history.segments:
             return NO_STATES
         if self._states_at != stamp_ns:
-            self._known_states = self._history.at(stamp_ns)
+            states = self._history.at(stamp_ns)
+            slips = self._check.slips
+            self._known_states = replace(states, slips=slips) if slips else states
             self._states_at = stamp_ns
         missing = len(self._history.segments) - len(self._known_states)
         self.counters.add("imu_readings_missing", missing)

@@ -192,7 +192,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
         for axis in range(3):
             v, w = of_dof[1, axis], of_dof[1, 3 + axis]
             e = blending.position[axis] - (of_dof[0, axis] - v * dt_s)
-            e, e_rate = decay(e, blending.velocity[axis] - v, BLEND_S, dt_s)
+            e, e_rate = decay(blending, e, blending.velocity[axis] - v, BLEND_S, dt_s)
             of_dof[0, axis] += e
             of_dof[1, axis] += e_rate
             of_dof[2, axis] += e**2
@@ -202,7 +202,8 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
         logarithm(apart, turn)
         for axis in range(3):
             w = of_dof[1, 3 + axis]
-            turn[axis], e_rate = decay(turn[axis], blending.velocity[3 + axis] - w, BLEND_S, dt_s)
+            rate = blending.velocity[3 + axis] - w
+            turn[axis], e_rate = decay(blending, turn[axis], rate, BLEND_S, dt_s)
             of_dof[1, 3 + axis] += e_rate
             of_dof[2, 3 + axis] += turn[axis] ** 2
         R[:] = R_map_root

@@ -8,7 +8,8 @@ decays with critical damping,
 
 so that the published rate is the derivative of the published angle. 1/k is short where the filter
 is certain of an angle and long where it is not, as for the axial rotation of a straight limb. A
-large difference is reduced at a bounded rate. Angles stay within the limits of the body model.
+large difference is reduced at a bounded rate, which is lower after a silence, when messages come
+late and each is a larger step. Angles stay within the limits of the body model.
 """
 
 from typing import NamedTuple
@@ -23,6 +24,7 @@ BLEND_S = 0.005  # [s] 1/k of a certain angle
 LONGEST_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
 SURE_STDDEV = np.radians(16.0)  # [rad] up to which an angle counts as certain
 LARGEST_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
+TRAVEL_AFTER_GAP = 2.5  # [rad/s], [m/s] the same, after a silence
 LARGEST_RATE = 40.0  # [rad/s] bound of the filter's rate
 UNKNOWN_BEYOND = np.radians(15.0)  # [rad] outside its limits, from which on an angle is unknown
 UNKNOWN_APART = np.radians(45.0)  # [rad] between published and filter's angle, likewise
@@ -30,6 +32,7 @@ UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of an unknown angle's standard devi
 LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
 LONGEST_GAP_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
+SLOW_S = 1.5  # [s] after it, for which differences are reduced at the lower rate
 
 
 class Blending(NamedTuple):
@@ -40,12 +43,18 @@ class Blending(NamedTuple):
     velocity: FloatArray  # (d,) [m/s], [rad/s]
     unknown_s: FloatArray  # (d,) [s] for which each has been unknown
     R_map_root: FloatArray  # (3, 3)
+    slow_s: FloatArray  # (1,) [s] for which differences are still made up slowly
 
 
 def make_blending(size: int) -> Blending:
     """State of the blending before the first output."""
     return Blending(
-        np.zeros(1, np.int64), np.zeros(size), np.zeros(size), np.zeros(size), np.eye(3)
+        np.zeros(1, np.int64),
+        np.zeros(size),
+        np.zeros(size),
+        np.zeros(size),
+        np.eye(3),
+        np.zeros(1),
     )
 
 
@@ -56,20 +65,25 @@ def elapsed_s(blending: Blending, stamp_ns: int) -> float:
     if blending.stamp_ns[0] == 0 or dt_s <= 0.0:
         return 0.0
     if dt_s <= LONGEST_GAP_S:
+        blending.slow_s[0] = max(blending.slow_s[0] - dt_s, 0.0)
         return dt_s
+    blending.slow_s[0] = SLOW_S
     for at in range(len(blending.velocity)):
         blending.velocity[at] = 0.0
     return AFTER_GAP_S
 
 
 @compiled_in_place
-def decay(e: float, rate: float, blend_s: float, dt_s: float) -> tuple[float, float]:
+def decay(
+    blending: Blending, e: float, rate: float, blend_s: float, dt_s: float
+) -> tuple[float, float]:
     """A difference and its rate after some time, by (1).
 
     With k = 2 v / |e|, (1) has a solution with constant rate v: a large difference that starts at
     rest is reduced at the largest rate.
     """
-    k = min(1.0 / blend_s, 2.0 * LARGEST_TRAVEL / max(abs(e), 1e-9))
+    travel = TRAVEL_AFTER_GAP if blending.slow_s[0] > 0.0 else LARGEST_TRAVEL
+    k = min(1.0 / blend_s, 2.0 * travel / max(abs(e), 1e-9))
     drive = rate + k * e
     keep = np.exp(-k * dt_s)
     return (e + drive * dt_s) * keep, (rate - k * drive * dt_s) * keep
@@ -107,7 +121,7 @@ def blend_angle(
         unsure = target[2] / SURE_STDDEV**2
         blend_s = min(BLEND_S * max(unsure, 1.0), LONGEST_BLEND_S)
         e, e_rate = before - (goal - rate * dt_s), rate_before - rate
-        e, e_rate = decay(e, e_rate, blend_s, dt_s)
+        e, e_rate = decay(blending, e, e_rate, blend_s, dt_s)
     value = min(max(goal + e, limits[0]), limits[1])
     is_stopped = value != goal + e
     blending.position[at] = value

@@ -39,8 +39,15 @@ def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray,
 
 def centre(positions: FloatArray) -> FloatArray:
     """Mean of the known joints, (15, 3) to (3,) [m]; NaN if none is."""
-    known = np.isfinite(positions[:, 0])
-    return positions[known].mean(axis=0) if known.any() else np.full(3, np.nan)
+    return np.asarray(centres(positions[None])[0])
+
+
+def centres(positions: FloatArray) -> FloatArray:
+    """The same of n people, (n, 15, 3) to (n, 3) [m]."""
+    known = np.isfinite(positions[:, :, :1])
+    count = known.sum(axis=1)
+    total = np.where(known, positions, 0.0).sum(axis=1)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
 def _mean_distances(expected: FloatArray, seen: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ import numpy as np
 
 from pose_core.counters import Counters
 from pose_core.people.association import GATE_M, associate
-from pose_core.people.distances import OTHER_SIDE, centre
+from pose_core.people.distances import OTHER_SIDE, centre, centres
 from pose_core.people.doubles import Doubles
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.recognition import WINDOW_MEASUREMENTS, Recognition
@@ -169,7 +169,7 @@ class PeopleTracker:
     def _nearest(self, frame: Sequence[SkeletonSample], stamp_ns: int) -> list[SkeletonSample]:
         """The skeletons of a crowd that are nearest to the people who are present."""
         T = self.T_common_sensor[frame[0].sensor]
-        places = np.stack([centre(transformed(T, sample.positions)) for sample in frame])
+        places = transformed(T, centres(np.stack([sample.positions for sample in frame])))
         distance = np.zeros(len(frame))
         if self.present:
             known = np.stack([track.expected_centre(stamp_ns) for track in self.present])

@@ -18,6 +18,7 @@ CONFIRMED_AFTER_S = 0.3  # [s] in view: shorter ones are trackers' ghosts
 UNCERTAIN_FOR_S = 2.0  # [s] in view, for which it may stay uncertain who of those away they are
 CONFIRMED_FRAMES = 5  # [-] the same in frames
 GHOST_AFTER_S = 0.3  # [s] unseen, a tentative person was a ghost
+MOST_TENTATIVE = 12  # [-] at a time; of ghosts all over the place, the others are left out
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 
 Assigned = tuple[int, SkeletonSample]
@@ -98,6 +99,9 @@ class Tracks:
         Returns:
             The skeleton, if nobody else is known; otherwise it is held until they are confirmed.
         """
+        if len(self.of(Presence.TENTATIVE)) >= MOST_TENTATIVE:
+            self._counters.add("too_many")
+            return []
         track = PersonTrack(
             number=self._new_number(),
             presence=Presence.TENTATIVE,

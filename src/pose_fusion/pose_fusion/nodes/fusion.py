@@ -96,6 +96,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._static_transforms: dict[str, TransformStamped] = {}
         self._malformed_transform = ""  # why the last message on /tf_static was rejected
         self._person = self._kept_person.load() or self.settings.person
+        self._subscribe_to_sensors()  # they find this node while the kernels are loaded
         self._make_pipeline()
         self.changes["person"] = self._choose
         prepare_reading()
@@ -105,13 +106,12 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._load_files()
 
     def activate(self) -> None:
-        """Subscribe to cameras and IMUs, publish."""
-        self._cameras: dict[str, Subscription] = {}
+        """Process what cameras and IMUs send from now on, publish."""
         self._readers = {sensor: SkeletonReader(sensor) for sensor in self.settings.sensors}
-        segments = SEGMENTS if self.settings.use_imus else ()
-        topics = {segment: f"imu_{segment}/data" for segment in segments}
-        self._imus = Inbox(self, Imu, topics, IMU_QOS)
-        if topics:
+        self._imus.take()
+        for subscription in self._cameras.values():
+            waiting(subscription)
+        if self.settings.use_imus:
             steady_timer(self, IMU_PERIOD_S, self._take_imus)  # cameras may be silent
         self._patience = steady_timer(self, PATIENCE_S, self._on_patience_ended)
         self._patience.cancel()
@@ -120,7 +120,9 @@ class FusionNode(ManagedNode[FusionParameters]):
         steady_timer(self, LOOK_PERIOD_S, self._look)
         steady_timer(self, KEEP_PERIOD_S, self.keep_alignments)
         steady_timer(self, KEEP_PERIOD_S, self._close_forgotten)
-        self._subscribe()
+        if not self.settings.extrinsics_file:
+            self.create_subscription(TFMessage, "tf_static", self._on_tf_static, LATCHED_QOS)
+        self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
 
     def deactivate(self) -> None:
         """Keep the pipeline, with extrinsics, body shape and IMU alignments."""
@@ -172,20 +174,24 @@ class FusionNode(ManagedNode[FusionParameters]):
         self.pipeline.choice.choose_by(person)
         self._kept_person.save(person)
 
-    def _subscribe(self) -> None:
-        for sensor in self.settings.sensors:
-            self._cameras[sensor] = self.create_subscription(
+    def _subscribe_to_sensors(self) -> None:
+        self._cameras: dict[str, Subscription] = {
+            sensor: self.create_subscription(
                 SkeletonArray,
                 f"kinect_{sensor}/skeletons",
                 partial(self._on_skeletons, sensor),
                 SENSOR_QOS,
                 raw=True,
             )
-        if not self.settings.extrinsics_file:
-            self.create_subscription(TFMessage, "tf_static", self._on_tf_static, LATCHED_QOS)
-        self.create_subscription(TimeReference, "clock_offsets", self._on_clock, LATCHED_QOS)
+            for sensor in self.settings.sensors
+        }
+        segments = SEGMENTS if self.settings.use_imus else ()
+        topics = {segment: f"imu_{segment}/data" for segment in segments}
+        self._imus = Inbox(self, Imu, topics, IMU_QOS)
 
     def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
+        if not self.is_active:
+            return
         taken_ns = self.get_clock().now().nanoseconds
         self._take_imus()  # process the samples before this frame first
         # Sensors with the same phase deliver together: reading all saves wake-ups.
