@@ -118,7 +118,9 @@ def add_camera(
         H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
         joint_jacobian(constants.body, joint, view.rotations, H)
         own = state.offset_variance[frame.sensor, joint]
-        covered = view.hidden[joint] if is_backed(constants.body, state, frame.sensor, joint) else 0.0
+        covered = (
+            view.hidden[joint] if is_backed(constants.body, state, frame.sensor, joint) else 0.0
+        )
         joint_noise(constants, frame, view, joint, covered, own, rows.noise[group])
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         for axis in range(3):

@@ -160,7 +160,9 @@ def check_samples(
             has_jumped = apart > 0.0 or memory.same_s[i] > STUCK_S
             memory.jumps[i] = max(memory.jumps[i] - FORGIVEN * dt_s, 0.0)
             believed = memory.believed[i] if memory.is_doubted[i] else memory.orientation[i]
-            apart, tilt, _ = orientation_jump(believed, memory.rate[i], orientation[row], rate[row], dt_s)
+            apart, tilt, _ = orientation_jump(
+                believed, memory.rate[i], orientation[row], rate[row], dt_s
+            )
             may_have_slipped = apart > SMALLEST_SLIP and tilt >= MOST_TILT
             expected = turned_on(believed, memory.rate[i], rate[row], dt_s)
             for k in range(4):
