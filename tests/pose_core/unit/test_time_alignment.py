@@ -229,5 +229,5 @@ def test_a_sensor_named_twice_is_refused():
 
 
 def test_a_sample_of_an_unknown_sensor_is_an_error():
-    with pytest.raises(ValueError, match="none of"):
+    with pytest.raises(ValueError, match="not one of"):
         TimeAligner(["a"]).add(sample("c", 0))
