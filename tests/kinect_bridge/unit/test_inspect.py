@@ -84,6 +84,7 @@ def test_a_missing_file_is_one_line_and_status_1(monkeypatch, capsys, tmp_path):
 
 
 def test_coordinates_that_no_camera_can_give_are_called_out(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
     rows = CSV.read_text().splitlines()
     at = next(index for index, row in enumerate(rows) if row and row[0] != "#") + 1
     header = rows[at - 1].split(",")

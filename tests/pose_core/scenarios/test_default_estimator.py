@@ -14,6 +14,9 @@ from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 
 START_NS = 10**18
 STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next
+OVERHEAD = pytest.mark.xfail(
+    reason="an angle that is held at its limit is up to 150 degrees off, limit 90"
+)
 
 
 def run(samples, **parameters):
@@ -225,8 +228,7 @@ def test_looking_ahead_tells_the_same_instants_and_less_late():
     assert rms["smooth"] < 0.95 * rms["live"]
 
 
-@pytest.mark.xfail(reason="an angle that is held at its limit is up to 150 degrees off, limit 90")
-@pytest.mark.parametrize("estimator", ["default", "smoothed"])
+@pytest.mark.parametrize("estimator", [pytest.param("default", marks=OVERHEAD), "smoothed"])
 def test_arms_that_swing_past_the_side_to_overhead_do_not_wind_up(estimator):
     """There flexion and rotation are one; what is smoothed is told of some seconds ago besides."""
 

@@ -85,7 +85,7 @@ def test_an_imu_that_is_never_moved_is_named_with_what_to_do(session):
     pipeline, _ = run(merged(skeletons, [lie(s) for s in imus]))
     uses = uses_of(pipeline)
     assert [name for name, use in uses.items() if use.reason] == ["right_thigh"]
-    assert "move" in uses["right_thigh"].reason
+    assert "motion" in uses["right_thigh"].reason
 
 
 @pytest.fixture(scope="module")

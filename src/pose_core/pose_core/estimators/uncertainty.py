@@ -34,30 +34,30 @@ class VarianceCalibrations:
 
 LIVE = VarianceCalibrations(
     kinect={
-        "hip": VarianceCalibration(factor=1.0, late_s=0.016, stddev_deg=7.2),
-        "knee": VarianceCalibration(factor=1.0, late_s=0.0065, stddev_deg=3.5),
-        "shoulder": VarianceCalibration(factor=1.0, late_s=0.026, stddev_deg=6.8),
-        "elbow": VarianceCalibration(factor=1.0, stddev_deg=2.2),
+        "hip": VarianceCalibration(factor=0.8, late_s=0.016, stddev_deg=1.5),
+        "knee": VarianceCalibration(factor=0.7, late_s=0.0065),
+        "shoulder": VarianceCalibration(factor=0.9, late_s=0.026, stddev_deg=2.5),
+        "elbow": VarianceCalibration(factor=0.85),
     },
     with_imu={
-        "hip": VarianceCalibration(factor=1.0, late_s=0.026, stddev_deg=8.3),
-        "knee": VarianceCalibration(factor=1.0, stddev_deg=4.9),
-        "shoulder": VarianceCalibration(factor=1.0, stddev_deg=9.1),
+        "hip": VarianceCalibration(late_s=0.026, stddev_deg=3.0),
+        "knee": VarianceCalibration(stddev_deg=3.3),
+        "shoulder": VarianceCalibration(stddev_deg=6.5),
         "elbow": VarianceCalibration(factor=1.7, stddev_deg=4.7),
     },
 )
 SMOOTHED = VarianceCalibrations(
     kinect={
-        "hip": VarianceCalibration(factor=1.4, late_s=0.026, stddev_deg=8.2),
-        "knee": VarianceCalibration(factor=3.4, late_s=0.0065, stddev_deg=1.3),
-        "shoulder": VarianceCalibration(factor=1.0, late_s=0.046, stddev_deg=10),
-        "elbow": VarianceCalibration(factor=2.4, stddev_deg=2.7),
+        "hip": VarianceCalibration(factor=1.4, late_s=0.026, stddev_deg=3.0),
+        "knee": VarianceCalibration(factor=2.2, late_s=0.0065),
+        "shoulder": VarianceCalibration(late_s=0.046, stddev_deg=6.5),
+        "elbow": VarianceCalibration(factor=2.0, stddev_deg=1.0),
     },
     with_imu={
-        "hip": VarianceCalibration(factor=2.5, late_s=0.019, stddev_deg=7.7),
-        "knee": VarianceCalibration(factor=2, stddev_deg=5.2),
-        "shoulder": VarianceCalibration(factor=1.0, late_s=0.039, stddev_deg=9.9),
-        "elbow": VarianceCalibration(factor=5.1, stddev_deg=2.7),
+        "hip": VarianceCalibration(factor=2.2, late_s=0.019, stddev_deg=2.5),
+        "knee": VarianceCalibration(factor=2.0, stddev_deg=3.2),
+        "shoulder": VarianceCalibration(late_s=0.039, stddev_deg=6.5),
+        "elbow": VarianceCalibration(factor=5.1, stddev_deg=3.0),
     },
 )
 
