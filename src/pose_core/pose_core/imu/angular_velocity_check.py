@@ -30,8 +30,9 @@ WINDOW_S = 0.1  # [s]
 LEAST_TURN = 0.07  # [rad] within a window
 TURN_NOISE = 0.03  # [rad] of an orientation within a window, and of a gyroscope's bias
 MEMORY = 0.98  # [-] weight of a window against the next
-LEAST_WINDOWS = 4.5  # [-] weight of the windows before anything is said
-CONTRADICTION, AGREEMENT = 0.5, 0.25  # [-] error's power about an axis, against the turn's
+LEAST_WINDOWS = 4.5  # [-] weight of the windows before a rate is replaced
+CERTAIN_WINDOWS = 9.0  # [-] and before it is named
+CONTRADICTION = 0.5  # [-] error's power about an axis, against the turn's
 LEAST_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
 MISSING_MEMORY = 0.02  # [-] weight of a sample in the share of those without a rate
 NO_TURN, MANY_TURNS = 0.01, 100.0  # [-] power of the rate's turn, against the orientation's
@@ -90,10 +91,17 @@ class AngularVelocityCheck:
         self._check_rates = type_specialised(check_rates)
 
     @property
+    def replaced(self) -> frozenset[str]:
+        """Segments whose angular velocity is the orientation's change."""
+        replaced = np.flatnonzero((self._memory.fault > 0) | (self._memory.missing > 0.5)).tolist()
+        return frozenset(self._segments[i] for i in replaced)
+
+    @property
     def faults(self) -> Mapping[str, RateFault]:
-        """What is wrong with the angular velocities that are replaced, by segment."""
-        is_missing = self._memory.missing > 0.5
-        faults = np.where(self._memory.fault, self._memory.fault, is_missing * RateFault.MISSING)
+        """What is certainly wrong with angular velocities that are replaced, by segment."""
+        memory = self._memory
+        contradicted = np.where(memory.windows < CERTAIN_WINDOWS, RateFault.NONE, memory.fault)
+        faults = np.where(memory.missing > 0.5, RateFault.MISSING, contradicted)
         faulty = np.flatnonzero(faults).tolist()
         return {self._segments[i]: RateFault(int(faults[i])) for i in faulty}
 
@@ -237,11 +245,11 @@ def _judge(memory: _Memory, i: int) -> None:
         all_power += memory.power[i, axis]
     if memory.windows[i] < LEAST_WINDOWS:
         return
-    if worst < AGREEMENT:
+    if worst < CONTRADICTION:
         memory.fault[i] = RateFault.NONE
-    elif worst > CONTRADICTION:
+    elif memory.given_power[i] < NO_TURN * all_power:
+        memory.fault[i] = RateFault.ZERO
+    elif memory.given_power[i] > MANY_TURNS * all_power:
+        memory.fault[i] = RateFault.TOO_LARGE
+    else:
         memory.fault[i] = RateFault.OTHER_AXES
-        if memory.given_power[i] < NO_TURN * all_power:
-            memory.fault[i] = RateFault.ZERO
-        elif memory.given_power[i] > MANY_TURNS * all_power:
-            memory.fault[i] = RateFault.TOO_LARGE

@@ -73,7 +73,7 @@ class ImuSet:
             return NO_STATES
         if self._states_at != stamp_ns:
             states = self._history.at(stamp_ns)
-            slips, replaced = self._check.slips, frozenset(self._rates.faults)
+            slips, replaced = self._check.slips, self._rates.replaced
             if slips or replaced:
                 states = replace(states, slips=slips, replaced_rates=replaced)
             self._known_states = states
