@@ -57,7 +57,9 @@ def test_bias_noise_misalignment_and_lost_samples_are_no_contradiction(seed, spe
 @pytest.mark.parametrize("repeated", [2, 5])
 def test_orientations_that_come_less_often_than_rates_are_no_contradiction(repeated):
     orientations, rates = turning(SECONDS)
-    held = changed(orientations, slice(None), lambda some: some[np.arange(600) // repeated * repeated])
+    held = changed(
+        orientations, slice(None), lambda some: some[np.arange(600) // repeated * repeated]
+    )
     check = AngularVelocityCheck()
     check.checked(block(held, rates))
     assert not check.faults

@@ -7,6 +7,7 @@ from turning_imus import block, changed, turning
 
 from pose_core.imu.gyroscope_check import GyroscopeCheck, leap
 
+
 def angles_deg(one, other):
     return np.degrees((one.inv() * other).magnitude())
 

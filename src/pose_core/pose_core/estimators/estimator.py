@@ -39,6 +39,8 @@ class Estimator(ABC):
     """Whether :meth:`predicted` tells the pose at instants that nothing was seen at."""
     TRUSTS: ClassVar[Trusts] = LIVE
     """What the variances of its states are worth, where its poses are states."""
+    USES_IMUS: ClassVar[bool] = False
+    """Whether it takes IMUs' readings."""
 
     def __init__(
         self,

@@ -43,6 +43,7 @@ class Zhang2015Estimator(StepwiseEstimator):
     """The weighted mean of one Kinect and the IMUs at each of its frames."""
 
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
+    USES_IMUS: ClassVar[bool] = True
 
     def __init__(
         self,

@@ -170,6 +170,8 @@ class FusionPipeline:
             return ImuUse(segment=segment, refused="use_imus is false: set it to true")
         if self.counters["estimates"] == 0:
             return ImuUse(segment=segment, refused="no pose yet: the cameras must see the person")
+        if self._runner.uses_imus:
+            return ImuUse(segment=segment, refused="no usable sample at any frame: see its stamps")
         name = self.parameters.estimator
         return ImuUse(segment=segment, refused=f"the estimator {name} uses no IMUs: use default")
 

@@ -2,7 +2,8 @@ r"""Holds each IMU's angular velocity against the change of its own orientation.
 
 Over a window both measure one turn, in the sensor's frame,
 
-.. math:: \sum_k \log(q_{k-1}^{-1} \otimes q_k) = \sum_k \tfrac{1}{2}(\omega_{k-1} + \omega_k)\,\Delta t
+.. math::
+    \sum_k \log(q_{k-1}^{-1} \otimes q_k) = \sum_k \tfrac{1}{2}(\omega_{k-1} + \omega_k)\,\Delta t
 
 An angular velocity that contradicts the orientation window after window, or that the device does
 not measure (NaN), is replaced by the orientation's rate of change.
@@ -101,7 +102,8 @@ class AngularVelocityCheck:
         """What is certainly wrong with angular velocities that are replaced, by segment."""
         memory = self._memory
         contradicted = np.where(memory.windows < CERTAIN_WINDOWS, RateFault.NONE, memory.fault)
-        faults = np.where(memory.missing > 0.5, RateFault.MISSING, contradicted)
+        missing = np.where(memory.missing > 0.5, RateFault.MISSING, RateFault.NONE)
+        faults = np.where(contradicted, contradicted, missing)
         faulty = np.flatnonzero(faults).tolist()
         return {self._segments[i]: RateFault(int(faults[i])) for i in faulty}
 
