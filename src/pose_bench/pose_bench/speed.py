@@ -109,6 +109,7 @@ class Scene:
             R_world_sensor=np.ascontiguousarray(self.rotations[frame, :count]),
             angular_velocity=np.ascontiguousarray(self.rates[frame, :count]),
             age_s=np.zeros(count),
+            rate_stddev=np.zeros(count),
         )
 
     def observation(self, frame: int, segments: list[str]) -> Observation:

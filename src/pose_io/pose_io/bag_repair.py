@@ -61,7 +61,10 @@ def mcap_file(bag: Path) -> Path:
     files = sorted(bag.glob("*.mcap"))
     if len(files) != 1:
         found = f"{len(files)} .mcap files" if files else "no .mcap file"
-        raise InputError(f"{bag} holds {found}: expected a bag of one .mcap file, or that file")
+        raise InputError(
+            f"{bag} holds {found}: expected a bag of one .mcap file, or that file; of a .db3 file, "
+            "'ros2 bag reindex' makes the metadata.yaml, and the other verbs need none"
+        )
     return files[0]
 
 

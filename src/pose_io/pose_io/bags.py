@@ -202,7 +202,8 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
         files = [*path.glob("*.mcap"), *path.glob("*.db3")]
         if len(files) != 1:
             raise InputError(
-                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap or .db3 file"
+                f"{path} is not a bag: it has neither metadata.yaml nor one .mcap or .db3 file "
+                f"but {len(files)}; 'ros2 bag reindex' makes the metadata.yaml of a split one"
             )
         path = files[0]  # its recording was cut off
     return _open(path, path, typestore)

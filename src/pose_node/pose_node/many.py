@@ -46,7 +46,7 @@ class Outcome:
 
     job: Job
     state: str  # done, there already, failed
-    message: str  # the tool's last line
+    message: str  # what the tool has printed; of a failure, the error
     duration_s: float  # [s]
 
 
@@ -75,7 +75,8 @@ def _is_bag(path: Path) -> bool:
     if path.name.startswith("."):
         return False
     if path.is_dir():
-        return (path / "metadata.yaml").exists()
+        first = (path / f"{path.name}{part}{suffix}" for part in ("", "_0") for suffix in BAG_FILES)
+        return (path / "metadata.yaml").exists() or any(file.exists() for file in first)
     return path.suffix in BAG_FILES
 
 
@@ -152,9 +153,9 @@ def run_job(job: Job) -> Outcome:
     part = folder / output.name
     command = [str(part) if word == OUTPUT else word for word in job.command]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    lines = (ended.stdout if ended.returncode == 0 else ended.stderr).strip().splitlines()
-    last = lines[-1] if lines else f"exit status {ended.returncode}"
-    message = last.replace(str(part), job.output)
+    printed = ended.stdout if ended.returncode == 0 else ended.stderr.strip().split("\n")[-1]
+    message = printed.strip() or f"exit status {ended.returncode}"
+    message = message.replace(str(part), job.output)
     state = "done" if ended.returncode == 0 and part.exists() else "failed"
     if state == "done" and not output.exists():
         part.rename(output)

@@ -66,8 +66,9 @@ def readings_of(rng, state, rotations, imus, noise=0.05):
         heading = Rotation.from_euler("z", state.heading[link]).as_matrix()
         turned = Rotation.from_rotvec(rng.normal(0.0, noise, 3)).as_matrix()
         R[row] = heading.T @ turned @ rotations[link] @ state.R_sensor_link[link].T
-    age_s = rng.choice([0.0, 0.02], len(imus))
-    return ImuReadings(np.array(imus, np.int64), R, rng.normal(0.0, 1.0, (len(imus), 3)), age_s)
+    age_s, rate_stddev = rng.choice([0.0, 0.02], len(imus)), rng.choice([0.0, 0.2], len(imus))
+    rates = rng.normal(0.0, 1.0, (len(imus), 3))
+    return ImuReadings(np.array(imus, np.int64), R, rates, age_s, rate_stddev)
 
 
 def random_frame(rng, joints, sensor):

@@ -112,6 +112,22 @@ def test_an_imu_of_an_unknown_segment_is_named(session):
     assert "tail: not used, the body model has no link" in str(uses_of(pipeline)["tail"])
 
 
+def test_an_imu_without_a_sample_at_any_frame_is_not_blamed_on_the_estimator(session):
+    _, _, skeletons, imus = session
+    early = [replace(s, stamp_ns=s.stamp_ns - 60_000_000_000) for s in imus if s.segment == "torso"]
+    pipeline, _ = run(merged(early[:10], skeletons[:600]))
+    assert "no usable sample at any frame" in uses_of(pipeline)["torso"].reason
+
+
+def test_imus_with_wrong_angular_velocities_are_used_and_named(session):
+    t, dof, skeletons, imus = session
+    wrong = [replace(s, angular_velocity=np.degrees(s.angular_velocity)) for s in imus]
+    pipeline, estimates = run(merged(skeletons, wrong))
+    assert all(use.is_aligned and "degrees per second?" in str(use) for use in pipeline.imu_uses)
+    _, by_cameras = run(skeletons)
+    assert rms_deg(estimates, t, dof) < 0.8 * rms_deg(by_cameras, t, dof)
+
+
 @pytest.mark.parametrize("estimator", ["mean", "dof_kf"])
 def test_an_estimator_that_takes_no_imus_says_so(session, estimator):
     _, _, skeletons, imus = session

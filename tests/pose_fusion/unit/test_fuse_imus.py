@@ -8,6 +8,7 @@ from session_bag import write_session
 from synthetic_body import extrinsics
 from worn_imus import IMU_SEGMENTS, merged, moving_wearer
 
+from pose_core.errors import InputError
 from pose_fusion.tools import fuse
 
 DURATION_S = 9.0
@@ -35,3 +36,13 @@ def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, a
     assert sorted(told) == sorted(IMU_SEGMENTS)
     assert reason in told[LIES]
     assert ("used for" in told["left_thigh"]) == (not arguments)
+
+
+def test_the_estimator_of_imus_alone_says_that_there_are_none(tmp_path, monkeypatch):
+    _, _, skeletons, _ = moving_wearer(4.0)
+    placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
+    cameras = write_session(tmp_path / "in", skeletons, placed)
+    arguments = ["fuse", str(cameras), str(tmp_path / "out"), "--estimator", "imu"]
+    monkeypatch.setattr(sys, "argv", arguments)
+    with pytest.raises(InputError, match="holds no IMU's orientations"):
+        fuse.run()

@@ -77,18 +77,9 @@ def test_an_unknown_tracking_state_is_refused():
         skeleton_sample(skeleton(state=3), "left")
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("variance", np.nan),
-        ("variance", np.inf),
-        ("rate", np.nan),
-        ("rate", np.inf),
-        ("rate", 1e30),
-    ],
-)
-def test_an_imu_whose_numbers_are_none_says_nothing(name, value):
-    block, kept = imu_block({"torso": serialized([imu(), imu(**{name: value}), imu()])})
+@pytest.mark.parametrize("variance", [np.nan, np.inf])
+def test_an_imu_whose_variances_are_none_says_nothing(variance):
+    block, kept = imu_block({"torso": serialized([imu(), imu(variance=variance), imu()])})
     assert kept.tolist() == [0, 2]
     assert len(block) == 2
 

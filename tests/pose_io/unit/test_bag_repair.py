@@ -114,6 +114,18 @@ def test_a_cut_off_database_is_read_without_its_metadata(tmp_path, stamps_ns):
         assert bag.message_count == 50
 
 
+def test_of_a_database_doctor_says_what_makes_its_metadata(tmp_path, stamps_ns):
+    with pytest.raises(InputError, match=r"of a \.db3 file, 'ros2 bag reindex'"):
+        doctor_bag(cut_off(tmp_path / "bag", stamps_ns, "sqlite3"), None)
+
+
+def test_a_split_bag_without_its_metadata_says_how_to_make_it(tmp_path):
+    for part in range(2):
+        (tmp_path / f"bag_{part}.db3").write_bytes(b"")
+    with pytest.raises(InputError, match="but 2; 'ros2 bag reindex' makes"):
+        open_bag(tmp_path)
+
+
 def test_a_bag_whose_index_alone_is_cut_off_loses_no_message(tmp_path, stamps_ns, capsys):
     cut_off(tmp_path / "bag", stamps_ns)
     (file,) = (tmp_path / "bag").glob("*.mcap")

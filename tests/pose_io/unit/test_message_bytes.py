@@ -123,6 +123,21 @@ def test_accelerations_that_no_device_knows_are_none():
     assert not known[1:].any()
 
 
+def test_angular_velocities_that_no_device_measures_are_none():
+    rng = np.random.default_rng(7)
+    told, denied, empty, absurd, huge = (imu(rng, S + k) for k in range(5))
+    denied.angular_velocity_covariance[0] = -1.0  # REP 145
+    empty.angular_velocity.x = np.nan
+    absurd.angular_velocity.y = np.inf
+    huge.angular_velocity.z = 1e30
+    datas = [serialized(m) for m in (told, denied, empty, absurd, huge)]
+    block, kept = imu_block({"torso": datas})
+    assert kept.tolist() == [0, 1, 2, 3, 4]
+    known = np.isfinite(block.angular_velocity)
+    assert known.all(axis=1).tolist() == [True, False, False, False, False]
+    assert not known[1:].any()
+
+
 def test_an_imu_message_that_is_cut_off_is_left_out():
     rng = np.random.default_rng(4)
     datas = [serialized(imu(rng, S)), serialized(imu(rng, S))[:50], b""]

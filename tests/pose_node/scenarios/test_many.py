@@ -52,6 +52,29 @@ def test_bags_are_found_at_any_depth_and_a_bag_is_no_folder_of_bags(tmp_path):
     assert recordings_under(tmp_path / "nothing") == []
 
 
+@pytest.mark.parametrize("name", ["walk.db3", "walk_0.db3", "walk_0.mcap"])
+def test_a_bag_that_lost_its_metadata_is_no_folder_of_bags(tmp_path, name):
+    bag = tmp_path / "day" / "walk"
+    bag.mkdir(parents=True)
+    (bag / name).touch()
+    assert recordings_under(bag) == []
+    assert recordings_under(tmp_path / "day") == [bag]
+
+
+def test_bag_files_of_other_names_are_bags_of_their_own(tmp_path):
+    files = [tmp_path / "in" / f"{name}.mcap" for name in ("run", "walk")]
+    files[0].parent.mkdir()
+    for file in files:
+        file.touch()
+    assert recordings_under(tmp_path / "in") == files
+
+
+def test_all_that_a_tool_has_printed_is_shown(tmp_path):
+    code = COPY + "; print('  IMU torso: used')"
+    (job,) = jobs_of(bags(tmp_path / "in", 1), tmp_path / "out", code)
+    assert run_job(job).message == f"made {job.output}\n  IMU torso: used"
+
+
 def test_a_second_run_makes_only_what_is_missing(tmp_path):
     jobs = jobs_of(bags(tmp_path / "in", 5), tmp_path / "out")
     made = list(run_jobs(jobs, 2))

@@ -58,6 +58,7 @@ BEYOND_THE_DOOR = {
         "pose_core.body.shape",
         "pose_core.body.trunk",
         "pose_core.imu.observed_axes",
+        "pose_core.imu.angular_velocity_check",
         "pose_core.imu.imu_history",
         "pose_core.kernels.rotations",
         "pose_core.session.n_pose",

@@ -237,7 +237,10 @@ class ImuCalibration:
             self.solve()
         moved_s, least_s = self.recorder.moved_s, self.parameters.minimum_duration
         if self.result is None:
-            raise CalibrationError(f"found no N-pose: {self.missing}")
+            raise CalibrationError(
+                f"found no N-pose: {self.missing}; without one './pose fuse' and the fusion align "
+                "the IMUs from motion"
+            )
         if moved_s < least_s:
             raise CalibrationError(
                 f"found {moved_s:.1f} s after the N-pose, expected {least_s:.1f} s of "

@@ -19,6 +19,7 @@ from pose_core.api import (
 )
 from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.finite_numbers import nan_mean
+from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.imu_history import ImuHistory, ImuStates
 from pose_core.imu.observed_axes import LINES, AxisObserver
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
@@ -83,6 +84,7 @@ class ObservationRecorder:
         self._delay_ns = round(camera_delay_s * NS_PER_S)
         self._clocks = extrinsics.clocks
         self._placed = {name: extrinsics.T_map_sensor(name) for name in sensors}
+        self._rates = AngularVelocityCheck()
         self._tracks = ImuHistory()
         self._views = np.full((len(sensors), len(JOINTS), 3), np.nan)
         self._views_ns = np.zeros(len(sensors), np.int64)
@@ -110,7 +112,8 @@ class ObservationRecorder:
 
     def add_imu(self, block: ImuBlock) -> None:
         """Take IMUs' samples."""
-        self.rejected_imu_samples += self._tracks.add(block_on_reference_clock(block, self._clocks))
+        block = self._rates.checked(block_on_reference_clock(block, self._clocks))
+        self.rejected_imu_samples += self._tracks.add(block)
 
     def add_skeleton(self, sample: SkeletonSample) -> None:
         """Take one sensor's view of the person."""

@@ -62,6 +62,7 @@ class DefaultEstimator(StepwiseEstimator):
     BODY_MODEL: ClassVar[str] = "default"
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
     CAN_PREDICT: ClassVar[bool] = True
+    USES_IMUS: ClassVar[bool] = True
 
     def __init__(
         self,

@@ -39,6 +39,8 @@ class Estimator(ABC):
     """Whether :meth:`predicted` can predict the pose to instants without observation."""
     VARIANCE_CALIBRATION: ClassVar[VarianceCalibrations] = LIVE
     """Calibration of the variances, if its poses are filter states."""
+    USES_IMUS: ClassVar[bool] = False
+    """Whether it uses IMU samples."""
 
     def __init__(
         self,

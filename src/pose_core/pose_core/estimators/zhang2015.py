@@ -44,6 +44,7 @@ class Zhang2015Estimator(StepwiseEstimator):
     """Weighted mean of one Kinect and the IMUs at each frame of the Kinect."""
 
     NEEDS_ALIGNED_FRAMES: ClassVar[bool] = False
+    USES_IMUS: ClassVar[bool] = True
 
     def __init__(
         self,

@@ -41,9 +41,12 @@ class ImuReadings(NamedTuple):
     R_world_sensor: FloatArray  # (k, 3, 3)
     angular_velocity: FloatArray  # (k, 3) [rad/s] in the sensors' frames
     age_s: FloatArray  # (k,) [s] of extrapolation by the gyroscope
+    rate_stddev: FloatArray  # (k,) [rad/s] in addition to that of a gyroscope
 
 
-NO_IMUS = ImuReadings(np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0))
+NO_IMUS = ImuReadings(
+    np.zeros(0, np.int64), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0)
+)
 
 
 @compiled
@@ -62,7 +65,7 @@ def add_imus(
         stddev = constants.stddev + constants.soft_tissue * speed
         variance = constants.correlated_samples * stddev**2 + held**2
         rate_variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
-        rate_variance += (HELD_JERK * age_s**2) ** 2
+        rate_variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
         orientation = add_group(rows, 3, constants.student_dof, link)
         first = rows.first[orientation]
         gyroscope = add_group(rows, 3, NORMAL, link)

@@ -10,6 +10,7 @@ from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
+from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.stamps import NS_PER_S
@@ -120,6 +121,9 @@ class ImuAlignments:
             np.ascontiguousarray(states.R_world_sensor[rows]),
             np.ascontiguousarray(states.angular_velocity[rows]),
             np.ascontiguousarray(states.age_s[rows]),
+            np.array(
+                [REPLACED_STDDEV * (states.segments[row] in states.replaced_rates) for row in rows]
+            ),
         )
 
     def observe(self, stamp_ns: int, states: ImuStates, state: FilterState) -> FilterState:

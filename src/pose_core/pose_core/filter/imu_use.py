@@ -21,6 +21,7 @@ class ImuUse:
     is_known: bool = True  # whether the body model has a link for the segment
     is_unlike: bool = False  # whether its motion does not fit its segment
     refused: str = ""  # why the estimator cannot use it at all, and what to do
+    remark: str = ""  # what is wrong with its samples, and what is used instead
 
     @property
     def reason(self) -> str:
@@ -39,6 +40,10 @@ class ImuUse:
         return "not aligned yet: move and turn the segment in view of the cameras"
 
     def __str__(self) -> str:
+        return f"{self._use}; {self.remark}" if self.remark else self._use
+
+    @property
+    def _use(self) -> str:
         if self.reason:
             return f"{self.segment}: not used, {self.reason}"
         tilt, turn, heading = np.degrees([self.tilt_stddev, self.turn_stddev, self.heading_stddev])

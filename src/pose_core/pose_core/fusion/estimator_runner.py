@@ -102,6 +102,11 @@ class EstimatorRunner:
         }
 
     @property
+    def uses_imus(self) -> bool:
+        """Whether there is an estimator, and it takes IMUs' readings."""
+        return self._estimator is not None and self._estimator.USES_IMUS
+
+    @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples."""
         return () if self._estimator is None else self._estimator.imu_uses

@@ -147,7 +147,12 @@ class FusionPipeline:
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples, by segment's name."""
         uses = {use.segment: use for use in self._runner.imu_uses}
-        return tuple(uses.get(name) or self._unused(name) for name in sorted(self.imus.segments))
+        for name in self.imus.segments:
+            use = uses.setdefault(name, self._unused(name))
+            fault = self.imus.rate_faults.get(name)
+            instead = "; the orientation's change is used"
+            use.remark = f"its angular velocity {fault}{instead}" if fault else ""
+        return tuple(uses[name] for name in sorted(self.imus.segments))
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
@@ -165,6 +170,8 @@ class FusionPipeline:
             return ImuUse(segment=segment, refused="use_imus is false: set it to true")
         if self.counters["estimates"] == 0:
             return ImuUse(segment=segment, refused="no pose yet: the cameras must see the person")
+        if self._runner.uses_imus:
+            return ImuUse(segment=segment, refused="no usable sample at any frame: see its stamps")
         name = self.parameters.estimator
         return ImuUse(segment=segment, refused=f"the estimator {name} uses no IMUs: use default")
 

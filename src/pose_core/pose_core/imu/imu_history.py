@@ -40,6 +40,7 @@ class ImuStates(Mapping[str, ImuState]):
     stddev: FloatArray  # (n, 3) [rad] about the axes of their reference frames
     age_s: FloatArray  # (n,) [s]
     slips: Mapping[str, int] = field(default_factory=dict)  # so far, of those that have slipped
+    replaced_rates: frozenset[str] = frozenset()  # whose rates are the orientation's change
 
     def __getitem__(self, segment: str) -> ImuState:
         if segment not in self.segments:

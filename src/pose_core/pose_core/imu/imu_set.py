@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pose_core.counters import Counters
+from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
 from pose_core.imu.gyroscope_check import GyroscopeCheck
 from pose_core.imu.imu_history import NO_STATES, ImuHistory, ImuStates
 from pose_core.streams.samples import ImuBlock
@@ -14,6 +15,7 @@ class ImuSet:
 
     def __init__(self) -> None:
         self._history = ImuHistory()
+        self._rates = AngularVelocityCheck()
         self._check = GyroscopeCheck()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states = NO_STATES
@@ -36,10 +38,21 @@ class ImuSet:
         """Heading corrections [rad] of IMUs whose heading has jumped."""
         return self._check.headings
 
+    @property
+    def rate_faults(self) -> Mapping[str, RateFault]:
+        """What is wrong with the angular velocities of IMUs whose orientation's change is used."""
+        return self._rates.faults
+
+    @property
+    def contradicted_rates(self) -> Mapping[str, str]:
+        """The same in words, of those that measure an angular velocity."""
+        faults = self.rate_faults.items()
+        return {name: str(fault) for name, fault in faults if fault != RateFault.MISSING}
+
     def add(self, block: ImuBlock) -> int:
         """Store samples; return how many were rejected because their IMU has newer ones."""
         self._states_at = None
-        checked = self._check.checked(block)
+        checked = self._check.checked(self._rates.checked(block))
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
         rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
@@ -60,8 +73,10 @@ class ImuSet:
             return NO_STATES
         if self._states_at != stamp_ns:
             states = self._history.at(stamp_ns)
-            slips = self._check.slips
-            self._known_states = replace(states, slips=slips) if slips else states
+            slips, replaced = self._check.slips, self._rates.replaced
+            if slips or replaced:
+                states = replace(states, slips=slips, replaced_rates=replaced)
+            self._known_states = states
             self._states_at = stamp_ns
         missing = len(self._history.segments) - len(self._known_states)
         self.counters.add("imu_readings_missing", missing)

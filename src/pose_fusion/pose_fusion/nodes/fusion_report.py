@@ -61,6 +61,7 @@ class FusionReporter:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
         set_aside = self._judge.set_aside if self._judge is not None else ()
         imus = {*self._silent_imus, *self._pipeline.subject.imus.jumping, *idle}
+        imus |= {f"{name}'s rate" for name in self._pipeline.subject.imus.contradicted_rates}
         missing = {*set_aside, *self._watch.missing, *imus}
         return missing if self._is_tracking else {*missing, "everything"}
 
@@ -106,6 +107,10 @@ class FusionReporter:
         if jumping := self._pipeline.subject.imus.jumping:
             what = "contradicts its gyroscope: check its strap, its segment and the device"
             remarks.append(f"the orientation of the IMU on {', '.join(jumping)} {what}")
+        faults = self._pipeline.subject.imus.contradicted_rates
+        for fault in sorted(set(faults.values())):
+            segments = ", ".join(segment for segment, own in faults.items() if own == fault)
+            remarks.append(f"the angular velocity of the IMU on {segments} {fault}")
         if malformed_transform:
             remarks.append(f"/tf_static is not used: {malformed_transform}")
         if self._pipeline.others:

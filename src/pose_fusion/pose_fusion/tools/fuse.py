@@ -208,6 +208,11 @@ def fuse(
             pipeline.add(each)
         pipeline.flush()
         if not pipeline.estimates:
+            if parameters.estimator == "imu" and not pipeline.imu_samples:
+                raise InputError(
+                    f"{bag.path} holds no IMU's orientations (imu_<segment>/data), which the "
+                    "estimator imu needs: use default"
+                )
             raise InputError(
                 f"{bag.path} gave no pose in {pipeline.subject.counters['frames']} frames "
                 f"({pipeline.status}): the sensors must see the whole person for "

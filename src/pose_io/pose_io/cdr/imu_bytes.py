@@ -20,7 +20,7 @@ def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[n
 
     Returns:
         The rows, and which messages they are, counted through all segments: those that say no
-        orientation are left out, and those whose rates or variances are no numbers.
+        orientation are left out, and those whose variances are no numbers.
     """
     every = [data for of_one in datas.values() for data in of_one]
     count = len(every)

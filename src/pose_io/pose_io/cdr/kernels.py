@@ -16,6 +16,7 @@ NUMBER_SIZE = 8  # [bytes] of a float, at a multiple of that
 IMU_NUMBERS = 37  # orientation, rate, acceleration, and their covariances
 IMU_VARIANCE = np.array([4, 8, 12])  # the diagonal of the orientation's covariance
 IMU_RATE = 13
+IMU_RATE_COVARIANCE = 16
 IMU_ACCELERATION = 25
 IMU_ACCELERATION_COVARIANCE = 28
 STRONGEST = 4000.0  # [m/s²] likewise no accelerometer, per axis
@@ -66,7 +67,7 @@ def read_imus(
         stamps_ns: Filled, (n,) [ns].
         orientation: Filled, (n, 4).
         orientation_stddev: Filled, (n, 3) [rad].
-        angular_velocity: Filled, (n, 3) [rad/s].
+        angular_velocity: Filled, (n, 3) [rad/s]; NaN where the message says none.
         linear_acceleration: Filled, (n, 3) [m/s²]; NaN where the message says none.
         says_something: Filled, (n,): whether it has an orientation, and numbers that can be.
     """
@@ -91,15 +92,26 @@ def read_imus(
             orientation[row, k] = values[k]
             squared += values[k] ** 2
         for k in range(3):
-            variance, rate = values[IMU_VARIANCE[k]], values[IMU_RATE + k]
+            variance = values[IMU_VARIANCE[k]]
             orientation_stddev[row, k] = np.sqrt(max(variance, 0.0))
-            angular_velocity[row, k] = rate
-            is_known &= np.isfinite(variance) and abs(rate) < FASTEST_RATE  # false of NaN
+            is_known &= np.isfinite(variance)
+        read_angular_velocity(values, angular_velocity[row])
         read_acceleration(values, linear_acceleration[row])
         # REP 145: a first element of −1 says that there is no orientation.
         has_orientation = values[IMU_VARIANCE[0]] != -1.0
         is_quaternion = SHORTEST**2 < squared < LONGEST**2
         says_something[row] = has_orientation and is_quaternion and is_known
+
+
+@compiled
+def read_angular_velocity(values: FloatArray, out: FloatArray) -> None:
+    """The angular velocity among a message's numbers; NaN where it says none, or what cannot be."""
+    is_known = values[IMU_RATE_COVARIANCE] != -1.0  # REP 145
+    for k in range(3):
+        out[k] = values[IMU_RATE + k]
+        is_known &= abs(out[k]) < FASTEST_RATE  # false of NaN
+    if not is_known:
+        out[:] = np.nan
 
 
 @compiled

@@ -179,7 +179,8 @@ def _estimate(
         wanted = replace(wanted, methods=tuple(known))
     result = _Estimated(methods={name: own[name] for name in sensors})
     if extrinsics is None:
-        result.notes.append(trouble)
+        if sensors:  # a fused bag without them needs no places
+            result.notes.append(trouble)
     else:
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
         result.methods = {

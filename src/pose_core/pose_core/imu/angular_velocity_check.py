@@ -1,0 +1,257 @@
+r"""Holds each IMU's angular velocity against the change of its own orientation.
+
+Over a window both measure one turn, in the sensor's frame,
+
+.. math::
+    \sum_k \log(q_{k-1}^{-1} \otimes q_k) = \sum_k \tfrac{1}{2}(\omega_{k-1} + \omega_k)\,\Delta t
+
+An angular velocity that contradicts the orientation window after window, or that the device does
+not measure (NaN), is replaced by the orientation's rate of change.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.imu.gyroscope_check import is_equal, product
+from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.kernels.rotations import vector_scale
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray, ImuBlock
+
+REPLACED_STDDEV = 0.2  # [rad/s] of a rate that is the orientation's change
+SMOOTHING_S = 0.005  # [s] time constant of that change
+LONGEST_STEP_S = 0.1  # [s] after a longer gap nothing is compared
+FASTEST = 35.0  # [rad/s] a faster change is a leap of the orientation
+WINDOW_S = 0.1  # [s]
+LEAST_TURN = 0.07  # [rad] within a window
+TURN_NOISE = 0.03  # [rad] of an orientation within a window, and of a gyroscope's bias
+MEMORY = 0.98  # [-] weight of a window against the next
+LEAST_WINDOWS = 4.5  # [-] weight of the windows before a rate is replaced
+CERTAIN_WINDOWS = 9.0  # [-] and before it is named
+CONTRADICTION = 0.5  # [-] error's power about an axis, against the turn's
+LEAST_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
+MISSING_MEMORY = 0.02  # [-] weight of a sample in the share of those without a rate
+NO_TURN, MANY_TURNS = 0.01, 100.0  # [-] power of the rate's turn, against the orientation's
+
+
+class RateFault(IntEnum):
+    """What is wrong with an IMU's angular velocity."""
+
+    NONE = 0
+    MISSING = 1
+    ZERO = 2
+    TOO_LARGE = 3
+    OTHER_AXES = 4
+
+    def __str__(self) -> str:
+        return _WORDS[self]
+
+
+_WORDS = {
+    RateFault.NONE: "",
+    RateFault.MISSING: "is not measured",
+    RateFault.ZERO: "stays zero while the orientation turns: make its driver publish it",
+    RateFault.TOO_LARGE: "does not match the orientation's change: degrees per second?",
+    RateFault.OTHER_AXES: (
+        "does not match the orientation's change: flipped axis, or another frame than the sensor's?"
+    ),
+}
+
+
+class _Memory(NamedTuple):
+    """What is known of each IMU, from sample to sample."""
+
+    stamp_ns: NDArray[np.int64]  # (imus,) of the last sample; 0: none
+    orientation: FloatArray  # (imus, 4) of the last sample
+    given: FloatArray  # (imus, 3) [rad/s] angular velocity of the last sample
+    held_s: FloatArray  # (imus,) [s] for which the orientation has been the same
+    change: FloatArray  # (imus, 3) [rad/s] of the orientation
+    window_s: FloatArray  # (imus,) [s] of the window so far
+    turn: FloatArray  # (imus, 3) [rad] in the window, by the orientation
+    given_turn: FloatArray  # (imus, 3) [rad] in the window, by the angular velocity
+    since: FloatArray  # (imus, 3) [rad] by the angular velocity, while the orientation is held
+    windows: FloatArray  # (imus,) weight of the windows with a turn
+    error: FloatArray  # (imus, 3) weighted sum of the squared difference of the turns
+    power: FloatArray  # (imus, 3) that of the orientation's turn
+    given_power: FloatArray  # (imus,) that of the angular velocity's turn, all axes
+    missing: FloatArray  # (imus,) share of samples without an angular velocity
+    fault: NDArray[np.int64]  # (imus,) contradiction, see :class:`RateFault`
+
+
+class AngularVelocityCheck:
+    """Replaces angular velocities that are not measured, or that contradict the orientation."""
+
+    def __init__(self) -> None:
+        self._segments: list[str] = []
+        self._memory = _make_memory(0)
+        self._check_rates = type_specialised(check_rates)
+
+    @property
+    def replaced(self) -> frozenset[str]:
+        """Segments whose angular velocity is the orientation's change."""
+        replaced = np.flatnonzero((self._memory.fault > 0) | (self._memory.missing > 0.5)).tolist()
+        return frozenset(self._segments[i] for i in replaced)
+
+    @property
+    def faults(self) -> Mapping[str, RateFault]:
+        """What is certainly wrong with angular velocities that are replaced, by segment."""
+        memory = self._memory
+        contradicted = np.where(memory.windows < CERTAIN_WINDOWS, RateFault.NONE, memory.fault)
+        missing = np.where(memory.missing > 0.5, RateFault.MISSING, RateFault.NONE)
+        faults = np.where(contradicted, contradicted, missing)
+        faulty = np.flatnonzero(faults).tolist()
+        return {self._segments[i]: RateFault(int(faults[i])) for i in faulty}
+
+    def checked(self, block: ImuBlock) -> ImuBlock:
+        """The samples, each with a finite angular velocity that agrees with its orientations."""
+        new = [name for name in block.segments if name not in self._segments]
+        if new:
+            self._segments += new
+            pairs = zip(self._memory, _make_memory(len(new)), strict=True)
+            self._memory = _Memory(*(np.concatenate(pair) for pair in pairs))
+        imus = np.array([self._segments.index(name) for name in block.segments], np.int64)
+        rate = np.array(block.angular_velocity)
+        self._check_rates(
+            self._memory,
+            imus[block.imu],
+            np.ascontiguousarray(block.stamps_ns),
+            np.ascontiguousarray(block.orientation),
+            rate,
+        )
+        return replace(block, angular_velocity=rate)
+
+
+def _make_memory(imus: int) -> _Memory:
+    vectors = {
+        name: np.zeros((imus, 3))
+        for name in ("given", "change", "turn", "given_turn", "since", "error", "power")
+    }
+    numbers = {
+        name: np.zeros(imus) for name in ("held_s", "window_s", "windows", "given_power", "missing")
+    }
+    return _Memory(
+        stamp_ns=np.zeros(imus, np.int64),
+        orientation=np.zeros((imus, 4)),
+        fault=np.zeros(imus, np.int64),
+        **vectors,
+        **numbers,
+    )
+
+
+@compiled_in_place
+def check_rates(
+    memory: _Memory,
+    imu: NDArray[np.int64],
+    stamps_ns: NDArray[np.int64],
+    orientation: FloatArray,
+    rate: FloatArray,
+) -> None:
+    """Check angular velocities one after the other.
+
+    Args:
+        memory: Is updated.
+        imu: Whose each is, (n,).
+        stamps_ns: (n,).
+        orientation: (n, 4), x y z w.
+        rate: (n, 3) [rad/s]; replaced where it is not finite, or its IMU's contradict.
+    """
+    for row in range(len(imu)):
+        i = imu[row]
+        dt_s = (stamps_ns[row] - memory.stamp_ns[i]) / NS_PER_S
+        memory.held_s[i] += dt_s
+        is_measured = True
+        for axis in range(3):
+            given = rate[row, axis]
+            is_measured &= np.isfinite(given)
+            memory.since[i, axis] += 0.5 * dt_s * (memory.given[i, axis] + given)
+            memory.given[i, axis] = given
+        if dt_s < 0.0 or memory.held_s[i] > LONGEST_STEP_S:
+            _begin_window(memory, i)
+            _anchor(memory, i, orientation[row])
+            memory.change[i] = 0.0
+        elif not is_equal(memory.orientation[i], orientation[row]):
+            if memory.held_s[i] > 0.0:
+                _add_turn(memory, i, orientation[row])
+            _anchor(memory, i, orientation[row])
+            if memory.window_s[i] >= WINDOW_S:
+                _judge(memory, i)
+                _begin_window(memory, i)
+        memory.stamp_ns[i] = stamps_ns[row]
+        memory.missing[i] += MISSING_MEMORY * ((0.0 if is_measured else 1.0) - memory.missing[i])
+        if memory.fault[i] != RateFault.NONE or not is_measured:
+            for axis in range(3):
+                rate[row, axis] = memory.change[i, axis]
+
+
+@compiled_in_place
+def _begin_window(memory: _Memory, i: int) -> None:
+    memory.window_s[i] = 0.0
+    memory.turn[i] = 0.0
+    memory.given_turn[i] = 0.0
+
+
+@compiled_in_place
+def _anchor(memory: _Memory, i: int, orientation: FloatArray) -> None:
+    """From here on the orientation's next change counts."""
+    memory.held_s[i] = 0.0
+    memory.since[i] = 0.0
+    for k in range(4):
+        memory.orientation[i, k] = orientation[k]
+
+
+@compiled_in_place
+def _add_turn(memory: _Memory, i: int, after: FloatArray) -> None:
+    """Add a step's turn to the window; a leap of the orientation begins a new one."""
+    before, step_s = memory.orientation[i], memory.held_s[i]
+    back = (-before[0], -before[1], -before[2], before[3])
+    x, y, z, w = product(back, (after[0], after[1], after[2], after[3]))
+    length = np.sqrt(x * x + y * y + z * z + w * w)
+    scale = vector_scale(x / length, y / length, z / length, w / length) / length
+    turn = (scale * x, scale * y, scale * z)
+    if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (FASTEST * step_s) ** 2:
+        _begin_window(memory, i)
+        return
+    share = step_s / (step_s + SMOOTHING_S)
+    memory.window_s[i] += step_s
+    for axis in range(3):
+        memory.change[i, axis] += share * (turn[axis] / step_s - memory.change[i, axis])
+        memory.turn[i, axis] += turn[axis]
+        memory.given_turn[i, axis] += memory.since[i, axis]
+
+
+@compiled_in_place
+def _judge(memory: _Memory, i: int) -> None:
+    """Add a window to the evidence, relative to its larger turn, and judge all of it."""
+    power = given_power = 0.0
+    for axis in range(3):
+        power += memory.turn[i, axis] ** 2
+        given_power += memory.given_turn[i, axis] ** 2
+    largest = max(power, given_power)
+    if not np.isfinite(given_power) or largest < LEAST_TURN**2:
+        return
+    memory.windows[i] = MEMORY * memory.windows[i] + 1.0
+    memory.given_power[i] = MEMORY * memory.given_power[i] + given_power / largest
+    worst = all_power = 0.0
+    for axis in range(3):
+        turn, given = memory.turn[i, axis], memory.given_turn[i, axis]
+        error = max((given - turn) ** 2 - TURN_NOISE**2, 0.0)
+        memory.error[i, axis] = MEMORY * memory.error[i, axis] + error / largest
+        memory.power[i, axis] = MEMORY * memory.power[i, axis] + turn**2 / largest
+        least = LEAST_SHARE * memory.windows[i]
+        worst = max(worst, memory.error[i, axis] / max(memory.power[i, axis], least))
+        all_power += memory.power[i, axis]
+    if memory.windows[i] < LEAST_WINDOWS:
+        return
+    if worst < CONTRADICTION:
+        memory.fault[i] = RateFault.NONE
+    elif memory.given_power[i] < NO_TURN * all_power:
+        memory.fault[i] = RateFault.ZERO
+    elif memory.given_power[i] > MANY_TURNS * all_power:
+        memory.fault[i] = RateFault.TOO_LARGE
+    else:
+        memory.fault[i] = RateFault.OTHER_AXES

@@ -1,0 +1,127 @@
+"""An IMU's angular velocity is held against the change of its own orientation."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from turning_imus import PERIOD_S, block, changed, turning
+
+from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
+from pose_core.imu.imu_set import ImuSet
+
+SECONDS = 6.0
+OTHER_FRAME = Rotation.from_euler("xyz", [30.0, -40.0, 70.0], degrees=True)
+FAULTS = {
+    RateFault.ZERO: lambda rates: 0.0 * rates,
+    RateFault.TOO_LARGE: np.degrees,
+    RateFault.OTHER_AXES: lambda rates: rates * [1.0, 1.0, -1.0],
+}
+
+
+def rms(errors):
+    return np.sqrt(np.mean(np.sum(np.square(errors), axis=1)))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("speed", [1.0, 4.0, 15.0])
+def test_a_wrong_angular_velocity_is_named_and_replaced_by_the_orientations_change(fault, speed):
+    orientations, rates = turning(SECONDS, speed=speed)
+    check = AngularVelocityCheck()
+    checked = check.checked(block(orientations, FAULTS[fault](rates)))
+    assert check.faults == {"torso": fault}
+    late = slice(300, None)
+    assert rms(checked.angular_velocity[late] - rates[late]) < 0.05 * rms(rates[late])
+
+
+def test_an_angular_velocity_in_another_frame_is_replaced():
+    orientations, rates = turning(SECONDS)
+    check = AngularVelocityCheck()
+    check.checked(block(orientations, OTHER_FRAME.apply(rates)))
+    assert check.faults == {"torso": RateFault.OTHER_AXES}
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("speed", [0.0, 0.3, 1.0, 10.0])
+def test_bias_noise_misalignment_and_lost_samples_are_no_contradiction(seed, speed):
+    rng = np.random.default_rng(seed)
+    orientations, rates = turning(20.0, seed=seed, speed=speed)
+    noisy = orientations * Rotation.from_rotvec(0.01 * rng.standard_normal(rates.shape))
+    misaligned = Rotation.from_rotvec(0.07 * rng.standard_normal(3)).apply(rates)
+    measured = misaligned + [0.05, -0.05, 0.05] + 0.05 * rng.standard_normal(rates.shape)
+    rows = np.flatnonzero(rng.random(len(rates)) > 0.2)
+    check, given = AngularVelocityCheck(), block(noisy, measured).rows(rows)
+    checked = check.checked(given)
+    assert not check.faults
+    assert np.array_equal(checked.angular_velocity, given.angular_velocity)
+
+
+@pytest.mark.parametrize("repeated", [2, 5])
+def test_orientations_that_come_less_often_than_rates_are_no_contradiction(repeated):
+    orientations, rates = turning(SECONDS)
+    held = changed(
+        orientations, slice(None), lambda some: some[np.arange(600) // repeated * repeated]
+    )
+    check = AngularVelocityCheck()
+    check.checked(block(held, rates))
+    assert not check.faults
+
+
+def test_orientations_that_leap_or_are_stuck_do_not_blame_the_angular_velocity():
+    orientations, rates = turning(SECONDS)
+    wild = changed(
+        orientations, slice(200, 300), lambda some: Rotation.random(len(some), random_state=4)
+    )
+    stuck = changed(wild, slice(350, 450), lambda some: some[np.zeros(len(some), int)])
+    check = AngularVelocityCheck()
+    check.checked(block(stuck, rates))
+    assert not check.faults
+
+
+def test_an_angular_velocity_that_is_not_measured_is_the_orientations_change():
+    orientations, rates = turning(SECONDS)
+    check = AngularVelocityCheck()
+    checked = check.checked(block(orientations, np.full_like(rates, np.nan)))
+    assert check.faults == {"torso": RateFault.MISSING}
+    assert np.isfinite(checked.angular_velocity).all()
+    assert rms(checked.angular_velocity[20:] - rates[20:]) < 0.05 * rms(rates)
+
+
+def test_single_samples_without_an_angular_velocity_are_filled_in():
+    orientations, rates = turning(SECONDS)
+    measured = rates.copy()
+    measured[100::50] = np.nan
+    check = AngularVelocityCheck()
+    checked = check.checked(block(orientations, measured))
+    assert not check.faults
+    assert rms(checked.angular_velocity - rates) < 0.02 * rms(rates)
+
+
+def test_an_angular_velocity_that_has_become_right_is_used_again():
+    orientations, rates = turning(30.0)
+    wrong = rates.copy()
+    wrong[:600] = 0.0
+    check, given = AngularVelocityCheck(), block(orientations, wrong)
+    check.checked(given.rows(slice(0, 600)))
+    assert check.faults
+    check.checked(given.rows(slice(600, 3000)))
+    assert not check.faults
+
+
+def test_blocks_of_any_size_give_the_same():
+    orientations, rates = turning(2.0)
+    given = block(orientations, np.degrees(rates))
+    whole = AngularVelocityCheck().checked(given).angular_velocity
+    check = AngularVelocityCheck()
+    one_by_one = [check.checked(given.rows(slice(k, k + 1))).angular_velocity for k in range(200)]
+    assert np.array_equal(whole, np.concatenate(one_by_one))
+
+
+def test_a_reading_says_that_its_rate_is_the_orientations_change():
+    orientations, rates = turning(SECONDS)
+    imus = ImuSet()
+    imus.add(block(orientations, np.zeros_like(rates)))
+    given = block(orientations, rates)
+    stamp_ns = int(given.stamps_ns[-1]) - round(1e9 * PERIOD_S)
+    states = imus.read(stamp_ns)
+    assert states.replaced_rates == {"torso"}
+    assert states["torso"].angular_velocity == pytest.approx(rates[-2], abs=0.3)
+    assert "zero while the orientation turns" in imus.contradicted_rates["torso"]

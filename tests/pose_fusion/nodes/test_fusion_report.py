@@ -1,0 +1,60 @@
+"""The fusion's report in ``/diagnostics`` (synthetic)."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_body import extrinsics
+from worn_imus import merged, moving_wearer
+
+from pose_core.api import FusionParameters, PeoplePipeline
+from pose_core.counters import Counters
+from pose_core.streams.samples import ImuSample
+from pose_fusion.nodes.fusion_report import FusionReporter
+from pose_fusion.watching.cameras import CameraWatch
+from pose_fusion.watching.stages import LatencyStages
+from pose_node.level import Level
+
+DURATION_S = 12.0
+ANGULAR_VELOCITY = "the angular velocity of the IMU on left_thigh"
+
+
+def report_of(change_rate):
+    """The report after some seconds in which the left thigh's angular velocity is changed."""
+    _, _, skeletons, imus = moving_wearer(DURATION_S)
+    imus = [
+        replace(s, angular_velocity=change_rate(s.angular_velocity))
+        if s.segment == "left_thigh"
+        else s
+        for s in imus
+    ]
+    parameters = FusionParameters()
+    pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
+    for sample in merged(skeletons, imus):
+        pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
+    watch = CameraWatch(parameters.sensors)
+    reporter = FusionReporter(pipeline, None, watch, LatencyStages(), Counters())
+    reporter.look()
+    return reporter.report((), "")
+
+
+@pytest.mark.parametrize(
+    ("change_rate", "what"),
+    [
+        (np.degrees, "does not match the orientation's change: degrees per second?"),
+        (np.zeros_like, "stays zero while the orientation turns"),
+        (lambda rate: -rate, "flipped axis, or another frame"),
+    ],
+)
+def test_an_imu_whose_angular_velocity_is_wrong_is_named(change_rate, what):
+    report = report_of(change_rate)
+    assert report.level == Level.WARN
+    assert ANGULAR_VELOCITY in report.message
+    assert what in report.message
+    assert what in report.values["imu/left_thigh"]
+
+
+def test_an_angular_velocity_that_no_device_measures_is_no_warning():
+    report = report_of(lambda rate: np.full_like(rate, np.nan))
+    assert ANGULAR_VELOCITY not in report.message
+    assert "is not measured; the orientation's change is used" in report.values["imu/left_thigh"]
