@@ -1,7 +1,6 @@
 """Last part of the pipeline: from an estimator's poses to published estimates."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.body.hinge_plane import hinges_of
 from pose_core.body.kinematics import model_arrays
@@ -13,62 +12,15 @@ from pose_core.estimators.uncertainty import VarianceCalibrations, coefficients_
 from pose_core.fusion.estimates import EstimateBlock
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import PoseBlock, StateBlock
-from pose_core.joints import JOINTS, TrackingState
+from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
-from pose_core.kernels.forward_kinematics import ModelArrays
-from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.output import OutputBody, PoseOutput, output_states
 from pose_core.kernels.output_blending import make_blending
-from pose_core.streams.samples import FloatArray
-
-TRACKED_STDDEV = 0.25  # [m] bound for TRACKED, over the three axes
-INFERRED_STDDEV = 0.60  # [m] bound for INFERRED, over the three axes
-MEASURED = 1.0  # [1/rad²] information on a link that counts as measured
-
+from pose_core.kernels.tracking_states import tracking_states
 
 LARGEST_STDDEV = np.pi / np.sqrt(3.0)  # [rad] of an unknown angle: uniform distribution, 104°
 LEAST_STDDEV = np.radians(0.5)  # [rad] of an angle
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
-
-
-def joint_stddev(states: StateNumbers, numbers: ModelArrays) -> FloatArray:
-    """Standard deviation of each joint's position over its three axes, (n, joints) [m].
-
-    If the rotation of a link has a small error with covariance C, a joint at p in it has the
-    variance tr(C) |p|² − pᵀ C p. The variances of a chain's links are summed from the root on.
-
-    Args:
-        states: n rows; the covariances are those of each link relative to its parent.
-        numbers: The body model.
-    """
-    count, links = states.rotations.shape[:2]
-    absolute = np.empty((count, links, 3, 3))
-    base = np.empty((count, links))
-    variance = np.empty((count, len(numbers.offsets)))
-    for link in range(links):
-        parent, about = int(numbers.parents[link]), int(numbers.turns_about[link])
-        absolute[:, link] = states.covariance[:, link]
-        if parent >= 0:
-            absolute[:, link] += absolute[:, parent]
-        base[:, link] = states.place_variance.sum(axis=1) if about < 0 else variance[:, about]
-        C = absolute[:, link]
-        for joint in np.flatnonzero(numbers.link_of_joint == link).tolist():
-            p = states.rotations[:, link] @ numbers.offsets[joint]
-            squared = float(numbers.offsets[joint] @ numbers.offsets[joint])
-            turned = np.trace(C, axis1=1, axis2=2) * squared - np.einsum("ni,nij,nj->n", p, C, p)
-            variance[:, joint] = base[:, link] + np.maximum(turned, 0.0)
-    return np.sqrt(variance * states.scale)
-
-
-def tracking_states(states: StateNumbers, numbers: ModelArrays) -> NDArray[np.uint8]:
-    """Tracking state of each estimated joint, (n, joints): TRACKED requires a measurement."""
-    stddev = joint_stddev(states, numbers)
-    information = np.trace(states.information.sum(axis=1), axis1=2, axis2=3)
-    is_measured = (information > MEASURED)[:, numbers.link_of_joint]
-    state = np.full(stddev.shape, int(TrackingState.NOT_TRACKED), np.uint8)
-    state[stddev <= INFERRED_STDDEV] = int(TrackingState.INFERRED)
-    state[is_measured & (stddev <= TRACKED_STDDEV)] = int(TrackingState.TRACKED)
-    return state
 
 
 class Output:
@@ -124,6 +76,7 @@ class _StateOutput:
             variance_calibration=coefficients_of(model, calibrations),
         )
         self._output_states = type_specialised(output_states)
+        self._tracking_states = type_specialised(tracking_states)
         self._blending = make_blending(model.size)
         # The axial rotation of a straight limb may be unknown.
         self._must_be_known = np.array([not name.endswith("rotation") for name in model.dof_names])
@@ -160,6 +113,8 @@ class _StateOutput:
         self._output_states(
             self._body, stamps_ns, states, block.tracking_state, self._blending, output
         )
+        tracking_state = np.empty((count, len(JOINTS)), np.uint8)
+        self._tracking_states(self._body.numbers, states, tracking_state)
         # A smoothed covariance may be indefinite by rounding.
         stddev = np.sqrt(np.maximum(output.variance, 0.0))
         stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], LEAST_STDDEV, LARGEST_STDDEV)
@@ -176,7 +131,7 @@ class _StateOutput:
             source=output.source,
             joints=output.joints,
             placed_joints=output.placed_joints,
-            tracking_state=tracking_states(states, self._body.numbers),
+            tracking_state=tracking_state,
             link_names=model.link_names,
             T_map_link=output.T_map_link,
             sensors=self._sensors,
