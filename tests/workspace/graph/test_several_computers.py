@@ -249,8 +249,8 @@ def test_a_host_that_is_gone_for_ten_seconds_comes_back(graph, hosts):
     graph.wait_until(begin_s + 15.0)
     graph.end()
 
-    # A reliable publisher sends its newest frames again as soon as it is heard.
-    gone = {"since_s": begin_s + 0.5, "until_s": begin_s + 9.0}
+    # Some frames of the last seconds wait in queues on the way, and arrive when the host is back.
+    gone = {"since_s": begin_s + 0.5, "until_s": begin_s + 5.0}
     back = {"since_s": begin_s + 11.0, "until_s": begin_s + 14.5}
     assert len(graph.times("/kinect_left/skeletons", **gone)) == 0
     assert np.diff(graph.times(f"{BODY}/joint_states", **gone)).max() < 0.5
