@@ -96,8 +96,8 @@ def _upright(in_trunk: FloatArray) -> FloatArray:
         in_trunk: Joints in the trunk's axes, shape (n, 15, 3) [m].
     """
     thighs = in_trunk[:, KNEES] - in_trunk[:, HIPS]
-    down = -thighs[..., 2] / np.linalg.norm(thighs, axis=-1)
-    upright = in_trunk[(down > np.cos(UPRIGHT)).all(axis=1)]
+    hang = -thighs[..., 2] > np.cos(UPRIGHT) * np.linalg.norm(thighs, axis=-1)
+    upright = in_trunk[hang.all(axis=1)]
     return upright if len(upright) >= MIN_SAMPLES else in_trunk
 
 

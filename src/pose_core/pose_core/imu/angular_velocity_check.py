@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.imu.gyroscope_check import is_equal, product
+from pose_core.imu.imu_rows import rows_of_block
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import vector_scale
 from pose_core.stamps import NS_PER_S
@@ -109,16 +110,11 @@ class AngularVelocityCheck:
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The samples, each with a finite angular velocity that agrees with its orientations."""
-        new = [name for name in block.segments if name not in self._segments]
-        if new:
-            self._segments += new
-            pairs = zip(self._memory, _make_memory(len(new)), strict=True)
-            self._memory = _Memory(*(np.concatenate(pair) for pair in pairs))
-        imus = np.array([self._segments.index(name) for name in block.segments], np.int64)
+        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
         rate = np.array(block.angular_velocity)
         self._check_rates(
             self._memory,
-            imus[block.imu],
+            imu,
             np.ascontiguousarray(block.stamps_ns),
             np.ascontiguousarray(block.orientation),
             rate,

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.imu.imu_rows import rows_of_block
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import SMALL_ANGLE
 from pose_core.stamps import NS_PER_S
@@ -88,17 +89,12 @@ class GyroscopeCheck:
 
     def checked(self, block: ImuBlock) -> ImuBlock:
         """The accepted samples, with jumps of the heading removed."""
-        new = [name for name in block.segments if name not in self._segments]
-        if new:
-            self._segments += new
-            pairs = zip(self._memory, _make_memory(len(new)), strict=True)
-            self._memory = _Memory(*(np.concatenate(pair) for pair in pairs))
-        imus = np.array([self._segments.index(name) for name in block.segments], np.int64)
+        self._memory, imu = rows_of_block(block, self._segments, self._memory, _make_memory)
         orientation = np.array(block.orientation)
         is_used = np.empty(len(block), np.bool_)
         self._check_samples(
             self._memory,
-            imus[block.imu],
+            imu,
             np.ascontiguousarray(block.stamps_ns),
             orientation,
             np.ascontiguousarray(block.angular_velocity),
@@ -159,10 +155,12 @@ def check_samples(
             memory.same_s[i] = memory.same_s[i] + dt_s if is_same else 0.0
             has_jumped = apart > 0.0 or memory.same_s[i] > STUCK_S
             memory.jumps[i] = max(memory.jumps[i] - FORGIVEN * dt_s, 0.0)
-            believed = memory.believed[i] if memory.is_doubted[i] else memory.orientation[i]
-            apart, tilt, _ = orientation_jump(
-                believed, memory.rate[i], orientation[row], rate[row], dt_s
-            )
+            believed = memory.orientation[i]
+            if memory.is_doubted[i]:
+                believed = memory.believed[i]
+                apart, tilt, _ = orientation_jump(
+                    believed, memory.rate[i], orientation[row], rate[row], dt_s
+                )
             may_have_slipped = apart > SMALLEST_SLIP and tilt >= MOST_TILT
             expected = turned_on(believed, memory.rate[i], rate[row], dt_s)
             for k in range(4):
