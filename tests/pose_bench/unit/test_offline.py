@@ -43,42 +43,25 @@ def test_a_repeated_bag_goes_on_where_it_ended(short_bag, tmp_path):
 
 
 def noted(states):
-    left = {S + k * 33_000_000: S + k * 33_000_000 + 1_000_000 for k in range(10)}
-    right = {stamp + 400_000: time_ns for stamp, time_ns in left.items()}
-    arrived = {stamp: stamp + 3_000_000 for stamp in [*left, *(s - 200_000 for s in right)]}
-    return {
-        "published/left": left,
-        "published/right": right,
-        "arrived": dict(sorted(arrived.items())[:states]),
-        "late": {},
-    }
+    arrived = {str(S + k * 10_000_000): S + k * 10_000_000 + 3_000_000 for k in range(states)}
+    return {"arrived": arrived, "stages": {"to_the_output": "4.0, p99 9.0"}}
 
 
 USAGES = ((0.0, {"fusion": 1.0}, {"fusion": 90.0}), (10.0, {"fusion": 3.0}, {"fusion": 100.0}))
 
 
-def test_latency_load_and_losses_come_from_what_was_noted():
-    text = {name: {str(k): v for k, v in each.items()} for name, each in noted(20).items()}
-    result = _result(text, S, *USAGES)
-    np.testing.assert_allclose(result.latency_ms, 2.0)
-    np.testing.assert_allclose(result.from_capture_ms, 3.0)
-    assert result.without_state == 0
+def test_latency_and_load_come_from_the_arrivals_and_the_usages():
+    result = _result(noted(20), S, *USAGES)
+    np.testing.assert_allclose(result.latency_ms, 3.0)
+    assert result.missing == 0
     assert result.load == {"fusion": pytest.approx(0.2)}
     assert result.memory_mb == {"fusion": 100.0}
 
 
-def test_a_frame_without_a_joint_state_is_counted():
+def test_an_instant_without_a_joint_state_is_counted():
     notes = noted(20)
-    del notes["arrived"][sorted(notes["arrived"])[9]]
-    assert _result(notes, S, *USAGES).without_state == 1
-
-
-def test_frames_that_came_late_are_those_used_since_the_steady_part_began():
-    notes = {**noted(20), "late": {S - 5: 3, S + 100_000_000: 3, S + 200_000_000: 5}}
-    for stamp in sorted(notes["arrived"])[8:11]:
-        del notes["arrived"][stamp]
-    result = _result(notes, S, *USAGES)
-    assert (result.without_state, result.late_but_used) == (3, 2)
+    del notes["arrived"][str(S + 90_000_000)]
+    assert _result(notes, S, *USAGES).missing == 1
 
 
 def test_a_graph_that_says_nothing_is_an_error():

@@ -166,12 +166,12 @@ def _of_growth() -> Iterator[Row]:
 
 def _of_live(result: LiveResult) -> Iterator[Row]:
     half, p99 = np.percentile(result.latency_ms, [50.0, 99.0]).tolist()
-    yield _row("publication to joint state, median [ms]", half, 3.0, 1)
-    yield _row("publication to joint state, 99 % [ms]", p99, 10.0, 1)
+    yield _row("a joint state's stamp to its arrival, median [ms]", half, 3.0, 1)
+    yield _row("a joint state's stamp to its arrival, 99 % [ms]", p99, 10.0, 1)
     yield _row("the whole graph's load [cores]", sum(result.load.values()), 0.8, 2)
     yield _row("the whole graph's memory [MB]", sum(result.memory_mb.values()), 700.0, 0)
-    lost = f"frames that neither gave a joint state nor corrected one, of {result.frames}"
-    yield _row(lost, float(result.without_state - result.late_but_used), 0.0, 0)
+    missing = f"instants without a joint state, of {len(result.latency_ms) + result.missing}"
+    yield _row(missing, float(result.missing), 0.0, 0)
 
 
 def _of_start(folder: Path) -> Iterator[Row]:

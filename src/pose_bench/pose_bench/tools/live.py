@@ -12,7 +12,7 @@ from pose_bench.tables import TextTable, number
 from pose_bench.tools.live_graph import LiveResult, run_live
 from pose_bench.tools.showing import publish
 
-SUMMARY = "the whole graph in real processes: latency, load, memory, what is lost"
+SUMMARY = "the whole graph in real processes: latency, load, memory, missing joint states"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,20 +36,21 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _latency_table(result: LiveResult) -> TextTable:
+    states = len(result.latency_ms)
     table = TextTable(
-        title="From a Kinect's frame to the joint state in another process [ms]",
-        header=["", "median", "99 %", "most", "frames"],
-        note=f"{result.without_state} of {result.frames} frames gave no joint state, of which "
-        f"{result.late_but_used} came late and only corrected the pose. Two Kinects "
+        title="Latency [ms]",
+        header=["", "median", "99 %", "most"],
+        note=f"{states} joint states; {result.missing} instants of the output grid without one. "
+        "Stages: the last ten seconds of the reference camera's frames, from the fusion's "
+        "diagnostics; the last stage includes the wait for the next instant of the grid. Two Kinects "
         f"at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. {machine()}.",
     )
-    for name, times_ms in (
-        ("from its publication", result.latency_ms),
-        ("from its stamp", result.from_capture_ms),
-    ):
-        median, p99, most = np.percentile(times_ms, [50.0, 99.0, 100.0]).tolist()
-        row = [name, *(number(each, 1) for each in (median, p99, most)), str(len(times_ms))]
-        table.rows.append(row)
+    values = np.percentile(result.latency_ms, [50.0, 99.0, 100.0]).tolist()
+    name = "stamp of a joint state to its arrival in another process"
+    table.rows.append([name, *(number(each, 1) for each in values)])
+    for stage, text in result.stages.items():
+        median, _, p99 = text.partition(", p99 ")
+        table.rows.append([f"a frame: {stage.replace('_', ' ')}", median, p99, ""])
     return table
 
 

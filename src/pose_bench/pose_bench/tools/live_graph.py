@@ -1,4 +1,4 @@
-"""The whole graph in real processes: how long a frame takes to a joint state, what it all costs."""
+"""The whole graph in real processes: the age of joint states at their arrival, load and memory."""
 
 import json
 import subprocess
@@ -7,6 +7,7 @@ import time
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,8 +19,6 @@ from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, 
 
 LEAD_S = 12.0  # [s] from the session's making to its first frame: all processes start
 STEADY_S = 18.0  # [s] into the session: calibrated, the body measured, the IMUs aligned
-HALF_PERIOD_NS = 16_666_667
-SENSORS = ("left", "right")  # the reference first
 SIMULATED = ("imu_device",)  # no part of the graph: real IMUs come on a cable
 
 
@@ -27,11 +26,9 @@ SIMULATED = ("imu_device",)  # no part of the graph: real IMUs come on a cable
 class LiveResult:
     """One run."""
 
-    latency_ms: FloatArray  # (n,) of the first Kinect, from publication to the state's arrival
-    from_capture_ms: FloatArray  # (n,) from the stamp
-    frames: int  # of all Kinects, published while it ran steadily
-    without_state: int  # of these
-    late_but_used: int  # of these: they corrected the pose, whose later state was out already
+    latency_ms: FloatArray  # (n,) from a joint state's stamp, the instant of the pose, to its arrival
+    missing: int  # stamps of the output grid without a joint state
+    stages: dict[str, str]  # median and 99th percentile [ms] by stage, as the fusion reports
     load: dict[str, float]  # [cores] by process
     memory_mb: dict[str, float]  # [MB] by process
 
@@ -99,35 +96,20 @@ def _usages(root: int) -> Usages:
     return time.monotonic(), cpu_s, memory_mb
 
 
-def _stamps(noted: dict[str, dict[str, int]], name: str) -> dict[int, int]:
-    return {int(stamp): time_ns for stamp, time_ns in noted[name].items()}
-
-
 def _result(
-    noted: dict[str, dict[str, int]], steady_ns: int, before: Usages, after: Usages
+    noted: dict[str, dict[str, Any]], steady_ns: int, before: Usages, after: Usages
 ) -> LiveResult:
-    first, *others = (_stamps(noted, f"published/{name}") for name in SENSORS)
-    arrived = _stamps(noted, "arrived")
-    # The calibration moves the other sensors' stamps to the first one's clock.
-    known = sorted(stamp for stamp in first.keys() & arrived.keys() if stamp >= steady_ns)
-    if not known:
-        raise InputError("no joint states came of the frames: see the graph's log")
-    begin_ns, end_ns = known[0] + HALF_PERIOD_NS, known[-1] - HALF_PERIOD_NS
-    frames = sum(begin_ns < stamp < end_ns for each in (first, *others) for stamp in each)
-    states = sum(begin_ns < stamp < end_ns for stamp in arrived)
-    late = sorted(_stamps(noted, "late").items())
-    late_before = [count for stamp, count in late if stamp < begin_ns]
-    used_late = late[-1][1] - max(late_before, default=0) if late else 0
-    # Clocks that are put right move other sensors' stamps across the ends.
-    without_state = max(frames - states, 0)
+    arrivals_ns = {int(stamp): time_ns for stamp, time_ns in noted["arrived"].items()}
+    stamps = np.array(sorted(stamp for stamp in arrivals_ns if stamp >= steady_ns), np.int64)
+    if len(stamps) < 2:
+        raise InputError("no joint states came: see the graph's log")
+    arrived = np.array([arrivals_ns[stamp] for stamp in stamps.tolist()], np.int64)
+    steps = np.diff(stamps)
     seconds = after[0] - before[0]
     return LiveResult(
-        latency_ms=np.array([(arrived[s] - first[s]) * 1e-6 for s in known]),
-        from_capture_ms=np.array([(arrived[s] - s) * 1e-6 for s in known]),
-        frames=frames,
-        without_state=without_state,
-        # Counts come once a second: they may be of a little more than the steady part.
-        late_but_used=min(used_late, without_state),
+        latency_ms=(arrived - stamps) * 1e-6,
+        missing=int(np.sum(np.rint(steps / np.median(steps)) - 1)),
+        stages=noted["stages"],
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
         memory_mb=dict(after[2]),
     )
