@@ -1,5 +1,6 @@
 """``smoothed``: the default estimator with fixed-lag smoothing, for recordings only."""
 
+from bisect import insort
 from collections import deque
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -16,6 +17,7 @@ from pose_core.fusion.pose_block import TimedPose
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.stamps import NS_PER_S
 
+ORDERED_NS = NS_PER_S // 4  # frames are processed in the order of their stamps if not later than this
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
 CHUNK_NS = NS_PER_S  # published together
 
@@ -37,18 +39,20 @@ class SmoothedEstimator(DefaultEstimator):
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
+        self._waiting: list[Observation] = []  # in the order of their stamps
         self._steps: deque[_Step] = deque()
         self._before_update: FilterState | None = None
         self._restarts = 0
 
     def track(self, observation: Observation) -> list[TimedPose]:
-        """Process an observation; return the poses that are old enough to be published."""
+        """Take an observation; return the poses that are old enough to be published."""
         poses: list[TimedPose] = []
-        if self._steps and observation.stamp_ns < self._steps[-1].stamp_ns - NS_PER_S:
+        if self._waiting and observation.stamp_ns < self._waiting[-1].stamp_ns - NS_PER_S:
             poses += self.flush()  # the recording has restarted
-        numbers = self.update(observation)
-        if numbers is not None:
-            self._keep(observation, numbers)
+        insort(self._waiting, observation, key=lambda waiting: waiting.stamp_ns)
+        newest_ns = self._waiting[-1].stamp_ns
+        while self._waiting[0].stamp_ns < newest_ns - ORDERED_NS:
+            self._process(self._waiting.pop(0))
         if self._steps:
             first_ns = self._steps[0].stamp_ns
             if self._steps[-1].stamp_ns - first_ns > LOOKAHEAD_NS + CHUNK_NS:
@@ -57,7 +61,14 @@ class SmoothedEstimator(DefaultEstimator):
 
     def flush(self) -> list[TimedPose]:
         """The remaining poses, after the end of the streams."""
+        while self._waiting:
+            self._process(self._waiting.pop(0))
         return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
+
+    def _process(self, observation: Observation) -> None:
+        numbers = self.update(observation)
+        if numbers is not None:
+            self._keep(observation, numbers)
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
         state, is_started = super()._advance(observation, ahead_s)
