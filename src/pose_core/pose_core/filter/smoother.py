@@ -4,7 +4,9 @@ r"""Rauch–Tung–Striebel smoothing of the default filter's steps.
           x^s_k = x_k \oplus G_k (x^s_{k+1} \ominus x^-_{k+1}), \quad
           P^s_k = P_k + G_k (P^s_{k+1} - P^-_{k+1}) G_k^T
 
-with differences on the manifold. The alignment of the IMUs is not smoothed.
+with differences on the manifold, of positions, rotations and their rates. The alignment of the IMUs
+is not smoothed. Nor are the slides: the trackers' slow offsets are correlated over the window, and
+smoothed slides take them in.
 
 References:
     Rauch, Tung, Striebel (1965), AIAA Journal 3(8).
@@ -14,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
@@ -40,26 +43,45 @@ def smoothed(steps: Sequence[FilterStep], layout: Layout, motion: MotionPrior) -
         layout: Layout of the error state.
         motion: Process model of the filter.
     """
+    columns = np.r_[: layout.slide, layout.velocity : layout.imus]
     result = [of_body(steps[-1].updated, layout)]
     for step, following in zip(steps[-2::-1], steps[:0:-1], strict=True):
         state = of_body(step.updated, layout)
         if following.predicted is not None:
-            predicted = of_body(following.predicted, layout)
-            _smooth(state, result[-1], predicted, transition(layout, motion, following.dt_s))
+            F = transition(layout, motion, following.dt_s)
+            _smooth(state, result[-1], following.predicted, F, columns)
         result.append(state)
     return result[::-1]
 
 
-def _smooth(state: FilterState, later: FilterState, predicted: FilterState, F: FloatArray) -> None:
-    """Correct a state by the next smoothed state, in place; unchanged if P is singular."""
+def _smooth(
+    state: FilterState,
+    later: FilterState,
+    predicted: FilterState,
+    F: FloatArray,
+    columns: NDArray[np.int64],
+) -> None:
+    """Correct a state by the next smoothed state, in place; unchanged if P is singular.
+
+    Args:
+        state: The filter's state.
+        later: The next one, smoothed.
+        predicted: The next one, as predicted from ``state``.
+        F: Transition matrix from ``state`` to ``predicted``.
+        columns: Columns of P that F, (m, m), is of, (m,).
+    """
+    own = np.ix_(columns, columns)
+    P, P_predicted = state.P[own], predicted.P[own]
     try:
-        G = cho_solve(cho_factor(predicted.P), F @ state.P).T
+        G = cho_solve(cho_factor(P_predicted), F @ P).T
     except LinAlgError:
         return
-    covariance = state.P + G @ (later.P - predicted.P) @ G.T
-    inject_error(state, G @ difference(later, predicted))
+    error = np.zeros(len(state.P))
+    error[columns] = G @ difference(later, predicted)
+    inject_error(state, error)
+    covariance = P + G @ (later.P[own] - P_predicted) @ G.T
     if np.all(np.diag(covariance) > 0.0):
-        state.P[:] = 0.5 * (covariance + covariance.T)
+        state.P[own] = 0.5 * (covariance + covariance.T)
     # Otherwise keep the filter's: F does not model the bound of unobserved rotations.
 
 
@@ -72,27 +94,20 @@ def of_body(state: FilterState, layout: Layout) -> FilterState:
 
 
 def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
-    """Transition matrix F of the body's part over ``dt_s`` [s], shape (n, n)."""
+    """Transition matrix F of positions, rotations and their rates over ``dt_s`` [s], (m, m)."""
     keep = float(np.exp(-dt_s / motion.rate_memory))
-    moving = layout.slide
-    F = np.eye(layout.imus)
-    rates = slice(layout.velocity, layout.imus)
-    F[:moving, rates] = motion.rate_memory * (1.0 - keep) * np.eye(moving)
-    F[rates, rates] *= keep
-    slides = slice(layout.slide, layout.velocity)
-    F[slides, slides] *= float(np.exp(-dt_s / motion.slide_memory))
-    return F
+    rate_time_s = motion.rate_memory * (1.0 - keep)
+    return np.kron([[1.0, rate_time_s], [0.0, keep]], np.eye(layout.slide))
 
 
 def difference(state: FilterState, other: FilterState) -> FloatArray:
-    """The error that moves ``other`` to ``state``: state ⊖ other, shape (n,)."""
+    """The error that moves ``other`` to ``state``: state ⊖ other without slides, (m,)."""
     pose, from_pose = state.pose, other.pose
     turns = Rotation.from_matrix(pose.rotations @ np.swapaxes(from_pose.rotations, 1, 2))
     return np.concatenate(
         [
             pose.position - from_pose.position,
             turns.as_rotvec().ravel(),
-            (pose.slides - from_pose.slides).ravel(),
             pose.velocity - from_pose.velocity,
             (pose.rates - from_pose.rates).ravel(),
         ]
