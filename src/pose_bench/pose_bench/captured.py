@@ -26,6 +26,7 @@ from pose_core.api import (
     SkeletonSeries,
     angle_series,
     extrinsics_from_map,
+    first_pass,
     unwrapped,
 )
 from pose_core.errors import PoseError
@@ -188,11 +189,16 @@ def run_method(
     )
     make = partial(DefaultEstimator, tuning=method.tuning) if method.tuning else None
     pipeline = FusionPipeline(parameters, extrinsics, make_estimator=make)
+    before = first_pass(parameters)
     samples = [
         (arrival_ns, each)
         for arrival_ns, each in session.arrivals(imus=method.use_imus)
         if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
     ]
+    if before is not None:
+        aligning = FusionPipeline(before, extrinsics)
+        run_pipeline(aligning, samples)
+        pipeline.use_sensor_to_segment(aligning.sensor_to_segment)
     return run_pipeline(pipeline, samples), pipeline
 
 

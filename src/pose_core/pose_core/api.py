@@ -38,7 +38,7 @@ from pose_core.estimators import ESTIMATORS
 from pose_core.estimators.estimator import Estimator, StepwiseEstimator
 from pose_core.estimators.registry import body_model_of, estimator_class
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock, Source
-from pose_core.fusion.offline import fuse, series_of_estimates
+from pose_core.fusion.offline import first_pass, fuse, series_of_estimates
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline, has_output_rate
 from pose_core.fusion.warm_up import warm_up
@@ -151,6 +151,7 @@ __all__ = [
     "estimator_class",
     "extrinsics_from_map",
     "has_output_rate",
+    "first_pass",
     "fuse",
     "inverse",
     "joined",

@@ -97,7 +97,8 @@ def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
     """Transition matrix F of positions, rotations and their rates over ``dt_s`` [s], (m, m)."""
     keep = float(np.exp(-dt_s / motion.rate_memory))
     rate_time_s = motion.rate_memory * (1.0 - keep)
-    return np.kron([[1.0, rate_time_s], [0.0, keep]], np.eye(layout.slide))
+    steps = np.array([[1.0, rate_time_s], [0.0, keep]])
+    return np.asarray(np.kron(steps, np.eye(layout.slide)), float)
 
 
 def difference(state: FilterState, other: FilterState) -> FloatArray:

@@ -1,7 +1,9 @@
 """Estimation over the samples of a whole recording."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
+from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.estimates import BodyEstimate
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
@@ -27,8 +29,25 @@ def fuse(
     """
     parameters = parameters or FusionParameters(sensors=extrinsics.sensors)
     pipeline = FusionPipeline(parameters, extrinsics)
+    before = first_pass(parameters)
+    if before is not None:
+        samples, aligning = list(samples), FusionPipeline(before, extrinsics)
+        for sample in samples:
+            aligning.add(sample)
+        pipeline.use_sensor_to_segment(aligning.sensor_to_segment)
     estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
     return series_of_estimates([*estimates, *pipeline.flush()])
+
+
+def first_pass(parameters: FusionParameters) -> FusionParameters | None:
+    """Parameters of a first pass over a recording; None if one pass suffices.
+
+    An estimator that uses later samples begins with the sensor-to-segment alignments of the IMUs
+    that the default estimator knows at the recording's end.
+    """
+    if not (estimator_class(parameters.estimator).NEEDS_FUTURE and parameters.use_imus):
+        return None
+    return replace(parameters, estimator="default", output_rate=0.0)
 
 
 def series_of_estimates(estimates: Sequence[BodyEstimate]) -> EstimateSeries:

@@ -18,6 +18,7 @@ from pose_core.api import (
     PeoplePipeline,
     body_model_of,
     extrinsics_from_map,
+    first_pass,
     load_body_shape,
     make_urdf,
     save_body_shape,
@@ -39,7 +40,7 @@ from pose_io.bag_samples import BagFrames, read_extrinsics
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import BagReader, open_bag
 from pose_io.clock_messages import read_clocks
-from pose_io.topics import sensor_topics
+from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
 
@@ -195,7 +196,7 @@ def fuse(
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     extrinsics = find_extrinsics(bag, parameters, console)
-    columns = (TextColumn("fusing"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
+    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
         BagWriter(out_bag, storage) as writer,
         Progress(*columns, TimeRemainingColumn(), console=console) as progress,
@@ -203,10 +204,12 @@ def fuse(
         output = EstimateWriter(writer, parameters)
         pipeline = make_pipeline(parameters, extrinsics, output.write, console)
         output.pipeline = pipeline
-        task = progress.add_task("fusing", total=1.0)
-        for each in BagFrames(bag, lambda share: progress.update(task, completed=share)):
-            pipeline.add(each)
-        pipeline.flush()
+        before = first_pass(parameters) if imu_topics(bag) else None
+        if before is not None:
+            aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
+            add_all(aligning, bag, progress, "aligning the IMUs")
+            pipeline.use_sensor_to_segment(aligning.subject.sensor_to_segment)
+        add_all(pipeline, bag, progress, "fusing")
         if not pipeline.estimates:
             if parameters.estimator == "imu" and not pipeline.imu_samples:
                 raise InputError(
@@ -222,6 +225,14 @@ def fuse(
         if parameters.shape_file and shape is not None and not path.exists():
             save_body_shape(path, pipeline.subject.model, shape, parameters.subject)
     return pipeline
+
+
+def add_all(pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: str) -> None:
+    """Add all samples of a bag, with a progress bar of that name."""
+    task = progress.add_task(what, total=1.0)
+    for each in BagFrames(bag, lambda share: progress.update(task, completed=share)):
+        pipeline.add(each)
+    pipeline.flush()
 
 
 def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
