@@ -1,4 +1,4 @@
-"""Bags whose recording was cut off."""
+"""Repair of bags whose recording was interrupted."""
 
 import shutil
 
@@ -89,7 +89,7 @@ def test_zeros_after_a_power_cut_are_left_out(tmp_path, stamps_ns):
 
     condition = examine(file)
 
-    assert condition.problem == "bytes that are no record"
+    assert condition.problem == "bytes that are not a record"
     assert repair(file, condition, tmp_path / "mended") == 50
 
 
@@ -132,5 +132,5 @@ def test_a_bag_whose_index_alone_is_cut_off_loses_no_message(tmp_path, stamps_ns
     file.write_bytes(file.read_bytes()[:-100])
 
     assert doctor_bag(tmp_path / "bag", None) == 1
-    assert "an index that is cut short: no message is lost" in capsys.readouterr().out
+    assert "a truncated index: no message is lost" in capsys.readouterr().out
     assert repair(file, examine(file), tmp_path / "mended") == 50

@@ -156,7 +156,7 @@ def test_an_unfinished_bag_is_not_at_its_path(tmp_path, typestore):
 
 def test_a_topic_with_two_types_is_refused(tmp_path, typestore):
     entries = [("/a", text(typestore, "x"), 1), ("/a", skeleton(typestore), 2)]
-    with pytest.raises(InputError, match="/a carries"):
+    with pytest.raises(InputError, match="/a has type"):
         write_bag(tmp_path / "bag", entries)
 
 

@@ -190,5 +190,5 @@ def test_a_table_that_becomes_too_long_when_it_is_unpacked_is_refused(tmp_path, 
     header = CSV.read_bytes()
     path.write_bytes(gzip.compress(header + b"," * 50_000_000))
 
-    with pytest.raises(InputError, match=r"holds more than .* MB: cut the recording"):
+    with pytest.raises(InputError, match=r"has more than .* MB: split the recording"):
         read_recording(path)

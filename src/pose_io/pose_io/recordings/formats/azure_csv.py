@@ -1,6 +1,6 @@
 """Azure Kinect's joints as a table: ``timestamp;body_idx;PELVIS (c);PELVIS (x);…``.
 
-One row a body and frame, separated by semicolons: ``timestamp`` [µs] is the device's, positions are
+One row per body and frame, semicolons between: ``timestamp`` [µs] is the device's, positions are
 in mm, ``(c)`` is the SDK's confidence level from 0 to 3. There is no host clock.
 """
 

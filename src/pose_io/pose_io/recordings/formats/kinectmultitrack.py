@@ -1,9 +1,9 @@
-"""KinectMultiTrack's CSV: several Kinect v2, one row a person, a camera and a server tick.
+"""KinectMultiTrack's CSV: several Kinect v2, one row per person, camera and server tick.
 
 ``Tracker_Time`` [ms since year 1] is the server's clock, one for all cameras; ``Skeleton_Time``
 [100 ns] is each camera's own. ``Kinect#`` (an address) is the sensor, ``Person#`` the person.
-Joints are in camera space; -9999 is missing. There is no tracking state: what is there counts as
-tracked. Later files name the same columns ``…_Id`` instead of ``…#``.
+Joints are in camera space; -9999 is missing. There is no tracking state: joints with a position
+count as tracked. Later files name the same columns ``…_Id`` instead of ``…#``.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Our own plain CSV, reader and writer; the README of this package describes it in full."""
+"""Reader and writer of the plain CSV format that the README of this package describes."""
 
 import csv
 import gzip
