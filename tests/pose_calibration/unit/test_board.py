@@ -212,5 +212,5 @@ def test_the_collector_keeps_still_boards_in_new_places_and_says_what_is_missing
 
 
 def test_a_square_checkerboard_is_refused():
-    with pytest.raises(ParameterError, match="looks alike from four sides"):
+    with pytest.raises(ParameterError, match="is the same from four sides"):
         BoardParameters(board="checkerboard", columns=6, rows=6)

@@ -1,4 +1,4 @@
-"""What a user may set of the IMUs' calibration."""
+"""Parameters of the IMUs' calibration."""
 
 from dataclasses import dataclass
 
