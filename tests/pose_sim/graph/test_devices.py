@@ -19,8 +19,8 @@ pytestmark = pytest.mark.graph
 RUN = ["python", "-c", "import sys; from pose_sim.tools.{0} import main; main()"]
 DURATION_S = 6.0
 SUMMARY = re.compile(
-    r"finished: (\d+) of (\d+) synthetic frames sent; of all, (\d+) lost and (\d+) garbled on the "
-    r"air, (\d+) past already; (\d+) bytes unread"
+    r"finished: (\d+) of (\d+) synthetic frames sent; of all, (\d+) lost and (\d+) corrupted by the "
+    r"radio link, (\d+) past already; (\d+) bytes unread"
 )
 
 

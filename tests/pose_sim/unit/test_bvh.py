@@ -106,8 +106,8 @@ def test_a_file_that_lacks_a_joint_is_told_so(tmp_path):
         read_clip(path)
 
 
-def test_what_is_no_bvh_file_is_told_so(tmp_path):
+def test_another_file_is_refused(tmp_path):
     path = tmp_path / "bad.bvh"
     path.write_text("nothing")
-    with pytest.raises(InputError, match="is no BVH file"):
+    with pytest.raises(InputError, match="is not a BVH file"):
         read_clip(path)

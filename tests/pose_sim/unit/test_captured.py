@@ -157,9 +157,9 @@ def test_the_same_spec_gives_the_same_session():
     np.testing.assert_array_equal(first.imus[0].orientation, second.imus[0].orientation)
 
 
-def test_what_is_no_clip_is_told_so(tmp_path):
+def test_a_file_that_is_not_a_clip_is_refused(tmp_path):
     (tmp_path / "bad.npz").write_text("nothing")
-    with pytest.raises(InputError, match="no clip of captured motion"):
+    with pytest.raises(InputError, match="not a clip of captured motion"):
         read_clip(tmp_path / "bad.npz")
 
 

@@ -165,7 +165,7 @@ def test_anything_else_at_the_links_place_is_left_alone(tmp_path, kind):
         link.mkdir()
     else:
         link.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(InputError, match="no virtual device"):
+    with pytest.raises(InputError, match="not a virtual device"):
         PseudoTerminal(link)
     assert link.is_symlink() or link.exists()
 
