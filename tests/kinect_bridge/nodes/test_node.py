@@ -125,7 +125,7 @@ def test_diagnostics_say_how_far_it_is_and_that_it_has_finished(bridge, ros_cont
         ({"rate": 0.0}, ParameterError, "rate"),
         ({"clock": "sundial"}, ParameterError, "sundial"),
         ({"name": "a/b"}, ParameterError, "cannot be part of a topic"),
-        ({"start_at": "noon"}, ParameterError, "no UNIX time"),
+        ({"start_at": "noon"}, ParameterError, "not a UNIX time"),
     ],
 )
 def test_a_bad_parameter_or_file_stops_the_node_at_start(bridge, parameters, error, said):

@@ -175,7 +175,8 @@ def test_a_sensor_that_is_not_there_is_said_in_the_report(sensor):
     sensor.record(user(1))
     source = sensor.start(nite2_device="1")
 
-    sensor.wait(lambda: "1 sensors are plugged in, number 1" in source.report().values["trouble"])
+    trouble = "1 sensors are plugged in: no sensor with the index 1"
+    sensor.wait(lambda: trouble in source.report().values["trouble"])
 
 
 def test_libraries_that_are_missing_are_one_line_that_names_them(tmp_path):

@@ -182,7 +182,7 @@ def test_an_open_address_needs_named_senders(udp):
 
 
 def test_addresses_that_are_none_are_refused(udp):
-    with pytest.raises(ParameterError, match="'localhost' is no IP address"):
+    with pytest.raises(ParameterError, match="'localhost' is not an IP address"):
         udp(udp_address="localhost")
 
 
