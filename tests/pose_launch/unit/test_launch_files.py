@@ -293,7 +293,7 @@ def test_a_required_argument_has_to_be_passed_by_the_include(evaluate, package):
         - include: {file: "$(find-pkg-share demo_pkg)/launch/part.launch.yaml"}
         """
 
-    with pytest.raises(LaunchError, match="what includes this file has to pass it"):
+    with pytest.raises(LaunchError, match="a file that includes this one has to pass it"):
         evaluate(text, side="left")
 
 
