@@ -98,7 +98,7 @@ def test_the_overview_has_the_lag_in_milliseconds():
     assert texts(table, "lag behind the reference [ms]") == ["+50*", "+50*"]
 
 
-def test_coverage_stands_beside_what_would_be_honest():
+def test_coverage_has_the_shares_of_a_consistent_method():
     coverage = {
         "li2020": {
             "left_knee_flexion": Coverage(
@@ -111,7 +111,7 @@ def test_coverage_stands_beside_what_would_be_honest():
     }
     table = coverage_table(coverage)
     assert texts(table, "li2020") == ["70.0", "96.7", "5.0", "300"]
-    assert texts(table, "if it were honest")[:2] == ["68.3", "95.5"]
+    assert texts(table, "if consistent")[:2] == ["68.3", "95.5"]
 
 
 def test_without_any_uncertainty_there_is_no_table_of_it():
