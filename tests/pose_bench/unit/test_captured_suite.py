@@ -45,7 +45,7 @@ def test_conditions_go_on_from_one_folder_to_the_next(folder):
     assert first.condition == CALIBRATED
 
 
-def test_judged_sessions_have_trackers_and_delays_that_tuning_has_not_seen(folder):
+def test_judged_sessions_have_held_out_trackers_and_delays(folder):
     judged = captured_specs(folder, judged=True, seed=1)
     assert {name for spec in judged for name in spec.trackers} >= set(JUDGED_ON)
     assert {delay for spec in judged for delay in spec.delays_s} > {0.0}
@@ -59,7 +59,7 @@ def test_the_same_seed_gives_the_same_suite(folder):
     )
 
 
-def test_a_folder_without_clips_is_told_so(tmp_path):
+def test_a_folder_without_clips_is_refused(tmp_path):
     with pytest.raises(InputError, match="holds no clips"):
         captured_specs(tmp_path, judged=True, seed=1)
 

@@ -26,7 +26,7 @@ def resting_trial(path: Path, samples: int = 50) -> None:
     )
 
 
-def test_heading_and_inclination_errors_are_told_apart():
+def test_heading_and_inclination_errors_are_separated():
     truth = Rotation.random(20, random_state=1)
     error = Rotation.from_euler("z", 10, degrees=True) * Rotation.from_euler("x", 4, degrees=True)
     found = errors((error * truth).as_quat(), truth.as_quat())
@@ -73,6 +73,6 @@ def test_a_file_that_is_no_trial_is_refused(tmp_path: Path):
         read_broad(tmp_path)
 
 
-def test_nothing_to_run_is_refused():
+def test_an_empty_selection_is_refused():
     with pytest.raises(InputError, match="nothing to run"):
         run(["imu", "--no-synthetic"])
