@@ -5,7 +5,6 @@ from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError, ParameterError
@@ -98,13 +97,3 @@ class Board:
         """Width and height [m]."""
         p = self.parameters
         return p.columns * p.square, p.rows * p.square
-
-    def pattern(self, pixels: int = 48) -> NDArray[np.uint8]:
-        """The board as an image without margin, ``pixels`` a square, black on white."""
-        p = self.parameters
-        if p.board == CHARUCO:
-            shape = (p.columns * pixels, p.rows * pixels)
-            return np.asarray(self.charuco.generateImage(shape, marginSize=0, borderBits=1))
-        rows, columns = np.mgrid[: p.rows, : p.columns]
-        squares = np.where((rows + columns) % 2 == 0, 0, 255).astype(np.uint8)
-        return np.kron(squares, np.ones((pixels, pixels), np.uint8))

@@ -56,11 +56,6 @@ class ExtrinsicsCalibrator:
         self._in_reference = np.empty((0, len(JOINTS), 3))  # all joints of the last solution [m]
 
     @property
-    def frames_in(self) -> int:
-        """Number of frames added."""
-        return self.memory.frames_in
-
-    @property
     def observed_s(self) -> float:
         """Duration [s] for which two sensors tracked the person."""
         return self.memory.observed_s

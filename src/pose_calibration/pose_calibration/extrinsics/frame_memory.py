@@ -47,7 +47,6 @@ class FrameMemory:
     def __init__(self, sensors: Sequence[str]) -> None:
         self.sensors = tuple(sensors)
         count = len(self.sensors)
-        self.frames_in = 0
         self.shared_frames = np.zeros((count, count), int)  # with a common joint
         self.observed_s = 0.0  # [s] for which two sensors tracked the person
         self._cells: dict[tuple[int, ...], list[KeptFrame]] = {}
@@ -58,7 +57,6 @@ class FrameMemory:
 
     def add(self, frame: AlignedFrame) -> None:
         """Add the skeletons of all sensors at one instant."""
-        self.frames_in += 1
         positions = self._tracked_positions(frame)
         speeds = self._speeds_so_far(frame.stamp_ns, positions)
         is_known = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)

@@ -51,7 +51,6 @@ class Refinement:
 
     T_reference_sensor: FloatArray  # (sensors, 4, 4), the first an identity
     offsets: FloatArray  # (sensors, 15, 3) [m] in the body's axes: x forward, y left, z up
-    depths: FloatArray  # (15,) [m] soft tissue in front of each joint
     rotation_stddev: FloatArray  # (sensors,) [rad] about the least certain axis
     position_stddev: FloatArray  # (sensors,) [m] along the least certain axis
     weights: FloatArray  # (frames, sensors, 15) [-] robust; 0 for outliers and unknown joints
@@ -133,7 +132,6 @@ class JointRefinement:
         return Refinement(
             T_reference_sensor=self._T,
             offsets=self._offsets,
-            depths=self._depths,
             rotation_stddev=stddev[:, 0],
             position_stddev=stddev[:, 1],
             weights=self._robust,

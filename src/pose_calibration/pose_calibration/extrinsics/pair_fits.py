@@ -14,7 +14,7 @@ from pose_calibration.rigid_transform import (
     RobustFit,
     estimate_rigid_transform_robustly,
 )
-from pose_core.api import FloatArray, inverse, transformed
+from pose_core.api import FloatArray, transformed
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS
 
@@ -125,11 +125,6 @@ def spanning_transforms(
         positions[:, b] = exchanged(positions[:, b], flipped)
         placed[b] = placed[a] @ found.T_target_source
         partner[b] = a
-
-
-def relative(placed: dict[int, FloatArray], target: int, source: int) -> FloatArray:
-    """``T_target_source`` of two placed sensors."""
-    return inverse(placed[target]) @ placed[source]
 
 
 def _fit_from(

@@ -93,7 +93,6 @@ class ObservationRecorder:
         self._moving: deque[Instant] = deque(maxlen=MOST_INSTANTS)
         self._kept_ns = 0
         self.stand: NPose | None = None
-        self.rejected_imu_samples = 0
 
     @property
     def segments(self) -> tuple[str, ...]:
@@ -113,7 +112,7 @@ class ObservationRecorder:
     def add_imu(self, block: ImuBlock) -> None:
         """Add samples of IMUs."""
         block = self._rates.checked(block_on_reference_clock(block, self._clocks))
-        self.rejected_imu_samples += self._tracks.add(block)
+        self._tracks.add(block)
 
     def add_skeleton(self, sample: SkeletonSample) -> None:
         """Add one sensor's skeleton of the person."""

@@ -35,7 +35,6 @@ class Moved:
 
     sensors: tuple[str, ...]  # the moved one; of two sensors, both
     distance: float  # [m] displacement of the view
-    threshold: float  # [m]
 
     def __str__(self) -> str:
         """Message to the user."""
@@ -120,16 +119,14 @@ class Watchdog:
             wrong = np.nan_to_num(np.linalg.norm(baseline, axis=1) / np.maximum(WRONG_M, threshold))
             if wrong.max() < 1.0:
                 return None
-            return self._moved(wrong, np.linalg.norm(baseline, axis=1), threshold)
-        return self._moved(beyond, step, threshold)
+            return self._moved(wrong, np.linalg.norm(baseline, axis=1))
+        return self._moved(beyond, step)
 
-    def _moved(self, share: FloatArray, distance: FloatArray, threshold: FloatArray) -> Moved:
+    def _moved(self, share: FloatArray, distance: FloatArray) -> Moved:
         worst = int(np.argmax(share))
         # Of two views either may have moved; of three, the moved one has the largest displacement.
         sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
-        return Moved(
-            sensors=sensors, distance=float(distance[worst]), threshold=float(threshold[worst])
-        )
+        return Moved(sensors=sensors, distance=float(distance[worst]))
 
 
 def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
