@@ -153,7 +153,6 @@ class BagSamples:
         self._frames = BagFrames(bag, progress, imus=imus)
         self._chosen = ChosenPerson(person, extrinsics)
         self.counters = self._frames.counters
-        self.person_counters = self._chosen.counters
 
     def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
         for each in self._frames:

@@ -10,7 +10,7 @@ from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
 
 RECORD = Struct("<BQ")  # kind and size of a record
 MESSAGE = Struct("<BQHIQQ")  # header of a message: channel, sequence, recorded at, published at
-CHANNEL_KIND, MESSAGE_KIND, CHUNK_KIND, INDEX_KIND = 4, 5, 6, 7
+MESSAGE_KIND, CHUNK_KIND, INDEX_KIND = 5, 6, 7
 CHUNK_HEAD = Struct("<QQQI")  # after the record's header: first and last stamp, size, checksum
 COMPRESSION = Struct("<I")
 INDEX_HEAD = Struct("<HI")  # of a chunk's index: channel, size of its entries
