@@ -129,7 +129,7 @@ def test_the_board_is_printed(tmp_path, monkeypatch):
     [
         ([], "no output: name"),
         (["left=a", "-o", "x.yaml"], "expected NAME=FOLDER of two or more cameras"),
-        (["left=a", "left=b", "-o", "x.yaml"], "'left=b' is no folder of images"),
+        (["left=a", "left=b", "-o", "x.yaml"], "'left=b' is not a folder of images"),
         (["left=a", "right=b", "-o", "nowhere/x.yaml"], "its folder does not exist"),
         (["left=a", "right=b", "-o", "x.yaml"], "found no folder a"),
         (["--live", "left", "left", "-o", "x.yaml"], "two or more different cameras"),
