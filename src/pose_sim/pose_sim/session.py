@@ -102,7 +102,6 @@ class Session:
     duration: float  # [s]
     seed: int
     settings: Settings
-    body: Body
     motion: Motion
     sensor_poses: Mapping[str, FloatArray]  # T_map_kinect_<name>_optical_frame, (4, 4)
     kinects: Mapping[str, KinectFrames]
@@ -154,7 +153,6 @@ def make_session(
         duration=duration,
         seed=seed,
         settings=settings,
-        body=body,
         motion=motion,
         is_captured=clip is not None,
         sensor_poses=poses,

@@ -55,11 +55,8 @@ class CrowdFrame:
 class Crowd:
     """Measurements of the cameras, and the ground truth."""
 
-    spec: CrowdSpec
     T_map_sensor: Mapping[str, FloatArray]  # (4, 4)
-    people: Sequence[Clip]  # on their paths
     frames: Sequence[CrowdFrame]  # in the order of their stamps
-    absences: Sequence[NDArray[np.bool_]]  # of each person, at :data:`RATE`
 
 
 def make_crowd(spec: CrowdSpec) -> Crowd:
@@ -85,7 +82,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
         for frame in _camera_frames(spec, sensor, place, people, absences, rng)
     ]
     frames.sort(key=lambda frame: frame.persons[0].stamp_ns)
-    return Crowd(spec=spec, T_map_sensor=places, people=people, frames=frames, absences=absences)
+    return Crowd(T_map_sensor=places, frames=frames)
 
 
 def _camera_place(index: int, rng: np.random.Generator) -> FloatArray:

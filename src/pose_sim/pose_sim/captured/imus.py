@@ -47,7 +47,6 @@ class ImuStream:
     stamps_s: FloatArray  # (n,) [s]
     orientation: FloatArray  # (n, 4) quaternion x, y, z, w: world from sensor
     angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensor's frame
-    heading: FloatArray  # (n,) [rad] true heading of map in the IMU's world
 
 
 def wear(
@@ -91,5 +90,4 @@ def _stream(
         stamps_s=stamps,
         orientation=(world * sensor).as_quat(),
         angular_velocity=gyroscope + 0.01 * rng.standard_normal(shape),
-        heading=heading,
     )
