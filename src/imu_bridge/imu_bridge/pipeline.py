@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols.reading import Parser, Reading, is_plausible
@@ -49,8 +49,8 @@ class ImuBatch:
         raw_magnetic_field: As measured [T], shape (n, 3); NaN where there is no new one.
         angular_velocity: Calibrated, bias removed [rad/s], shape (n, 3).
         acceleration: Calibrated [m/s^2], shape (n, 3).
-        orientation: ``R_world_sensor`` as (x, y, z, w), world ENU or, where ``has_heading`` is
-            false, z up with an arbitrary heading; shape (n, 4); NaN before the first.
+        orientation: ``R_world_sensor`` as (x, y, z, w), world ENU or, if the heading is
+            unknown, z up with an arbitrary heading; shape (n, 4); NaN before the first.
         heading_stddev: Standard deviation of the heading [rad], shape (n,); pi where unknown.
     """
 
@@ -67,11 +67,6 @@ class ImuBatch:
     def __len__(self) -> int:
         """The number of samples."""
         return len(self.stamp_ns)
-
-    @property
-    def has_heading(self) -> NDArray[np.bool_]:
-        """Whether the heading is known, shape (n,)."""
-        return self.heading_stddev < UNKNOWN_HEADING
 
 
 class NodeState:

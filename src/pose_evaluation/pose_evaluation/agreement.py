@@ -42,7 +42,6 @@ class Steadiness:
     """Constancy of a method's bone lengths and smoothness of its joints."""
 
     frames: int  # [-]
-    duration_s: float  # [s]
     gaps: int  # [-] intervals of more than 0.2 s
     longest_gap_s: float  # [s]
     bone_cv_percent: Mapping[str, float]  # [%] by bone
@@ -157,7 +156,6 @@ def measure_steadiness(series: SkeletonSeries) -> Steadiness:
     gaps = steps_s[steps_s > GAP_S]
     return Steadiness(
         frames=len(series),
-        duration_s=series.duration_s,
         gaps=len(gaps),
         longest_gap_s=float(gaps.max()) if len(gaps) else 0.0,
         bone_cv_percent=bone_length_cv_percent(series.positions),

@@ -33,7 +33,7 @@ def test_both_together_share_the_bridge():
     assert [node.port for node in devices.nodes] == [0, 1]
 
 
-def test_a_port_has_its_protocols_usual_speed_unless_it_says_otherwise():
+def test_a_port_has_its_protocols_default_speed_unless_one_is_given():
     devices = parse_devices({"ports": {"/dev/a": WIT, "/dev/b": {**TEXT, "baudrate": 57600}}}, SINK)
     assert [port.baudrate for port in devices.ports] == [115200, 57600]
 

@@ -178,7 +178,7 @@ def test_numbers_have_a_true_minus_and_no_signed_zero():
     [(smallest, 0), (largest, 2), (nearest_zero, 1)],
     ids=["smallest", "largest", "nearest_zero"],
 )
-def test_the_best_is_what_the_judge_says(judge, best):
+def test_the_best_value_is_selected_by_the_given_function(judge, best):
     row = number_row("x", [-5.0, 1.0, 3.0, np.nan], 1, judge)
     assert [cell.is_best for cell in row.cells] == [index == best for index in range(4)]
 
