@@ -20,7 +20,7 @@ def write(tmp_path):
     return write
 
 
-def test_a_map_that_is_like_another_replaces_what_it_gives(write):
+def test_a_map_based_on_another_replaces_its_keys(write):
     own = find_joint_map(write("like: azure_kinect\nunit: cm\nmap: {left_hand: HAND_LEFT}\n"))
 
     assert own.sources["left_hand"] == ("HAND_LEFT",)
@@ -53,7 +53,7 @@ def test_a_source_that_stands_twice_counts_twice(write):
     np.testing.assert_allclose(positions[JOINT_INDEX["torso"]], [2.0, 1.0, 1.0])
 
 
-def test_confidence_becomes_a_state_and_what_is_not_said_counts_as_tracked(write):
+def test_confidence_becomes_a_state_and_unknown_confidence_counts_as_tracked(write):
     text = AXES + "map: {head: a}\nconfidence: {inferred: 0.2, tracked: 0.6}\n"
     own = find_joint_map(write(text))
 

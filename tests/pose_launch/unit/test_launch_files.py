@@ -193,7 +193,7 @@ def test_an_include_gets_its_arguments(evaluate, package):
     assert process.command[1] == "left"
 
 
-def test_equal_names_are_told_apart(evaluate):
+def test_equal_names_are_numbered(evaluate):
     graph = evaluate("""\
         launch:
         - node: {pkg: demo_pkg, exec: talk}
@@ -250,7 +250,7 @@ def test_a_bad_file_is_refused_in_one_line(evaluate, text, complaint):
     assert "x.launch.yaml" in str(caught.value)
 
 
-def test_an_argument_that_nobody_declares_is_refused(evaluate):
+def test_an_undeclared_argument_is_refused(evaluate):
     with pytest.raises(LaunchError, match="no argument 'rte': there are rate"):
         evaluate(TALKER, rte="1.0")
 
@@ -263,7 +263,7 @@ def test_a_launch_file_is_found_by_its_bare_name(package):
     assert find_launch_file("start") == file
 
 
-def test_a_missing_launch_file_is_said(package):
+def test_a_missing_launch_file_is_named(package):
     with pytest.raises(LaunchError, match="found no launch file 'nothing'"):
         find_launch_file("nothing")
 
