@@ -11,9 +11,9 @@ from functools import partial
 
 import numpy as np
 
-from pose_bench.captured_suite import KNOWN
-from pose_bench.methods import TimedRun, run_pipeline
+from pose_bench.methods import BASELINE, TimedRun, run_pipeline
 from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
+from pose_bench.suite import KNOWN
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     ANGLES,
@@ -45,7 +45,6 @@ from pose_sim.captured.session import (
 )
 
 JUDGED_FROM_S = 3.0  # [s]
-BASELINE = "joint_kf"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
+from imu_bridge.protocols.reading import STANDARD_GRAVITY
+
 FIELDS = (
     "time",
     *(f"{quantity}_{axis}" for quantity in ("acc", "gyro", "mag") for axis in "xyz"),

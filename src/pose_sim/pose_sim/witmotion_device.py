@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
+from imu_bridge.protocols.reading import STANDARD_GRAVITY
+
 US_PER_MS = 1000
 CONTENT = (0x51, 0x52, 0x54)
 """Default kinds of packets: acceleration, angular velocity, magnetic field."""

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from pose_bench.captured import METHODS, CapturedScore
-from pose_bench.captured_suite import CALIBRATED, KNOWN, OFFSET, captured_specs
+from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import IMU_SETS, ablation_methods, imu_set_methods
+from pose_bench.suite import CALIBRATED, KNOWN, OFFSET
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_sim.captured.clips import bundled_clips

@@ -96,7 +96,7 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
         backwards=int(np.sum(steps_ns < 0)),
         repeated=int(np.sum(steps_ns == 0)),
         rmse_deg=rmse_deg(heard.bodies.between(begin_ns, end_ns), truth),
-        reference_deg=_reference_deg(reference, truth, begin_ns, end_ns),
+        reference_deg=rmse_deg(reference.between(begin_ns, end_ns), truth),
         said_s=said_s,
         said=said,
         recovery_s=_recovery_s(heard.bodies, reference, truth, end_ns),
@@ -120,10 +120,6 @@ def rmse_deg(bodies: Poses, truth: Truth) -> float:
     """RMSE over all angles and instants [deg]; NaN if there are none."""
     squares = errors_deg(bodies, truth) ** 2
     return float(np.sqrt(np.nanmean(squares))) if np.isfinite(squares).any() else float("nan")
-
-
-def _reference_deg(reference: Poses, truth: Truth, begin_ns: int, end_ns: int) -> float:
-    return rmse_deg(reference.between(begin_ns, end_ns), truth)
 
 
 def _step_deg(joints: Poses, truth: Truth) -> float:

@@ -6,7 +6,7 @@ from pose_core.errors import InputError
 from pose_io.bag_samples import read_body_series
 from pose_io.bags import BAG_SUFFIXES, BagReader, open_bag
 from pose_io.references.c3d_file import read_c3d
-from pose_io.references.markers import MarkerSeries, skeleton_of_markers
+from pose_io.references.markers import skeleton_of_markers
 from pose_io.references.mot import read_mot
 from pose_io.references.reference import Reference, reference_of_skeleton
 from pose_io.references.trc import read_trc
@@ -40,7 +40,8 @@ def read_reference(path: Path) -> Reference:
     if suffix in ANGLE_READERS:
         return ANGLE_READERS[suffix](path)
     if suffix in MARKER_READERS:
-        return reference_of_markers(MARKER_READERS[suffix](path), path)
+        markers = MARKER_READERS[suffix](path)
+        return reference_of_skeleton(path.name, skeleton_of_markers(markers, str(path)))
     if UIPRMD_NAME in path.name:
         return read_uiprmd(path)
     known = ", ".join([*MARKER_READERS, *ANGLE_READERS])
@@ -60,8 +61,3 @@ def reference_of_bag(bag: BagReader) -> Reference:
         skeleton,
         synthetic=is_truth and ABOUT_TOPIC in bag.topics,
     )
-
-
-def reference_of_markers(markers: MarkerSeries, path: Path) -> Reference:
-    """A reference of labelled points."""
-    return reference_of_skeleton(path.name, skeleton_of_markers(markers, str(path)))
