@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Run as the image's user: builds the workspace for its services and compiles the estimator's kernels
+# Run as the image's user: builds the workspace for its services, compiles the estimator's kernels
 # into NUMBA_CACHE_DIR (a volume: another processor compiles its own there).
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"

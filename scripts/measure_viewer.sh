@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Measures the frame rate of a live graph's page, with the synthetic subject's devices, nine IMUs and
+# Measures the frame rate of a live graph's page with the synthetic subject's devices, nine IMUs and
 # headless browsers that count received and drawn frames.
 #
 # usage: scripts/measure_viewer.sh [--browsers N …] [--seconds S] …   (--help)

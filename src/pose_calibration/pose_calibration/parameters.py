@@ -11,7 +11,7 @@ ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_h
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationParameters:
-    """Parameters of the calibration, live and offline alike."""
+    """Parameters of the calibration, live and offline."""
 
     person: str = parameter(
         "", doc="a sensor's id of the person; empty: a person whose views agree"

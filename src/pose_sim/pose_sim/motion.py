@@ -185,7 +185,7 @@ def _add_sway(
         waves = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases).sum(axis=1)
         size = np.radians(sway * gain) * np.sqrt(2.0 / SWAY_HARMONICS)
         unrest = size * envelope * waves
-        if name == "shift":  # from foot to foot: both legs lean alike
+        if name == "shift":  # weight shift between the feet: both legs lean equally
             angles["left_hip_abduction"] = angles["left_hip_abduction"] + unrest
             angles["right_hip_abduction"] = angles["right_hip_abduction"] - unrest
         else:

@@ -145,7 +145,7 @@ def _out_of_view(optical: FloatArray) -> FloatArray:
 def _states(
     blocked: FloatArray, p: KinectParameters, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """Tracking state of each joint, which changes seldom, (n, 15)."""
+    """Tracking state of each joint, which changes rarely, (n, 15)."""
     believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
     loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
     is_hidden = blocked > 0.5

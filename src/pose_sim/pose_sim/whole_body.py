@@ -157,7 +157,7 @@ def rest_arms(t: Timeline, duration: float) -> None:
 
 
 def twist(t: Timeline, duration: float, yaw: float, degrees: float) -> None:
-    """Twist by ``degrees`` at the shoulders over feet at ``yaw``; the head goes further."""
+    """Twist by ``degrees`` at the shoulders over feet at ``yaw``; the head turns further."""
     turn_pelvis(t, duration, yaw, 0.2 * degrees)
     shares = {"lumbar_rotation": 0.2, "thoracic_rotation": 0.6, "neck_rotation": 0.25}
     t.move(duration, {name: share * degrees for name, share in shares.items()})

@@ -1,4 +1,4 @@
-"""The orientation filters by name: what all of them must do, and what each leaves out."""
+"""The orientation filters by name: their common behaviour and their differences."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Node clock to host stamps."""
+"""Mapping of node clocks to host stamps."""
 
 import numpy as np
 import pytest

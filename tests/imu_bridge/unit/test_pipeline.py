@@ -1,4 +1,4 @@
-"""From bytes to stamped, calibrated, oriented samples."""
+"""Pipeline from bytes to samples with stamp, calibration and orientation."""
 
 from dataclasses import replace
 

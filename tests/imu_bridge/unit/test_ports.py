@@ -1,4 +1,4 @@
-"""The pipeline with several ports, and with devices that neither count nor tell the time."""
+"""The pipeline with several ports, and with devices without sequence numbers and clock."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

@@ -1,4 +1,4 @@
-"""The wire format, against bytes worked out by hand."""
+"""The protocol's frames, against bytes computed by hand."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""README and example files say what the code does."""
+"""README and example files agree with the code."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""WitMotion's packets: bytes worked out by hand, and an emulator made from the datasheet."""
+"""WitMotion's packets: bytes computed by hand, and an emulator from the datasheet."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Joint maps that users bring: what is read, and what is refused in one line."""
+"""Users' joint maps: valid ones, and errors of one line."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""NiTE2's source against libraries of ours that have the same C functions and play a recording."""
+"""NiTE2's source against substitute libraries with the same functions, which replay a recording."""
 
 import ctypes
 import subprocess

@@ -1,4 +1,4 @@
-"""Datagrams: what is heard, what is refused and why."""
+"""Datagrams: accepted ones, and rejected ones by reason."""
 
 import json
 import socket

@@ -1,4 +1,4 @@
-"""Captured people who cross, hide one another, leave and come back keep their identities."""
+"""Captured people who cross, occlude each other, leave and return keep their identities."""
 
 import pytest
 

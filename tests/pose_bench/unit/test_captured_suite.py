@@ -1,4 +1,4 @@
-"""The judged suite on captured people: its sessions, variants and tables."""
+"""The suite on captured motion: its sessions, variants and tables."""
 
 from collections import Counter
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""When a fault counts as said."""
+"""When a fault counts as reported."""
 
 import numpy as np
 import pytest

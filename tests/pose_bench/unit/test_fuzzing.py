@@ -1,4 +1,4 @@
-"""Fuzzing: a short, seeded part of `./pose bench fuzz`, and what it would find."""
+"""A short, seeded part of `./pose bench fuzz`, and the faults that it detects."""
 
 import pytest
 

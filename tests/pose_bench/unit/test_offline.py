@@ -1,4 +1,4 @@
-"""The bags that ``./pose bench offline`` repeats, and what ``live`` makes of what it noted."""
+"""The repeated bags of ``./pose bench offline``, and the figures of ``live`` from its probe."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The IMUs' calibration on the synthetic person, straps 15 to 30 degrees off (synthetic)."""
+"""The IMUs' calibration on the synthetic person, misaligned by 15 to 30 degrees."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The person's measures in a session's file."""
+"""The person's body measures in a session's file."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""A sensor that has been moved is noticed; a person who moves is not."""
+"""Detection of a moved sensor, without false alarms by a moving person."""
 
 import numpy as np
 import pytest

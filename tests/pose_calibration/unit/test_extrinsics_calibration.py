@@ -1,4 +1,4 @@
-"""Extrinsics from what several sensors see of one person."""
+"""Extrinsics from several sensors' skeletons of one person."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The vertical from IMUs on limbs that a camera sees (synthetic)."""
+"""The vertical from IMUs on limbs that a camera tracks (synthetic)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""How much later one view shows the joints than another."""
+"""Delay of the joints in one view behind another."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Our joint centres of real Vicon markers, beside the angles that Plug-in Gait made of them."""
+"""Joint centres from real Vicon markers, compared with Plug-in Gait's angles."""
 
 import gzip
 

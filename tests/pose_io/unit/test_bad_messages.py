@@ -1,4 +1,4 @@
-"""Messages that no sensor should send: what they say is left out, never passed on."""
+"""Invalid messages of sensors: their values are left out."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""What every format refuses, in one line with file, line and remedy."""
+"""Errors of every format: one line with file, line and remedy."""
 
 import gzip
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Messages read from their bytes say what the deserialised messages say."""
+"""Messages read from their bytes equal the deserialised messages."""
 
 import numpy as np
 import pytest

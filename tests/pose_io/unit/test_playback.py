@@ -1,4 +1,4 @@
-"""What is due when a bag is played."""
+"""Due messages in the playback of a bag."""
 
 import pytest
 

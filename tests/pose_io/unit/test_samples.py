@@ -1,4 +1,4 @@
-"""A recording's samples, whatever kind of file it is."""
+"""Samples of recordings of any kind."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""``up`` with real processes: what it starts, it ends."""
+"""``up`` with real processes: it ends all that it has started."""
 
 import signal
 import sys

@@ -1,4 +1,4 @@
-"""Launch files and the processes they come down to."""
+"""Evaluation of launch files to processes."""
 
 import shlex
 import textwrap

@@ -1,4 +1,4 @@
-"""The virtual Kinects stay as bad as real ones: bands around the README's table."""
+"""Errors of the virtual Kinects remain within bands around the README's table."""
 
 import numpy as np
 import pytest

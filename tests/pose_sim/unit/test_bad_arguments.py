@@ -1,4 +1,4 @@
-"""What the synthetic subject's tools are given and cannot use."""
+"""Invalid arguments of the synthetic subject's tools."""
 
 import sys
 

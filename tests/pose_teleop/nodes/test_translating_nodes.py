@@ -1,4 +1,4 @@
-"""The person as others' tools take it: retargeters, ROS4HRI."""
+"""The person for third-party tools: retargeters, ROS4HRI."""
 
 from functools import partial
 

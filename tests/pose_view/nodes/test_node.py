@@ -1,4 +1,4 @@
-"""The viewer node: what it subscribes to, when; what its buttons ask the graph for."""
+"""The viewer node: its subscriptions, and the commands of its buttons."""
 
 import itertools
 

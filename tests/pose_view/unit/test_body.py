@@ -1,4 +1,4 @@
-"""The drawn body: its parts fit the measured joints, its joints' balls tell the source."""
+"""The drawn body: its parts fit the measured joints, its joints' balls show the source."""
 
 from collections import Counter
 

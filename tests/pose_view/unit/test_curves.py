@@ -1,4 +1,4 @@
-"""Curves, plots, streams and words: what the panels say."""
+"""Content of the panels: curves, plots, streams and status lines."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""What is kept of a live graph's messages."""
+"""State collected from a live graph's messages."""
 
 from types import SimpleNamespace
 

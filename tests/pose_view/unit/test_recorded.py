@@ -1,4 +1,4 @@
-"""A recording as snapshots, and the bodies that are computed where they were not recorded."""
+"""A recording as snapshots, and bodies that are computed if they were not recorded."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The web server: for this machine, for pages of its own."""
+"""Access control of the web server."""
 
 import http.client
 import urllib.request

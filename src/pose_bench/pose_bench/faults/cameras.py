@@ -1,4 +1,4 @@
-"""Faults of cameras and trackers: silence, units, names, strangers, garbage."""
+"""Faults of cameras and trackers: silence, units, names, other people, invalid data."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

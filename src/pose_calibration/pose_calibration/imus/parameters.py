@@ -7,7 +7,7 @@ from pose_core.parameters import NAME_ENDING, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ImuCalibrationParameters:
-    """Parameters of ``./pose calibrate imu``, live and offline alike."""
+    """Parameters of ``./pose calibrate imu``, live and offline."""
 
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects, the reference first", pattern=NAME_ENDING

@@ -72,7 +72,7 @@ class ImuMemory:
         if stamps and -JUMP_BACK_NS < stamp_ns - stamps[-1] < EVERY_NS:
             return
         if stamps and stamp_ns < stamps[-1]:
-            stamps.clear()  # the clock was set back, or a recording begins anew
+            stamps.clear()  # the clock was set back, or a recording restarted
             quaternions.clear()
         stamps.append(stamp_ns)
         quaternions.append(quaternion)

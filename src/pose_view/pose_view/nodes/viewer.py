@@ -229,7 +229,7 @@ class ViewerNode(Node):
     def _set_person(self, person: str) -> None:
         ready = [client for client in self._setters.values() if client.service_is_ready()]
         if not ready:
-            self._answer("no fusion is running: nobody to follow anybody", False)
+            self._answer("no fusion is running: the person cannot be selected", False)
             return
         value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=person)
         request = SetParameters.Request(parameters=[ParameterMessage(name="person", value=value)])

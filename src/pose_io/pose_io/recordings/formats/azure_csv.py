@@ -23,7 +23,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     table = read_table(path, delimiter=";")
     table.refuse_unknown([*USED, *JOINT_COLUMNS])

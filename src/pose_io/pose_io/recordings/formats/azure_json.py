@@ -59,7 +59,7 @@ def read(path: Path) -> Recording:
     """Read a file, or a folder of one file a frame.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     rows = _read_folder(path) if path.is_dir() else _read_file(path)
     return rows.recording(path, NAME, AZURE_KINECT)

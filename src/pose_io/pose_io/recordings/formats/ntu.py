@@ -70,7 +70,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     lines = _Lines(path, read_content(path).decode(errors="replace"))
     rows = SdkRows()

@@ -83,7 +83,7 @@ def read(path: Path) -> Recording:
     """Read a file of positions and the angles that belong to it.
 
     Raises:
-        InputError: If one of them is missing or not what it should be.
+        InputError: If one of them is missing or not of this format.
     """
     offsets = _read_triples(path)
     angles = _read_triples(angles_path(path))

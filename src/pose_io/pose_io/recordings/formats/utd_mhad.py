@@ -31,7 +31,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     # Imported here: scipy.io takes half a second to load, and only these recordings need it.
     from scipy.io import loadmat
