@@ -26,7 +26,7 @@ SIMULATED = ("imu_device",)  # not part of the graph: replaces the real IMUs
 class LiveResult:
     """Figures of one run."""
 
-    latency_ms: FloatArray  # (n,) from a joint state's stamp, the instant of the pose, to its arrival
+    latency_ms: FloatArray  # (n,) from a joint state's stamp to its arrival
     missing: int  # stamps of the output grid without a joint state
     stages: dict[str, str]  # median and 99th percentile [ms] by stage, as the fusion reports
     load: dict[str, float]  # [cores] by process
