@@ -107,7 +107,7 @@ def _result(
     steps = np.diff(stamps)
     seconds = after[0] - before[0]
     return LiveResult(
-        latency_ms=(arrived - stamps) * 1e-6,
+        latency_ms=(arrived - stamps).astype(np.float64) * 1e-6,
         missing=int(np.sum(np.rint(steps / np.median(steps)) - 1)),
         stages=noted["stages"],
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
