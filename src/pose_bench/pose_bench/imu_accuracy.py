@@ -159,7 +159,7 @@ def _read_trial(path: Path) -> Trial:
     except (OSError, KeyError, ValueError, IndexError, NotImplementedError, MatReadError) as error:
         reason = " ".join(str(error).split())
         raise InputError(
-            f"{path} is no trial of BROAD ({reason}): expected {', '.join(BROAD_KEYS)}"
+            f"{path} is not a trial of BROAD ({reason}): expected {', '.join(BROAD_KEYS)}"
         ) from error
     return Trial(
         name=path.stem,

@@ -132,7 +132,7 @@ def calibrate_people(
         candidates = list(match_people(frames_kept, sensors).samples.values())
         if not candidates:
             raise CalibrationError(
-                f"several people are seen, and nobody's views in {', '.join(sensors)} agree: "
+                f"several people are detected, and views in {', '.join(sensors)} agree on none: "
                 "walk about alone in view of the sensors, or name a person with --person"
             )
     failure: CalibrationError | None = None

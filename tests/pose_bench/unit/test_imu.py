@@ -66,10 +66,10 @@ def test_a_folder_without_trials_is_refused(tmp_path: Path):
 
 def test_a_file_that_is_no_trial_is_refused(tmp_path: Path):
     (tmp_path / "01.mat").write_bytes(b"not MATLAB's" * 40)
-    with pytest.raises(InputError, match="is no trial of BROAD"):
+    with pytest.raises(InputError, match="is not a trial of BROAD"):
         read_broad(tmp_path)
     savemat(tmp_path / "01.mat", {"imu_gyr": np.zeros((3, 3))})
-    with pytest.raises(InputError, match="is no trial of BROAD"):
+    with pytest.raises(InputError, match="is not a trial of BROAD"):
         read_broad(tmp_path)
 
 

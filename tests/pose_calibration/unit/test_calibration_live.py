@@ -146,7 +146,7 @@ def test_with_two_people_from_the_start_one_is_found_whose_views_agree():
     frames = frames_of([person_at, other], 16.0)
     first = [persons for persons, _ in frames[:60]]
     assert [calibration.add(persons) for persons in first] == [None] * 60
-    assert "several people are seen" in calibration.status
+    assert "several people are detected" in calibration.status
     given = [calibration.add(persons) for persons, _ in frames[60:]]
     extrinsics = [each for each in given if each is not None][-1]
     assert angle_deg(extrinsics.T_reference_sensor["right"], TRUE) < 1.0

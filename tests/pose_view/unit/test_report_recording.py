@@ -157,7 +157,7 @@ def test_a_stretch_can_be_reported_alone(two):
 
 
 def test_an_empty_stretch_is_refused(two):
-    with pytest.raises(InputError, match="nobody is seen from 60 to inf s"):
+    with pytest.raises(InputError, match="no person is seen from 60 to inf s"):
         read(two, "left", from_s=60.0)
 
 

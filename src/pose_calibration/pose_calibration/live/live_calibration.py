@@ -156,7 +156,7 @@ class LiveCalibration:
             return f"{self.state.value}, but {self.moved}: calibrate again"
         if self.state is CalibrationState.COLLECTING:
             if self.selector.is_waiting:
-                return "collecting: several people are seen, finding one whose views agree"
+                return "collecting: several people are detected, searching one whose views agree"
             return f"collecting: {self.missing}"
         residuals = {} if self.extrinsics is None else self.extrinsics.residuals
         reached = [

@@ -71,7 +71,7 @@ def _with_base(path: Path, depth: int = 0) -> dict[str, Any]:
     if base is None:
         return document
     if base not in SHIPPED or depth > len(SHIPPED):
-        raise InputError(f"{path}: like = {base!r} is none of the maps {', '.join(SHIPPED)}")
+        raise InputError(f"{path}: like = {base!r} is not one of the maps {', '.join(SHIPPED)}")
     below = _with_base(FOLDER / f"{base}.yaml", depth + 1)
     joint_map = document.get("map", {})
     if isinstance(joint_map, dict):

@@ -99,7 +99,7 @@ def read_recording(
     methods = _cut(estimated.methods, wanted, whole[0])
     if not methods:
         raise InputError(
-            f"nobody is seen from {wanted.from_s:g} to {wanted.until_s:g} s of this recording"
+            f"no person is seen from {wanted.from_s:g} to {wanted.until_s:g} s of the recording"
         )
     begin_ns, end_ns = _span(methods)
     return Recording(
@@ -232,7 +232,7 @@ def _shown(methods: Mapping[str, SkeletonSeries], wanted: Wanted) -> dict[str, S
         if name in wanted.methods or name == wanted.focus
     }
     if not shown:
-        raise InputError("nobody is seen in this recording: there is nothing to report")
+        raise InputError("no person is seen in this recording: there is nothing to report")
     return shown
 
 
