@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the documentation site into .pose/site; a warning, such as a link that leads nowhere, is an
-# error. It has an environment of its own, since nothing else needs its packages.
+# Builds the documentation site into .pose/site; warnings, such as broken links, are errors. It has
+# its own environment, since nothing else needs its packages.
 #
 # usage: scripts/build_site.sh [serve]      serve: at http://127.0.0.1:8000, rebuilt at each change
 set -euo pipefail

@@ -1,8 +1,8 @@
-"""Installs each package alone, in an empty virtual environment, from what it declares, and runs it.
+"""Installs each package with its declared dependencies in an empty virtual environment and runs it.
 
-What `package.xml` names by rosdep key and what `requirements.txt` names comes in, with the same of
-the packages of this workspace that it names, and nothing else. Then every module is imported and
-every executable answers `--help`. Run by `scripts/check_packages.sh`.
+Only the dependencies in `package.xml` (rosdep keys) and `requirements.txt` are installed, and those
+of the required packages of this workspace. Then every module is imported and every executable is
+run with `--help`. Run by `scripts/check_packages.sh`.
 """
 
 import argparse
@@ -23,10 +23,10 @@ PIP_NAMES = {
     "python3-serial": "pyserial",
     "python3-yaml": "PyYAML",
 }
-"""Of rosdep keys, where it is not the key without `python3-`."""
+"""Names on PyPI by rosdep key, where it is not the key without `python3-`."""
 BUILT_HERE = {"pose_msgs": "install", "tf2_msgs": "underlay/install"}
 """Interfaces that colcon has built, by their folder in POSE_HOME."""
-MIDDLEWARE = "rmw_fastrtps_cpp"  # comes with any ROS; a wheel of rclpy does not bring it
+MIDDLEWARE = "rmw_fastrtps_cpp"  # part of any ROS, but not of rclpy's wheel
 IMPORT_ALL = """\
 import importlib, pkgutil, sys
 package = importlib.import_module(sys.argv[1])
@@ -36,7 +36,7 @@ for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
 
 
 class Package:
-    """One package of the workspace, and what it declares."""
+    """One package of the workspace with its declared dependencies."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.name = folder, folder.name
@@ -53,7 +53,7 @@ class Package:
 
 
 def with_its_own(package: Package, packages: dict[str, Package]) -> list[Package]:
-    """The package and, before it, all of the workspace that it needs."""
+    """The package, preceded by the packages of the workspace that it requires."""
     found: dict[str, Package] = {}
 
     def visit(one: Package) -> None:
@@ -66,7 +66,7 @@ def with_its_own(package: Package, packages: dict[str, Package]) -> list[Package
 
 
 def run(command: list[str], environment: dict[str, str]) -> None:
-    """Run a command; an error ends with what it has said."""
+    """Run a command; an error message ends with its output."""
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         said = (done.stdout + done.stderr).strip()
@@ -74,7 +74,7 @@ def run(command: list[str], environment: dict[str, str]) -> None:
 
 
 class Checker:
-    """Makes the environments.
+    """Creates the environments.
 
     Args:
         home: The prepared environment, POSE_HOME.
@@ -98,11 +98,11 @@ class Checker:
             text=True,
             check=True,
         ).stdout
-        # Links to the workspace's own packages are no pins.
+        # Links to the workspace's own packages are not pinned versions.
         self._pins.write_text("\n".join(line for line in frozen.splitlines() if "==" in line))
 
     def build(self, package: Package) -> Path:
-        """A wheel of the package, built elsewhere: setuptools builds beside the sources."""
+        """Build a wheel in a copy, since setuptools builds beside the sources."""
         copy = self._folder / "sources" / package.name
         shutil.copytree(package.folder, copy, ignore=shutil.ignore_patterns("*.egg-info", "build"))
         out = self._folder / "wheels" / package.name
@@ -111,7 +111,7 @@ class Checker:
         return wheel
 
     def check(self, needed: list[Package], wheels: dict[str, Path]) -> int:
-        """Install the last of them, import its modules, ask its executables; how many these are."""
+        """Install the last package and run it; returns the number of its executables."""
         package = needed[-1]
         venv = self._folder / "venvs" / package.name
         run([self._uv, "venv", "--quiet", "--python", self._python, str(venv)], self._plain)
@@ -167,7 +167,7 @@ def executables_of(wheel: Path) -> list[str]:
 
 
 def main() -> int:
-    """Check the named packages, or all; the exit code."""
+    """Check the named packages, or all; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("home", type=Path, help="the prepared environment")
     parser.add_argument("package", nargs="*", help="all if none is named")

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs each package in a virtual environment of its own, from what it declares alone, imports
-# all of it and asks each executable for its help.
+# Installs each package with its declared dependencies in its own virtual environment, imports all
+# modules and runs each executable with --help.
 #
 # usage: scripts/check_packages.sh [PACKAGE …]
 set -euo pipefail

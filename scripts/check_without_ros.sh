@@ -19,7 +19,7 @@ done
 "$POSE_VENV/bin/uv" venv --quiet --python "$python" "$folder/venv"
 "$POSE_VENV/bin/uv" pip install --quiet --python "$folder/venv/bin/python" "${packages[@]}"
 
-# Nothing of this shell's environment; kernels that are not optimised compile in half the time.
+# Without this shell's environment; kernels without optimisation compile in half the time.
 env -i HOME="$folder" MPLBACKEND=Agg NUMBA_OPT=0 PYTHONWARNINGS=ignore "$folder/venv/bin/python" \
     examples/fuse_csv.py "$folder/session/kinects.csv" "$folder/angles.png" | tee "$folder/said"
 grep -qE '^[0-9]{3,} poses, 27 degrees of freedom$' "$folder/said"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the image's user builds: the workspace with all that its services need, and the estimator's
-# kernels, compiled into NUMBA_CACHE_DIR (a volume: another processor compiles its own there).
+# Run as the image's user: builds the workspace for its services, compiles the estimator's kernels
+# into NUMBA_CACHE_DIR (a volume: another processor compiles its own there).
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the image needs of the system, run as root: packages beside those of ros:jazzy, and the user
-# that the services run as, who may open serial devices and owns some folders, made if need be.
+# Run as root: installs system packages besides those of ros:jazzy, and creates the user of the
+# services, who may open serial devices and owns the given folders, which are created if missing.
 #
 # usage: scripts/docker_system.sh UID FOLDER …
 set -euo pipefail

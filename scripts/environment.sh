@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Sourced, never run: where the prepared environment lies, and how to enter it.
+# To be sourced: paths of the prepared environment, and a function to enter it.
 #
 # POSE_HOME        what `prepare.sh` builds (default: .pose in the checkout)
 # POSE_ROS_SETUP   the setup file of an installed ROS (default: /opt/ros/jazzy/setup.bash)
@@ -10,7 +10,7 @@ POSE_HOME="${POSE_HOME:-$POSE_ROOT/.pose}"
 POSE_ROS_SETUP="${POSE_ROS_SETUP:-/opt/ros/jazzy/setup.bash}"
 POSE_VENV="$POSE_HOME/venv"
 
-# Body data stays on this machine unless the user says otherwise.
+# Body data stay on this machine unless the user configures another network.
 export ROS_AUTOMATIC_DISCOVERY_RANGE="${ROS_AUTOMATIC_DISCOVERY_RANGE:-LOCALHOST}"
 export RMW_IMPLEMENTATION="${RMW_IMPLEMENTATION:-rmw_fastrtps_cpp}"
 if [ -z "${FASTRTPS_DEFAULT_PROFILES_FILE:-}" ]; then
@@ -42,7 +42,7 @@ enter_ros() {
         return
     fi
     source_setup "$POSE_VENV/bin/activate"
-    # Nothing of another ROS that this shell may have entered.
+    # Remove the variables of another ROS environment.
     unset PYTHONPATH
     export AMENT_PREFIX_PATH="$POSE_VENV"
     export CMAKE_PREFIX_PATH="$POSE_VENV"

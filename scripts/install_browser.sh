@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A headless Chromium for the tests that look at pages, where there is none yet and this may
-# install system packages (root, apt). Elsewhere those tests skip and say why.
+# Installs a headless Chromium for tests of pages, if there is none and system packages may be
+# installed (root, apt). Otherwise those tests are skipped with the reason.
 #
 # POSE_BROWSER     the browser to use: then nothing is installed
 #

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Checks everything that needs no run: formatting, style, types, YAML, Dockerfile, shell scripts.
-# Goes through all of it and fails at the end if anything did.
+# Static checks: formatting, style, types, YAML, Dockerfile, shell scripts. All checks are run; the
+# script fails at the end if one failed.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 

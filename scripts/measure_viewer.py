@@ -1,4 +1,4 @@
-"""How smoothly the live page runs, counted in the browsers; run by ``measure_viewer.sh``."""
+"""Measures the frame rate of the live page in browsers; run by ``measure_viewer.sh``."""
 
 import argparse
 import json
@@ -21,10 +21,10 @@ from rich.console import Console
 from rich.table import Table
 from viewed_graph import Session, executable, serving, viewed_graph
 
-BEGIN_S = 20.0  # [s] of the session: cameras and IMUs are calibrated by then
+BEGIN_S = 20.0  # [s] into the session, when cameras and IMUs are calibrated
 SLOWEST_S = 30.0  # [s] for opening pages
-SETTLE_S = 4.0  # [s] a page takes to have drawn its first pictures
-SLOW_MS = 60_000  # [ms] three dimensions are drawn without a graphics card
+SETTLE_S = 4.0  # [s] until a page has drawn its first frames
+SLOW_MS = 60_000  # [ms] time limit without a graphics card
 
 # viser receives in a worker and hands batches of messages to the page, which draws on demand.
 COUNT = """
@@ -54,16 +54,16 @@ for (const name of ["drawElements", "drawArrays", "drawElementsInstanced", "draw
 
 @dataclass(frozen=True, kw_only=True)
 class Cadence:
-    """How regularly something came."""
+    """Regularity of events."""
 
     rate_hz: float
-    p50_ms: float  # of the gaps
+    p50_ms: float  # of the intervals
     p99_ms: float
     longest_ms: float
 
     @classmethod
     def of(cls, times_ms: Sequence[float]) -> "Cadence":
-        """Of these times [ms], ascending."""
+        """Compute from times [ms], ascending."""
         if len(times_ms) < 3:
             return cls(rate_hz=0.0, p50_ms=np.inf, p99_ms=np.inf, longest_ms=np.inf)
         gaps = np.diff(times_ms)
@@ -81,8 +81,8 @@ class LookedAt:
     """A running viewer.
 
     Attributes:
-        address: Of its page.
-        processes: It, and all that runs for it.
+        address: Address of its page.
+        processes: Its process and its children.
     """
 
     address: str
@@ -124,7 +124,7 @@ def _live(options: argparse.Namespace, folder: Path) -> Iterator[LookedAt]:
 
 @contextmanager
 def _played(bag: Path) -> Iterator[LookedAt]:
-    """The viewer alone, and a recording of all three bodies played to it."""
+    """The viewer, with a recording of all three bodies played to it."""
     viewer = [executable("pose_view", "viewer"), "--ros-args", "-p", "port:=0"]
     play = [str(executable("pose_fusion", "player")), str(bag), "--loop"]
     with serving(viewer) as (process, address), subprocess.Popen(play) as player:
@@ -137,7 +137,7 @@ def _played(bag: Path) -> Iterator[LookedAt]:
 def _measure(
     graph: LookedAt, browser: LocalBrowser, count: int, options: argparse.Namespace
 ) -> dict[str, Any]:
-    """What so many pages receive and draw, and what that costs the graph's processes."""
+    """Measure what ``count`` pages receive and draw, and the CPU time of the graph's processes."""
     pages = [_open(browser, graph.address, options) for _ in range(count)]
     for page in pages:
         page.wait_for_function("window.received.length > 0", timeout=SLOW_MS)
@@ -167,7 +167,7 @@ def _open(browser: LocalBrowser, address: str, options: argparse.Namespace) -> P
 
 
 def _wait(pages: Sequence[Page], seconds: float) -> None:
-    """Wait, and let the browser's driver work meanwhile."""
+    """Wait while the browser's driver processes events."""
     if pages:
         pages[0].wait_for_timeout(1e3 * seconds)
     else:
@@ -175,7 +175,7 @@ def _wait(pages: Sequence[Page], seconds: float) -> None:
 
 
 def _cpu_s(graph: LookedAt) -> dict[str, float]:
-    """CPU time [s] that each process has taken, by the node's name."""
+    """CPU time [s] of each process, by the node's name."""
     spent: dict[str, float] = {}
     for root in map(psutil.Process, graph.processes):
         for process in (root, *root.children(recursive=True)):
@@ -211,7 +211,7 @@ def _table(rows: Sequence[tuple[int, Mapping[str, Any]]]) -> Table:
 
 
 def _cadence(each: Sequence[Cadence]) -> tuple[str, str]:
-    """Of the slowest browser."""
+    """Cells of the slowest browser."""
     if not each:
         return "–", "–"
     worst = max(each, key=lambda cadence: cadence.p99_ms)

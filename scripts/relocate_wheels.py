@@ -1,4 +1,4 @@
-"""Bind the ROS wheels to this Python: mend their CMake files, print their library path.
+"""Bind the ROS wheels to this Python: correct their CMake files, print their library path.
 
 The wheels' exported CMake files name the headers of the machine that built them.
 """
@@ -21,7 +21,7 @@ def relocate(text: str) -> str:
 
 
 def main() -> None:
-    """Mend every CMake file of the environment, then print the wheels' library path."""
+    """Correct every CMake file of the environment, then print the wheels' library path."""
     prefix = Path(sys.prefix)
     for path in prefix.glob("share/**/*.cmake"):
         text = path.read_text()

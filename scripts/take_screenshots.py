@@ -1,4 +1,4 @@
-"""Takes the viewer's pictures for the documentation; run by ``take_screenshots.sh``."""
+"""Takes screenshots of the viewer for the documentation; run by ``take_screenshots.sh``."""
 
 import argparse
 import io
@@ -13,15 +13,15 @@ from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 from viewed_graph import Session, executable, serving, viewed_graph
 
-LIVE_AT_S = 33.0  # [s] of the session, when the live picture is taken, or later
-DURATION_S = 70.0  # [s] of the session that is recorded
-LONGEST_S = 200.0  # [s] that a page takes to be photographed, on a machine that is too slow
+LIVE_AT_S = 33.0  # [s] earliest time of the live screenshot in the session
+DURATION_S = 70.0  # [s] duration of the recorded session
+LONGEST_S = 200.0  # [s] for a screenshot on a slow machine
 SIZE = {"width": 1440, "height": 800}
-SLOW_MS = 120_000  # [ms] three dimensions are drawn without a graphics card
+SLOW_MS = 120_000  # [ms] time limit without a graphics card
 
 
 def main() -> None:
-    """Take the pictures."""
+    """Take the screenshots."""
     options = _parser().parse_args()
     chromium = find_browser()
     if chromium is None:
@@ -38,7 +38,7 @@ def main() -> None:
 
 
 def _run_graph(options: argparse.Namespace, folder: Path, browser: LocalBrowser) -> Path:
-    """The picture of a live graph; the recording of another run, which no browser slows down."""
+    """Take the live screenshot; record another run, without a browser's load."""
     session = Session(choreography=options.choreography, seed=options.seed, duration_s=DURATION_S)
     longer = replace(session, duration_s=LONGEST_S)
     with viewed_graph(longer, folder / "live", "record:=false") as graph:
@@ -52,7 +52,7 @@ def _run_graph(options: argparse.Namespace, folder: Path, browser: LocalBrowser)
 
 
 def _show_recording(page: Page, at: float) -> None:
-    """Pause in the midst of the recording, with the raw skeletons drawn."""
+    """Pause within the recording, with the raw skeletons drawn."""
     page.get_by_role("button", name="Pause").click(timeout=SLOW_MS)
     page.get_by_text("Raw skeletons").locator("xpath=../../..").get_by_role("checkbox").check(
         timeout=SLOW_MS, force=True

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Takes the pictures of the viewer in the documentation from a real run: the synthetic subject's
-# devices, the live graph, a headless browser; then the recording that the run left.
+# Takes the documentation's screenshots of the viewer from a real run of the synthetic subject's
+# devices, the live graph and a headless browser; then from the run's recording.
 #
 # usage: scripts/take_screenshots.sh [--choreography NAME] [--output FOLDER] …   (--help)
 set -euo pipefail

@@ -1,4 +1,4 @@
-"""Runs that are looked at: the live graph on the synthetic subject's devices, its page, its end."""
+"""Runs the live graph with the synthetic subject's devices and the viewer."""
 
 import re
 import signal
@@ -14,12 +14,12 @@ from pathlib import Path
 from ament_index_python.packages import get_package_prefix
 
 NS_PER_S = 1_000_000_000
-LEAD_S = 40.0  # [s] for making the session, starting the graph, loading the page
+LEAD_S = 40.0  # [s] to generate the session, start the graph and load the page
 
 
 @dataclass(frozen=True, kw_only=True)
 class Session:
-    """What the synthetic subject does."""
+    """Motion of the synthetic subject."""
 
     choreography: str
     seed: int
@@ -32,9 +32,9 @@ class ViewedGraph:
 
     Attributes:
         process: The launcher.
-        address: Of the page.
-        start_at_ns: When the session begins [ns since 1970].
-        bag: What is being recorded.
+        address: Address of the page.
+        start_at_ns: Start of the session [ns since 1970].
+        bag: The bag being recorded.
     """
 
     process: "subprocess.Popen[str]"
@@ -43,18 +43,18 @@ class ViewedGraph:
     bag: Path
 
     def left_s(self, session_s: float) -> float:
-        """How long it is until an instant of the session [s], at least 0."""
+        """Time until an instant of the session [s], at least 0."""
         return max(0.0, self.start_at_ns / NS_PER_S + session_s - time.time())
 
 
 @contextmanager
 def viewed_graph(session: Session, folder: Path, *arguments: str) -> Iterator[ViewedGraph]:
-    """Make the session, start its devices and the graph with the page; stop them at the end.
+    """Generate the session, start its devices and the graph with the page; stop them at the end.
 
     Args:
-        session: What the subject does.
-        folder: For the session and the bag.
-        *arguments: More of the launch file's, as ``name:=value``.
+        session: Motion of the subject.
+        folder: Folder for the session and the bag.
+        *arguments: Further arguments of the launch file, as ``name:=value``.
     """
     start_at_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
     words: Sequence[str | Path] = [
@@ -82,7 +82,7 @@ def viewed_graph(session: Session, folder: Path, *arguments: str) -> Iterator[Vi
 
 @contextmanager
 def serving(command: Sequence[str | Path]) -> "Iterator[tuple[subprocess.Popen[str], str]]":
-    """A process that serves the page, and the page's address; interrupted at the end."""
+    """Run a process that serves the page; yields it and the address, interrupts it at the end."""
     with subprocess.Popen(
         list(map(str, command)), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as process:
@@ -90,7 +90,7 @@ def serving(command: Sequence[str | Path]) -> "Iterator[tuple[subprocess.Popen[s
         try:
             for line in process.stdout:
                 if found := re.search(r"http://127\.0\.0\.1:\d+", line):
-                    # What it says is read on, or the pipe fills and it waits.
+                    # Its output must be read, otherwise the full pipe blocks it.
                     threading.Thread(target=process.stdout.read, daemon=True).start()
                     yield process, found[0]
                     break

@@ -1,4 +1,4 @@
-"""Compiles the default estimator's kernels once, before several processes would each do it."""
+"""Compiles the default estimator's kernels once, before several processes need them."""
 
 from pose_core.api import load_body_model, warm_up
 from pose_io.preparing import prepare_reading

@@ -1,4 +1,4 @@
-"""Holds callers of settled kernels to their word: types stay the same, in the tests' process."""
+"""Checks that callers of type-specialised kernels pass the same types, in the tests' process."""
 
 from typing import Any
 

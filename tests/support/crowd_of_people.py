@@ -1,4 +1,4 @@
-"""Several people before two sensors, for tests of who is who."""
+"""Several people before two sensors, for tests of identities."""
 
 import numpy as np
 from walking_person import POSES, person_at, seen

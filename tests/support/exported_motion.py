@@ -1,4 +1,4 @@
-"""A synthetic person's motion in a bag, with any body model, for tests of what is made of it."""
+"""A synthetic person's motion in a bag, with any body model, for tests of exports."""
 
 from importlib import resources
 

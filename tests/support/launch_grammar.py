@@ -1,4 +1,4 @@
-"""What the YAML front end of ROS 2 Jazzy's ``launch`` and ``launch_ros`` takes, as data.
+"""Grammar of the YAML front end of ROS 2 Jazzy's ``launch`` and ``launch_ros``, as data.
 
 Apart from our launcher, so that one holds the other. A kind is ``str``, ``bool``, ``float`` (an
 integer is none, nor is a quoted number), a list of parts (their attributes), or ``object``.

@@ -1,4 +1,4 @@
-"""A network between namespaces: takes each host's frames, and hands them on late, or never.
+"""A network between namespaces that delays or drops each host's frames.
 
 Each host is a network namespace with a TAP device; this process holds the other ends, as a switch
 does. It stands in for ``tc netem``, which many kernels have not. Commands come on stdin, one a

@@ -1,4 +1,4 @@
-"""How long tests wait for what happens in its own time, on a slow and busy machine too."""
+"""Time limits of tests, for slow and busy machines too."""
 
 import os
 

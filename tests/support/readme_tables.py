@@ -1,4 +1,4 @@
-"""The tables that READMEs show of the code."""
+"""Tables in READMEs that are generated from the code."""
 
 from collections.abc import Iterable
 

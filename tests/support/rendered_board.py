@@ -4,6 +4,8 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pose_calibration.board.target import CHARUCO
+
 SQUARE_PIXELS = 48
 SUPERSAMPLED = 2
 MARGIN = 1  # squares of white paper round the pattern
@@ -20,7 +22,7 @@ class Scene:
 
     def __init__(self, board, cameras, T_reference_camera):
         self.board, self.cameras, self.T = board, cameras, T_reference_camera
-        pattern = board.pattern(SQUARE_PIXELS)
+        pattern = _pattern(board)
         self.texture = np.pad(pattern, MARGIN * SQUARE_PIXELS, constant_values=255)
         self.texture = (30.0 + self.texture * (190.0 / 255.0)).astype(np.uint8)
 
@@ -85,3 +87,14 @@ def board_poses(board, count, rng, distance=2.0):
         )
         for _ in range(count)
     ]
+
+
+def _pattern(board):
+    """The board as an image without margin, black on white."""
+    p = board.parameters
+    if p.board == CHARUCO:
+        shape = (p.columns * SQUARE_PIXELS, p.rows * SQUARE_PIXELS)
+        return np.asarray(board.charuco.generateImage(shape, marginSize=0, borderBits=1))
+    rows, columns = np.mgrid[: p.rows, : p.columns]
+    squares = np.where((rows + columns) % 2 == 0, 0, 255).astype(np.uint8)
+    return np.kron(squares, np.ones((SQUARE_PIXELS, SQUARE_PIXELS), np.uint8))

@@ -1,4 +1,4 @@
-"""A person's frames as the fusion sends them."""
+"""A person's frames as published by the fusion."""
 
 import numpy as np
 from synthetic_body import body_offsets

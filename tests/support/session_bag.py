@@ -1,4 +1,4 @@
-"""Samples as the bags that the live graph and pose_sim would leave."""
+"""Samples as bags of the live graph and of pose_sim."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

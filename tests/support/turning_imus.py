@@ -1,4 +1,4 @@
-"""Orientations and angular velocities of an IMU that turns about changing axes."""
+"""Orientations and angular velocities of an IMU that rotates about changing axes."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

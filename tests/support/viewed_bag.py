@@ -1,4 +1,4 @@
-"""A short recording to look at: three bodies that swing their limbs, two sensors (synthetic)."""
+"""A short recording for the viewer: three bodies with moving limbs, two sensors (synthetic)."""
 
 import numpy as np
 from geometry_msgs.msg import Point

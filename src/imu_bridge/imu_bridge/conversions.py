@@ -1,4 +1,4 @@
-"""From samples to ``sensor_msgs`` (REP 145), serialised."""
+"""Conversion of samples to serialised ``sensor_msgs`` (REP 145)."""
 
 import struct
 from collections.abc import Sequence
@@ -12,19 +12,19 @@ from pose_core.stamps import put_serialized_ns
 VECTOR = struct.Struct("<3d")
 QUATERNION = struct.Struct("<4d")
 NUMBER = struct.Struct("<d")
-IMU_NUMBERS, MAG_NUMBERS = 37, 12  # [-] which end a message
-ORIENTATION, HEADING_VARIANCE, RATE, ACCELERATION = 0, 12, 13, 25  # among an Imu's numbers
+IMU_NUMBERS, MAG_NUMBERS = 37, 12  # [-] at the end of a message
+ORIENTATION, HEADING_VARIANCE, RATE, ACCELERATION = 0, 12, 13, 25  # indices among an Imu's numbers
 
 
 class SegmentMessages:
-    """The messages of one segment, serialised once and filled anew for every sample.
+    """The messages of one segment, serialised once; each sample overwrites the numbers.
 
-    Filling a message and having it serialised takes 9 µs, writing its numbers where they lie 2.5,
-    and at several thousand a second that counts.
+    Filling and serialising a message takes 9 µs, overwriting its numbers 2.5 µs, at several
+    thousand messages per second.
 
     Args:
         segment: The body segment; the frame is ``imu_<segment>_link``.
-        inclination_stddev: Of the orientation about the world's x and y [rad].
+        inclination_stddev: Standard deviation of the orientation about the world's x and y [rad].
     """
 
     def __init__(self, segment: str, inclination_stddev: float) -> None:
@@ -60,7 +60,7 @@ class SegmentMessages:
     ) -> bytes:
         """``data``: the same with the orientation (x, y, z, w) in the world.
 
-        A heading that is not known has the standard deviation pi.
+        An unknown heading has the standard deviation pi.
         """
         self._data.put(QUATERNION, ORIENTATION, *orientation)
         self._data.put(NUMBER, HEADING_VARIANCE, heading_stddev * heading_stddev)
@@ -70,11 +70,11 @@ class SegmentMessages:
 
 
 class _Template:
-    """A message's bytes: its stamp stands first, its numbers last.
+    """A message's bytes, with its stamp at the beginning and its numbers at the end.
 
     Args:
         message: The message.
-        numbers: How many it ends with.
+        numbers: Count of numbers at its end.
     """
 
     def __init__(self, message: Any, numbers: int) -> None:
@@ -82,7 +82,7 @@ class _Template:
         self._first = len(self._data) - numbers * NUMBER.size
 
     def put(self, form: struct.Struct, number: int, *values: float) -> None:
-        """Write values from one of the numbers on."""
+        """Overwrite numbers from the index ``number`` on."""
         form.pack_into(self._data, self._first + number * NUMBER.size, *values)
 
     def stamped(self, stamp_ns: int) -> bytes:

@@ -1,4 +1,4 @@
-"""The nodes file: which sensors there are, on which ports, in which language, on which segments."""
+"""The nodes file: sensors with their ports, protocols and segments."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -21,13 +21,13 @@ from pose_core.plain_yaml import read_yaml
 
 @dataclass(frozen=True, kw_only=True)
 class PortConfig:
-    """One port.
+    """Configuration of one port.
 
     Attributes:
         name: Device path or pyserial URL.
-        protocol: Of :data:`imu_bridge.protocols.PROTOCOLS`.
+        protocol: A key of :data:`imu_bridge.protocols.PROTOCOLS`.
         baudrate: [bit/s].
-        options: What the protocol wants to know.
+        options: Options of the protocol.
     """
 
     name: str
@@ -36,13 +36,13 @@ class PortConfig:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def make_parser(self) -> Parser:
-        """A fresh parser of what comes from this port."""
+        """A new parser for this port."""
         return PROTOCOLS[self.protocol].make_parser(self.options)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Devices:
-    """All ports, and all nodes on them."""
+    """All ports and their nodes."""
 
     ports: tuple[PortConfig, ...]
     nodes: tuple[ImuNode, ...]
@@ -53,10 +53,10 @@ def read_devices(path: Path, sink: PortConfig) -> Devices:
 
     Args:
         path: The file.
-        sink: The port of the star network, whose nodes the file's top level names.
+        sink: The port of the star network, whose nodes are at the file's top level.
 
     Raises:
-        InputError: If the file cannot be read or says something that makes no sense.
+        InputError: If the file cannot be read or is invalid.
     """
     document = read_yaml(path, "the nodes file")
     try:
@@ -82,7 +82,7 @@ def parse_devices(document: Any, sink: PortConfig) -> Devices:
             ports.append(_port(str(name), entry))
     names = [port.name for port in ports]
     if len(set(names)) < len(names):
-        raise InputError(f"port '{sink.name}' is that of the star network too: name it once")
+        raise InputError(f"port '{sink.name}' is also that of the star network: name it once")
     refuse_double_segments(nodes, names)
     return Devices(ports=tuple(ports), nodes=tuple(nodes))
 
@@ -92,7 +92,7 @@ def _port(name: str, entry: Mapping[str, Any]) -> PortConfig:
     known = PROTOCOLS[protocol]
     baudrate = entry.get("baudrate", known.baudrates[0])
     if type(baudrate) is not int or baudrate <= 0:
-        raise InputError(f"{name}: baudrate = {baudrate!r} is not a whole number of bit/s")
+        raise InputError(f"{name}: baudrate = {baudrate!r} is not an integer [bit/s]")
     options = {key: entry[key] for key in known.options if key in entry}
     config = PortConfig(name=name, protocol=protocol, baudrate=baudrate, options=options)
     try:
@@ -103,7 +103,7 @@ def _port(name: str, entry: Mapping[str, Any]) -> PortConfig:
 
 
 def _port_nodes(name: str, entry: Any, port: int) -> list[ImuNode]:
-    """The nodes of a port: by id, or the one whose segment the port's entry names."""
+    """The nodes of a port: by id, or the single one of the segment in the port's entry."""
     protocol = entry.get("protocol") if isinstance(entry, Mapping) else None
     if protocol not in PROTOCOLS:
         raise InputError(f"{name}: protocol {protocol!r} is not one of {', '.join(PROTOCOLS)}")

@@ -1,7 +1,7 @@
-r"""Stamps without the jitter of radio, USB and scheduler: from a node's clock to the host's.
+r"""Mapping of a node's clock to the host's, without the jitter of radio, USB and scheduler.
 
 The stamp is the line below the arrivals (:mod:`pose_core.lower_line`) at the sample's node time:
-as regular as the node's clock, never after the arrival, and late by the least delay of the link.
+as regular as the node's clock, never after the arrival, and late by the link's minimum delay.
 """
 
 from dataclasses import dataclass
@@ -12,23 +12,23 @@ from pose_core.lower_line import LowerLine
 from pose_core.stamps import NS_PER_S
 
 NS_PER_US = 1000
-JUMP_NS = 5 * NS_PER_S  # [ns] of disagreement from which on a clock has jumped: the node restarted
-HOLD_NS = 1000  # [ns] step of a stamp that would run backwards
-COUNTED_SKEW = 0.2  # [-] error of a period that was taken from a few arrivals
-COUNTED_STEP = 0.8  # [-] periods that arrivals are late after lost samples, at least
-COUNTED_STEP_NS = 8_000_000  # [ns] and so much at least, or a busy link would look like it
-FIRST_SAMPLES = 20  # [-] that a period is first taken from
-FIRST_NS = 250_000_000  # [ns] and so long: drivers hand on several samples at once
-PAUSE_NS = 2 * NS_PER_S  # [ns] a longer silence: nobody knows how many samples it cost
+JUMP_NS = 5 * NS_PER_S  # [ns] difference from which on a clock has jumped: the node restarted
+HOLD_NS = 1000  # [ns] step of a stamp that would otherwise decrease
+COUNTED_SKEW = 0.2  # [-] relative error of a period estimated from a few arrivals
+COUNTED_STEP = 0.8  # [-] smallest delay, in periods, that indicates lost samples
+COUNTED_STEP_NS = 8_000_000  # [ns] and the smallest delay in time, above that of a busy link
+FIRST_SAMPLES = 20  # [-] required for the first estimate of the period
+FIRST_NS = 250_000_000  # [ns] and their duration: drivers deliver several samples at once
+PAUSE_NS = 2 * NS_PER_S  # [ns] after a longer silence the number of lost samples is unknown
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NodeTime:
-    """When a sample was taken.
+    """Time of a sample.
 
     Attributes:
-        stamp_ns: Host time of the sample, greater than that of the node's sample before.
-        elapsed_s: Time since the node's sample before; None for the first sample, and for the
+        stamp_ns: Host time of the sample [ns], greater than that of the node's previous sample.
+        elapsed_s: Time since the node's previous sample [s]; None for the first sample, and for the
             first after a jump of its clock.
     """
 
@@ -41,12 +41,12 @@ class NodeClock:
 
     Args:
         max_drift: Largest relative drift between the two clocks [s/s].
-        modulus_us: Where the node's clock wraps [us].
+        modulus_us: Modulus of the node's clock [us].
 
     Attributes:
         counters: ``clock_jumps``: of the node's clock; ``clock_steps``: lasting changes of the
             offset between the clocks, as when the host's is set; ``stamps_held``: stamps that
-            would have run backwards, because the line dropped by more than a sample's time.
+            would have decreased, because the line dropped by more than a sampling period.
     """
 
     def __init__(self, max_drift: float = 1e-3, modulus_us: int = 1 << 32) -> None:
@@ -60,7 +60,7 @@ class NodeClock:
 
     @property
     def drift(self) -> float:
-        """By how much the host's clock is faster than the node's [s/s]."""
+        """Relative drift of the host's clock against the node's [s/s]."""
         return self._line.skew
 
     def stamp(self, clock_us: int, arrival_ns: int) -> NodeTime:
@@ -89,9 +89,9 @@ class NodeClock:
         return NodeTime(stamp_ns=stamp_ns, elapsed_s=elapsed_s)
 
     def _elapsed_ns(self, clock_us: int, arrival_ns: int) -> int | None:
-        """Node time since the sample before, or None if the node's clock has jumped."""
+        """Node time since the previous sample [ns], or None if the node's clock has jumped."""
         elapsed_us = signed(clock_us - self._clock_us, self._modulus_us)
-        # A silence of half a wrap and more: the host's clock says how often it has wrapped.
+        # After half a wrap or more, the host's clock determines the number of wraps.
         host_us = (arrival_ns - self._arrival_ns) // NS_PER_US
         wraps = round((host_us - elapsed_us) / self._modulus_us)
         elapsed_ns = (elapsed_us + wraps * self._modulus_us) * NS_PER_US
@@ -103,13 +103,13 @@ class NodeClock:
 
 
 class CountingClock:
-    """Stamps the samples of a device without a clock, which only samples at a constant rate.
+    """Stamps the samples of a device without a clock but with a constant rate.
 
-    Its samples are counted, and the count is its clock. What it loses is noticed by all later
-    arrivals being late, within two seconds.
+    The count of samples replaces the clock. Lost samples are detected within two seconds, since all
+    later arrivals appear late.
 
     Attributes:
-        counters: As of :class:`NodeClock`; ``clock_jumps`` are pauses.
+        counters: As in :class:`NodeClock`; ``clock_jumps`` are pauses.
     """
 
     def __init__(self) -> None:
@@ -123,7 +123,7 @@ class CountingClock:
 
     @property
     def drift(self) -> float:
-        """There is no clock that could drift."""
+        """Always 0: there is no clock."""
         return 0.0
 
     def stamp(self, arrival_ns: int) -> NodeTime:
@@ -152,7 +152,7 @@ class CountingClock:
                 self.counters.add("clock_steps")
             stamp_ns = node_ns + self._line.at(node_ns)
             if abs(self._line.skew) >= COUNTED_SKEW:
-                self._begin(arrival_ns)  # the period was taken from a backlog
+                self._begin(arrival_ns)  # the period was estimated from a backlog
         if stamp_ns > self._stamp_ns:
             return stamp_ns
         self.counters.add("stamps_held")

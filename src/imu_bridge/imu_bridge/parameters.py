@@ -104,7 +104,7 @@ class ImuBridgeParameters:
     )
 
     def filter_settings(self) -> FilterSettings:
-        """What concerns the filters."""
+        """The settings of the filters."""
         return FilterSettings(
             magnetometer=self.magnetometer,
             beta=self.beta,

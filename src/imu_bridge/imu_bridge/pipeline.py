@@ -1,4 +1,4 @@
-"""From received bytes to stamped, calibrated, oriented samples."""
+"""Pipeline from received bytes to samples with stamp, calibration and orientation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
 from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols.reading import Parser, Reading, is_plausible
@@ -24,12 +24,12 @@ NO_QUATERNION = (np.nan,) * 4
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Chunk:
-    """Bytes as they came from the port.
+    """Bytes received from a port.
 
     Attributes:
-        arrival_ns: Host time at which the last of them had arrived [ns].
-        data: The bytes; empty where the stream was cut, because the port went away.
-        port: Which port they came from.
+        arrival_ns: Host time of arrival of the last byte [ns].
+        data: The bytes; empty where the stream was interrupted because the port was lost.
+        port: Index of the port.
     """
 
     arrival_ns: int
@@ -43,15 +43,15 @@ class ImuBatch:
 
     Attributes:
         node: Index into the nodes of the nodes file, shape (n,).
-        stamp_ns: When each was taken, host time [ns].
+        stamp_ns: Time of sampling, host time [ns].
         raw_angular_velocity: As measured [rad/s], shape (n, 3).
         raw_acceleration: As measured [m/s^2], shape (n, 3).
         raw_magnetic_field: As measured [T], shape (n, 3); NaN where there is no new one.
         angular_velocity: Calibrated, bias removed [rad/s], shape (n, 3).
         acceleration: Calibrated [m/s^2], shape (n, 3).
-        orientation: ``R_world_sensor`` as (x, y, z, w), world ENU or, where ``has_heading`` is
-            false, z up with an arbitrary heading; shape (n, 4); NaN before the first.
-        heading_stddev: Of the heading [rad], shape (n,); pi where it is arbitrary.
+        orientation: ``R_world_sensor`` as (x, y, z, w), world ENU or, if the heading is
+            unknown, z up with an arbitrary heading; shape (n, 4); NaN before the first.
+        heading_stddev: Standard deviation of the heading [rad], shape (n,); pi where unknown.
     """
 
     node: IndexArray
@@ -68,26 +68,21 @@ class ImuBatch:
         """The number of samples."""
         return len(self.stamp_ns)
 
-    @property
-    def has_heading(self) -> NDArray[np.bool_]:
-        """Whether the heading is known at all, shape (n,)."""
-        return self.heading_stddev < UNKNOWN_HEADING
-
 
 class NodeState:
-    """What is known of one node's stream.
+    """State of one node's stream.
 
     Args:
         max_drift: Largest relative drift of its clock [s/s].
-        clock_modulus_us: Where its clock wraps [us].
+        clock_modulus_us: Modulus of its clock [us].
 
     Attributes:
-        sequence: Counts of its frames.
-        clock: Its mapping to host time.
-        samples: Samples that went through the filter.
-        saturated: Those of them with an accelerometer or gyroscope axis at full scale.
-        implausible: Samples beyond what a sensor can measure; they are left out.
-        gaps: Times its orientation began anew because samples were missing for too long.
+        sequence: Tracker of its sequence numbers.
+        clock: Mapping of its clock to host time.
+        samples: Number of filtered samples.
+        saturated: Number of these with an accelerometer or gyroscope axis at full scale.
+        implausible: Number of samples outside any sensor's range; they are left out.
+        gaps: Number of resets of its orientation after a gap.
     """
 
     def __init__(self, max_drift: float, clock_modulus_us: int) -> None:
@@ -99,10 +94,10 @@ class NodeState:
         self.gaps = 0
 
     def stamp(self, clock_us: int | None, arrival_ns: int) -> NodeTime:
-        """The host time of a sample that was judged to be the next one."""
+        """The host time of an accepted sample."""
         if clock_us is None:
             if isinstance(self.clock, NodeClock):
-                self.clock = CountingClock()  # the device has turned out to tell no time
+                self.clock = CountingClock()  # the device has no clock
             return self.clock.stamp(arrival_ns)
         if isinstance(self.clock, CountingClock):
             return self.clock.stamp(arrival_ns)
@@ -114,18 +109,18 @@ class ImuPipeline:
 
     Args:
         nodes: The nodes to expect; frames of others are counted by id and dropped.
-        parsers: Of each port that the nodes name; by default one star network.
-        filter_name: Of :data:`imu_bridge.filters.FILTERS`.
-        settings: What the user tunes of the filter.
-        max_gap_s: After a longer gap a node's orientation begins anew [s].
+        parsers: Parser of each port; by default one star network.
+        filter_name: A key of :data:`imu_bridge.filters.FILTERS`.
+        settings: The user's settings of the filter.
+        max_gap_s: Gap after which a node's orientation is reset [s].
         max_drift: Largest relative drift of a node's clock [s/s].
-        transport_delay_s: Least delay from sampling to arrival, taken off the stamps [s].
+        transport_delay_s: Minimum delay from sampling to arrival, subtracted from the stamps [s].
 
     Attributes:
-        parsers: With the counts of the byte streams.
-        states: Of each node, in the order of ``nodes``.
-        filter: With what is known of biases and headings.
-        unknown_nodes: Frames by port and node id that the nodes file does not name.
+        parsers: Parsers, with the counters of the byte streams.
+        states: State of each node, in the order of ``nodes``.
+        filter: The filter, with the estimates of biases and headings.
+        unknown_nodes: Number of frames by port and node id missing in the nodes file.
     """
 
     def __init__(
@@ -162,7 +157,7 @@ class ImuPipeline:
         parameters: ImuBridgeParameters,
         parsers: Sequence[Parser] | None = None,
     ) -> "ImuPipeline":
-        """The pipeline that the node has with these parameters."""
+        """Create the pipeline with a node's parameters."""
         return cls(
             nodes,
             parsers=parsers,
@@ -174,12 +169,12 @@ class ImuPipeline:
         )
 
     def process(self, chunks: Sequence[Chunk]) -> ImuBatch:
-        """Everything that these chunks, in order of arrival at each port, complete."""
+        """Process chunks, in order of arrival at each port; returns all complete samples."""
         readings: list[Reading] = []
         node: list[int] = []
         stamp_ns: list[int] = []
-        dt: list[float] = []  # [s], NaN where the node begins anew
-        # In sequence by nature: each frame is judged by those of its node before it.
+        dt: list[float] = []  # [s], NaN where a node restarts
+        # Sequential: each frame is classified by the node's previous frames.
         for chunk in chunks:
             parser = self.parsers[chunk.port]
             for reading in parser.parse(chunk.data) if chunk.data else parser.finish():
@@ -246,7 +241,7 @@ class ImuPipeline:
         )
 
     def _steps(self, index: IndexArray, dt: FloatArray) -> FloatArray:
-        """Time steps [s]; nodes that begin anew are reset and get 0."""
+        """Time steps [s]; restarting nodes are reset and get 0."""
         anew = ~(dt <= self._max_gap_s)
         if not anew.any():
             return dt
@@ -272,7 +267,7 @@ def _calibrated(measured: FloatArray, offset: FloatArray, matrix: FloatArray) ->
 
 
 def _rounds(node: IndexArray) -> list[IndexArray]:
-    """Rows grouped so that a node occurs at most once a group, its samples in order."""
+    """Groups of rows in which each node occurs at most once, its samples in order."""
     seen: dict[int, int] = {}
     rounds: list[list[int]] = []
     for row, i in enumerate(node.tolist()):

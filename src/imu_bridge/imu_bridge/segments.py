@@ -1,4 +1,4 @@
-"""Which node is strapped to which segment, and how its sensors are calibrated.
+"""Segment of each node, and the calibration of its sensors.
 
 Calibrated = ``matrix @ (measured - offset)``, in the axes of the sensor.
 """
@@ -38,9 +38,9 @@ class ImuNode:
     """One sensor.
 
     Attributes:
-        node_id: Its id on the wire, 0 to 255; 0 where a port has but one sensor.
-        segment: The body segment it is strapped to.
-        port: Index of the port that it sends on.
+        node_id: Its id in the protocol, 0 to 255; 0 if the port has only one sensor.
+        segment: The body segment that carries it.
+        port: Index of its port.
         gyroscope_bias: [rad/s], shape (3,).
         accelerometer: Calibration, offset in [m/s^2].
         magnetometer: Calibration (hard and soft iron), offset in [T].
@@ -62,7 +62,7 @@ def nodes_of(entries: Any, port: int) -> list[ImuNode]:
 
 
 def refuse_double_segments(nodes: Sequence[ImuNode], port_names: Sequence[str]) -> None:
-    """Raise an :class:`InputError` if two nodes are strapped to the same segment."""
+    """Raise an :class:`InputError` if two nodes have the same segment."""
     wearer: dict[str, ImuNode] = {}
     for node in nodes:
         before = wearer.setdefault(node.segment, node)
@@ -72,13 +72,13 @@ def refuse_double_segments(nodes: Sequence[ImuNode], port_names: Sequence[str]) 
                 if before.port == node.port
                 else f"{port_names[before.port]} and {port_names[node.port]}"
             )
-            raise InputError(f"segment '{node.segment}' is given to {where}: one node a segment")
+            raise InputError(f"segment '{node.segment}' is given to {where}: one node per segment")
 
 
 def node_of(node_id: Any, entry: Any, port: int) -> ImuNode:
     """One node from its entry in the file."""
     if type(node_id) is not int or not 0 <= node_id <= MAX_NODE_ID:
-        raise InputError(f"node id {node_id!r} is not a whole number from 0 to {MAX_NODE_ID}")
+        raise InputError(f"node id {node_id!r} is not an integer from 0 to {MAX_NODE_ID}")
     where = f"node {node_id}"
     if isinstance(entry, str):
         entry = {"segment": entry}
@@ -124,7 +124,7 @@ def _numbers(values: Mapping[str, Any], key: str, where: str, default: FloatArra
 
 
 def mapping(value: Any, where: str, keys: Set[str]) -> Mapping[str, Any]:
-    """A mapping in the file, whose keys are all known."""
+    """Check that a value in the file is a mapping with known keys."""
     if not isinstance(value, Mapping):
         raise InputError(f"{where}: expected a mapping with {', '.join(sorted(keys))}")
     unknown = [key for key in value if key not in keys]

@@ -1,16 +1,16 @@
-"""What one node's sequence numbers and clock say of lost, repeated and late frames."""
+"""Detection of lost, repeated and late frames by a node's sequence numbers and clock."""
 
 from enum import Enum
 
 from pose_core.counters import Counters
 
 SEQUENCE_MODULUS = 1 << 16
-LATE_FRAMES = 16  # [-] a radio's retransmission comes at most so many frames late
-LATE_US = 1_000_000  # [us] and at most so much
+LATE_FRAMES = 16  # [-] largest delay of a retransmission, in frames
+LATE_US = 1_000_000  # [us] and in time
 
 
 class Arrival(Enum):
-    """What a frame is, seen after the frames before it."""
+    """Classification of a frame relative to the node's previous frames."""
 
     NEXT = "next"
     DUPLICATE = "duplicate"
@@ -19,15 +19,15 @@ class Arrival(Enum):
 
 
 class SequenceTracker:
-    """Follows one node's frames.
+    """Tracks one node's sequence numbers.
 
     Args:
-        clock_modulus_us: Where the node's clock wraps [us].
+        clock_modulus_us: Modulus of the node's clock [us].
 
     Attributes:
-        counters: ``frames``: all that arrived; ``lost``: numbers that never came in time;
-            ``duplicates`` and ``late``: frames to be thrown away, since the samples of a node
-            must not run backwards; ``restarts`` of the node.
+        counters: ``frames``: all frames; ``lost``: missing numbers; ``duplicates`` and ``late``:
+            frames that are dropped, since the stamps of a node must increase; ``restarts`` of the
+            node.
     """
 
     def __init__(self, clock_modulus_us: int = 1 << 32) -> None:
@@ -37,11 +37,11 @@ class SequenceTracker:
         self._clock_us: int | None = None
 
     def classify(self, sequence: int | None, clock_us: int | None) -> Arrival:
-        """Judge a frame by its sequence number and node clock, and count it.
+        """Classify a frame by its sequence number and node clock, and count it.
 
         Args:
-            sequence: Modulo 2^16; None if the device does not count, and then no loss is seen.
-            clock_us: Modulo the clock's modulus [us]; None if the device tells no time.
+            sequence: Modulo 2^16; None if the device has none: losses are not detected then.
+            clock_us: Modulo the clock's modulus [us]; None if the device has none.
         """
         self.counters.add("frames")
         step = elapsed_us = None
@@ -62,7 +62,7 @@ class SequenceTracker:
 
 
 def _judged(step: int | None, elapsed_us: int | None) -> Arrival:
-    """What a step of number and clock means; None for one that is not known."""
+    """Classify the steps of number and clock [us]; None for an unknown one."""
     known = [value for value in (step, elapsed_us) if value is not None]
     if not known:
         return Arrival.NEXT
@@ -76,6 +76,6 @@ def _judged(step: int | None, elapsed_us: int | None) -> Arrival:
 
 
 def signed(difference: int, modulus: int) -> int:
-    """The smallest number in size that equals a difference of wrapping counters."""
+    """Difference of wrapping counters with the smallest absolute value."""
     half = modulus // 2
     return (difference + half) % modulus - half

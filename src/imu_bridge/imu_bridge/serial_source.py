@@ -1,4 +1,4 @@
-"""A serial port (device, socket or RFC 2217 server) read by a thread of its own."""
+"""A serial port (device, socket or RFC 2217 server), read in a thread."""
 
 import math
 import os
@@ -22,7 +22,7 @@ LAST_BACKOFF_S = 2.0
 
 
 class PortState(Enum):
-    """How the port is doing."""
+    """State of the port."""
 
     WAITING = "waiting for the port"
     OPEN = "open"
@@ -32,21 +32,21 @@ class PortState(Enum):
 
 
 class SerialSource:
-    """Hands on what a port receives, in stamped chunks; reopens a port that vanishes.
+    """Reads a port in stamped chunks; reopens a lost port.
 
     Args:
         port: Device path or pyserial URL (``socket://``, ``rfc2217://``, ``loop://``, …).
-        baudrate: [bit/s]; means nothing to pseudo-terminals and sockets.
+        baudrate: [bit/s]; ignored for pseudo-terminals and sockets.
         clock: The host's time [ns]; called in the reading thread.
         notify: Called in the reading thread when chunks are waiting or the state has changed.
-        wait_s: How long to wait for a port that does not exist yet [s].
-        read_period_s: Bytes are collected for so long, then handed on together [s].
-        index: Which port this is; the chunks say so.
+        wait_s: Time to wait for a missing port [s].
+        read_period_s: Duration for which bytes are collected into a chunk [s].
+        index: Index of the port, copied to the chunks.
 
     Attributes:
         name: The port.
-        counters: ``bytes``; ``port_losses``; ``chunks_dropped``: thrown away because nobody
-            took them.
+        counters: ``bytes``; ``port_losses``; ``chunks_dropped``: dropped because the
+            queue was full.
 
     Raises:
         InputError: If the port cannot be opened and ``wait_s`` is 0.
@@ -81,10 +81,10 @@ class SerialSource:
         self._thread.start()
 
     def take(self) -> list[Chunk]:
-        """The chunks that wait, in order of arrival.
+        """Remove and return the queued chunks, in order of arrival.
 
         Raises:
-            InputError: If the port did not appear within the time it was given.
+            InputError: If the port did not appear within ``wait_s``.
         """
         if self.error is not None:
             raise self.error
@@ -108,7 +108,7 @@ class SerialSource:
             self.state = PortState.CLOSED
 
     def _read(self, port: serial.SerialBase) -> None:
-        """Read until the port vanishes or reading is to stop."""
+        """Read until the port is lost or :meth:`close` is called."""
         self.state = PortState.OPEN
         self._notify()
         with port:
@@ -132,7 +132,7 @@ class SerialSource:
         self._notify()
 
     def _open_in_time(self, wait_s: float) -> serial.SerialBase | None:
-        """Try, ever less often, until the port is there, time is over or reading is to stop."""
+        """Try, with growing intervals, to open the port, until ``wait_s`` or :meth:`close`."""
         deadline = time.monotonic() + wait_s
         backoff_s = FIRST_BACKOFF_S
         while not self._stopping.is_set():
@@ -157,7 +157,7 @@ class SerialSource:
 
     def _open(self) -> serial.SerialBase:
         try:
-            # Two readers would each get half the bytes: ask for the port alone.
+            # Two readers would each get half the bytes: open the port exclusively.
             return serial.serial_for_url(
                 self.name, self._baudrate, timeout=self._read_period_s, exclusive=True
             )

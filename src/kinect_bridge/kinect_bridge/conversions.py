@@ -10,7 +10,7 @@ from pose_node.conversions import ns_to_stamp
 
 
 def to_skeleton_array(frame: SkeletonFrame, frame_id: str) -> SkeletonArray:
-    """Everybody in a frame; joints that are not tracked are NaN."""
+    """Convert a frame with all persons; joints that are not tracked are NaN."""
     header = Header(stamp=ns_to_stamp(frame.stamp_ns), frame_id=frame_id)
     return SkeletonArray(
         header=header,

@@ -11,12 +11,12 @@ from pose_io.recordings.timeline import CLOCKS
 
 MAX_START_NS = (
     2**31 - 10**7
-) * 10**9  # [ns] stamps have 31 bits of seconds; some are for the replay
+) * 10**9  # [ns] stamps have 31 bits of seconds; the rest is for the replay
 
 
 @dataclass(frozen=True, kw_only=True)
 class KinectBridgeParameters:
-    """What the user of the ``kinect_bridge`` node can set."""
+    """Parameters of the node ``kinect_bridge``."""
 
     name: str = parameter(
         "left", doc="the sensor's name: topic `kinect_<name>/skeletons`, and frame of the same name"
@@ -80,10 +80,10 @@ class KinectBridgeParameters:
     )
 
     def checked_name(self) -> str:
-        """The name, which becomes part of a topic.
+        """The sensor's name, which is part of a topic.
 
         Raises:
-            ParameterError: If it cannot.
+            ParameterError: If it is not valid in a topic.
         """
         if not re.fullmatch(r"[A-Za-z0-9]\w*", self.name, re.ASCII):
             raise ParameterError(
@@ -93,17 +93,17 @@ class KinectBridgeParameters:
         return self.name
 
     def start_at_ns(self, now_ns: int) -> int:
-        """When time zero is due [ns].
+        """Host time of the recording's time zero [ns].
 
         Raises:
-            ParameterError: If it is no integer.
+            ParameterError: If it is not an integer.
         """
         if not self.start_at:
             return now_ns
         is_integer = re.fullmatch(r"\d+", self.start_at, re.ASCII) is not None
         if not is_integer or int(self.start_at) > MAX_START_NS:
             raise ParameterError(
-                f"start_at = {self.start_at!r} is no UNIX time in integer nanoseconds: give for "
+                f"start_at = {self.start_at!r} is not a UNIX time in integer nanoseconds: give for "
                 f"example the output of `date +%s%N`, or nothing for now"
             )
         return int(self.start_at)

@@ -1,12 +1,12 @@
-"""When each frame of a recording is due: a pure schedule, told the time by its caller.
+"""Schedule of a recording's frames; the time is an argument.
 
 The frame captured at ``t`` is due, and stamped, at
 
     stamp = start_at + (t - t_0 + n P) / rate                                              (1)
 
-in the n-th round, where ``t_0`` is the recording's time zero and ``P`` its length over all
-sensors and one frame interval. Two processes that replay two sensors of one file with one
-``start_at`` thus keep the sensors' timing to the nanosecond, however often they loop.
+in the n-th round, where ``t_0`` is the recording's time zero and ``P`` its duration over all
+sensors plus one frame interval. Two processes that replay two sensors of one file with the same
+``start_at`` thus preserve the sensors' relative timing to the nanosecond, also in later rounds.
 """
 
 from collections.abc import Sequence
@@ -20,12 +20,12 @@ from pose_io.recordings.timeline import Timeline
 
 NOMINAL_INTERVAL_NS = 33_333_333  # [ns] for a recording of one frame
 LONGEST_WAIT_NS = 1_000_000_000
-CATCH_UP = 4  # how much faster than due a late replay goes: receivers' queues hold five frames
+CATCH_UP = 4  # [-] largest speed-up of a late replay: receivers' queues hold five frames
 
 
 @dataclass(frozen=True, kw_only=True)
 class Schedule:
-    """When the frames of one sensor are due."""
+    """Due times of one sensor's frames."""
 
     frame: StampArray  # (k,) indices into the stream
     offset_ns: StampArray  # (k,) [ns] t - t_0, strictly increasing
@@ -36,7 +36,7 @@ class Schedule:
     loop: bool
 
     def due_ns(self, count: int) -> int | None:
-        """The stamp of the frame after ``count`` others, or None after the last."""
+        """The stamp [ns] of the frame after ``count`` others, or None after the last."""
         rounds, index = divmod(count, len(self.frame))
         if rounds and not self.loop:
             return None
@@ -44,7 +44,7 @@ class Schedule:
         return self.start_at_ns + round(recorded_ns / self.rate)  # (1)
 
     def progress(self, count: int) -> float:
-        """The share of the recording that ``count`` frames are, in this round, in [0, 1]."""
+        """Fraction of this round after ``count`` frames, 0 to 1."""
         if count and count % len(self.frame) == 0:
             return 1.0
         return (count % len(self.frame)) / len(self.frame)
@@ -63,11 +63,11 @@ def make_schedule(
 
     Args:
         recording: The recording.
-        timelines: The stamps of each of its streams: all of them decide the period.
-        sensor: Which stream to replay, see :meth:`Recording.stream`.
-        start_at_ns: When the recording's time zero is due [ns].
-        rate: How many times faster than recorded.
-        loop: Begin anew at the end.
+        timelines: The stamps of each of its streams, which determine the period.
+        sensor: The stream to replay, see :meth:`Recording.stream`.
+        start_at_ns: Host time of the recording's time zero [ns].
+        rate: Speed relative to the recording.
+        loop: Whether to restart at the end.
 
     Raises:
         InputError: If there is no such sensor, or it has no frames.
@@ -100,7 +100,7 @@ class DueFrame:
 
 
 class Replay:
-    """How far a schedule has been played."""
+    """Progress of a schedule."""
 
     def __init__(self, schedule: Schedule) -> None:
         self.schedule = schedule
@@ -108,16 +108,16 @@ class Replay:
 
     @property
     def finished(self) -> bool:
-        """Whether every frame has been played; never when looping."""
+        """Whether all frames have been played; never when looping."""
         return self.schedule.due_ns(self.played) is None
 
     @property
     def progress(self) -> float:
-        """The share of the recording that has been played in this round, in [0, 1]."""
+        """Fraction of this round that has been played, 0 to 1."""
         return self.schedule.progress(self.played)
 
     def take(self, now_ns: int) -> DueFrame | None:
-        """The next frame, if it is due; one at a time, so that a late replay makes no burst."""
+        """The next frame, if it is due; one per call, so that a late replay causes no burst."""
         stamp_ns = self.schedule.due_ns(self.played)
         if stamp_ns is None or stamp_ns > now_ns:
             return None
@@ -126,7 +126,7 @@ class Replay:
         return DueFrame(frame=frame, stamp_ns=stamp_ns)
 
     def skip(self, before_ns: int) -> int:
-        """Pass over the frames that were due before an instant [ns]; how many these are."""
+        """Skip the frames that were due before an instant [ns]; returns their number."""
         begin, schedule = self.played, self.schedule
         if schedule.loop:
             missed_ns = (before_ns - schedule.start_at_ns) * schedule.rate
@@ -137,10 +137,10 @@ class Replay:
         return self.played - begin
 
     def wait_ns(self, now_ns: int) -> int | None:
-        """How long to wait before the next :meth:`take` [ns]; None when finished.
+        """Time until the next call of :meth:`take` [ns]; None when finished.
 
         At least a quarter of a frame interval, so that a late replay catches up without a burst;
-        at most a second, so that a clock which is set is noticed.
+        at most a second, so that a step of the clock is detected.
         """
         stamp_ns = self.schedule.due_ns(self.played)
         if stamp_ns is None:

@@ -1,4 +1,4 @@
 """Benchmarks of the estimators.
 
-``sessions`` turns the synthetic subject into the very samples that the live bridges would publish.
+``sessions`` simulates the samples that the live bridges would publish of the synthetic subject.
 """

@@ -31,11 +31,11 @@ FIGURES = tuple(
 
 
 ESTIMATORS = ("joint_kf", "li2020", "default")
-"""Those that are run on one camera, beside its raw view."""
+"""Estimators that are run on one camera, compared with its raw view."""
 
 
 def scores_csv(scores: Sequence[Score]) -> str:
-    """One row a cell and method, all figures."""
+    """All figures, one row per cell and method."""
     cell_names = tuple(field.name for field in fields(Cell))
     head = (
         *("subject_kind", *cell_names, "method", f"rmse_to_{BASELINE}", f"mpjpe_to_{BASELINE}"),
@@ -56,7 +56,7 @@ def scores_csv(scores: Sequence[Score]) -> str:
 
 
 def rows_csv(rows: Sequence[Any]) -> str:
-    """One row a dataclass value, all of one kind; of real people."""
+    """Dataclass values of one kind as CSV, one row each; real people."""
     names = [each.name for each in fields(rows[0])] if rows else []
     values = (("real", *(getattr(row, name) for name in names)) for row in rows)
     return csv_text(("subject_kind", *names), values)
@@ -65,7 +65,7 @@ def rows_csv(rows: Sequence[Any]) -> str:
 def run_uiprmd(
     folder: Path, estimators: Sequence[str], *, jobs: int, progress: Progress
 ) -> tuple[list[AngleAgreement], dict[str, int]]:
-    """Every repetition, raw and through each estimator; and the repetitions left out, by reason.
+    """Evaluate every repetition, raw and by each estimator; and count those left out, by reason.
 
     Raises:
         InputError: If the folder holds no usable repetition, or one is damaged.
@@ -81,7 +81,7 @@ def run_uiprmd(
 def run_kinectmultitrack(
     folder: Path, estimators: Sequence[str], *, jobs: int, progress: Progress
 ) -> list[OtherView]:
-    """Every recording of one person: each camera's raw view and estimates against the other's.
+    """Evaluate recordings of one person: each camera's raw view and estimates against the other's.
 
     Raises:
         InputError: If the folder holds no usable recording, or one is damaged.
@@ -93,9 +93,9 @@ def run_kinectmultitrack(
 
 
 def run_cell(cell: Cell, methods: Sequence[Method]) -> list[Score]:
-    """Make a cell's session and run every method on it.
+    """Simulate a cell's session and run every method on it.
 
-    A method that fails has a row that says why.
+    A method that fails has a row with the reason.
     """
     session = bench_session(cell.session, imus=any(method.use_imus for method in methods))
     raw_lag_s = _raw_lag_s(session)
@@ -117,8 +117,8 @@ def run_suite(
     Args:
         cells: The cells.
         methods: The methods.
-        jobs: Processes at once.
-        progress: Told before the first cell and after each.
+        jobs: Number of parallel processes.
+        progress: Called before the first cell and after each.
     """
     arguments = [(cell, tuple(methods)) for cell in cells]
     found = run_all(run_cell, arguments, jobs=jobs, progress=progress)
@@ -131,7 +131,7 @@ def _raw_lag_s(session: BenchSession) -> float:
 
 
 def _calibrated(session: BenchSession) -> Extrinsics | PoseError:
-    """The extrinsics and clock offset that the session's own motion tells."""
+    """The extrinsics and clock offset estimated from the session's motion."""
     try:
         return calibrate(session.skeletons, session.extrinsics.sensors).extrinsics
     except PoseError as error:
@@ -153,6 +153,6 @@ def _scored(
         if not len(run.series):
             return Score(cell=cell, method=method.name, error="no estimates")
         return score(cell, method.name, run, session, raw_lag_s)
-    except Exception as error:  # one method's failure must not cost the others' figures
+    except Exception as error:  # one method's failure must not affect the others
         reason = f"{type(error).__name__}: {error}"
         return Score(cell=cell, method=method.name, error=reason.splitlines()[0])

@@ -1,8 +1,8 @@
-"""Accuracy on captured people before simulated sensors: methods, runs, scores.
+"""Accuracy on captured motion with simulated sensors: methods, runs, scores.
 
-Each method's one time shift against the truth is removed, as everywhere (docs/conventions.md); the
-yardstick is ``joint_kf`` on the same samples with the true extrinsics and clocks. The first
-seconds, in which bodies are measured, are not judged; those in which IMUs are aligned are.
+One time shift of each method against the truth is removed, as everywhere (docs/conventions.md); the
+baseline is ``joint_kf`` on the same samples with the true extrinsics and clocks. The first seconds,
+in which bodies are measured, are not evaluated; those in which IMUs are aligned are.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,9 +11,9 @@ from functools import partial
 
 import numpy as np
 
-from pose_bench.captured_suite import KNOWN
-from pose_bench.methods import TimedRun, run_pipeline
+from pose_bench.methods import BASELINE, TimedRun, run_pipeline
 from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
+from pose_bench.suite import KNOWN
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     ANGLES,
@@ -46,18 +46,17 @@ from pose_sim.captured.session import (
 )
 
 JUDGED_FROM_S = 3.0  # [s]
-BASELINE = "joint_kf"
 
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedMethod:
-    """One way of estimating."""
+    """A method: an estimator with its inputs and tuning."""
 
     name: str  # in the tables
     estimator: str = "default"
     use_imus: bool = False
-    segments: tuple[str, ...] = ()  # whose IMUs are heard; empty: all that are worn
-    tuning: FilterTuning | None = None  # of the default estimator, where it differs
+    segments: tuple[str, ...] = ()  # segments whose IMUs are used; empty: all
+    tuning: FilterTuning | None = None  # of the default estimator; None: the default
 
 
 METHODS = (
@@ -75,7 +74,7 @@ METHODS = (
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedScore:
-    """One method on one session; ratios are to the baseline's; NaN where there is nothing."""
+    """Figures of one method on one session; ratios are to the baseline's; NaN if undefined."""
 
     source: str  # of the clips: the name of their folder
     session: str
@@ -93,23 +92,23 @@ class CapturedScore:
     mpjpe_ratio: float = np.nan
     within_1: float = np.nan  # share of the angles' errors within 1 published deviation
     within_2: float = np.nan  # and within 2
-    imus: int = 0  # that were worn and heard
+    imus: int = 0  # number of IMUs with samples
     imus_used: int = 0  # at the end
-    imu_from_s: float = np.nan  # [s] into the session, when the median IMU was aligned
-    error: str = ""  # why there are no figures
+    imu_from_s: float = np.nan  # [s] after the session's start, median time of alignment
+    error: str = ""  # reason for missing figures
 
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedTruth:
-    """What is true of a session, on a grid of :data:`RATE`."""
+    """Ground truth of a session, on a grid of :data:`RATE`."""
 
     truth: SkeletonSeries
     judged_truth: SkeletonSeries
-    true_angles: Mapping[str, FloatArray]  # (n,) [rad] the twelve that are measured on joints
+    true_angles: Mapping[str, FloatArray]  # (n,) [rad] the twelve angles computed from joints
 
 
 def truth_of(session: CapturedSession) -> CapturedTruth:
-    """The captured joints and angles; judged from :data:`JUDGED_FROM_S` on."""
+    """The captured joints and angles, evaluated from :data:`JUDGED_FROM_S` on."""
     positions = session.clip.positions
     series = SkeletonSeries(
         stamps_ns=np.array([stamp_of(i / RATE) for i in range(len(positions))]),
@@ -125,18 +124,18 @@ def truth_of(session: CapturedSession) -> CapturedTruth:
 
 
 def true_extrinsics(session: CapturedSession) -> Extrinsics:
-    """Where the cameras stand, and how far their clocks are ahead."""
+    """The true poses and clock offsets of the cameras."""
     placed = extrinsics_from_map(session.T_map_sensor)
     late_ns = round(session.spec.clock_offset_s * 1e9)
     return replace(placed, clocks={SENSORS[1]: Clock(offset_ns=late_ns)} if late_ns else {})
 
 
 def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | PoseError:
-    """What a user knows: the true ones, or what the session's own samples tell.
+    """Extrinsics by the session's condition: the true ones, or calibrated from its samples.
 
     Args:
         session: The session.
-        imus: Whether the calibration hears the IMUs.
+        imus: Whether the calibration uses the IMUs.
     """
     if session.spec.condition == KNOWN:
         return true_extrinsics(session)
@@ -151,7 +150,7 @@ def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | Po
 
 
 def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
-    """Make a session, run methods on it, judge them; a method that fails says why."""
+    """Simulate a session, run methods on it and score them; failures have the reason."""
     session = make_captured_session(spec)
     truth = truth_of(session)
     known = {
@@ -203,7 +202,7 @@ def run_method(
 
 
 def label_of(spec: CapturedSpec, method: CapturedMethod) -> CapturedScore:
-    """A score without figures."""
+    """Create a score without figures."""
     return CapturedScore(
         source=spec.clips[0].parent.name,
         session=spec.name,
@@ -221,7 +220,7 @@ def judge(
     run: MethodRun,
     truth: CapturedTruth,
 ) -> CapturedScore:
-    """A method's figures."""
+    """Add a method's figures to a score."""
     rmse = {angle: each.rmse_deg for angle, each in scores.angles.items()}
     within = coverage(dof_errors(run, truth, scores.shift_s, ANGLES))
     return replace(
@@ -240,7 +239,7 @@ def judge(
 
 
 def with_imus(score: CapturedScore, pipeline: FusionPipeline) -> CapturedScore:
-    """A score with what became of the IMUs."""
+    """Add the figures of the IMUs to a score."""
     uses = pipeline.imu_uses
     begin_ns = stamp_of(0.0)
     since = [(use.aligned_ns - begin_ns) * 1e-9 if use.aligned_ns else np.inf for use in uses]

@@ -1,6 +1,6 @@
-"""The judged suite: which captured people, before which trackers, and what is known of them.
+"""The suite on captured motion: persons, trackers and conditions of its sessions.
 
-Conditions follow each other from session to session, so that each has a third:
+Conditions alternate from session to session, so that each has a third:
 
     condition = CONDITIONS[index of the session mod 3]                                       (1)
 """
@@ -11,30 +11,27 @@ from pathlib import Path
 
 import numpy as np
 
+from pose_bench.suite import CONDITIONS, OFFSET
 from pose_core.errors import InputError
 from pose_sim.captured.clips import bundled_clips, clips_in
 from pose_sim.captured.session import CapturedSpec
 from pose_sim.captured.trackers import JUDGED_ON, TUNED_ON
 
-KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"
-CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
-"""``known``: the true extrinsics; ``calibrated``: found from the session, as ``./pose fuse`` does;
-``offset``: the same, and the right camera's clock is ahead."""
-CLOCK_OFFSETS_S = (-0.12, 0.08, 0.2)  # [s] one of which it is ahead by
-DELAYS_S = (0.0, 0.03, 0.06, 0.08)  # [s] of a judged tracker
-GROUPED = 16  # clips of a session, about
+CLOCK_OFFSETS_S = (-0.12, 0.08, 0.2)  # [s] offsets of the right camera's clock
+DELAYS_S = (0.0, 0.03, 0.06, 0.08)  # [s] delays of held-out trackers
+GROUPED = 16  # approximate number of clips in a session
 
 
 def captured_specs(
     motion: Path | None, *, judged: bool, seed: int, first: int = 0
 ) -> list[CapturedSpec]:
-    """Sessions over a folder of clips: by its ``index.csv`` those of one person together.
+    """Sessions from a folder of clips, grouped by person by its ``index.csv``.
 
     Args:
-        motion: The folder; None: the clips that come with ``pose_sim``.
-        judged: Whether to use the trackers and delays that tuning has not seen.
-        seed: Of everything random.
-        first: Index of the first session, where others come before.
+        motion: The folder; None: the clips bundled with ``pose_sim``.
+        judged: Whether to use the held-out trackers and delays.
+        seed: Random seed.
+        first: Index of the first session, if there are earlier ones.
 
     Raises:
         InputError: If the folder holds no clips.
@@ -68,7 +65,7 @@ def captured_specs(
 
 
 def _groups(motion: Path | None, clips: Sequence[Path]) -> list[tuple[str, list[Path]]]:
-    """Clips of one person (as far as the index tells) together, in parts of a session's length."""
+    """Groups of clips of one person, by the index, in parts of a session's duration."""
     person: dict[str, str] = {}
     if motion is not None and (motion / "index.csv").exists():
         with (motion / "index.csv").open() as file:

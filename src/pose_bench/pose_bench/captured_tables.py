@@ -1,4 +1,4 @@
-"""Tables and rows of the judged suite."""
+"""Tables and rows of the suite on captured motion."""
 
 import csv
 import io
@@ -7,7 +7,8 @@ from dataclasses import asdict
 
 import numpy as np
 
-from pose_bench.captured import BASELINE, CapturedScore
+from pose_bench.captured import CapturedScore
+from pose_bench.methods import BASELINE
 from pose_bench.tables import TextTable, number, percent
 
 NOTE = (
@@ -36,12 +37,12 @@ HEADER = (
 
 
 def summary_table(scores: Sequence[CapturedScore], title: str) -> TextTable:
-    """A row for each method."""
+    """Table with a row per method."""
     return _table(scores, title, "method", lambda score: score.method)
 
 
 def source_table(scores: Sequence[CapturedScore], methods: Sequence[str]) -> TextTable:
-    """A row for each source of clips, condition, and method of some."""
+    """Table with a row per source of clips, condition, and selected method."""
     own = [score for score in scores if score.method in methods]
     table = _table(own, "By source", "source, method", lambda s: f"{s.source}, {s.method}")
     known = _table(own, "", "", lambda s: f"{s.condition}, {s.method}")
@@ -63,7 +64,7 @@ def _table(
 
 
 def _cells(scores: Sequence[CapturedScore]) -> list[str]:
-    """One row's figures: means over sessions."""
+    """Cells of one row: means over sessions."""
     failed = sum(bool(score.error) for score in scores)
     scores = [score for score in scores if not score.error]
     if not scores:
@@ -94,7 +95,7 @@ def _cells(scores: Sequence[CapturedScore]) -> list[str]:
 
 
 def captured_csv(scores: Sequence[CapturedScore]) -> str:
-    """Every session's scores, four digits of each."""
+    """Scores of every session as CSV, with four digits."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(asdict(scores[0])), lineterminator="\n")
     writer.writeheader()

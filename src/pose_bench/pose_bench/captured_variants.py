@@ -1,4 +1,4 @@
-"""What of the judged suite is varied: which IMUs are worn, which parts of the filter are off."""
+"""Variants for the suite on captured motion: sets of IMUs, and ablations of the filter."""
 
 from dataclasses import replace
 
@@ -20,11 +20,11 @@ IMU_SETS: dict[str, tuple[str, ...]] = {
     "13: and feet": (*ELEVEN, "left_foot", "right_foot"),
     "15: and hands": SEGMENTS,
 }
-"""Segments with an IMU; 15 are all that there are names for."""
+"""Segments with an IMU; 15 are all segments."""
 
 
 def imu_set_methods() -> tuple[CapturedMethod, ...]:
-    """The default estimator with every set of IMUs; without any first."""
+    """The default estimator with every set of IMUs, first without IMUs."""
     sets = (
         CapturedMethod(name=name, use_imus=True, segments=segments)
         for name, segments in IMU_SETS.items()
@@ -33,7 +33,7 @@ def imu_set_methods() -> tuple[CapturedMethod, ...]:
 
 
 def ablation_methods() -> tuple[CapturedMethod, ...]:
-    """The default estimator without IMUs, whole and without one part each; and with IMUs."""
+    """The default estimator without IMUs, complete and with one part removed; and with IMUs."""
     methods = [CapturedMethod(name="default")]
     for name, tuning in _ablations().items():
         methods.append(CapturedMethod(name=f"without {name}", tuning=tuning))
@@ -44,7 +44,7 @@ def ablation_methods() -> tuple[CapturedMethod, ...]:
 
 
 def _ablations() -> dict[str, FilterTuning]:
-    """The filter's tuning without one part each."""
+    """Tunings of the filter with one part removed, by its name."""
     whole = FilterTuning()
     motion, camera, posture = MotionPrior(), CameraNoise(), PosturePrior()
     cameras = {

@@ -1,8 +1,7 @@
-"""How fast a recording without stamps really ran, found by what another system saw meanwhile.
+"""Estimation of the true frame rate of a recording without stamps, with a second system.
 
-A Kinect that cannot keep up leaves frames out; a file of frames without their times then looks
-shorter than it was. One rate a file, found with the raw view and given to every method, takes out
-the most of it.
+An overloaded Kinect skips frames; a file of frames without times then seems too short. One rate per
+file, estimated with the raw view and used for every method, corrects most of it.
 """
 
 from collections.abc import Sequence
@@ -16,11 +15,11 @@ STRETCHES = np.arange(0.9, 1.301, 0.02)  # [-] true time over nominal time
 SHIFTS_S = np.arange(-0.4, 0.401, 0.04)  # [s]
 Pair = tuple[FloatArray, NDArray[np.complex128], FloatArray]
 """Nominal times [s] of a view's angle, the angle on the unit circle, and the true angle [rad]."""
-LEAST_COMMON = 0.8  # [-] share of the other system's instants that must be seen
+LEAST_COMMON = 0.8  # [-] required share of the other system's instants
 
 
 def time_stretch(view: AngleSeries, other: AngleSeries, angles: Sequence[str]) -> float:
-    """True time over nominal time of a view; 1 if nothing fits better.
+    """Ratio of true to nominal time of a view; 1 if no other fits better.
 
     Args:
         view: Angles by nominal stamps.

@@ -1,4 +1,4 @@
-"""Everything that reads what others have written, and inputs to begin from."""
+"""Fuzz targets: all readers of external data, with seed inputs."""
 
 import struct
 import tempfile
@@ -160,7 +160,7 @@ def _parsed(make: Callable[[], Parser]) -> Callable[[bytes], object]:
 
 
 def _oriented(data: bytes) -> None:
-    """Whatever comes before them, good samples give an orientation."""
+    """Valid samples give an orientation, also after fuzzed ones."""
     node = ImuNode(segment="torso", node_id=1)
     pipeline = ImuPipeline.from_parameters([node], ImuBridgeParameters(), [TextParser(LINES)])
     pipeline.process([Chunk(arrival_ns=10**9, data=b"\n" + data + b"\n")])
@@ -221,7 +221,7 @@ def _bag(path: Path) -> None:
 
 @contextmanager
 def targets() -> Iterator[Sequence[Target]]:
-    """All of them; the folder that their files are in goes with them."""
+    """All targets; their temporary folder is removed at the end."""
     model = load_body_model("default")
     with _folder() as folder:
         skeleton, imu, mcap = _messages(folder)
@@ -261,7 +261,7 @@ def targets() -> Iterator[Sequence[Target]]:
 
 
 def _messages(folder: Path) -> tuple[bytes, bytes, bytes]:
-    """A skeletons' message, an IMU's, and a bag's file with both."""
+    """A ``SkeletonArray``, an ``Imu`` message, and a bag with both."""
     store = make_typestore()
     kind = store.types
     stamp = kind["builtin_interfaces/msg/Time"](sec=1, nanosec=2)

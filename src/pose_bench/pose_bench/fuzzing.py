@@ -1,9 +1,9 @@
-"""Mutation fuzzing of whatever reads what others have written.
+"""Coverage-guided mutation fuzzing of readers of external data.
 
-Each target is a function that takes bytes and lets only errors for users through
-(:class:`~pose_core.errors.PoseError`), with a few inputs to begin from. An input that reaches code
-that none has reached before is kept and mutated in its turn: which code a Python function runs is
-told by ``sys.monitoring`` (3.12) or ``sys.settrace``, looked at on a part of the cases.
+Each target is a function of bytes that may raise only errors for users
+(:class:`~pose_core.errors.PoseError`), with a few seed inputs. An input that reaches new code is
+added to the corpus and mutated later. Coverage is measured by ``sys.monitoring`` (3.12) or
+``sys.settrace`` in a part of the cases.
 """
 
 import random
@@ -18,10 +18,10 @@ from typing import Any
 from pose_core.errors import PoseError
 
 MOST_BYTES = 65_536  # [bytes] of an input
-TRACED = 8  # every so many-th case is traced: tracing costs ten times the case
-SLOW_S = 5.0  # [s] of CPU after which a case counts as hanging
-MOST_GROWN_MB = 300.0  # [MB] of memory while one target is run
-KEPT = 2_000  # inputs of a target
+TRACED = 8  # one in so many cases is traced, as tracing costs ten times the case
+SLOW_S = 5.0  # [s] CPU time after which a case counts as hanging
+MOST_GROWN_MB = 300.0  # [MB] largest growth of memory per target
+KEPT = 2_000  # largest corpus of a target
 INTERESTING = (
     b"1e308", b"-1e308", b"1e9999999", b"nan", b"inf", b"-0", b"0x10", b"1_0", b"\xff\xff\xff\xff",
     b"\x00\x00\x00\x80", b"\x7f", b"\n", b"\r\n", b",", b",,,,", b"\t", b"&a", b"*a", b"{",
@@ -33,12 +33,12 @@ INTERESTING = (
 
 @dataclass(frozen=True, kw_only=True)
 class Target:
-    """Something that reads.
+    """A fuzz target.
 
     Attributes:
-        name: For people.
-        read: What takes the bytes.
-        seeds: Inputs to begin from.
+        name: Name in the output.
+        read: Function of the bytes.
+        seeds: Seed inputs.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Target:
 
 @dataclass(kw_only=True)
 class Outcome:
-    """What came of a target."""
+    """Result of a target."""
 
     name: str
     cases: int = 0
@@ -56,15 +56,15 @@ class Outcome:
     kept: int = 0  # inputs that reached new code
     crashes: dict[str, bytes] = field(default_factory=dict)  # by kind and place
     slowest_s: float = 0.0
-    grown_mb: float = 0.0  # [MB] of the largest resident size
+    grown_mb: float = 0.0  # [MB] growth of the peak resident size
 
 
 def fuzz(target: Target, cases: int, seed: int) -> Outcome:
     """Run a target on mutated inputs.
 
     Args:
-        target: Which.
-        cases: How many inputs.
+        target: The target.
+        cases: Number of inputs.
         seed: The same seed gives the same inputs, on the same code.
     """
     rng = random.Random(f"{target.name} {seed}")
@@ -90,7 +90,7 @@ def fuzz(target: Target, cases: int, seed: int) -> Outcome:
 def _run(
     target: Target, data: bytes, outcome: Outcome, reached: set[tuple[Any, int]] | None
 ) -> None:
-    """One case."""
+    """Run one case."""
     outcome.cases += 1
     begin_s = time.process_time()
     if reached is not None:
@@ -114,7 +114,7 @@ def _run(
 
 
 def _tracer(reached: set[tuple[Any, int]]) -> Callable[..., Any]:
-    """Notes which lines of our packages run."""
+    """Trace function that records executed lines of this project's packages."""
 
     def line(frame: FrameType, event: str, _argument: Any) -> Any:
         if event == "line":
@@ -129,7 +129,7 @@ def _tracer(reached: set[tuple[Any, int]]) -> Callable[..., Any]:
 
 
 def mutated(data: bytes, rng: random.Random, corpus: Sequence[bytes]) -> bytes:
-    """An input with a few changes of any kind."""
+    """Apply a few random mutations to an input."""
     changed = bytearray(data)
     for _ in range(1 << rng.randrange(4)):
         rng.choice(CHANGES)(changed, rng, corpus)
@@ -175,7 +175,7 @@ def _overwrite(data: bytearray, rng: random.Random, _corpus: Sequence[bytes]) ->
 
 
 def _number(data: bytearray, rng: random.Random, _corpus: Sequence[bytes]) -> None:
-    """A length of four bytes, near or far off."""
+    """Replace four bytes by a small or large number."""
     if len(data) < 4:
         return
     at = rng.randrange(len(data) - 3)

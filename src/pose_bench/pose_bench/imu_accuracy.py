@@ -1,4 +1,4 @@
-r"""How accurate the IMUs' orientation filters are, against optical or simulated truth.
+r"""Accuracy of the IMUs' orientation filters against optical or simulated truth.
 
 The error of an orientation is a rotation in the world, :math:`R\,R_\text{true}^{-1}`, as a
 quaternion :math:`(x, y, z, w)`:
@@ -6,8 +6,8 @@ quaternion :math:`(x, y, z, w)`:
 .. math:: e = 2 \arccos |w|, \quad e_\text{heading} = 2 \arctan |z / w|, \quad
    e_\text{inclination} = 2 \arccos \sqrt{w^2 + z^2}
 
-and their root mean squares over the motion are what is reported. A filter without a magnetometer
-cannot know the heading: there the mean heading error is taken out first.
+and their root mean squares over the motion are reported. Without a magnetometer the heading is
+unobservable: the mean heading error is then removed first.
 
 References:
     Laidig, Caruso, Cereatti, Seel (2021), Data 6(7), doi:10.3390/data6070072: BROAD, the errors.
@@ -75,7 +75,7 @@ VARIANTS = (
         settings=replace(_DEFAULTS, magnetometer="off"),
     ),
 )
-"""What is compared; ``the paper's`` has the gain of BROAD's authors and no bias estimation."""
+"""Compared variants; ``the paper's`` has the gain of BROAD's authors and no bias estimation."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,12 +88,12 @@ class Errors:
 
 
 def errors(orientation: FloatArray, truth: FloatArray, *, knows_heading: bool = True) -> Errors:
-    """The errors over instants, see the module.
+    """Root mean square errors, defined in the module's docstring.
 
     Args:
-        orientation: (x, y, z, w), shape (n, 4).
-        truth: The same, shape (n, 4).
-        knows_heading: Otherwise the mean heading error is taken out.
+        orientation: Quaternions (x, y, z, w), shape (n, 4).
+        truth: True quaternions, shape (n, 4).
+        knows_heading: If False, the mean heading error is removed.
     """
     error = Rotation.from_quat(orientation) * Rotation.from_quat(truth).inv()
     if not knows_heading:
@@ -117,13 +117,13 @@ class Trial:
     """A recording of one IMU with its true orientation.
 
     Attributes:
-        name: Of the file.
-        period_s: Between two samples [s].
+        name: Name of the file.
+        period_s: Sampling period [s].
         angular_velocity: [rad/s], shape (n, 3).
         acceleration: [m/s^2], shape (n, 3).
         magnetic_field: [uT], shape (n, 3).
-        truth: (x, y, z, w), shape (n, 4); NaN where it is not known.
-        judged: Where it moves and the truth is known, shape (n,).
+        truth: Quaternions (x, y, z, w), shape (n, 4); NaN where unknown.
+        judged: Mask of the evaluated samples: motion with known truth, shape (n,).
     """
 
     name: str
@@ -139,7 +139,7 @@ def read_broad(folder: Path) -> list[Trial]:
     """The trials of a folder of BROAD's ``.mat`` files.
 
     Raises:
-        InputError: If there is none, or a file is something else.
+        InputError: If there is none, or a file is not a trial.
     """
     paths = sorted(folder.glob("*.mat"))
     if not paths:
@@ -159,7 +159,7 @@ def _read_trial(path: Path) -> Trial:
     except (OSError, KeyError, ValueError, IndexError, NotImplementedError, MatReadError) as error:
         reason = " ".join(str(error).split())
         raise InputError(
-            f"{path} is no trial of BROAD ({reason}): expected {', '.join(BROAD_KEYS)}"
+            f"{path} is not a trial of BROAD ({reason}): expected {', '.join(BROAD_KEYS)}"
         ) from error
     return Trial(
         name=path.stem,
@@ -175,7 +175,7 @@ def _read_trial(path: Path) -> Trial:
 def filtered(
     trials: Sequence[Trial], variant: Variant, progress: Progress | None = None
 ) -> list[FloatArray]:
-    """What a filter makes of each trial, all of them side by side; shapes (n, 4)."""
+    """Orientations of a filter for each trial, processed in parallel, shape (n, 4) each."""
     filter_ = FILTERS[variant.filter_name](len(trials), variant.settings)
     lengths = np.array([len(trial.judged) for trial in trials])
     periods = np.array([trial.period_s for trial in trials])
@@ -218,16 +218,16 @@ def trial_errors(
 def synthetic_errors(
     choreography: str, level: str, variant: Variant, *, seed: int, duration_s: float
 ) -> Errors:
-    """The errors of a filter on the synthetic subject's nodes, each of them part of the whole.
+    """The errors of a filter over all nodes of the synthetic subject.
 
-    The bytes go through :class:`ImuPipeline`: stamps count as well.
+    The bytes are processed by :class:`ImuPipeline`, including the stamps.
     """
     session = make_session(choreography, duration_s, seed, settings_of(level))
     nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
     pipeline = ImuPipeline(nodes, filter_name=variant.filter_name, settings=variant.settings)
     chunks = zip(session.imus.due_ns.tolist(), encode_all(session.imus), strict=True)
     batch = pipeline.process([Chunk(arrival_ns=due_ns, data=data) for due_ns, data in chunks])
-    # The least delay of the link is in the stamps and cannot be known; here it is.
+    # The link's minimum delay is part of the stamps; it is known here and removed.
     times = np.array(batch.stamp_ns) / NS_PER_S - session.settings.imu.radio_latency
     judged = (times >= JUDGED_FROM_S) & (times <= duration_s)
     R_enu_map = Rotation.from_euler("z", session.heading_enu_map)

@@ -10,7 +10,7 @@ from pose_sim.imu_file import encode_all
 from pose_sim.session import Session
 from pose_sim.virtual_imu import NODES
 
-MAGNETOMETER = "start"  # as the launch file has it, beside cameras
+MAGNETOMETER = "start"  # as in the launch file
 FILTER = "vqf"
 TimedImuSample = tuple[int, ImuSample]
 """Arrival at the host [ns], and the sample."""
@@ -32,7 +32,7 @@ def imu_samples(session: Session, start_ns: int, imu_filter: str = FILTER) -> li
         Chunk(arrival_ns=arrival_ns, data=data)
         for arrival_ns, data in zip(arrivals_ns, encode_all(session.imus), strict=True)
     ]
-    batch = pipeline.process(chunks)  # one frame a chunk, each of them a sample
+    batch = pipeline.process(chunks)  # one frame per chunk, one sample per frame
     inclination = np.full(len(batch), parameters.inclination_stddev)
     stddev = np.stack([inclination, inclination, batch.heading_stddev], axis=1)
     segments = list(NODES.values())

@@ -1,10 +1,11 @@
-"""Two real Kinects: is what an estimator makes of one closer to what the other one saw?
+"""Two real Kinects: estimates from one camera compared with the other camera's skeletons.
 
-KinectMultiTrack (C.-J. Wu): two Kinect v2 watch one person from 0 to 90 degrees apart. There is no
-truth, but the other camera's errors are its own: an estimator can come closer to the other camera
-only by coming closer to the person, not by being smooth or by fitting what it was given. Both the
-raw view and the estimate are laid on the other view by the one time shift and the one rigid motion
-that fit the raw view best; the estimate gets none of its own, so that lag counts against it.
+KinectMultiTrack (C.-J. Wu): two Kinect v2 record one person from directions 0 to 90 degrees apart.
+There is no ground truth, but the other camera's errors are independent: an estimate from one camera
+can be closer to the other camera only if it is closer to the person, not by smoothness or
+overfitting. The raw view and the estimate are aligned with the other view by the same time shift
+and rigid transform, those that fit the raw view best, so that a lag of the estimate increases its
+error.
 """
 
 from collections.abc import Sequence
@@ -28,11 +29,11 @@ LAYOUTS = {"Kinect_0": "parallel", "Kinect_1": "45°", "Kinect_2": "90°"}
 
 @dataclass(frozen=True, kw_only=True)
 class OtherView:
-    """How far one camera's person is from the other camera's."""
+    """Differences between one camera's result and the other camera's skeletons."""
 
     recording: str
     layout: str
-    camera: str  # whose view was fed
+    camera: str  # camera whose samples were used
     method: str  # RAW, or an estimator
     seconds: float  # [s] compared
     distance_cm: float  # [cm] mean over joints and instants
@@ -59,11 +60,11 @@ def single_person_recordings(folder: Path) -> list[Recording]:
 
 
 def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> list[OtherView]:
-    """One camera's raw view and what estimators make of it, judged by the other camera.
+    """Compare one camera's raw view and estimates from it with the other camera.
 
     Args:
-        recording: Of two cameras and one person.
-        fed: The camera that is fed, 0 or 1.
+        recording: A recording of two cameras and one person.
+        fed: Index of the camera whose samples are used, 0 or 1.
         estimators: The estimators.
     """
     one, other = view_of_stream(recording.streams[fed]), view_of_stream(recording.streams[1 - fed])
@@ -75,7 +76,7 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
         for name in estimators
     }
     views = {name: series.shifted(-shift_s).at(stamps_ns) for name, series in made.items()}
-    # What is compared is what all of them know.
+    # Only joints known to all methods are compared.
     known = known_joints(seen) & np.all([known_joints(view) for view in views.values()], axis=0)
     if known.sum() < 3:
         raise InputError(f"the two cameras share {known.sum()} joints: expected a common view")
@@ -111,7 +112,7 @@ def _angle_difference_deg(one: FloatArray, other: FloatArray) -> float:
 
 
 def table(found: Sequence[OtherView]) -> TextTable:
-    """One row a recording, both directions together, and their mean; a column a method."""
+    """A row per recording, both directions together, and the mean; a column per method."""
     methods = list(dict.fromkeys(view.method for view in found))
     made = TextTable(
         title="KinectMultiTrack: one Kinect v2 against what another saw",

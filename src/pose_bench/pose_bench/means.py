@@ -1,4 +1,4 @@
-"""Scores against the baseline's, and their means over the suite's cells."""
+"""Scores relative to the baseline's, and their means over the suite's cells."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,7 +12,7 @@ from pose_core.finite_numbers import mean_known
 
 @dataclass(frozen=True, kw_only=True)
 class Ratio:
-    """A score against the baseline's on the same cell."""
+    """A score relative to the baseline's on the same cell."""
 
     score: Score
     rmse: float  # [-]
@@ -20,7 +20,7 @@ class Ratio:
 
 
 def ratios(scores: Sequence[Score]) -> list[Ratio]:
-    """Every score against the baseline's; NaN where that has none."""
+    """Ratios of all scores to the baseline's; NaN without a baseline."""
     baseline = {score.cell: score for score in scores if score.method == BASELINE}
     result = []
     for score in scores:
@@ -52,7 +52,7 @@ class MethodMeans:
 
     @property
     def mpjpe_ratio(self) -> float:
-        """The same of MPJPE."""
+        """Mean over the cells of MPJPE relative to the baseline's."""
         return mean_known([ratio.mpjpe for ratio in self._own])
 
     @property

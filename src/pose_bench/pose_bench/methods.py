@@ -1,4 +1,4 @@
-"""The methods that are compared, and how each is run over a session's samples."""
+"""The compared methods, and running them over a session's samples."""
 
 import time
 from collections.abc import Iterable
@@ -20,14 +20,14 @@ from pose_core.parameters import specs
 from pose_evaluation.offline import MethodRun, MethodSetup, run_of_estimates
 
 BASELINE = "joint_kf"
-"""What every method is compared with; it is given the true extrinsics and clock offset."""
+"""Baseline of all ratios; it uses the true extrinsics and clock offset."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Method(MethodSetup):
-    """One estimator and what it is fed with."""
+    """An estimator with its inputs."""
 
-    true_extrinsics: bool = False  # whether it need not make do with the calibrated ones
+    true_extrinsics: bool = False  # whether it uses the true ones instead of calibrated ones
 
 
 METHODS: tuple[Method, ...] = (
@@ -44,19 +44,19 @@ METHODS: tuple[Method, ...] = (
     Method(name="smoothed", estimator="smoothed"),
     Method(name="smoothed+imus", estimator="smoothed", use_imus=True),
 )
-"""In the order of every table."""
+"""Methods in the order of the tables."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TimedRun(MethodRun):
-    """What a method made of a session, and what it took; n estimates."""
+    """Result of a method on a session, with its cost; n estimates."""
 
     latency_s: FloatArray  # (n,) [s] from the estimated instant to the sample that completed it
     cpu_s: float  # [s] spent in the estimator
 
 
 def available_methods() -> tuple[Method, ...]:
-    """The methods whose estimator there is."""
+    """The methods whose estimator is installed."""
     choices = specs(FusionParameters)["estimator"][1].choices or ()
     return tuple(m for m in METHODS if m.estimator in choices)
 
@@ -67,7 +67,7 @@ def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) ->
     Args:
         method: The method.
         session: The session.
-        extrinsics: What is known of the sensors' places and clocks.
+        extrinsics: Poses and clocks of the sensors, as known to the method.
     """
     sensors = extrinsics.sensors
     parameters = FusionParameters(
@@ -84,7 +84,7 @@ def run_method(method: Method, session: BenchSession, extrinsics: Extrinsics) ->
 def run_pipeline(
     pipeline: FusionPipeline, samples: Iterable[tuple[int, SkeletonSample | ImuSample]]
 ) -> TimedRun:
-    """Feed a pipeline; each sample comes with its arrival [ns]."""
+    """Run a pipeline over samples with their arrivals [ns]."""
     made: list[tuple[int, BodyEstimate]] = []
     arrival_ns = 0
     begin = time.process_time()

@@ -1,4 +1,4 @@
-"""An estimator that is fed with one real camera, in memory."""
+"""Running an estimator on one real camera, in memory."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -21,16 +21,16 @@ from pose_io.samples import samples_of_stream
 
 CAMERA = "camera"
 RAW = "raw"
-"""What stands for no estimator at all: the camera's own skeleton."""
+"""Name of the method without estimator: the camera's own skeleton."""
 LEVEL_MOUNTING = np.array(
     [[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
 )
-"""``T_map_camera`` of a camera that looks straight ahead from 1 m; angles do not depend on it."""
+"""``T_map_camera`` of a level camera at a height of 1 m; angles do not depend on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """What one camera saw of one person."""
+    """One camera's data of one person."""
 
     samples: tuple[SkeletonSample, ...]  # in order of capture, in the optical frame
     series: SkeletonSeries  # the same
@@ -41,17 +41,17 @@ class View:
 
 
 def view_of(samples: Sequence[SkeletonSample]) -> View:
-    """A view of samples."""
+    """Create a view from samples."""
     return View(samples=tuple(samples), series=series_from_samples(samples))
 
 
 def view_of_stream(stream: SensorStream) -> View:
-    """The only person that a recorded sensor saw, stamped as ``kinect_bridge`` does."""
+    """The only person of a recorded sensor, stamped as by ``kinect_bridge``."""
     return view_of(samples_of_stream(replace(stream, name=CAMERA), ChosenPerson()))
 
 
 def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> TimedRun:
-    """Run an estimator on one camera's samples; its joints are in a level ``map``."""
+    """Run an estimator on one camera's samples; the result is in a level ``map``."""
     parameters = FusionParameters(estimator=estimator, sensors=(CAMERA,), use_imus=False)
     extrinsics: Extrinsics = extrinsics_from_map({CAMERA: LEVEL_MOUNTING})
     pipeline = FusionPipeline(parameters, extrinsics)

@@ -1,4 +1,4 @@
-"""Many independent pieces of work, in several processes."""
+"""Running independent calls in several processes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 Progress = Callable[[int, int], None]
-"""Called with how many pieces are done, and of how many."""
+"""Called with the number of finished calls, and of all calls."""
 
 
 def ignored(done: int, total: int) -> None:
@@ -25,10 +25,10 @@ def run_all(
     """Call a function with each of many arguments.
 
     Args:
-        work: A function of a module, so that processes find it.
+        work: A module-level function, which can be pickled.
         arguments: Its arguments, call by call.
-        jobs: Processes at once; 1 stays in this one.
-        progress: Told before the first call and after each.
+        jobs: Number of parallel processes; 1 runs in this process.
+        progress: Called before the first call and after each.
 
     Returns:
         The results in the order of the arguments, whatever the number of jobs.

@@ -1,4 +1,4 @@
-"""What running processes take of the machine, from Linux's ``/proc``."""
+"""CPU time and memory of running processes, from Linux's ``/proc``."""
 
 import os
 import time
@@ -13,11 +13,11 @@ TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 @dataclass(frozen=True, kw_only=True)
 class Usage:
-    """One process."""
+    """Usage of one process."""
 
     name: str  # of its executable
-    cpu_s: float  # [s] since it began
-    memory_mb: float  # [MB] its own and its share of what others use too
+    cpu_s: float  # [s] since its start
+    memory_mb: float  # [MB] proportional set size: shared memory is divided
 
 
 def sleep_until(when_ns: int) -> None:
@@ -26,7 +26,7 @@ def sleep_until(when_ns: int) -> None:
 
 
 def descendants(root: int) -> list[int]:
-    """All processes that a process has started, however indirectly."""
+    """All direct and indirect children of a process."""
     pids = [int(folder.name) for folder in PROC.glob("[0-9]*")]
     parents = {pid: _parent(pid) for pid in pids}
     found = [root]
@@ -36,7 +36,7 @@ def descendants(root: int) -> list[int]:
 
 
 def usage(pid: int) -> Usage | None:
-    """What a process has taken until now; None if it has ended."""
+    """Usage of a process so far; None if it has ended."""
     folder = PROC / str(pid)
     try:
         words = (folder / "cmdline").read_text().split("\0")
@@ -58,10 +58,10 @@ def usage(pid: int) -> Usage | None:
 def _parent(pid: int) -> int | None:
     try:
         return int(_fields(PROC / str(pid))[1])
-    except OSError:  # it has ended meanwhile
+    except OSError:  # the process has ended
         return None
 
 
 def _fields(folder: Path) -> list[str]:
-    """Of ``stat``, from the state on: the name before it may hold anything."""
+    """Fields of ``stat`` from the state on: the name before it may contain any characters."""
     return (folder / "stat").read_text().rpartition(")")[2].split()

@@ -1,8 +1,8 @@
-"""Makes the table of a real tracker's errors that :mod:`pose_sim.captured.residuals` plays again.
+"""Creates the table of a real tracker's errors for :mod:`pose_sim.captured.residuals`.
 
-``python -m pose_bench.residual_table UIPRMD_DIR FILE.npz``: of every repetition that UI-PRMD's
-Kinect and Vicon both saw, the Kinect's joints less the Vicon's joint centres, after the one time
-shift and the one rigid motion of the repetition that fit best.
+``python -m pose_bench.residual_table UIPRMD_DIR FILE.npz``: for every repetition of UI-PRMD with a
+Kinect and a Vicon file, the Kinect's joints minus the Vicon's joint centres, after the best time
+shift and rigid transform of the repetition.
 """
 
 import sys
@@ -18,8 +18,8 @@ from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.references.uiprmd import read_uiprmd
 from pose_sim.captured.residuals import posture_axes, postures_of
 
-RATE = 10.0  # [Hz] of the rows: what is quicker is white
-LARGEST = 0.4  # [m] beyond which it is no error but another place
+RATE = 10.0  # [Hz] of the rows: faster errors are white noise
+LARGEST = 0.4  # [m] larger differences are left out
 UNIT = 0.001  # [m] of the file
 
 

@@ -21,15 +21,15 @@ HIP_AND_KNEE = tuple(angle for angle in ANGLES if "hip" in angle or "knee" in an
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """One row of the table; NaN where there is nothing to tell."""
+    """One row of the table; NaN where a figure is undefined."""
 
     cell: Cell
     method: str
-    error: str = ""  # why there are no figures
+    error: str = ""  # reason for missing figures
     rmse_deg: float = np.nan  # [deg] mean over the twelve angles
     hip_knee_rmse_deg: float = np.nan  # [deg] mean over hips and knees
-    r: float = np.nan  # [-] mean over the angles that move
-    bias_deg: float = np.nan  # [deg] mean size over the angles
+    r: float = np.nan  # [-] mean over the moving angles
+    bias_deg: float = np.nan  # [deg] mean absolute bias over the angles
     mpjpe_mm: float = np.nan  # [mm]
     lag_ms: float = np.nan  # [ms] against the truth
     added_lag_ms: float = np.nan  # [ms] beyond that of the raw left Kinect
@@ -47,13 +47,13 @@ class Score:
 
 
 def score(cell: Cell, method: str, run: TimedRun, session: BenchSession, raw_lag_s: float) -> Score:
-    """Judge a method over a session's choreography.
+    """Compute a method's figures on a session's choreography.
 
     Args:
         cell: The cell.
         method: The method's name.
-        run: What it made of the session.
-        session: The session, for its truth.
+        run: The method's result.
+        session: The session, for its ground truth.
         raw_lag_s: Lag of the raw left Kinect [s].
     """
     scores = score_method(method, run.series, session.judged_truth)
@@ -87,15 +87,15 @@ def score(cell: Cell, method: str, run: TimedRun, session: BenchSession, raw_lag
 
 
 class Truth(Protocol):
-    """What is true of a session: :class:`BenchSession`, or of a captured one."""
+    """Ground truth of a session: :class:`BenchSession`, or a captured one."""
 
     @property
     def truth(self) -> SkeletonSeries:
-        """All of it."""
+        """The true skeletons."""
 
     @property
     def judged_truth(self) -> SkeletonSeries:
-        """The part that is judged."""
+        """The evaluated part."""
 
     @property
     def true_angles(self) -> Mapping[str, FloatArray]:
@@ -107,14 +107,14 @@ def dof_errors(
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Errors [rad] of published degrees of freedom and their standard deviations [rad], by name.
 
-    At the estimates' own instants, after the one time shift; where the truth's limb points
-    sideways, its flexion is left out.
+    At the estimates' instants, after one time shift; flexions are left out where the true limb
+    points sideways.
     """
     judged = session.judged_truth.stamps_ns
     estimates = run.estimates
     stamps_ns = estimates.stamps_ns - round(shift_s * 1e9)
     inside = (stamps_ns >= judged[0]) & (stamps_ns <= judged[-1])
-    begin_ns = session.truth.stamps_ns[0]  # floats hold differences exactly, not stamps
+    begin_ns = session.truth.stamps_ns[0]  # differences are exact as floats, stamps are not
     times = (stamps_ns[inside] - begin_ns) * 1e-9
     grid = (session.truth.stamps_ns - begin_ns) * 1e-9
     errors = {}
@@ -132,7 +132,7 @@ def dof_errors(
 
 
 def coverage(errors: Mapping[str, tuple[FloatArray, FloatArray]]) -> tuple[float, float]:
-    """Shares of errors within 1 and 2 of their standard deviations, all angles together."""
+    """Shares of the errors within 1 and 2 standard deviations, all angles together."""
     if not errors:
         return np.nan, np.nan
     error, stddev = (np.concatenate(columns) for columns in zip(*errors.values(), strict=True))

@@ -1,9 +1,9 @@
 """The synthetic subject's sessions as the samples that the live bridges would publish, in memory.
 
-The same code as in the live graph makes the stamps: ``pose_io.recordings.timeline`` maps each
+Stamps are computed by the code of the live graph: ``pose_io.recordings.timeline`` maps each
 Kinect's clock onto the host's; ``imu_bridge.pipeline`` decodes the nodes' bytes, maps their clocks,
-removes the gyroscopes' biases and runs the bridge's default filter. Samples are in the order in
-which they arrive at the host; beyond that, nothing knows of anything but their stamps.
+removes the gyroscopes' biases and runs the bridge's default filter. Samples are in the order of
+their arrival at the host.
 """
 
 from collections.abc import Mapping
@@ -32,31 +32,31 @@ from pose_sim.session_folder import as_recording
 
 START_NS = 1_700_000_000_000_000_000
 """Stamp [ns] of a session's time zero."""
-TRUTH_RATE = 100.0  # [Hz]
+TRUTH_ROWS = slice(None, None, round(GRID_RATE / 100.0))  # 100 Hz
 DURATION_S = 40.0  # [s]
-JUDGED_FROM_S = 16.0  # [s] when the warm-up that all choreographies share is over
+JUDGED_FROM_S = 16.0  # [s] end of the warm-up, which is common to all choreographies
 
 
 @dataclass(frozen=True, kw_only=True)
 class SessionSpec:
-    """Which session."""
+    """Definition of a session."""
 
     choreography: str
     level: str  # a noise preset of pose_sim: easy, typical, hard, clean
     seed: int
     duration_s: float = DURATION_S  # [s]
-    clock_offset_s: float = 0.0  # [s] how late the right Kinect's stamps are
+    clock_offset_s: float = 0.0  # [s] delay of the right Kinect's stamps
 
 
 @dataclass(frozen=True, kw_only=True)
 class BenchSession:
-    """What the sensors say in one session, and the truth."""
+    """The sensors' samples in one session, and the ground truth."""
 
     spec: SessionSpec
     skeletons: tuple[SkeletonSample, ...]  # in order of arrival
-    imus: tuple[ImuSample, ...]  # in order of arrival; empty if they were not asked for
+    imus: tuple[ImuSample, ...]  # in order of arrival; empty if not requested
     samples: tuple[SkeletonSample | ImuSample, ...]  # both, in order of arrival
-    arrivals_ns: tuple[int, ...]  # [ns] when each of the samples reached the host
+    arrivals_ns: tuple[int, ...]  # [ns] arrival of each of the samples at the host
     truth: SkeletonSeries  # in map, at 100 Hz
     true_angles: Mapping[str, FloatArray]  # (n,) [rad] at the truth's stamps, by joint name
     extrinsics: Extrinsics  # the true ones, with the true clock offset
@@ -75,11 +75,11 @@ def bench_session(
     overrides: Mapping[str, Any] | None = None,
     imu_filter: str = FILTER,
 ) -> BenchSession:
-    """Make a session's samples; the same arguments give the same samples.
+    """Simulate a session's samples; the same arguments give the same samples.
 
     Args:
-        spec: Which session.
-        imus: Also make the IMUs' samples.
+        spec: The session.
+        imus: Whether to simulate the IMUs' samples too.
         overrides: Parameters of ``pose_sim`` by section and name, beyond the level's.
         imu_filter: The bridge's orientation filter.
 
@@ -129,17 +129,13 @@ def _skeleton_samples(session: Session) -> list[tuple[int, SkeletonSample]]:
     return sorted(timed, key=lambda each: each[0])
 
 
-def _truth_rows(session: Session) -> slice:
-    return slice(None, None, round(GRID_RATE / TRUTH_RATE))
-
-
 def _truth_stamps(session: Session) -> NDArray[np.int64]:
-    times = session.motion.times[_truth_rows(session)]
+    times = session.motion.times[TRUTH_ROWS]
     return START_NS + np.rint(times * 1e9).astype(np.int64)
 
 
 def _truth(session: Session) -> SkeletonSeries:
-    positions = session.motion.pose.joints[_truth_rows(session)]
+    positions = session.motion.pose.joints[TRUTH_ROWS]
     return SkeletonSeries(
         stamps_ns=_truth_stamps(session),
         positions=positions,
@@ -148,8 +144,7 @@ def _truth(session: Session) -> SkeletonSeries:
 
 
 def _true_angles(session: Session) -> dict[str, FloatArray]:
-    rows = _truth_rows(session)
-    return {name: values[rows] for name, values in true_joint_angles(session.motion).items()}
+    return {name: values[TRUTH_ROWS] for name, values in true_joint_angles(session.motion).items()}
 
 
 def _true_extrinsics(session: Session) -> Extrinsics:

@@ -1,7 +1,7 @@
-"""How long one update takes: the estimators, the textbook filter, and how the cost grows.
+"""CPU time of one update of the estimators and the textbook filter, and its growth.
 
-Times are of the thread's CPU, so that what else the machine does hardly counts; each is of one
-call, prediction included.
+Times are CPU times of the thread, which hardly depend on other load; each is of one call, including
+the prediction.
 """
 
 import platform
@@ -60,17 +60,17 @@ class Timing:
 
     @property
     def median_ms(self) -> float:
-        """Half of the calls take less."""
+        """Median time [ms]."""
         return float(np.median(self.times_ms))
 
     @property
     def p99_ms(self) -> float:
-        """One call in a hundred takes more."""
+        """99th percentile [ms]."""
         return float(np.percentile(self.times_ms, 99.0))
 
 
 class Scene:
-    """A person who moves, seen by any number of cameras and IMUs; the same one every time."""
+    """A moving person, measured by any number of cameras and IMUs; deterministic."""
 
     def __init__(self, model: BodyModel, frames: int) -> None:
         rng = np.random.default_rng(1)
@@ -92,18 +92,18 @@ class Scene:
         return len(self.dof)
 
     def seen(self, frame: int, sensors: int) -> FloatArray:
-        """The joints that sensors see, (sensors, 15, 3) [m]."""
+        """The joints measured by sensors, (sensors, 15, 3) [m]."""
         return np.ascontiguousarray(self.joints[frame] + self._noise[:sensors, frame])
 
     def frames(self, frame: int, sensors: int) -> list[CameraFrame]:
-        """The same for the default estimator's filter."""
+        """Camera frames for the default estimator's filter."""
         return [
             CameraFrame(sensor, positions, TRACKED, camera_place(sensor), 0.0)
             for sensor, positions in enumerate(self.seen(frame, sensors))
         ]
 
     def imus(self, frame: int, count: int) -> ImuReadings:
-        """What aligned IMUs say, one on each of the first links."""
+        """Measurements of aligned IMUs, one on each of the first links."""
         return ImuReadings(
             links=np.arange(count),
             R_world_sensor=np.ascontiguousarray(self.rotations[frame, :count]),
@@ -113,7 +113,7 @@ class Scene:
         )
 
     def observation(self, frame: int, segments: list[str]) -> Observation:
-        """Two cameras and some IMUs, not aligned yet, for a whole estimator."""
+        """Observation of two cameras and unaligned IMUs, for a whole estimator."""
         names = list(self.model.links)
         links = [names.index(self.model.segments[segment]) for segment in segments]
         stamp_ns = round(1e9 * PERIOD_S * (frame + 1))
@@ -135,13 +135,13 @@ class Scene:
 
 
 def camera_place(index: int) -> FloatArray:
-    """Where a camera stands: on a circle around the person."""
+    """Pose of a camera on a circle around the person."""
     angle = 2.0 * np.pi * index / 16.0
     return np.array([3.0 * np.cos(angle), 3.0 * np.sin(angle), CAMERA_HEIGHT])
 
 
 def measure(name: str, step: Step, frames: int, warm_up: int = 5) -> Timing:
-    """Call ``step`` with the numbers of all frames; the first ones are not counted."""
+    """Time ``step`` for all frames, without the first ``warm_up`` ones."""
     times = []
     for frame in range(frames):
         start_ns = time.thread_time_ns()
@@ -181,7 +181,7 @@ def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:
 
 
 def plain_steps(scene: Scene, sensors: int, imus: int) -> Step:
-    """The same in plain numpy."""
+    """The default estimator's filter in plain numpy."""
     plain = ReferenceFilter(*aligned_filter(scene, sensors, imus))
 
     def step(frame: int) -> None:
@@ -194,7 +194,7 @@ def plain_steps(scene: Scene, sensors: int, imus: int) -> Step:
 
 
 def persons_steps(scene: Scene, persons: int) -> Step:
-    """Two Kinects and nine IMUs for each of several persons: each has a filter."""
+    """Filters of several persons, each with two Kinects and nine IMUs."""
     steps = [filter_steps(scene, 2, 9) for _ in range(persons)]
 
     def step(frame: int) -> None:
@@ -222,7 +222,7 @@ def li2020_steps(scene: Scene) -> Step:
 
 
 def textbook_steps(scene: Scene) -> Step:
-    """The same filter, a sigma point at a time."""
+    """The filter of li2020 with filterpy."""
     filter_ = textbook_of(scene, Li2020Parameters())
     seen = [scene.seen(frame, 2) for frame in range(scene.size)]
     return lambda frame: filter_.step(PERIOD_S, seen[frame])
@@ -235,7 +235,7 @@ def opensim_steps(scene: Scene) -> Step:
 
 
 def textbook_of(scene: Scene, parameters: Li2020Parameters) -> TextbookFilter:
-    """The textbook's filter, started as that of li2020 starts."""
+    """The textbook filter with li2020's initial state."""
     started = Li2020Filter(scene.model, scene.shape, parameters)
     started.start(scene.joints[0])
     filter_ = TextbookFilter(
@@ -281,13 +281,13 @@ def growth(frames: int) -> dict[str, list[tuple[int, float]]]:
 
 
 def exponent(points: list[tuple[int, float]]) -> float:
-    """Slope of log cost over log number."""
+    """Exponent of the cost: slope of log cost over log number."""
     n, cost = np.array([point for point in points if point[0] > 0], float).T
     return float(np.polyfit(np.log(n), np.log(cost), 1)[0])
 
 
 def machine() -> str:
-    """The processor and the versions that the times are of."""
+    """The processor and the versions of the measurement."""
     model = platform.processor() or platform.machine()
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()

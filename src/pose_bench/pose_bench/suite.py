@@ -1,8 +1,8 @@
-"""Which cells the accuracy suite has, and on which of them parameters may be tuned.
+"""Cells of the accuracy suite, and those on which parameters may be tuned.
 
-A cell is one session: a choreography, a level of difficulty, a seed, and what is known of the
-sensors. What is known follows from the places of seed and level in their lists (a Latin square),
-so that each level and each seed has all three alike:
+A cell is one session: a choreography, a level of difficulty, a seed, and a condition of prior
+knowledge. The condition follows from the indices of seed and level (a Latin square), so that each
+level and each seed has all three equally often:
 
     condition = CONDITIONS[(index of the seed + index of the level) mod 3]                  (1)
 """
@@ -16,12 +16,12 @@ from pose_sim.choreography import CHOREOGRAPHIES
 
 KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"
 CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
-"""``known``: the true extrinsics; ``calibrated``: unknown, found by our own calibration from the
-session's motion; ``offset``: the same, and the right Kinect's stamps are 80 ms late."""
+"""``known``: the true extrinsics; ``calibrated``: estimated from the session's motion; ``offset``:
+the same, and the right Kinect's stamps are 80 ms late."""
 CLOCK_OFFSET_S = 0.080  # [s]
 
 CALIBRATION_WALK = "walk_about"
-"""Shows what a calibration reaches; the suite leaves it out."""
+"""Choreography for calibrations, not part of the suite."""
 MOTIONS = tuple(name for name in CHOREOGRAPHIES if name != CALIBRATION_WALK)
 
 LEVELS = ("easy", "typical", "hard")
@@ -29,9 +29,9 @@ TUNING_SEEDS = (1, 2, 3)
 JUDGING_SEEDS = (101, 102, 103)
 TUNING_CHOREOGRAPHIES = (
     *("leg_lift_march", "squats", "arm_raises", "bow", "turn", "dance"),
-    *("twisting", "walk_turns"),  # looked at for the pelvis alone
+    *("twisting", "walk_turns"),  # used to tune the pelvis only
 )
-"""Tuning may look at these, with :data:`TUNING_SEEDS`; the others are judged unseen."""
+"""Motions for tuning, with :data:`TUNING_SEEDS`; the others are held out."""
 
 QUICK_CHOREOGRAPHIES = ("squats", "kicks")
 QUICK_DURATION_S = 22.0  # [s]
@@ -49,17 +49,17 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """What the cell is, for people."""
+        """Description of the cell."""
         return f"{self.choreography}, {self.level}, {self.seed}, {self.condition}"
 
     @property
     def is_seen(self) -> bool:
-        """Whether tuning may look at its motion or its seed."""
+        """Whether its motion or its seed is used for tuning."""
         return self.choreography in TUNING_CHOREOGRAPHIES or self.seed in TUNING_SEEDS
 
     @property
     def session(self) -> SessionSpec:
-        """The session to make."""
+        """The cell's session."""
         return SessionSpec(
             choreography=self.choreography,
             level=self.level,
@@ -96,7 +96,7 @@ def cells(
 
 
 def quick_cells() -> list[Cell]:
-    """Three short cells, one a condition, that show whether all still runs."""
+    """Three short cells, one per condition, for a quick check."""
     first, second = QUICK_CHOREOGRAPHIES
     chosen = ((first, KNOWN), (second, CALIBRATED), (first, OFFSET))
     return [

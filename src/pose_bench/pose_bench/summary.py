@@ -54,7 +54,7 @@ def tables(scores: Sequence[Score]) -> list[TextTable]:
 
 
 Columns = Mapping[str, Callable[[MethodMeans], str]]
-"""What a column shows of a method, by its heading."""
+"""Functions that format a method's cell, by the column's heading."""
 ACCURACY: Columns = {
     "RMSE ratio": lambda mean: number(mean.rmse_ratio, 2),
     "RMSE [°]": lambda mean: number(mean("rmse_deg"), 1),
@@ -84,7 +84,7 @@ def by_method(found: Sequence[Ratio], title: str, columns: Columns, note: str) -
 
 
 def worst_cells(found: Sequence[Ratio]) -> TextTable:
-    """Where each method does worst against the baseline."""
+    """Cells with the largest ratio to the baseline, by method."""
     table = TextTable(
         title=f"Worst RMSE / {BASELINE}",
         header=("method", "motion and level, mean of seeds", "ratio", "single session", "ratio"),
@@ -98,12 +98,12 @@ def worst_cells(found: Sequence[Ratio]) -> TextTable:
 
 
 def uncertainty(found: Sequence[Ratio]) -> TextTable:
-    """How honest each method is about its errors."""
+    """Consistency of each method's published standard deviations."""
     table = TextTable(
         title="Uncertainty",
         header=("method", "12 angles ≤ 1 σ", "≤ 2 σ", "all joints ≤ 1 σ", "≤ 2 σ"),
         note="Share of the errors within 1 and 2 published standard deviations; "
-        "68 % and 95 % would be right.",
+        "68 % and 95 % would be consistent.",
     )
     for method in _methods(found):
         mean = MethodMeans(found, method)

@@ -1,4 +1,4 @@
-"""Tables that are shown on the terminal and written as Markdown alike."""
+"""Tables for the terminal and for Markdown."""
 
 import math
 from collections.abc import Sequence
@@ -51,5 +51,5 @@ class TextTable:
 
 
 def percent(share: float) -> str:
-    """A share in percent, for people."""
+    """Format a share in percent."""
     return UNKNOWN if not math.isfinite(share) else f"{number(100.0 * share, 0)} %"

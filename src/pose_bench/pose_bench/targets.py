@@ -1,4 +1,4 @@
-"""What the estimators shall reach on the accuracy suite."""
+"""Targets of the estimators on the accuracy suite."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -11,7 +11,7 @@ from pose_bench.tables import UNKNOWN, TextTable, number
 
 @dataclass(frozen=True)
 class Target:
-    """What a method shall reach."""
+    """Target of one figure of a method."""
 
     method: str
     quantity: str
@@ -22,7 +22,7 @@ class Target:
 
     @property
     def range(self) -> str:
-        """The target, for people."""
+        """The target as text."""
         if math.isfinite(self.low):
             return f"{self.low:g} to {self.high:g}"
         return f"≤ {self.high:g}"
@@ -50,7 +50,7 @@ TARGETS: tuple[Target, ...] = (
 
 
 def target_table(found: Sequence[Ratio]) -> TextTable:
-    """The package's targets and what was found."""
+    """Table of the targets and the measured figures."""
     table = TextTable(title="Targets", header=("quantity", "target", "found", "met"))
     for target in TARGETS:
         if any(ratio.score.method == target.method for ratio in found):

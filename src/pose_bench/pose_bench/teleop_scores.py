@@ -1,4 +1,4 @@
-"""How well a robot followed, judged by the bag of the run."""
+"""Evaluation of tele-operation from the bag of a run."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,29 +16,29 @@ from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_files import load_robot
 
-LONGEST_NS = 100_000_000  # [ns] between two targets of one stretch of following
+LONGEST_NS = 100_000_000  # [ns] longest interval between targets without an interruption
 TRAJECTORY = "/arm/joint_trajectory"
 
 
 class NotFollowedError(InputError):
-    """A bag that holds no tele-operation."""
+    """A bag without tele-operation."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TeleopScores:
-    """One run.
+    """Figures of one run.
 
     Attributes:
-        commands: How many there were.
-        followed: Share of the time from the first command to the last in which the person's pose
-            was followed, soft starts included [-].
-        tool_mm: (n,) how far the robot's tool was from where the person's pose asks it to be [mm].
-        latency_ms: (m,) from the capture that is followed to the command's arrival [ms].
-        jerk: Largest of the commands [-], over its limit.
-        beyond: By how much commands exceed limits: position [rad], velocity and acceleration as
-            shares.
-        robot_beyond: The same of the robot's joints: position [rad], velocity as a share of the
-            URDF's.
+        commands: Number of commands.
+        followed: Share of the time between the first and the last command in which the robot
+            followed the person, including soft starts [-].
+        tool_mm: (n,) distance of the robot's tool from its target [mm].
+        latency_ms: (m,) from the capture of the pose to the arrival of the command [ms].
+        jerk: Largest jerk of the commands, relative to its limit [-].
+        beyond: Excess of commands over limits: position [rad], velocity and acceleration relative
+            to the limit [-].
+        robot_beyond: Excess of the robot's joints: position [rad], velocity relative to the
+            URDF's [-].
     """
 
     commands: int
@@ -51,10 +51,10 @@ class TeleopScores:
 
 
 def score_teleop(bag_path: Path) -> TeleopScores:
-    """Judge a run of a G1's left arm.
+    """Evaluate a run of a G1's left arm.
 
     Raises:
-        NotFollowedError: If the bag holds no tele-operation.
+        NotFollowedError: If the bag contains no tele-operation.
     """
     arm = RobotArm(load_robot("g1", "left"))
     with open_bag(bag_path) as bag:
@@ -85,19 +85,19 @@ def score_teleop(bag_path: Path) -> TeleopScores:
 
 
 def _followed(target: JointMotion, command: JointMotion) -> float:
-    """Targets are published while somebody is followed, at most one a command."""
+    """Share of the time in which a person is followed: only then targets are published."""
     steps_ns = np.diff(target.recorded_ns)
     span_ns = max(int(np.ptp(command.recorded_ns)), 1)
     return float(steps_ns[steps_ns < LONGEST_NS].sum() / span_ns)
 
 
 def _is_new(command: JointMotion) -> FloatArray:
-    """Which commands answer a new capture: the others are the timer's."""
+    """Mask of the commands for a new capture; the others are the timer's."""
     return np.concatenate([[True], np.diff(command.stamps_ns) > 0])
 
 
 def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
-    """When every command was sent [ns], (n,), and position, velocity, acceleration, (n, 3, d)."""
+    """Time of each command [ns], (n,), and position, velocity, acceleration, (n, 3, d)."""
     sent_ns, points = [], []
     for message in bag.messages([TRAJECTORY]):
         content = bag.deserialize(message)
@@ -108,7 +108,7 @@ def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
 
 
 def _largest_jerk(sent_ns: NDArray[np.int64], acceleration: FloatArray) -> float:
-    """Of consecutive commands' accelerations [rad/s3], where they belong together."""
+    """Largest jerk between accelerations of consecutive commands [rad/s3]."""
     step_s = np.diff(sent_ns) * 1e-9
     together = (step_s > 0.002) & (step_s < 0.03)
     jerk = np.abs(np.diff(acceleration, axis=0)).max(axis=1) / np.maximum(step_s, 0.002)
@@ -116,7 +116,7 @@ def _largest_jerk(sent_ns: NDArray[np.int64], acceleration: FloatArray) -> float
 
 
 def _tool_errors_mm(arm: RobotArm, target: JointMotion, measured: JointMotion) -> FloatArray:
-    """Distance of the robot's tool from that of the pose asked for, at each target's arrival."""
+    """Distance of the robot's tool from its target [mm] at each target's arrival, (n,)."""
     errors = np.empty(len(target.stamps_ns))
     for row, when_ns in enumerate(target.recorded_ns):
         at = min(int(np.searchsorted(measured.recorded_ns, when_ns)), len(measured.position) - 1)

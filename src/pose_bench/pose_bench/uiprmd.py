@@ -1,13 +1,12 @@
-"""One real Kinect against a real Vicon: the raw skeleton and what an estimator makes of it.
+"""One real Kinect against a real Vicon: the raw skeleton and estimates from it.
 
-UI-PRMD (Vakanski et al. 2018, Data 3(1):2): rehabilitation exercises, a file a repetition of two to
-four seconds. An estimator sees all repetitions of a subject one after the other as one session; the
-first of them once more before, so that the body's measures are known. Between two of them nobody is
-seen for a second, then the person stands as in the first frame for another: a file begins in the
-middle of a recording, not with a person who has appeared from nowhere. What is judged is each
-repetition by itself: after one time shift of its own and without the mean error, since the two
-systems place joints differently in the body. The Kinect's files have no stamps and its rate was not
-always 30 Hz: each is stretched to the length that fits the raw view best.
+UI-PRMD (Vakanski et al. 2018, Data 3(1):2): rehabilitation exercises, one file per repetition of
+two to four seconds. An estimator processes all repetitions of a subject as one session, the first
+of them twice, to measure the body. Between repetitions there is no person for a second, then the
+first frame is held for another second, since a file begins in the middle of a recording. Each
+repetition is evaluated separately: after one time shift and without the mean error, since the two
+systems define joints differently. The Kinect's files have no stamps and its rate was not always
+30 Hz: each is stretched to the duration that fits the raw view best.
 """
 
 import re
@@ -52,18 +51,18 @@ MOVEMENTS = {
     "10": "shoulder scaption",
 }
 UNSEEN_NS = 1_000_000_000  # [ns] between repetitions
-STILL_FRAMES = 30  # of the first, before each
+STILL_FRAMES = 30  # number of copies of the first frame before each repetition
 FRAME_NS = 33_333_333  # [ns]
-MOVING = np.radians(20.0)  # [rad] least range of an angle that takes part in a movement
-MAX_SHIFT_NS = 300_000_000  # [ns] by which the two systems' files may begin apart
+MOVING = np.radians(20.0)  # [rad] smallest range of an evaluated angle
+MAX_SHIFT_NS = 300_000_000  # [ns] largest time shift between the two systems' files
 STEP_NS = 10_000_000  # [ns]
 LEFT_OUT = ("without_vicon", "not_cut_alike")
-CUT_ALIKE_S = 0.5  # [s] most by which the two files of a repetition may differ in length
+CUT_ALIKE_S = 0.5  # [s] largest difference in duration between the two files of a repetition
 
 
 @dataclass(frozen=True, kw_only=True)
 class Repetition:
-    """One repetition, seen by both."""
+    """One repetition, recorded by both systems."""
 
     name: str  # of its file
     movement: str
@@ -79,7 +78,7 @@ class Repetition:
 
 @dataclass(frozen=True, kw_only=True)
 class AngleAgreement:
-    """How one angle of one repetition agrees with the Vicon's."""
+    """Agreement of one angle of one repetition with the Vicon's."""
 
     movement: str
     subject: str
@@ -92,14 +91,14 @@ class AngleAgreement:
 
 @dataclass(frozen=True, kw_only=True)
 class Repetitions:
-    """What a folder of UI-PRMD holds."""
+    """Repetitions in a folder of UI-PRMD."""
 
     used: tuple[Repetition, ...]
     left_out: Counters  # by reason
 
 
 def read_repetitions(folder: Path) -> Repetitions:
-    """Every repetition of which there is a Kinect and a Vicon file.
+    """Read every repetition with a Kinect and a Vicon file.
 
     Raises:
         InputError: If there are none, or one is damaged.
@@ -132,7 +131,7 @@ def read_repetitions(folder: Path) -> Repetitions:
 
 
 def _in_true_time(repetition: Repetition) -> Repetition:
-    """A repetition whose view is stamped as fits the Vicon best."""
+    """A repetition with the stamps that fit the Vicon best."""
     vicon = repetition.vicon
     stretch = time_stretch(angle_series(repetition.view.series), vicon, _moving(vicon))
     samples = [
@@ -143,10 +142,10 @@ def _in_true_time(repetition: Repetition) -> Repetition:
 
 
 def compare_subject(repetitions: Sequence[Repetition], estimator: str) -> list[AngleAgreement]:
-    """All repetitions of one subject, as one session.
+    """Evaluate all repetitions of one subject as one session.
 
     Args:
-        repetitions: The subject's.
+        repetitions: The subject's repetitions.
         estimator: An estimator, or :data:`RAW` for the raw view.
     """
     starts = _starts(repetitions)
@@ -171,14 +170,14 @@ def compare_subject(repetitions: Sequence[Repetition], estimator: str) -> list[A
 
 
 def _cut(estimate: SkeletonSeries, repetition: Repetition, start_ns: int) -> SkeletonSeries:
-    """The part of a session's estimate that belongs to a repetition, on its time."""
+    """The part of a session's estimate of a repetition, on the repetition's time."""
     stamps_ns = repetition.view.series.stamps_ns + start_ns
     own = estimate.between(int(stamps_ns[0]), int(stamps_ns[-1]))
     return own.shifted(-start_ns * 1e-9)
 
 
 def _starts(repetitions: Sequence[Repetition]) -> list[int]:
-    """When each repetition begins [ns], the first one twice."""
+    """Start of each repetition [ns], the first one twice."""
     pause_ns = UNSEEN_NS + STILL_FRAMES * FRAME_NS
     starts = [pause_ns]
     for repetition in (repetitions[0], *repetitions[:-1]):
@@ -188,7 +187,7 @@ def _starts(repetitions: Sequence[Repetition]) -> list[int]:
 
 
 def _led_in(samples: Sequence[SkeletonSample]) -> list[SkeletonSample]:
-    """A repetition after its first frame, held."""
+    """A repetition preceded by copies of its first frame."""
     first = samples[0]
     still = [
         replace(first, stamp_ns=first.stamp_ns - ago * FRAME_NS)
@@ -200,7 +199,7 @@ def _led_in(samples: Sequence[SkeletonSample]) -> list[SkeletonSample]:
 def _agreements(
     repetition: Repetition, series: SkeletonSeries, method: str
 ) -> list[AngleAgreement]:
-    """The angles that take part in the movement."""
+    """Agreement of the moving angles."""
     moving = _moving(repetition.vicon)
     found = agreement(series, repetition.vicon, moving)
     return [
@@ -220,10 +219,10 @@ def _agreements(
 def agreement(
     series: SkeletonSeries, vicon: AngleSeries, angles: Sequence[str]
 ) -> dict[str, AngleScore]:
-    """How well some angles follow the Vicon's, after the time shift that fits them all best.
+    """Agreement of some angles with the Vicon's, after the best common time shift.
 
-    The shift is the one with the smallest errors about their mean: correlation misleads where an
-    arm passes overhead and its flexion turns by a full circle.
+    The shift has the smallest errors about their mean: correlation is not suitable where an arm
+    moves overhead and its flexion wraps.
     """
     own = angle_series(series)
     true = without_sideways_flexion(vicon.angles)
@@ -236,7 +235,7 @@ def agreement(
 
 
 def _score(found: FloatArray, true: FloatArray) -> AngleScore:
-    """The score of an angle about its mean error, which may be near half a circle."""
+    """Score of an angle without its mean error, which may be near 180°."""
     error = wrapped(found - true)
     error = error[np.isfinite(error)]
     if len(error) == 0:
@@ -246,19 +245,19 @@ def _score(found: FloatArray, true: FloatArray) -> AngleScore:
 
 
 def _moving(vicon: AngleSeries) -> list[str]:
-    """The angles that take part in a movement."""
+    """The angles whose range is at least :data:`MOVING`."""
     true = without_sideways_flexion(vicon.angles)
     return [angle for angle in ANGLES if _range(true[angle]) >= MOVING]
 
 
 def _range(angle: FloatArray) -> float:
-    """How far an angle moves [rad]; 0 where it is unknown for most of the time."""
+    """Range of an angle [rad]; 0 if it is unknown for most of the time."""
     known = unwrapped(angle)[np.isfinite(angle)]
     return float(np.ptp(known)) if len(known) > len(angle) // 2 else 0.0
 
 
 def table(found: Sequence[AngleAgreement]) -> TextTable:
-    """One row a movement, and their mean; a column a method."""
+    """A row per movement, and the mean; a column per method."""
     methods = list(dict.fromkeys(each.method for each in found))
     made = TextTable(
         title="UI-PRMD: one Kinect v2 against Vicon",

@@ -1,1 +1,1 @@
-"""Finds where sensors stand, how their clocks run and how IMUs are mounted."""
+"""Calibration: extrinsics of sensors, their clocks, and sensor-to-segment alignment of IMUs."""

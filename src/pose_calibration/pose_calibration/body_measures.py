@@ -1,4 +1,4 @@
-"""The person's measures, from what the sensors saw."""
+"""The person's body measures from the sensors' skeletons."""
 
 from collections.abc import Iterable, Mapping
 
@@ -14,18 +14,18 @@ from pose_core.api import (
 )
 from pose_core.joints import JOINTS, TrackingState
 
-MODEL = "default"  # whose measures a calibration takes
-MOST_FRAMES = 2000  # [-] that measures are taken from
+MODEL = "default"  # body model that a calibration measures
+MOST_FRAMES = 2000  # [-] used for the measures
 
 
 def measure_body(
     frames: Iterable[AlignedFrame], T_map_sensor: Mapping[str, FloatArray]
 ) -> SessionBody | None:
-    """The person's body shape, from all frames: a single posture shows it less well.
+    """The person's body shape from all frames: many postures determine it better than one.
 
     Args:
-        frames: What the sensors saw, in the order of time.
-        T_map_sensor: Where they stand, (4, 4) by sensor.
+        frames: Frames of all sensors, in the order of time.
+        T_map_sensor: Poses of the sensors, (4, 4) by sensor.
 
     Returns:
         The measures; None if a joint was tracked too rarely.

@@ -1,4 +1,4 @@
-"""What a user may set of the calibration."""
+"""Parameters of the calibration."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_h
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationParameters:
-    """Parameters of the calibration, live and offline alike."""
+    """Parameters of the calibration, live and offline."""
 
     person: str = parameter(
         "", doc="a sensor's id of the person; empty: a person whose views agree"
@@ -50,7 +50,7 @@ class CalibrationParameters:
 
     @property
     def limits(self) -> CalibrationLimits:
-        """What a calibration has to reach."""
+        """Quality that a calibration must reach."""
         return CalibrationLimits(
             minimum_frames=self.minimum_frames,
             rotation_stddev=self.rotation_stddev,
@@ -59,7 +59,7 @@ class CalibrationParameters:
 
     @property
     def known_mounting(self) -> KnownMounting:
-        """What is known of the first sensor's mounting."""
+        """Known tilt and height of the first sensor."""
         return KnownMounting(
             tilt=self.sensor_tilt if self.mounting in (KNOWN, KNOWN_TILT) else None,
             height=self.sensor_height if self.mounting in (KNOWN, KNOWN_HEIGHT) else None,

@@ -12,14 +12,14 @@ from pose_core.errors import PoseError
 
 MIN_SPREAD_M = 0.02  # [m] RMS along the second principal axis; below, a line leaves a free rotation
 MIN_SPREAD_RATIO = 0.01  # [-] second to first principal axis
-HYPOTHESES = 256  # [-] at 30 % outliers 88 good triples are to be expected among them
+HYPOTHESES = 256  # [-] at 30 % outliers, 88 triples without outliers are expected
 SCORED_POINTS = 1500  # [-] enough for a median
 SEED = 2020
 MAX_ITERATIONS = 50
-CONVERGED_M = 1e-6  # [m] change of the points' mean place and spread that ends the iteration
+CONVERGED_M = 1e-6  # [m] change of the points' mean position and spread that ends the iteration
 TUKEY = 4.685  # [-] 95 % efficiency for Gaussian residuals
 MAXWELL_MEDIAN = 1.5382  # [-] median length of a 3-D Gaussian vector of unit deviation
-MIN_SIGMA_M = 0.001  # [m] below, weights would divide by the rounding
+MIN_SIGMA_M = 0.001  # [m] lower bound, against division by rounding errors
 
 
 class CalibrationError(PoseError):
@@ -28,7 +28,7 @@ class CalibrationError(PoseError):
 
 @dataclass(frozen=True, kw_only=True)
 class RobustFit:
-    """A rigid transform and how the points agree with it."""
+    """A rigid transform and its residuals."""
 
     T_target_source: FloatArray  # (4, 4)
     residuals: FloatArray  # (n,) [m] distance of each pair after the transform
@@ -93,7 +93,7 @@ def estimate_rigid_transform(
 
 
 def estimate_rigid_transform_robustly(source: FloatArray, target: FloatArray) -> RobustFit:
-    """Estimate the transform between two clouds of which many pairs may be wrong.
+    """Estimate the transform between two clouds with many outliers.
 
     The best of many transforms through three random pairs (least median of residuals; the
     seed is fixed, so the same points give the same result) starts an iteration of reweighted least
@@ -150,7 +150,7 @@ def _best_hypothesis(source: FloatArray, target: FloatArray, fallback: FloatArra
 
 
 def _squared_lengths(vectors: FloatArray) -> FloatArray:
-    """Of vectors (n, 3)."""
+    """Squared norms of vectors (n, 3), shape (n,)."""
     return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
 
 

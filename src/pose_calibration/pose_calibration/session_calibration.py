@@ -1,6 +1,6 @@
-"""A whole recording in, its calibration out: clocks, extrinsics, floor, the person's measures.
+"""Calibration of a whole recording: clocks, extrinsics, floor, the person's body measures.
 
-What ``./pose calibrate`` and ``./pose fuse`` do with a recorded session.
+Used by ``./pose calibrate`` and ``./pose fuse``.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,20 +29,20 @@ from pose_core.api import (
     on_reference_clock,
 )
 
-MOST_TRIED = 3  # [-] people, one after the other
+MOST_TRIED = 3  # [-] people tried, one after the other
 
 
 @dataclass(frozen=True, kw_only=True)
 class SessionCalibration:
     """Calibration of a recording's sensors."""
 
-    extrinsics: Extrinsics  # with the clocks and the person's measures
+    extrinsics: Extrinsics  # with the clocks and the person's body measures
     clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference
-    imus: ImuFindings | None  # None where there were none
+    imus: ImuFindings | None  # None without IMUs
     samples: Mapping[str, int]  # [-] skeletons by sensor
     frames: int  # [-] aligned instants
     counts: Mapping[str, int]  # of the time alignment, by reason
-    people: int = 1  # [-] most at once that a sensor saw; one of them was calibrated with
+    people: int = 1  # [-] largest number in one frame; one of them was used
 
 
 def calibrate(
@@ -61,10 +61,10 @@ def calibrate(
             IMUs' samples if they are to be used.
         sensors: The sensors' names, the reference first; samples of others are left out. With a
             single one, only the floor is found.
-        limits: What the calibration has to reach.
-        mounting: What is known of the reference sensor's mounting.
-        find_clock_offsets: Also find the offsets between the sources' clocks.
-        max_clock_offset_s: Largest offset [s] to look for.
+        limits: Quality that the calibration must reach.
+        mounting: Known tilt and height of the reference sensor.
+        find_clock_offsets: Whether to estimate the offsets between the sources' clocks.
+        max_clock_offset_s: Largest offset [s] of the search.
 
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
@@ -109,10 +109,9 @@ def calibrate_people(
     """Calibrate a recorded session in which there may be several people.
 
     Args:
-        frames: All sensors' frames with everybody in them, and the IMUs' samples if they are to be
-            used.
+        frames: Frames of all sensors with all persons, and the IMUs' samples if they are used.
         sensors: See :func:`calibrate`.
-        person: The id, in all sensors, of the person to calibrate with; empty: whose views agree.
+        person: The person's id in all sensors; if empty, a person whose views agree.
         **options: See :func:`calibrate`.
 
     Raises:
@@ -133,7 +132,7 @@ def calibrate_people(
         candidates = list(match_people(frames_kept, sensors).samples.values())
         if not candidates:
             raise CalibrationError(
-                f"several people are seen, and nobody's views in {', '.join(sensors)} agree: "
+                f"several people are detected, and views in {', '.join(sensors)} agree on none: "
                 "walk about alone in view of the sensors, or name a person with --person"
             )
     failure: CalibrationError | None = None

@@ -1,1 +1,1 @@
-"""How good a result is: against a reference, or against itself."""
+"""Evaluation of results: against a reference, or by internal consistency."""

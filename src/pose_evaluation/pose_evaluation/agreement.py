@@ -21,29 +21,28 @@ from pose_evaluation.scores import known_joints, rigidly_aligned
 from pose_evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk
 
 COMPARING_RATE = 30.0  # [Hz]
-GAP_S = 0.2  # [s] six frames at 30 Hz: a longer silence counts as a gap
+GAP_S = 0.2  # [s] six frames at 30 Hz: longer intervals count as gaps
 
 
 @dataclass(frozen=True, kw_only=True)
 class ViewAgreement:
-    """How far apart two sensors see the same joints at the same instants."""
+    """Differences between two sensors' measurements of the same joints at the same instants."""
 
     first: str
     second: str
-    frames: int  # [-] instants at which both saw somebody
-    as_logged_cm: float  # [cm] mean distance, both frames taken as one
+    frames: int  # [-] instants at which both tracked a person
+    as_logged_cm: float  # [cm] mean distance without extrinsics, as if both frames were one
     calibrated_cm: float  # [cm] in map, by the extrinsics; NaN without them
-    best_rigid_cm: float  # [cm] after the best rigid fit to this very data: the floor
+    best_rigid_cm: float  # [cm] after the best rigid fit to the same data: the lower bound
     angle_difference_deg: Mapping[str, float]  # [deg] RMS by angle
 
 
 @dataclass(frozen=True, kw_only=True)
 class Steadiness:
-    """How constant a method's bones are, and how smooth its joints move."""
+    """Constancy of a method's bone lengths and smoothness of its joints."""
 
     frames: int  # [-]
-    duration_s: float  # [s]
-    gaps: int  # [-] silences of more than 0.2 s
+    gaps: int  # [-] intervals of more than 0.2 s
     longest_gap_s: float  # [s]
     bone_cv_percent: Mapping[str, float]  # [%] by bone
     bone_sd_mm: Mapping[str, float]  # [mm] by bone
@@ -67,7 +66,7 @@ class Steadiness:
 
 @dataclass(frozen=True, kw_only=True)
 class Agreement:
-    """All that is known of a recording without a reference."""
+    """Figures of a recording without a reference."""
 
     views: tuple[ViewAgreement, ...]  # every pair of sensors
     steadiness: Mapping[str, Steadiness]  # by method: each sensor, mean, fused
@@ -76,7 +75,7 @@ class Agreement:
 def measure_agreement(
     methods: Mapping[str, SkeletonSeries], T_map_sensor: Mapping[str, FloatArray]
 ) -> Agreement:
-    """Measure a recording of several sensors.
+    """Compute the figures of a recording of several sensors.
 
     Args:
         methods: Joints by method, as ``evaluation_methods.methods_of_bag`` gives them.
@@ -100,7 +99,7 @@ def view_agreement(
     sensors: Mapping[str, SkeletonSeries],
     T_map_sensor: Mapping[str, FloatArray],
 ) -> ViewAgreement:
-    """Compare two sensors' views, brought to common instants by li2020 (2)."""
+    """Compare two sensors' views, aligned in time by li2020 (2)."""
     pair = {name: sensors[name] for name in (first, second)}
     both = [frame for frame in aligned_frames(pair) if len(frame.samples) == 2]
     one, two = (
@@ -130,13 +129,13 @@ def view_agreement(
 
 
 def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, str], float]:
-    """How far methods differ from one another: RMS difference [deg], mean over the angles.
+    """Differences between methods: RMS difference [deg], mean over the angles.
 
     Args:
         angles: Each method's angles by its name, on one clock.
 
     Returns:
-        By pair of names, both ways, over the time that both cover; NaN where they have none.
+        By pair of names, in both orders, over their common time; NaN without common time.
     """
     begin_ns = min(int(series.stamps_ns[0]) for series in angles.values())
     end_ns = max(int(series.stamps_ns[-1]) for series in angles.values())
@@ -152,12 +151,11 @@ def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, 
 
 
 def measure_steadiness(series: SkeletonSeries) -> Steadiness:
-    """Measure one method by itself."""
+    """Compute the figures of one method."""
     steps_s = np.diff(series.stamps_ns) * 1e-9
     gaps = steps_s[steps_s > GAP_S]
     return Steadiness(
         frames=len(series),
-        duration_s=series.duration_s,
         gaps=len(gaps),
         longest_gap_s=float(gaps.max()) if len(gaps) else 0.0,
         bone_cv_percent=bone_length_cv_percent(series.positions),

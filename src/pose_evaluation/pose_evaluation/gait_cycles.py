@@ -1,8 +1,8 @@
-"""Repeated movements, found in the angles themselves, and their average.
+"""Detection of repeated movements in the angles, and their average.
 
-A cycle runs from one peak of an angle to the next. Each side is searched by itself: of its angles
-the one with the most cycles of like length and like course is taken, the legs' before the arms'.
-Walking, marching, squats and raised arms are found alike.
+A cycle is the interval between successive peaks of an angle. For each side, the angle with the most
+cycles of similar duration and shape is used, leg angles preferred. This detects walking, marching,
+squats and arm raises.
 """
 
 from dataclasses import dataclass
@@ -15,14 +15,14 @@ from pose_core.api import ANGLES, AngleSeries, FloatArray, IntArray
 from pose_core.joints import SIDES
 from pose_evaluation.range_of_motion import RATE, smoothed
 
-LEAST_SWING = 10.0  # [deg] of an angle, below which nothing repeats
-LEAST_PROMINENCE = 0.4  # [-] of the swing, by which a peak stands out
-SHORTEST_S, LONGEST_S = 0.4, 6.0  # [s] of a cycle
-LIKE_LENGTH = 0.3  # [-] by which a cycle may differ from the median length
-LIKE_COURSE = 0.8  # [-] least correlation of a cycle with the mean of all
+LEAST_SWING = 10.0  # [deg] smallest range of an angle with cycles
+LEAST_PROMINENCE = 0.4  # [-] smallest prominence of a peak, relative to the range
+SHORTEST_S, LONGEST_S = 0.4, 6.0  # [s] duration of a cycle
+LIKE_LENGTH = 0.3  # [-] largest relative difference of a duration from the median
+LIKE_COURSE = 0.8  # [-] smallest correlation of a cycle with the mean of all
 LEAST_CYCLES = 3
 PERCENT = np.linspace(0.0, 100.0, 101)  # [%] of the cycle
-LEGS_FIRST = 1.5  # [-] an arm must repeat that much more often to be preferred to a leg
+LEGS_FIRST = 1.5  # [-] ratio of cycles above which an arm's angle is preferred to a leg's
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,13 +30,13 @@ class Cycles:
     """The cycles of one side."""
 
     side: str
-    angle: str  # whose peaks begin a cycle
+    angle: str  # whose peaks are the cycles' boundaries
     begin_ns: IntArray  # (k,) [ns]
     end_ns: IntArray  # (k,) [ns]
 
     @property
     def durations_s(self) -> FloatArray:
-        """Length of each cycle [s], shape (k,)."""
+        """Duration of each cycle [s], shape (k,)."""
         return np.asarray((self.end_ns - self.begin_ns) * 1e-9, float)
 
 
@@ -48,11 +48,11 @@ class CycleCurve:
     sd_deg: FloatArray  # (101,) [deg] between cycles
     range_mean_deg: float  # [deg] range of motion of a cycle
     range_sd_deg: float  # [deg]
-    cycles: int  # [-] that the angle is known in throughout
+    cycles: int  # [-] cycles in which the angle is known throughout
 
 
 def find_cycles(series: AngleSeries) -> dict[str, Cycles]:
-    """The cycles by side; a side in which nothing repeats is left out."""
+    """The cycles by side; sides without cycles are left out."""
     stamps_ns, smooth = smoothed(series)
     found = {}
     for side in SIDES:
@@ -102,7 +102,7 @@ def cycle_curves(series: AngleSeries, cycles: Cycles) -> dict[str, CycleCurve]:
 
 
 def _regular(degrees: FloatArray) -> list[tuple[int, int]]:
-    """Pairs of successive peaks, as indices, between which like cycles lie."""
+    """Pairs of successive peaks, as indices, that bound similar cycles."""
     swing = _swing(degrees)
     if swing < LEAST_SWING:
         return []
@@ -118,7 +118,7 @@ def _regular(degrees: FloatArray) -> list[tuple[int, int]]:
 
 
 def _of_like_length(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """The largest set of cycles whose lengths lie within 30 % of one another's middle."""
+    """The largest set of cycles whose durations are within 30 % of a common value."""
     lengths = np.array([b - a for a, b in pairs], float)
     best: list[tuple[int, int]] = []
     for middle in lengths:
@@ -144,14 +144,14 @@ def _of_like_course(degrees: FloatArray, pairs: list[tuple[int, int]]) -> list[t
 
 
 def _in_a_row(pairs: list[tuple[int, int]]) -> list[tuple[int, int]]:
-    """Cycles with another cycle right before or after them; isolated ones are left out."""
+    """Cycles directly before or after another cycle; isolated ones are left out."""
     begins, ends = {begin for begin, _ in pairs}, {end for _, end in pairs}
     kept = [(begin, end) for begin, end in pairs if begin in ends or end in begins]
     return kept if len(kept) >= LEAST_CYCLES else []
 
 
 def _course(values: FloatArray, begin: float, end: float) -> FloatArray:
-    """Values at 0 to 100 % between two places on the grid; NaN outside."""
+    """Values at 0 to 100 % between two positions on the grid; NaN outside."""
     places = begin + PERCENT / 100.0 * (end - begin)
     grid = np.arange(len(values), dtype=float)
     return np.asarray(np.interp(places, grid, values, left=np.nan, right=np.nan))

@@ -1,4 +1,4 @@
-"""How well people keep their identities."""
+"""Evaluation of the tracking of identities."""
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
@@ -7,28 +7,28 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class IdentityScore:
-    """What became of people's identities over a recording."""
+    """Counts of identity assignments over a recording."""
 
-    skeletons: int  # [-] that were of a known person
-    assigned: int  # [-] of them, that were given an identity
-    switches: int  # [-] changes of the identity that a person is given
-    wrong: int  # [-] skeletons given the identity that is mostly somebody else's
-    people: int  # [-] true ones
-    identities: int  # [-] that were given
+    skeletons: int  # [-] skeletons of known persons
+    assigned: int  # [-] of them, skeletons with an identity
+    switches: int  # [-] changes of a person's identity
+    wrong: int  # [-] skeletons with an identity that mostly belongs to another person
+    people: int  # [-] true persons
+    identities: int  # [-] assigned identities
 
     def __add__(self, other: "IdentityScore") -> "IdentityScore":
         return IdentityScore(**{k: v + getattr(other, k) for k, v in vars(self).items()})
 
 
 def score_identities(pairs: Iterable[tuple[Hashable, Hashable | None]]) -> IdentityScore:
-    """Compare who was seen with who they were taken for.
+    """Compare true persons with assigned identities.
 
-    A switch is counted as in the CLEAR MOT metrics: whenever a person is given another identity
-    than the last time.
+    A switch is counted as in the CLEAR MOT metrics: whenever a person's identity differs from the
+    previous one.
 
     Args:
-        pairs: Of each skeleton, in the order of time: who it is, and the identity that it was
-            given; None: none.
+        pairs: True person and assigned identity (None if none) of each skeleton, in the order of
+            time.
 
     References:
         Bernardin, Stiefelhagen (2008), EURASIP Journal on Image and Video Processing.

@@ -1,9 +1,9 @@
-"""Pitch, yaw and roll of limbs in ``map``: what zhang2015's figures 8 and 9 show, and its (3).
+"""Pitch, yaw and roll of limbs in ``map``, as in zhang2015's figures 8 and 9, by its (3).
 
 With d the direction of a limb from its upper to its lower joint: pitch = asin(d_z), −90° where it
-hangs down; yaw = atan2(d_y, d_x); roll is the turn about d. They are the angles of (3), pitch with
-its sign turned, of a frame with x = d and y the segment's lateral axis. Yaw and roll say nothing
-where the limb is nearly upright. Joint positions do not show a roll: it needs segments' rotations.
+hangs down; yaw = atan2(d_y, d_x); roll is the rotation about d. They are the angles of (3), pitch
+with opposite sign, of a frame with x = d and y the segment's lateral axis. Yaw and roll are
+undefined where the limb is nearly vertical. Roll needs segments' rotations, not only positions.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ LIMBS: tuple[str, ...] = tuple(
     for bone in ("upper_arm", "forearm", "thigh", "shank")
     for side in ("left", "right")
 )
-STEEP = np.radians(75.0)  # [rad] of pitch, beyond which the yaw is noise
+STEEP = np.radians(75.0)  # [rad] largest pitch with a defined yaw
 
 
 def limb_attitude(positions: FloatArray, limb: str) -> tuple[FloatArray, FloatArray]:

@@ -1,4 +1,4 @@
-"""The methods that a bag holds: each raw sensor, their mean, and the fused result."""
+"""The methods in a bag: each raw sensor, their mean, and the fused result."""
 
 import heapq
 from collections.abc import Iterator, Mapping
@@ -44,10 +44,10 @@ def methods_of_bag(
 
     Args:
         bag: An open bag.
-        person: Whom to follow; see ``./pose fuse --person``.
+        person: The person to select; see ``./pose fuse --person``.
         body: The id of the fused body; the first one if empty.
         clocks: The sensors' clocks; those of the bag's clock messages if None.
-        extrinsics: How the sensors stand; those in the bag if None.
+        extrinsics: Poses of the sensors; those in the bag if None.
 
     Raises:
         InputError: If the bag holds neither a sensor's skeletons nor a fused one.
@@ -74,13 +74,12 @@ def methods_of_bag(
 def mean_series(
     sensors: Mapping[str, SkeletonSeries], T_map_sensor: Mapping[str, FloatArray]
 ) -> SkeletonSeries:
-    """The mean of what the sensors see, in ``map``, without any filter.
+    """The mean of the sensors' skeletons in ``map``, without filtering.
 
-    Brought to common instants by li2020 (2); a joint that some sensors do not see is the mean of
-    the others.
+    Aligned in time by li2020 (2); a joint not tracked by some sensors is the mean of the others.
 
     Args:
-        sensors: Each sensor's view, in its own frame.
+        sensors: Each sensor's skeletons, in its own frame.
         T_map_sensor: Each sensor's (4, 4) extrinsics.
     """
     in_map = {name: each.transformed(T_map_sensor[name]) for name, each in sensors.items()}

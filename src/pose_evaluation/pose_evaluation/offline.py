@@ -1,4 +1,4 @@
-"""Every estimator, run over one recording's raw streams, all in one pass."""
+"""Runs estimators over one recording's raw streams, all in one pass."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from pose_core.parameters import specs
 from pose_evaluation.methods import MEAN
 
 IMU_ALONE = "imu"
-RAW = (MEAN, "left", "right")  # estimators that filter nothing: the tables have them as they are
+RAW = (MEAN, "left", "right")  # estimators without a filter, which the tables already contain
 NEED_IMUS = (IMU_ALONE, "zhang2015")  # estimators that are run with the IMUs only
 WITH_IMUS = ("default", "ukf")  # estimators that are run with the IMUs, too
 IMU_ENDING = "+imus"
@@ -30,7 +30,7 @@ IMU_ENDING = "+imus"
 
 @dataclass(frozen=True, kw_only=True)
 class MethodSetup:
-    """One way of estimating."""
+    """A method: an estimator with its inputs."""
 
     name: str  # in the tables
     estimator: str  # value of the fusion's parameter
@@ -39,21 +39,21 @@ class MethodSetup:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodRun:
-    """What one method made of the recording."""
+    """Result of one method."""
 
     series: SkeletonSeries  # joints in map
-    estimates: EstimateSeries  # its own account
+    estimates: EstimateSeries  # its degrees of freedom
 
 
 def known_setups(*, has_imus: bool) -> tuple[MethodSetup, ...]:
-    """Every estimator that there is, without IMUs; the best ones with them; the IMUs alone.
+    """All estimators without IMUs, the best ones with IMUs, and the IMUs alone.
 
     Args:
-        has_imus: Whether the recording holds any; without them nothing is run with them.
+        has_imus: Whether the recording contains IMUs; otherwise no method uses them.
     """
     _, spec = specs(FusionParameters)["estimator"]
     setups = []
-    # The default last, as in the tables of the papers: each method after what it improves on.
+    # The default last, as in the tables of the papers: each method after those that it improves.
     for name in sorted(spec.choices or (), key=_rank):
         if name in RAW or (name in NEED_IMUS and not has_imus):
             continue
@@ -72,16 +72,16 @@ def run_methods(
     """Run estimators side by side over the same samples.
 
     Args:
-        samples: Of all sensors, in the order of arrival.
-        setups: What to run.
+        samples: Samples of all sensors, in the order of arrival.
+        setups: The methods to run.
         sensors: Names of the Kinects.
-        extrinsics: Where they stand.
+        extrinsics: Poses of the Kinects.
 
     Returns:
-        By name; one that gave no pose has a series of no length.
+        Results by name; a method without poses has an empty series.
 
     Raises:
-        ParameterError: If the recording's sensors and a setup do not go together.
+        ParameterError: If a setup cannot use the recording's sensors.
     """
     pipelines = {
         setup.name: FusionPipeline(
@@ -104,14 +104,14 @@ def run_methods(
 
 
 def run_of_estimates(estimates: Sequence[BodyEstimate]) -> MethodRun:
-    """Estimates as arrays."""
+    """Convert estimates to arrays."""
     series = series_from_samples(
         SkeletonSample(
             stamp_ns=each.stamp_ns,
             sensor="",
             person="",
             positions=each.joints,
-            # The model places every joint, seen or not.
+            # The model gives every joint, tracked or not.
             tracking_state=np.full(len(each.joints), 2, np.uint8),
         )
         for each in estimates

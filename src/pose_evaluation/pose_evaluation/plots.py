@@ -1,7 +1,7 @@
 """Plots of a recording: joint angles over time, errors by angle, bone lengths.
 
-Figures are made without pyplot, so that nothing global is touched and no display is needed.
-Colours are those of Okabe and Ito (2008), which people with any colour vision can tell apart.
+Figures are created without pyplot, without global state and without a display.
+Colours are those of Okabe and Ito (2008), which are distinguishable with any colour vision.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,7 +41,7 @@ def angles_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Figure:
     """The twelve angles over time, one small plot each.
 
     Args:
-        title: What is shown; says so where the subject is synthetic.
+        title: Title, which names a synthetic subject as such.
         series: Joints by name; ``reference``, ``mean`` and ``fused`` have styles of their own,
             all others are sensors. Drawn in the order given.
 
@@ -49,7 +49,7 @@ def angles_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Figure:
         InputError: If there is nothing to draw.
     """
     begin_ns = _begin_ns(series)
-    figure, plots = _grid_figure(title, rows=6, columns=2, height=13.0)
+    figure, plots = _grid_figure(title, rows=6, height=13.0)
     angles = {name: joint_angles(each.positions) for name, each in series.items()}
     for position, angle in enumerate(ANGLES):
         # Left side in the left column, as in the table.
@@ -66,14 +66,14 @@ def bone_lengths_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Fig
     """Lengths of the limbs' bones over time, one small plot each.
 
     Args:
-        title: What is shown.
+        title: Title.
         series: Joints by name, as for :func:`angles_figure`.
 
     Raises:
         InputError: If there is nothing to draw.
     """
     begin_ns = _begin_ns(series)
-    figure, plots = _grid_figure(title, rows=4, columns=2, height=9.0)
+    figure, plots = _grid_figure(title, rows=4, height=9.0)
     lengths = {name: bone_lengths(each.positions) for name, each in series.items()}
     for position, bone in enumerate(BONES_SHOWN):
         axes = plots[position // 2][position % 2]
@@ -97,7 +97,7 @@ def errors_figure(evaluation: Evaluation) -> Figure:
     names = [method.name for method in evaluation.methods]
     width = 0.8 / len(names)
     groups = np.arange(len(ANGLES) + 1.0)
-    groups[-1] += 0.5  # the mean stands apart
+    groups[-1] += 0.5  # space before the mean
     for index, method in enumerate(evaluation.methods):
         values = [method.angles[angle].rmse_deg for angle in ANGLES] + [method.mean_rmse_deg]
         colour, _, _ = style_of(method.name, names)
@@ -159,7 +159,7 @@ def _draw(
     begin_ns: int,
     values: FloatArray,
 ) -> None:
-    """One method's line; broken where samples are missing and where an angle wraps."""
+    """Draw one method's line, interrupted at missing samples and where an angle wraps."""
     times = (series.stamps_ns - begin_ns) * 1e-9
     breaks = np.flatnonzero(np.diff(times) > MAX_GAP_S) + 1
     jumps = np.flatnonzero(np.abs(np.diff(values)) > 180.0) + 1
@@ -175,12 +175,10 @@ def _draw(
     )
 
 
-def _grid_figure(
-    title: str, rows: int, columns: int, height: float
-) -> tuple[Figure, list[list[Axes]]]:
+def _grid_figure(title: str, rows: int, height: float) -> tuple[Figure, list[list[Axes]]]:
     figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
     figure.suptitle(title, fontsize=13, x=0.01, ha="left")
-    plots = figure.subplots(rows, columns, sharex=True)
+    plots = figure.subplots(rows, 2, sharex=True)
     return figure, [list(row) for row in plots]
 
 

@@ -1,7 +1,7 @@
 """Range of motion, peaks and left/right symmetry of the angles.
 
-All on the angle after a low-pass filter without phase (Butterworth, 4th order forward and back,
-6 Hz: Winter, Biomechanics and Motor Control of Human Movement), so that noise makes no peaks.
+All are computed after a zero-phase low-pass filter (Butterworth, 4th order forward and back,
+6 Hz: Winter, Biomechanics and Motor Control of Human Movement), which removes peaks of noise.
 """
 
 from dataclasses import dataclass
@@ -13,13 +13,13 @@ from pose_core.api import ANGLES, AngleSeries, FloatArray, IntArray
 
 RATE = 100.0  # [Hz]
 CUTOFF = 6.0  # [Hz]
-LONGEST_GAP_S = 0.5  # [s] in which a filtered angle is bridged
-SMALL = 5.0  # [deg] a smaller range has no symmetry worth the name
+LONGEST_GAP_S = 0.5  # [s] longest gap that is interpolated
+SMALL = 5.0  # [deg] smallest range with a symmetry index
 
 
 @dataclass(frozen=True, kw_only=True)
 class AngleRange:
-    """How far one angle went; NaN where it was never known."""
+    """Extremes of one angle; NaN if it was never known."""
 
     lowest_deg: float  # [deg]
     lowest_s: float  # [s] since the first instant
@@ -42,14 +42,14 @@ def ranges_of_motion(series: AngleSeries, begin_ns: int) -> dict[str, AngleRange
 def symmetry_index_percent(left: float, right: float) -> float:
     """(left − right) over their mean [%]: Robinson et al. (1987), J Manip Physiol Ther 10:172.
 
-    0 is symmetric, positive says that the left is larger. NaN where both are small.
+    0 is symmetric; positive if the left is larger. NaN if both are below 5 deg.
     """
     mean = 0.5 * (abs(left) + abs(right))
     return 100.0 * (left - right) / mean if mean > SMALL else np.nan
 
 
 def smoothed(series: AngleSeries) -> tuple[IntArray, dict[str, FloatArray]]:
-    """The angles at 100 Hz through the low-pass filter.
+    """The angles at 100 Hz after the low-pass filter.
 
     Returns:
         Instants [ns] and angles [rad] by name; NaN at gaps of more than 0.5 s.
@@ -63,7 +63,7 @@ def smoothed(series: AngleSeries) -> tuple[IntArray, dict[str, FloatArray]]:
 
 
 def _low_pass(values: FloatArray) -> FloatArray:
-    """Filter each stretch without NaN by itself; what is too short to be filtered stays."""
+    """Filter each run without NaN separately; runs too short for the filter are unchanged."""
     sections = butter(2, CUTOFF, fs=RATE, output="sos")  # twice over: 4th order
     result = values.copy()
     known = np.flatnonzero(np.isfinite(values))

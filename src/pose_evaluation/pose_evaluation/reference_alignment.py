@@ -1,7 +1,7 @@
-"""A reference on its own clock, brought onto the recording's by cross-correlating the angles.
+"""Time alignment of a reference with a recording by cross-correlation of the angles.
 
-The shift found is the one at which the angles of both, together, correlate best; every shift that
-leaves half of the shorter recording in common is tried.
+The result is the shift with the highest pooled correlation of all angles, among all shifts with an
+overlap of at least half of the shorter recording.
 """
 
 from dataclasses import dataclass
@@ -16,33 +16,33 @@ from pose_io.references.reference import Reference
 
 COARSE_RATE = 25.0  # [Hz] of the search; refined afterwards
 LEAST_OVERLAP_S = 1.0  # [s]
-LEAST_SHARE = 0.5  # [-] of the shorter recording that must be in common
-APART_S = 0.5  # [s] another shift is one at least so far from the best
-WEAK = 0.5  # [-] a correlation below this fits nothing
+LEAST_SHARE = 0.5  # [-] smallest overlap, relative to the shorter recording
+APART_S = 0.5  # [s] smallest distance of the next best shift from the best
+WEAK = 0.5  # [-] smallest accepted correlation
 
 
 @dataclass(frozen=True, kw_only=True)
 class Alignment:
-    """How a reference was brought onto the recording's clock."""
+    """Result of aligning a reference with the recording's clock."""
 
-    begins_at_s: float  # [s] where the reference begins, after the recording's first instant
-    shares_clock: bool  # whether nothing had to be found
+    begins_at_s: float  # [s] start of the reference after the recording's first instant
+    shares_clock: bool  # whether both already have the same clock
     correlation: float  # [-] of all angles together at this shift; NaN if the clock is shared
     next_best: float  # [-] the highest one at least 0.5 s away; NaN if there is none
 
 
 def align_reference(reference: Reference, recording: AngleSeries) -> tuple[Reference, Alignment]:
-    """Bring a reference onto a recording's clock, unless it is on it already.
+    """Align a reference with a recording's clock, unless they share one.
 
     Args:
-        reference: What to compare with.
-        recording: The angles that a method of the recording gives.
+        reference: The reference.
+        recording: Angles of a method of the recording.
 
     Returns:
-        The reference with its stamps moved, and by how much.
+        The reference with shifted stamps, and the alignment.
 
     Raises:
-        InputError: If neither moves, or no shift makes them alike.
+        InputError: If there is no motion, or no shift has a sufficient correlation.
     """
     known = reference.angles
     if _overlap_s(known, recording) >= LEAST_OVERLAP_S:
@@ -104,8 +104,8 @@ def _correlations(reference: AngleSeries, recording: AngleSeries) -> tuple[Float
     """Pooled correlation by shift.
 
     Returns:
-        Shifts [s] that are added to the reference once both begin together, and the correlation of
-        all angles at each, NaN where too little overlaps.
+        Shifts [s] of the reference relative to a common start, and the correlation of all angles at
+        each, NaN where the overlap is too short.
     """
     expected, found = _on_grid(reference, sideways=False), _on_grid(recording, sideways=True)
     moves = np.nanstd(np.where(np.isfinite(expected), expected, np.nan), axis=0) > STILL

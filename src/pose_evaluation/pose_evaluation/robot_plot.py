@@ -1,4 +1,4 @@
-"""A plot of tele-operation: what a person's pose asks for, the command, the robot."""
+"""A plot of tele-operation: the person's target angles, the command, the robot."""
 
 from collections.abc import Mapping
 
@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from pose_evaluation.plots import DPI
 from pose_io.robot_motion import JointMotion
 
-GAP_S = 0.1  # [s] a longer silence breaks the line
+GAP_S = 0.1  # [s] longer intervals interrupt the line
 STYLES = {
     "person": ("#000000", 1.6),
     "command": ("#0072B2", 1.2),
@@ -20,8 +20,8 @@ def robot_figure(title: str, motions: Mapping[str, JointMotion]) -> Figure:
     """The robot's joints over time, one small plot each.
 
     Args:
-        title: What is shown.
-        motions: ``person`` (the joints that the person's pose asks for), ``command``, ``robot``.
+        title: Title.
+        motions: ``person`` (target angles from the person's pose), ``command``, ``robot``.
     """
     joints = motions["command"].joints
     # Joints that never move are not drawn.

@@ -1,6 +1,6 @@
-"""How far each method is from a reference: angles, joint positions, steadiness.
+"""Errors of each method against a reference: angles, joint positions, stability.
 
-Every method is judged by the joint positions it gives, with the same code: angles of
+Every method is evaluated by its joint positions, with the same code: angles of
 ``joint_angles``, after one time shift for the whole recording; Pearson's r, RMSE and bias modulo
 360°; mean joint position error after one rigid alignment of the whole recording.
 """
@@ -31,7 +31,7 @@ from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference
 
 ReferenceSeries = SkeletonSeries | AngleSeries | Reference
-MIN_OVERLAP_S = 1.0  # [s] of common time, below which there is nothing to evaluate
+MIN_OVERLAP_S = 1.0  # [s] smallest common time for an evaluation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,15 +59,15 @@ class AngleScore:
 
 @dataclass(frozen=True, kw_only=True)
 class MethodScores:
-    """Everything measured of one method."""
+    """All figures of one method."""
 
     name: str
     angles: Mapping[str, AngleScore]  # by angle
     joint_error_mm: Mapping[str, float]  # [mm] by joint, after one rigid alignment
     bone_sd_mm: Mapping[str, float]  # [mm] standard deviation by bone
     jerk: Mapping[str, float]  # [m/s³] RMS by joint
-    shift_s: float  # [s] how late the method's stamps are against the reference
-    coverage: float  # [-] share of the reference's instants that the method has a skeleton for
+    shift_s: float  # [s] delay of the method's stamps relative to the reference
+    coverage: float  # [-] share of the reference's instants with a skeleton of the method
 
     @property
     def mean_rmse_deg(self) -> float:
@@ -76,12 +76,12 @@ class MethodScores:
 
     @property
     def mean_r(self) -> float:
-        """Mean correlation over the angles that move."""
+        """Mean correlation over the moving angles [-]."""
         return mean_known([score.r for score in self.angles.values()])
 
     @property
     def mean_absolute_bias_deg(self) -> float:
-        """Mean size of the bias over the angles [deg]."""
+        """Mean absolute bias over the angles [deg]."""
         return mean_known([abs(score.bias_deg) for score in self.angles.values()])
 
     @property
@@ -102,9 +102,9 @@ class MethodScores:
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """All methods against one reference, over the time that all have in common."""
+    """Scores of all methods against one reference, over their common time."""
 
-    reference: str  # what the reference is, for people
+    reference: str  # description of the reference
     synthetic: bool  # whether the subject is a simulated one
     duration_s: float  # [s] evaluated
     methods: tuple[MethodScores, ...]
@@ -121,12 +121,12 @@ def evaluate(
     reference_name: str,
     synthetic: bool = False,
 ) -> Evaluation:
-    """Compare methods with a reference, alike, over the time that all of them cover.
+    """Compare methods with a reference over their common time.
 
     Args:
         methods: Each method's joints, in any frame, by name.
         reference: The reference's joints; or its angles; or angles and joints.
-        reference_name: What it is.
+        reference_name: Description of the reference.
         synthetic: Whether the subject is a simulated one.
 
     Raises:
@@ -143,7 +143,7 @@ def evaluate(
 def common_window(
     reference: ReferenceSeries, methods: Mapping[str, SkeletonSeries]
 ) -> ReferenceSeries:
-    """The part of the reference that every method covers from its first to its last sample.
+    """The part of the reference between the first and last sample of every method.
 
     Raises:
         InputError: If that is less than a second.
@@ -203,7 +203,7 @@ def score_angle(found: FloatArray, expected: FloatArray) -> AngleScore:
         return AngleScore(r=np.nan, rmse_deg=np.nan, bias_deg=np.nan, samples=count)
     expected = unwrapped(expected[known])
     error = wrapped(found[known] - expected)
-    followed = expected + error  # the method's angle on the reference's turn
+    followed = expected + error  # the method's angle, unwrapped to the reference's
     moves = expected.std() > STILL and followed.std() > 0.0
     return AngleScore(
         r=float(np.corrcoef(followed, expected)[0, 1]) if moves else np.nan,
@@ -232,9 +232,9 @@ def joint_errors_mm(positions: FloatArray, reference: FloatArray) -> dict[str, f
 
 
 def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
-    """Positions moved by the one rotation and translation that bring them closest to a target.
+    """Align positions with a target by one rigid transform (least squares).
 
-    Both (n, 15, 3) [m]; pairs with a NaN do not count. At least three known pairs are needed.
+    Both (n, 15, 3) [m]; pairs with a NaN are ignored. At least three known pairs are needed.
     """
     known = known_joints(positions) & known_joints(target)
     R, t = rigid_motion(positions[known], target[known])
@@ -242,7 +242,7 @@ def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
 
 
 def rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (3, 3) and translation [m] that bring points (n, 3) closest to others."""
+    """Rotation (3, 3) and translation [m] of points (n, 3) with the least squared distance."""
     source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
     # Umeyama (1991), without scale.
     rotation, _ = Rotation.align_vectors(target - target_mean, source - source_mean)
@@ -251,5 +251,5 @@ def rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, Fl
 
 
 def known_joints(positions: FloatArray) -> NDArray[np.bool_]:
-    """Which joints have a position, shape (n, 15)."""
+    """Mask of the joints with a position, shape (n, 15)."""
     return np.asarray(np.isfinite(positions).all(axis=2))

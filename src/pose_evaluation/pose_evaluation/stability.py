@@ -1,4 +1,4 @@
-"""How steady a skeleton is, without a reference: bone lengths and jerk."""
+"""Stability of a skeleton without a reference: bone lengths and jerk."""
 
 import numpy as np
 
@@ -21,9 +21,9 @@ BONES: dict[str, tuple[str, str]] = {
     "shoulders": ("left_shoulder", "right_shoulder"),
     "hips": ("left_hip", "right_hip"),
 }
-"""Pairs of joints whose distance does not change, on a body."""
+"""Pairs of joints with a constant distance on a body."""
 
-JERK_RATE = 30.0  # [Hz] at which jerk is measured: it grows with the rate's cube
+JERK_RATE = 30.0  # [Hz] for the jerk, which increases with the cube of the rate
 
 
 def bone_lengths(positions: FloatArray) -> dict[str, FloatArray]:
@@ -37,7 +37,7 @@ def bone_lengths(positions: FloatArray) -> dict[str, FloatArray]:
 
 
 def bone_length_sd_mm(positions: FloatArray) -> dict[str, float]:
-    """Standard deviation [mm] of each bone's length; NaN for a bone never seen."""
+    """Standard deviation [mm] of each bone's length; NaN for a bone that was never tracked."""
     return {bone: 1000.0 * _sd(length) for bone, length in bone_lengths(positions).items()}
 
 

@@ -1,10 +1,10 @@
 r"""Quality of a stream of joint angles as a robot's command.
 
-A stream is continuous where the step from one message to the next is what both velocities say,
+A stream is continuous if the step between messages agrees with both velocities,
 
 .. math:: |q_k - q_{k-1} - \tfrac{1}{2}(\dot q_k + \dot q_{k-1}) \Delta t| \le 3 \sigma_k
 
-After a silence the velocity says nothing: there the whole step :math:`|q_k - q_{k-1}|` counts.
+After a silence the velocity is not used: there the whole step :math:`|q_k - q_{k-1}|` counts.
 """
 
 from collections.abc import Iterable
@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from pose_core.api import ROOT_DOF, BodyEstimate, BodyModel, FloatArray
 
-TOLERANCE = 1e-9  # [rad] of arithmetic
-STEP = np.radians(10.0)  # [rad] that nobody may step beyond the velocity
+TOLERANCE = 1e-9  # [rad] for rounding errors
+STEP = np.radians(10.0)  # [rad] largest accepted step beyond the velocity
 SIGMAS = 3.0
 SILENCE_NS = 100_000_000  # [ns] a longer interval is a silence
-START_S = 2.0  # [s] that count as the start, and as a re-appearance
+START_S = 2.0  # [s] duration of a start, also after a silence
 RATE_TOLERANCE = 0.02  # [-] of the rate
 NS_PER_S = 1_000_000_000
 
@@ -30,7 +30,7 @@ class AngleStream:
     """n messages of one stream over d joint angles."""
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
-    arrivals_ns: NDArray[np.int64]  # (n,) [ns] when a subscriber heard each; the stamps if unknown
+    arrivals_ns: NDArray[np.int64]  # (n,) [ns] arrival at a subscriber; the stamps if unknown
     position: FloatArray  # (n, d) [rad]
     velocity: FloatArray  # (n, d) [rad/s]
     stddev: FloatArray  # (n, d) [rad]; NaN unknown
@@ -39,7 +39,7 @@ class AngleStream:
 
 @dataclass(frozen=True, kw_only=True)
 class StreamQuality:
-    """Figures of one stream; counts are of messages in which any angle does so."""
+    """Figures of one stream; counts are of messages in which any angle meets the condition."""
 
     messages: int
     outside: int  # beyond the limits
@@ -49,20 +49,20 @@ class StreamQuality:
     largest_move_deg: float  # [deg] from one message to the next
     silences: int  # intervals of more than 0.1 s
     step_after_silence_deg: float  # [deg] largest; NaN without a silence
-    ahead: int  # stamped later than heard
-    backwards: int  # stamped before the message before
-    repeated: int  # stamped as the message before
+    ahead: int  # stamped after their arrival
+    backwards: int  # stamped before the previous message
+    repeated: int  # stamped like the previous message
     rate: float  # [Hz] mean, without silences
     interval_ms: tuple[float, float, float]  # [ms] 1st, 50th and 99th percentile
     start_chatter: float
     """RMS of the second difference in the first 2 s of the stream, or after a silence, whichever is
-    more, to the median of the other stretches of 2 s [-]."""
+    larger, relative to the median of the other intervals of 2 s [-]."""
 
     def broken(self, rate: float) -> tuple[str, ...]:
         """The requirements that the stream does not meet.
 
         Args:
-            rate: That it should have [Hz].
+            rate: Required rate [Hz].
         """
         holds = {
             "limits": self.outside == 0,
@@ -75,10 +75,10 @@ class StreamQuality:
 
 
 def stream_of(estimates: Iterable[BodyEstimate], model: BodyModel) -> AngleStream:
-    """The joint angles of estimates, as ``joint_states`` has them.
+    """The joint angles of estimates, as in ``joint_states``.
 
     Raises:
-        ValueError: If there are none.
+        ValueError: If there are no estimates.
     """
     rows = list(estimates)
     stamps_ns = np.array([each.stamp_ns for each in rows], np.int64)
@@ -93,14 +93,14 @@ def stream_of(estimates: Iterable[BodyEstimate], model: BodyModel) -> AngleStrea
 
 
 def unexplained_steps(stream: AngleStream) -> FloatArray:
-    """Step of each angle less the mean velocity times the interval, (n − 1, d) [rad]."""
+    """Step of each angle minus the mean velocity times the interval, (n − 1, d) [rad]."""
     dt = np.diff(stream.stamps_ns)[:, None] / NS_PER_S
     mean_velocity = 0.5 * (stream.velocity[1:] + stream.velocity[:-1])
     return np.abs(np.diff(stream.position, axis=0) - mean_velocity * dt)
 
 
 def measure_stream(stream: AngleStream) -> StreamQuality:
-    """Judge a stream of two messages at least."""
+    """Compute the figures of a stream of at least two messages."""
     intervals_ns = np.diff(stream.stamps_ns)
     is_running = intervals_ns <= SILENCE_NS
     moves = np.abs(np.diff(stream.position, axis=0))
@@ -135,7 +135,7 @@ def _rows(flags: NDArray[np.bool_]) -> int:
 
 
 def _start_chatter(stream: AngleStream, is_running: NDArray[np.bool_]) -> float:
-    """Largest RMS of the second difference in a first stretch, to the median of the other ones."""
+    """Largest RMS of the second difference at a start, relative to the median elsewhere [-]."""
     starts: list[float] = []
     others: list[float] = []
     begins = [0, *(np.flatnonzero(~is_running) + 1).tolist(), len(stream.stamps_ns)]

@@ -28,12 +28,12 @@ SUMMARY: tuple[tuple[str, int, Callable[[MethodScores], float]], ...] = (
 
 
 def readable(name: str) -> str:
-    """A name of the code, for people."""
+    """Convert an identifier to words."""
     return name.replace("_", " ")
 
 
 def number(value: float, digits: int, sign: bool = False) -> str:
-    """A number for people; a dash where it is not known."""
+    """Format a number; a dash if it is unknown."""
     if not math.isfinite(value):
         return UNKNOWN
     rounded = round(value, digits) + 0.0  # no −0.0
@@ -41,7 +41,7 @@ def number(value: float, digits: int, sign: bool = False) -> str:
 
 
 def title_of(evaluation: Evaluation) -> str:
-    """What is compared with what."""
+    """Title of an evaluation's tables."""
     subject = "synthetic subject, " if evaluation.synthetic else ""
     return (
         f"Joint angle error against {evaluation.reference} ({subject}{evaluation.duration_s:.1f} s)"
@@ -105,7 +105,7 @@ def evaluation_markdown(evaluation: Evaluation) -> str:
 
 
 def evaluation_csv(evaluation: Evaluation) -> str:
-    """Every figure, one a row: method, quantity, of what, value, unit."""
+    """All figures, one per row: method, quantity, of what, value, unit."""
     rows: list[tuple[str, str, str, float, str]] = []
     for method in evaluation.methods:
         for angle, score in method.angles.items():
@@ -128,7 +128,7 @@ def evaluation_csv(evaluation: Evaluation) -> str:
 
 
 def agreement_tables(agreement: Agreement) -> list[Table]:
-    """What is known without a reference, for the terminal."""
+    """Tables of the figures without a reference, for the terminal."""
     tables = []
     if agreement.views:
         views = _table("Do the views agree? (mean distance of the same joint)")
@@ -168,7 +168,7 @@ def agreement_tables(agreement: Agreement) -> list[Table]:
 
 
 def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
-    """Every figure, one a row: method or pair, quantity, of what, value, unit."""
+    """All figures, one per row: method or pair, quantity, of what, value, unit."""
     rows: list[tuple[str, str, str, float, str]] = []
     for view in agreement.views:
         pair = f"{view.first}-{view.second}"
@@ -234,7 +234,7 @@ def _csv(reference: str, rows: Sequence[tuple[str, str, str, float, str]]) -> st
 
 
 def csv_text(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table as CSV; what is not known is left empty."""
+    """Format a table as CSV; unknown values are empty."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(head)

@@ -13,21 +13,21 @@ from pose_core.api import (
 
 GRID_RATE = 100.0  # [Hz]
 MAX_SHIFT_S = 0.5  # [s]
-STILL = np.radians(1.0)  # [rad] of standard deviation: below it nothing moves
+STILL = np.radians(1.0)  # [rad] standard deviation below which an angle counts as constant
 
 
 def estimate_time_shift(method: SkeletonSeries, reference: SkeletonSeries) -> float:
-    """How late a recording is against a reference of the same motion.
+    """Estimate the delay of a recording relative to a reference of the same motion.
 
     The shift at which the correlation of all angles together is highest, refined below the grid's
     10 ms by a parabola through the peak.
 
     Args:
         method: The recording, in any frame.
-        reference: What it is compared with, in any frame.
+        reference: The reference, in any frame.
 
     Returns:
-        The shift [s]: ``method.shifted(-shift)`` fits the reference. 0 where the two do not
+        The shift [s]: ``method.shifted(-shift)`` fits the reference. 0 if the two do not
         overlap, or the reference does not move.
     """
     if len(method) == 0 or len(reference) == 0:
@@ -38,7 +38,7 @@ def estimate_time_shift(method: SkeletonSeries, reference: SkeletonSeries) -> fl
 def estimate_angle_shift(
     method: AngleSeries, reference: AngleSeries, max_shift_s: float = MAX_SHIFT_S
 ) -> float:
-    """How late a recording's angles are against a reference's, as :func:`estimate_time_shift`."""
+    """Delay of a recording's angles relative to a reference's, as :func:`estimate_time_shift`."""
     if len(method) == 0 or len(reference) == 0:
         return 0.0
     step_ns = round(1e9 / GRID_RATE)
@@ -60,7 +60,7 @@ def estimate_angle_shift(
     scores = np.array([_correlation(expected, found, int(lag)) for lag in lags])
     if not np.isfinite(scores).any():
         return 0.0
-    # A steady ramp fits at every lag alike: of equal ones take the smallest.
+    # A constant ramp fits equally at every lag: of equal ones the smallest is used.
     best = int(np.nanargmax(scores - 1e-6 * np.abs(lags) / most))
     return float(lags[best] + _peak_offset(scores, best)) / GRID_RATE
 
@@ -81,7 +81,7 @@ def _correlation(expected: FloatArray, found: FloatArray, lag: int) -> float:
 
 
 def _peak_offset(scores: FloatArray, best: int) -> float:
-    """Where between the samples the peak lies: the vertex of a parabola, −0.5 to 0.5."""
+    """Position of the peak between the samples, by a parabola, −0.5 to 0.5 [samples]."""
     if not 0 < best < len(scores) - 1:
         return 0.0
     before, peak, after = scores[best - 1 : best + 2]

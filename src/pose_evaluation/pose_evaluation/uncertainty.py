@@ -1,4 +1,4 @@
-"""How honest a method's own uncertainty is: how often the truth lies within 1 and 2 σ of it."""
+"""Consistency of a method's own uncertainty: share of errors within 1 and 2 σ."""
 
 from dataclasses import dataclass
 
@@ -21,10 +21,10 @@ NORMAL_SHARE = (0.6827, 0.9545)  # [-] of a normal distribution within 1 and 2 �
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage:
-    """Shares of one angle's errors that are smaller than the published uncertainty."""
+    """Shares of one angle's errors within the published uncertainty."""
 
-    within_1: float  # [-] of the instants
-    within_2: float  # [-] of the instants
+    within_1: float  # [-] share of the instants with an error below 1 σ
+    within_2: float  # [-] below 2 σ
     mean_stddev_deg: float  # [deg] published
     samples: int  # [-]
 
@@ -35,10 +35,10 @@ def uncertainty_coverage(
     """Compare the errors of the angles with the standard deviations published for them.
 
     Args:
-        series: The method's joints, whose angles are judged.
+        series: The method's joints, whose angles are evaluated.
         estimates: Its degrees of freedom with standard deviations; those named as angles are used.
         reference: The true angles.
-        shift_s: How late the method's stamps are [s].
+        shift_s: Delay of the method's stamps [s].
 
     Returns:
         By angle; angles without a standard deviation or a reference are left out.
@@ -59,7 +59,7 @@ def uncertainty_coverage(
 
 
 def mean_coverage(coverage: dict[str, Coverage]) -> Coverage:
-    """All angles' errors together."""
+    """Coverage of all angles together."""
     count = sum(each.samples for each in coverage.values())
 
     def mean(field: str) -> float:

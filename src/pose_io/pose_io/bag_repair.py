@@ -1,4 +1,4 @@
-"""Bags whose recording was cut off: what is whole in them, and a whole bag made of it."""
+"""Repair of bags whose recording was interrupted: intact messages copied into a new bag."""
 
 import mmap
 import tempfile
@@ -28,14 +28,14 @@ LEAST_DEPTH = 10  # [messages] that a topic's publisher offers when it is played
 
 @dataclass(frozen=True, kw_only=True)
 class Condition:
-    """How much of an MCAP file is whole.
+    """Result of examining an MCAP file.
 
     Attributes:
-        whole: Bytes up to the end of the last whole record of data.
+        whole: Bytes up to the end of the last intact data record.
         size: Bytes of the file.
-        ends: Whether the file has an end.
+        ends: Whether the file ends with a footer and the closing magic bytes.
         has_index: Whether it has an index, without which other programs may refuse it.
-        problem: What comes after the whole part, if it is not the end.
+        problem: Description of what follows the intact part, if it is not the end.
     """
 
     whole: int
@@ -46,7 +46,7 @@ class Condition:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing is to be mended."""
+        """Whether the file needs no repair."""
         return self.ends and self.has_index
 
 
@@ -69,7 +69,7 @@ def mcap_file(bag: Path) -> Path:
 
 
 def examine(path: Path) -> Condition:
-    """Walk through a file from its beginning until it ends or is damaged.
+    """Check a file's records from its beginning to its end or its first damaged record.
 
     Raises:
         InputError: If it cannot be read, or is no MCAP file from the start.
@@ -91,7 +91,7 @@ def _walk(content: mmap.mmap) -> Condition:
     while True:
         problem = ""
         if at + RECORD.size > size:
-            problem = f"{size - at} bytes of a record's head" if at < size else "nothing more"
+            problem = f"{size - at} bytes of a record's header" if at < size else "nothing more"
         else:
             kind, length = RECORD.unpack_from(content, at)
             begin = at + RECORD.size
@@ -100,9 +100,9 @@ def _walk(content: mmap.mmap) -> Condition:
                 has_index = content[footer_at : footer_at + 8] != bytes(8)
                 return Condition(whole=at, size=size, ends=True, has_index=has_index)
             if kind == DATA_END_KIND:
-                problem = "an index that is cut short: no message is lost"
+                problem = "a truncated index: no message is lost"
             elif kind not in KINDS or kind == FOOTER_KIND:
-                problem = "bytes that are no record"
+                problem = "bytes that are not a record"
             elif begin + length > size:
                 problem = f"{size - begin} of the {length} bytes of a record"
             elif kind == CHUNK_KIND:
@@ -113,7 +113,7 @@ def _walk(content: mmap.mmap) -> Condition:
 
 
 def _problem_of_chunk(content: mmap.mmap, begin: int, length: int) -> str:
-    """What is wrong with a chunk; nothing if it can be unpacked."""
+    """Description of a chunk's damage; empty if it can be decompressed."""
     *_, unpacked_size, checksum = CHUNK_HEAD.unpack_from(content, begin)
     at = begin + CHUNK_HEAD.size
     (name_size,) = COMPRESSION.unpack_from(content, at)
@@ -122,7 +122,7 @@ def _problem_of_chunk(content: mmap.mmap, begin: int, length: int) -> str:
         compression = content[at : at + name_size].decode()
         packed = content[at + name_size + 8 : begin + length]
         decompress(packed, compression, unpacked_size, checksum)
-    except Exception as error:  # whatever damaged bytes lead to
+    except Exception as error:  # damaged bytes may raise any exception
         return f"a damaged chunk ({error})"
     return ""
 
@@ -133,16 +133,16 @@ def repair(
     output: Path,
     progress: Callable[[float], None] | None = None,
 ) -> int:
-    """Write what is whole of a file as a new bag, in order and with an index.
+    """Write the intact messages of a file to a new bag, ordered by time and with an index.
 
     Args:
-        path: The MCAP file; it stays as it is.
-        condition: Of :func:`examine`.
-        output: The folder to make.
-        progress: Called now and then with the share that has been written.
+        path: The MCAP file; it is not changed.
+        condition: Result of :func:`examine`.
+        output: The folder to create.
+        progress: Called from time to time with the fraction written, 0 to 1.
 
     Returns:
-        How many messages there are.
+        The number of messages written.
 
     Raises:
         InputError: If there is nothing to save, or the new bag cannot be written.

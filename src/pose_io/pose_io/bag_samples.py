@@ -1,4 +1,4 @@
-"""What a bag holds, as samples: skeletons, IMUs, extrinsics and the fused output.
+"""Samples read from a bag: skeletons, IMUs, extrinsics and the fused output.
 
 Works on the messages of ``pose_io.bags``, and needs no ROS.
 """
@@ -31,21 +31,21 @@ from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import body_topic, imu_topics, sensor_topics
 
 Progress = Callable[[float], None]
-"""Called with the share of the bag that has been read, 0 to 1."""
+"""Called with the fraction of the bag that has been read, 0 to 1."""
 
 
 class BagFrames:
-    """The sensors' frames with everybody in them, in the order in which the bag recorded them.
+    """Frames of all sensors with all persons, in the order of their recording.
 
-    Iterating reads on as it is asked: memory does not depend on the bag's length.
+    The bag is read incrementally: memory does not depend on its length.
 
     Args:
         bag: An open bag.
-        progress: Called now and then.
-        imus: Read the IMUs too.
+        progress: Called from time to time with the fraction read.
+        imus: Whether to read the IMUs too.
 
     Raises:
-        InputError: If the bag holds no skeletons, or is damaged.
+        InputError: If the bag contains no skeletons, or is damaged.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class BagFrames:
         self._progress(1.0)
 
     def _in_turns(self, batch: list[Entry]) -> Iterator[Persons | ImuBlock]:
-        """The batch's samples: IMUs' that came between two frames together."""
+        """Samples of a batch; IMU samples recorded between two frames form one block."""
         places: dict[str, list[int]] = defaultdict(list)
         for place, (connection, _, _) in enumerate(batch):
             places[connection.topic].append(place)
@@ -100,7 +100,7 @@ class BagFrames:
     def _imu_rows(
         self, batch: list[Entry], places: Mapping[str, list[int]]
     ) -> tuple[ImuBlock, NDArray[np.intp]]:
-        """All IMUs' samples in the order of their recording, and their places in the batch."""
+        """Samples of all IMUs in the order of their recording, and their indices in the batch."""
         own = {topic: places.get(topic, []) for topic in self._imus}
         datas = {s: self._bytes(topic, batch, own[topic]) for topic, s in self._imus.items()}
         block, rows = imu_block(datas)
@@ -117,7 +117,7 @@ class BagFrames:
         return zip(places, self._readers[topic].read(datas), strict=True)
 
     def _bytes(self, topic: str, batch: list[Entry], places: list[int]) -> list[bytes]:
-        """The messages of a topic; those of another definition as ours would be."""
+        """Serialised messages of a topic, converted to this version's message definition."""
         if topic in self._as_ours:
             return [batch[place][2] for place in places]
         messages = (
@@ -132,13 +132,13 @@ class BagSamples:
 
     Args:
         bag: An open bag.
-        person: Whom to follow; see :class:`PersonChoice`.
-        progress: Called now and then.
-        extrinsics: How the sensors stand; without, each sensor's own person is followed.
-        imus: Read the IMUs too.
+        person: The person to select; see :class:`PersonChoice`.
+        progress: Called from time to time with the fraction read.
+        extrinsics: Poses of the sensors; without them, each sensor selects a person.
+        imus: Whether to read the IMUs too.
 
     Raises:
-        InputError: If the bag holds no skeletons, or is damaged.
+        InputError: If the bag contains no skeletons, or is damaged.
     """
 
     def __init__(
@@ -153,7 +153,6 @@ class BagSamples:
         self._frames = BagFrames(bag, progress, imus=imus)
         self._chosen = ChosenPerson(person, extrinsics)
         self.counters = self._frames.counters
-        self.person_counters = self._chosen.counters
 
     def __iter__(self) -> Iterator[SkeletonSample | ImuBlock]:
         for each in self._frames:
@@ -167,12 +166,12 @@ class BagSamples:
 def read_sensor_series(
     bag: BagReader, person: str = "", extrinsics: Extrinsics | None = None
 ) -> dict[str, SkeletonSeries]:
-    """Every sensor's view of the person, each in the sensor's own frame, by sensor name.
+    """Skeletons of one person from each sensor, in the sensor's frame, by sensor name.
 
     Args:
         bag: An open bag.
-        person: Whom to follow; see :class:`PersonChoice`.
-        extrinsics: How the sensors stand; without, each sensor's own person is followed.
+        person: The person to select; see :class:`PersonChoice`.
+        extrinsics: Poses of the sensors; without them, a person is selected for each sensor.
     """
     samples: dict[str, list[SkeletonSample]] = {name: [] for name in sensor_topics(bag)}
     for sample in BagSamples(bag, person, extrinsics=extrinsics, imus=False):
@@ -182,10 +181,10 @@ def read_sensor_series(
 
 
 def read_body_series(bag: BagReader, body: str = "", namespace: str = "") -> SkeletonSeries:
-    """A body's skeleton in ``map``: fused, or the truth of a synthetic subject.
+    """Skeletons of a body in ``map``: the fused ones, or the true ones of a synthetic subject.
 
     Raises:
-        InputError: If the bag holds none.
+        InputError: If the bag contains none.
     """
     topic = body_topic(bag, "skeleton", body, namespace)
     if topic is None:
@@ -199,7 +198,7 @@ def read_body_series(bag: BagReader, body: str = "", namespace: str = "") -> Ske
 
 
 def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
-    """The ``estimate`` messages of a body; of no rows if the bag holds none."""
+    """The ``estimate`` messages of a body; an empty series if the bag contains none."""
     topic = body_topic(bag, "estimate", body)
     messages = [] if topic is None else [bag.deserialize(m) for m in bag.messages([topic])]
     names = tuple(messages[0].name) if messages else ()
@@ -216,8 +215,8 @@ def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
 def read_extrinsics(bag: BagReader) -> dict[str, FloatArray]:
     """``T_map_sensor``, (4, 4), of each Kinect in the static transforms, by sensor name.
 
-    The last transform of a frame counts. Sensors without a path to ``map`` are left out; no
-    transforms at all give an empty result.
+    The last transform of a frame is used. Sensors without a path to ``map`` are left out;
+    without any transforms the result is empty.
     """
     return transforms_to_map(
         transform

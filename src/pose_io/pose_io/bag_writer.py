@@ -28,14 +28,14 @@ INFINITE = QosTime(9223372036, 854775807)  # RMW_DURATION_INFINITE
 
 
 class BagWriter:
-    """Writes a bag that appears at its path only when it is complete.
+    """Writes a bag, which is moved to its path when it is complete.
 
-    Until :meth:`close` the bag grows in a hidden folder beside ``path``; :meth:`abort`, or an
-    error inside the ``with`` block, removes it. The same calls give the same bytes. Definitions of
-    all messages go into the bag.
+    Until :meth:`close`, the bag is in a hidden folder beside ``path``; :meth:`abort`, or an
+    error inside the ``with`` block, removes it. The same calls give the same bytes. The bag
+    contains the definitions of all its messages.
 
     Args:
-        path: Folder to make.
+        path: The folder to create.
         storage: ``mcap`` or ``sqlite3``.
         typestore: Definitions of the messages; :func:`make_typestore` if None. Types of other
             installed packages are looked up when they are first written.
@@ -80,8 +80,8 @@ class BagWriter:
         Args:
             topic: Fully qualified name.
             msgtype: For example ``pose_msgs/msg/Skeleton``.
-            latched: Transient local: a player offers it to late subscribers.
-            reliable: Reliable, or best effort.
+            latched: Whether the topic is transient local: a player offers it to late subscribers.
+            reliable: Whether the topic is reliable; otherwise best effort.
             depth: Length of the publisher's queue.
 
         Raises:
@@ -90,7 +90,9 @@ class BagWriter:
         known = self._connections.get(topic)
         if known is not None:
             if known.msgtype != msgtype:
-                raise InputError(f"{topic} carries {known.msgtype}, and now {msgtype} too")
+                raise InputError(
+                    f"{topic} has type {known.msgtype}: cannot add messages of type {msgtype}"
+                )
             return
         if msgtype not in self.typestore.types:
             register_package(self.typestore, msgtype.split("/")[0])
@@ -112,10 +114,10 @@ class BagWriter:
     def write_serialized(
         self, topic: str, msgtype: str, data: bytes | memoryview, stamp_ns: int
     ) -> None:
-        """Append a message's CDR bytes as they are, recorded at ``stamp_ns`` [ns].
+        """Append a message's CDR bytes unchanged, recorded at ``stamp_ns`` [ns].
 
         Raises:
-            InputError: If the disk cannot take it, or as of :meth:`add_topic`.
+            InputError: If it cannot be written, or for the reasons of :meth:`add_topic`.
         """
         if topic not in self._connections or self._connections[topic].msgtype != msgtype:
             self.add_topic(topic, msgtype)
@@ -133,14 +135,16 @@ class BagWriter:
         """Complete the bag and move it to its path.
 
         Raises:
-            InputError: If something else was put at the path meanwhile, or the disk cannot take
-                the end; the bag is then removed.
+            InputError: If the path exists by now, or the end cannot be written; the bag is then
+                removed.
         """
         try:
             self._writer.close()
             # Renaming onto an empty folder would succeed.
             if self.path.exists():
-                raise InputError(f"{self.path} was made by someone else while the bag was written")
+                raise InputError(
+                    f"{self.path} was created by another program while the bag was written"
+                )
             os.rename(self._hidden / self.path.name, self.path)
         except (OSError, sqlite3.Error) as error:
             raise self._unwritable(error) from error
@@ -150,7 +154,7 @@ class BagWriter:
     def abort(self) -> None:
         """Remove what was written."""
         try:
-            with suppress(OSError):  # what cannot be written need not be
+            with suppress(OSError):  # the bag is removed in any case
                 self._writer.abort()
         finally:
             shutil.rmtree(self._hidden, ignore_errors=True)

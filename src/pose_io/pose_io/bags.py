@@ -24,23 +24,23 @@ from pose_io.mcap import Entry
 from pose_io.typestore import make_typestore
 
 BAG_SUFFIXES = (".mcap", ".db3")
-BATCH = 2000  # [messages] that are read at a time where there are no chunks
+BATCH = 2000  # [messages] read at a time from files without chunks
 
 
 @dataclass(frozen=True, kw_only=True)
 class Topic:
-    """What a bag says of one topic."""
+    """A topic of a bag."""
 
     name: str
     msgtype: str  # for example pose_msgs/msg/Skeleton
     count: int  # [messages]
-    latched: bool  # transient local: late subscribers want it too
-    offered: tuple[Qos, ...] = ()  # what the recorded publishers offered
+    latched: bool  # transient local: offered to late subscribers too
+    offered: tuple[Qos, ...] = ()  # QoS that the recorded publishers offered
 
 
 @dataclass(frozen=True, kw_only=True)
 class BagMessage:
-    """One serialised message, as it stands in the bag."""
+    """One serialised message of a bag."""
 
     topic: str
     msgtype: str
@@ -58,7 +58,7 @@ class BagReader:
     def __init__(self, path: Path, reader: AnyReader, temporary: Path | None = None) -> None:
         self.path = path
         self._reader = reader
-        self._temporary = temporary  # a folder that goes when the bag is closed
+        self._temporary = temporary  # a folder that is removed when the bag is closed
         self._ours = reader.default_typestore or make_typestore()
         self.topics: dict[str, Topic] = {}
         for connection in reader.connections:
@@ -77,18 +77,18 @@ class BagReader:
 
     @property
     def typestore(self) -> Typestore:
-        """The definitions that the bag itself holds, or those given for it."""
+        """The bag's own message definitions, or those given for it."""
         return self._reader.typestore
 
     def topics_of_type(self, msgtype: str) -> list[str]:
-        """The topics that carry a message type, in the bag's order."""
+        """The topics with a message type, in the bag's order."""
         return [topic.name for topic in self.topics.values() if topic.msgtype == msgtype]
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[BagMessage]:
         """All messages, or those of some topics, in the order of their stamps.
 
         Raises:
-            InputError: If the bag turns out to be damaged.
+            InputError: If the bag is found to be damaged.
         """
         for batch in self.batches(topics):
             for connection, stamp_ns, data in batch:
@@ -100,10 +100,10 @@ class BagReader:
                 )
 
     def batches(self, topics: Collection[str] | None = None) -> Iterator[list[Entry]]:
-        """The same some thousand at a time: connection (topic and type), stamp [ns], bytes.
+        """The messages in batches of some thousand: connection (topic and type), stamp [ns], bytes.
 
         Raises:
-            InputError: If the bag turns out to be damaged.
+            InputError: If the bag is found to be damaged.
         """
         connections = [
             connection
@@ -120,14 +120,14 @@ class BagReader:
             entries = self._reader.messages(connections)
             while batch := list(islice(entries, BATCH)):
                 yield batch
-        except Exception as error:  # whatever a parser meets in damaged bytes
+        except Exception as error:  # damaged bytes may raise any exception
             raise InputError(
-                f"{self.path} is damaged: {one_line(error)}: record it again, or mend it with "
-                f"'./pose doctor {self.path} --output REPAIRED'"
+                f"{self.path} is damaged: {one_line(error)}: record it again, or repair it "
+                f"with './pose doctor {self.path} --output REPAIRED'"
             ) from error
 
     def deserialize(self, message: BagMessage) -> Any:
-        """The message's fields, read by the definitions that the bag itself holds.
+        """Deserialise a message by the bag's own definitions.
 
         Raises:
             InputError: If the bytes are not such a message.
@@ -138,14 +138,14 @@ class BagReader:
             raise InputError(
                 f"{self.path} holds no definition of {message.msgtype} ({message.topic})"
             ) from error
-        except Exception as error:  # whatever a parser meets in damaged bytes
+        except Exception as error:  # damaged bytes may raise any exception
             raise InputError(
                 f"{self.path}: a message of {message.topic} is not a {message.msgtype}: "
                 f"{one_line(error)}"
             ) from error
 
     def is_defined_as_ours(self, msgtype: str) -> bool:
-        """Whether the bag's messages of a type have the bytes that ours have."""
+        """Whether the bag's definition of a message type is the one of this version."""
         theirs, ours = self._reader.typestore.fielddefs, self._ours.fielddefs
         names = [msgtype]
         for name in names:  # grows
@@ -155,7 +155,7 @@ class BagReader:
         return True
 
     def in_our_bytes(self, message: BagMessage) -> bytes:
-        """A message of another definition as ours would be written.
+        """Serialise a message of another definition by the definition of this version.
 
         Raises:
             InputError: If the bytes are not such a message, or a field is missing.
@@ -163,10 +163,10 @@ class BagReader:
         content = self.deserialize(message)
         try:
             return bytes(self._ours.serialize_cdr(content, message.msgtype))
-        except Exception as error:  # whatever a field that is missing or another leads to
+        except Exception as error:  # a missing or different field may raise any exception
             raise InputError(
-                f"{self.path} defines {message.msgtype} otherwise, and its messages do not fit "
-                f"ours: {one_line(error)}"
+                f"{self.path} defines {message.msgtype} differently, and its messages cannot be "
+                f"converted: {one_line(error)}"
             ) from error
 
     def close(self) -> None:
@@ -187,11 +187,11 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
 
     Args:
         path: The folder or file; a recording is any that :mod:`pose_io.recordings` reads. It is
-            turned into a bag beside the system's temporary files, which goes when it is closed.
-        typestore: Definitions for a bag that holds none itself; ours if None.
+            converted to a temporary bag, which is removed when it is closed.
+        typestore: Definitions for a bag without its own; :func:`make_typestore` if None.
 
     Raises:
-        InputError: If there is nothing there, or no bag, or a damaged or empty one.
+        InputError: If there is no file, or it is not a bag, damaged or empty.
     """
     path = Path(path)
     if not path.exists():
@@ -205,21 +205,22 @@ def open_bag(path: Path | str, typestore: Typestore | None = None) -> BagReader:
                 f"{path} is not a bag: it has neither metadata.yaml nor one .mcap or .db3 file "
                 f"but {len(files)}; 'ros2 bag reindex' makes the metadata.yaml of a split one"
             )
-        path = files[0]  # its recording was cut off
+        path = files[0]  # its recording was interrupted
     return _open(path, path, typestore)
 
 
 def _open(
     path: Path, shown: Path, typestore: Typestore | None = None, temporary: Path | None = None
 ) -> BagReader:
-    """Open what is a bag, known to people by another path perhaps."""
+    """Open a bag; messages name it by the path ``shown``."""
     try:
         reader = AnyReader([path], default_typestore=typestore or make_typestore())
         reader.open()
-    except Exception as error:  # whatever a parser meets in damaged bytes
+    except Exception as error:  # damaged bytes may raise any exception
         raise InputError(
-            f"{path} is not a readable bag: {one_line(error)}: if recording or copying it was cut "
-            f"off, copy it again, or repair it with './pose doctor {path} --output REPAIRED'"
+            f"{path} is not a readable bag: {one_line(error)}: if recording or copying it was "
+            f"interrupted, copy it again, or repair it with "
+            f"'./pose doctor {path} --output REPAIRED'"
         ) from error
     if reader.message_count == 0:
         reader.close()
@@ -228,15 +229,15 @@ def _open(
 
 
 def _may_be_recording(path: Path) -> bool:
-    """Whether it is no bag by its name, and for a folder by its content."""
+    """Whether a file's name, or a folder's content, is not that of a bag."""
     if path.is_dir():
         return not (path / "metadata.yaml").exists() and any(path.glob("sk_*_*.txt"))
     return path.suffix not in BAG_SUFFIXES
 
 
 def _open_recording(path: Path) -> BagReader:
-    """Open a recording of skeletons as the bag that bridges would have made of it."""
-    # Only who opens a recording should wait for its readers to be loaded.
+    """Open a recording of skeletons, converted to the bag that the bridges would have recorded."""
+    # Imported here: the readers take long to load, and bags do not need them.
     from pose_io.recordings.formats import detect_format, read_recording
     from pose_io.recordings.recording_bag import write_recording_bag
 
@@ -258,7 +259,7 @@ def _open_recording(path: Path) -> BagReader:
 
 
 def _indexed_mcap(reader: AnyReader) -> McapReader | None:
-    """The one file of a bag, if it is MCAP with chunks, packed as a whole or not at all."""
+    """The MCAP reader of a bag with one file in chunks; None for any other bag."""
     storage = getattr(reader.readers[0], "storage", None)
     if isinstance(storage, DirectoryReader):
         if len(storage.storages) != 1 or storage.metadata.compression_mode == "message":
@@ -266,13 +267,13 @@ def _indexed_mcap(reader: AnyReader) -> McapReader | None:
         (storage,) = storage.storages
     if not isinstance(storage, McapReader):
         return None
-    if not storage.chunks:  # cut off before its index: the order of messages is any
+    if not storage.chunks:  # interrupted before its index: messages may be in any order
         storage.chunks = mcap.scanned_chunks(storage)
     return storage if storage.chunks else None
 
 
 def _parts(fields: Any) -> set[str]:
-    """The messages that a definition's fields are made of."""
+    """Names of the message types that a definition's fields contain."""
     parts = set()
     for _, (kind, detail) in fields:
         while kind in (Nodetype.ARRAY, Nodetype.SEQUENCE):

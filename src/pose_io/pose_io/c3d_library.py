@@ -1,4 +1,4 @@
-"""The library c3d, which only C3D files need: an extra of the package."""
+"""Import of the library c3d, which only C3D files need: an extra of the package."""
 
 from importlib import import_module
 from typing import Any
@@ -7,7 +7,7 @@ from pose_core.errors import InputError
 
 
 def c3d_library() -> Any:
-    """The library.
+    """Import the library.
 
     Raises:
         InputError: If it is not installed.

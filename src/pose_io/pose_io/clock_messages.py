@@ -1,4 +1,4 @@
-"""Clocks from the topic ``clock_offsets``, live or in a bag."""
+"""Device clocks from the topic ``clock_offsets``, live or in a bag."""
 
 import re
 from collections import defaultdict
@@ -9,23 +9,23 @@ import numpy as np
 from pose_core.api import Clock
 from pose_core.stamps import NS_PER_S, nanoseconds
 
-if TYPE_CHECKING:  # reading bags takes a while to import, which a live node does not need
+if TYPE_CHECKING:  # slow to import, and live nodes do not need it
     from pose_io.bags import BagReader
 
 CLOCK_TOPIC = re.compile(r"(?:^|/)clock_offsets$")
-DRIFT_OVER_NS = 120 * NS_PER_S  # [ns] of messages before a drift is seen in them
+DRIFT_OVER_NS = 120 * NS_PER_S  # [ns] duration of messages from which on a drift is estimated
 
 
 def clock_of(message: Any) -> Clock:
-    """A clock as a ``sensor_msgs/TimeReference`` (of ROS or of rosbags) tells it."""
+    """Convert a ``sensor_msgs/TimeReference`` (of ROS or of rosbags) to a clock."""
     at_ns = nanoseconds(message.time_ref)
     return Clock(offset_ns=at_ns - nanoseconds(message.header.stamp), at_ns=at_ns)
 
 
 def read_clocks(bag: "BagReader") -> dict[str, Clock]:
-    """The clocks that a bag's ``clock_offsets`` tell of, by source.
+    """The clocks of a bag's topic ``clock_offsets``, by source.
 
-    The last message counts; where they cover more than two minutes, so does the drift between them.
+    The last message is used; messages over more than two minutes also give the clock's drift.
     """
     by_source: dict[str, list[Clock]] = defaultdict(list)
     topics = [
@@ -39,11 +39,11 @@ def read_clocks(bag: "BagReader") -> dict[str, Clock]:
 
 def _fitted(clocks: list[Clock]) -> Clock:
     last = clocks[-1]
-    # The first ones were found from a few seconds of motion.
+    # The first messages are estimated from a few seconds of motion.
     later = [c for c in clocks[len(clocks) // 3 :] if c.at_ns <= last.at_ns]
     if last.at_ns - later[0].at_ns < DRIFT_OVER_NS:
         return last
-    from scipy.stats import theilslopes  # loads for a second, which no node's start can spare
+    from scipy.stats import theilslopes  # takes a second to load: not at a node's start
 
     at_s = np.array([(c.at_ns - last.at_ns) / NS_PER_S for c in later])
     slope, intercept, *_ = theilslopes([float(c.offset_ns) for c in later], at_s)

@@ -1,4 +1,4 @@
-"""A file's content, decompressed if it is gzip, up to a limit."""
+"""Reading a file's content, decompressed if it is gzip, up to a limit."""
 
 import gzip
 import zlib
@@ -12,21 +12,19 @@ MAX_TABLE_BYTES = 256 * 1024 * 1024  # [bytes] decompressed: three hours of two 
 
 
 def read_content(path: Path, limit: int = MAX_BYTES) -> bytes:
-    """All of a file.
+    """Read a whole file.
 
     Raises:
         InputError: If it is missing, damaged or longer than the limit.
     """
     data = _read(path, limit + 1)
     if len(data) > limit:
-        raise InputError(
-            f"{path} holds more than {limit // 1024**2} MB: cut the recording into pieces"
-        )
+        raise InputError(f"{path} has more than {limit // 1024**2} MB: split the recording")
     return data
 
 
 def read_beginning(path: Path, count: int) -> bytes:
-    """The first bytes of a file; none of a folder.
+    """Read the first bytes of a file; empty for a folder.
 
     Raises:
         InputError: If it is missing or damaged.

@@ -9,15 +9,15 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2.storage_mcap import ChunkInfo, McapReader, decompress
 
 RECORD = Struct("<BQ")  # kind and size of a record
-MESSAGE = Struct("<BQHIQQ")  # of a message: channel, sequence, recorded at, published at
-CHANNEL_KIND, MESSAGE_KIND, CHUNK_KIND, INDEX_KIND = 4, 5, 6, 7
-CHUNK_HEAD = Struct("<QQQI")  # after the record's own: first and last stamp, size, checksum
+MESSAGE = Struct("<BQHIQQ")  # header of a message: channel, sequence, recorded at, published at
+MESSAGE_KIND, CHUNK_KIND, INDEX_KIND = 5, 6, 7
+CHUNK_HEAD = Struct("<QQQI")  # after the record's header: first and last stamp, size, checksum
 COMPRESSION = Struct("<I")
 INDEX_HEAD = Struct("<HI")  # of a chunk's index: channel, size of its entries
 INDEX_ENTRY_SIZE = 16  # [bytes]
 
 Entry = tuple[Connection, int, bytes]
-"""A message: its connection, when it was recorded [ns], its bytes."""
+"""A message: its connection, its recording stamp [ns], its bytes."""
 
 
 def batches(storage: McapReader, connections: Collection[Connection]) -> Iterator[list[Entry]]:
@@ -25,7 +25,7 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
 
     Args:
         storage: An open reader of a file with an index of its chunks.
-        connections: Those of the file that are wanted.
+        connections: The connections to read.
     """
     wanted = {connection.id: connection for connection in connections}
     chunks = sorted(storage.chunks, key=itemgetter(0))
@@ -40,7 +40,7 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
         held.sort(key=itemgetter(1))
         if index + 1 == len(chunks):
             break
-        # What is later than the next chunk's begin may have to stand among its messages.
+        # Messages later than the next chunk's start are merged with that chunk's messages.
         next_ns = chunks[index + 1].message_start_time
         later = len(held)
         while later and held[later - 1][1] >= next_ns:
@@ -53,7 +53,7 @@ def batches(storage: McapReader, connections: Collection[Connection]) -> Iterato
 
 
 def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
-    """The chunks of a file whose recording was cut off before it could write their index.
+    """Find the chunks of a file whose recording was interrupted before it wrote their index.
 
     Args:
         storage: An open reader of a file without an index of its chunks.
@@ -80,7 +80,7 @@ def scanned_chunks(storage: McapReader) -> list[ChunkInfo]:
 
 
 def _chunk_info(file: BinaryIO, at: int, size: int) -> ChunkInfo:
-    """What a chunk, whose record begins at ``at``, says of itself."""
+    """Index entry of a chunk whose record begins at the offset ``at``."""
     start_ns, end_ns, unpacked_size, _ = CHUNK_HEAD.unpack(file.read(CHUNK_HEAD.size))
     (length,) = COMPRESSION.unpack(file.read(COMPRESSION.size))
     compression = file.read(length).decode()
@@ -100,7 +100,7 @@ def _chunk_info(file: BinaryIO, at: int, size: int) -> ChunkInfo:
 
 
 def _content(storage: McapReader, chunk: ChunkInfo) -> bytes:
-    """A chunk's records, checked and unpacked."""
+    """A chunk's records, decompressed after a check of its checksum."""
     file = storage.bio
     assert file is not None
     file.seek(chunk.chunk_start_offset + RECORD.size)

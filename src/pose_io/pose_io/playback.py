@@ -1,4 +1,4 @@
-"""Plays a bag by the clock: what is due when, at any rate, paused or not.
+"""Playback of a bag in real time: which messages are due, at any rate, with pauses.
 
 Positions are times of the recording [ns]; ``now_ns`` is any steady clock of the caller.
 """
@@ -14,8 +14,8 @@ class PlaybackClock:
     """Maps a steady clock to the position in a recording.
 
     Args:
-        position_ns: Where to begin.
-        rate: How many times faster than it was recorded.
+        position_ns: Initial position [ns].
+        rate: Playback speed relative to the recording's.
         paused: Whether to wait for :meth:`resume` first.
     """
 
@@ -26,48 +26,48 @@ class PlaybackClock:
 
     @property
     def paused(self) -> bool:
-        """Whether the position stands still."""
+        """Whether playback is paused."""
         return self._since_ns is None
 
     def position_ns(self, now_ns: int) -> int:
-        """The position now."""
+        """The position [ns] at ``now_ns``."""
         if self._since_ns is None:
             return self._position_ns
         return self._position_ns + round((now_ns - self._since_ns) * self._rate)
 
     def pause(self, now_ns: int) -> None:
-        """Stand still."""
+        """Pause at the current position."""
         self._position_ns = self.position_ns(now_ns)
         self._since_ns = None
 
     def resume(self, now_ns: int) -> None:
-        """Go on from where it stands."""
+        """Continue from the current position."""
         if self._since_ns is None:
             self._since_ns = now_ns
 
     def change_rate(self, rate: float, now_ns: int) -> None:
-        """Go on from where it stands, at another pace."""
+        """Continue from the current position at another rate."""
         self.jump(self.position_ns(now_ns), now_ns)
         self._rate = rate
 
     def jump(self, position_ns: int, now_ns: int) -> None:
-        """Go on from another position, at the same pace."""
+        """Continue from another position at the same rate."""
         self._position_ns = position_ns
         if self._since_ns is not None:
             self._since_ns = now_ns
 
     def wait_ns(self, position_ns: int, now_ns: int) -> int:
-        """How long it takes to a position, at least 0; paused: as if it went on."""
+        """Time [ns] until a position is reached, at least 0; computed without regard to a pause."""
         return max(0, round((position_ns - self.position_ns(now_ns)) / self._rate))
 
 
 class Playlist:
-    """The messages of a bag from some position on, in order.
+    """The messages of a bag from a position on, in order.
 
     Args:
         bag: The open bag.
-        topics: Which topics to play; all if empty.
-        start_offset_s: Where to begin, after the bag's first message [s].
+        topics: The topics to play; all if empty.
+        start_offset_s: Start of playback after the bag's first message [s].
 
     Raises:
         InputError: If a topic is not in the bag, or the start is after its end.
@@ -89,7 +89,7 @@ class Playlist:
         self._next: BagMessage | None = None
 
     def start_from(self, offset_s: float) -> None:
-        """Begin there [s] after the bag's first message, from the next :meth:`rewind` on.
+        """Set the start [s] after the bag's first message, used from the next :meth:`rewind` on.
 
         Raises:
             InputError: If that is after its end.
@@ -102,7 +102,7 @@ class Playlist:
         self.start_ns = self._bag.start_ns + round(offset_s * NS_PER_S)
 
     def rewind(self) -> list[BagMessage]:
-        """Go to the start; what latched topics said before it, which late subscribers want."""
+        """Return to the start; returns the last messages of latched topics before it."""
         latched = {topic.name for topic in self.topics if topic.latched}
         self._messages = self._bag.messages({topic.name for topic in self.topics})
         before = []
@@ -118,11 +118,11 @@ class Playlist:
 
     @property
     def next_ns(self) -> int | None:
-        """The position of the next message, None at the end."""
+        """The position [ns] of the next message, None at the end."""
         return None if self._next is None else self._next.stamp_ns
 
     def due(self, position_ns: int) -> Iterator[BagMessage]:
-        """Take the messages up to a position."""
+        """Remove and yield the messages up to a position [ns]."""
         while self._next is not None and self._next.stamp_ns <= position_ns:
             message, self._next = self._next, next(self._messages, None)
             yield message

@@ -1,4 +1,4 @@
-"""Has the kernels that read serialised messages ready before the first message."""
+"""Loading of the kernels that read serialised messages, before the first message arrives."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from pose_io.cdr.skeleton_bytes import read_joints
 
 
 def prepare_reading() -> None:
-    """Read nothing, once."""
+    """Load the kernels by reading no messages once."""
     imu_block({})
     nothing = np.zeros(0, np.int64)
     places = PersonPlaces(stamp=0, positions=0, states=0, length=0, named=nothing, joints=nothing)

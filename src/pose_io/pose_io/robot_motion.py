@@ -1,4 +1,4 @@
-"""What a bag holds of tele-operation: a robot's joints, as asked for, commanded and measured."""
+"""A robot's joints recorded during tele-operation: requested, commanded and measured."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ TARGET, COMMAND, ROBOT = "arm/target", "arm/command", "arm/joint_states"
 
 @dataclass(frozen=True, kw_only=True)
 class JointMotion:
-    """One topic's joints over time: n messages, d joints."""
+    """Joint states of one topic: n messages, d joints."""
 
     joints: tuple[str, ...]
     stamps_ns: NDArray[np.int64]  # (n,) of the messages
@@ -24,7 +24,7 @@ class JointMotion:
 
 
 def read_joint_motion(bag: BagReader, ending: str) -> JointMotion | None:
-    """The joint states on a topic of this ending, in any namespace; None if there are none."""
+    """Joint states of the topic with this ending, in any namespace; None if there are none."""
     topics = [
         each
         for each in sorted(bag.topics_of_type("sensor_msgs/msg/JointState"))

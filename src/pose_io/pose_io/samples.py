@@ -1,4 +1,4 @@
-"""A recording's samples, whatever kind of file it is: a bag, or skeletons in a text file."""
+"""Samples of a recording of any kind: a bag, or skeletons in a text file."""
 
 from dataclasses import dataclass
 from operator import attrgetter
@@ -15,10 +15,10 @@ from pose_io.topics import sensor_topics
 
 @dataclass(frozen=True, kw_only=True)
 class RecordedSamples:
-    """What a file holds of one person."""
+    """One person's samples in a file."""
 
     sensors: tuple[str, ...]  # the skeletons' sensors
-    samples: tuple[SkeletonSample | ImuBlock, ...]  # in the order of time, of a bag: of arrival
+    samples: tuple[SkeletonSample | ImuBlock, ...]  # in the order of time; of a bag, of arrival
 
 
 def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) -> RecordedSamples:
@@ -27,7 +27,7 @@ def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) ->
     Args:
         path: A rosbag2 folder, an ``.mcap`` or ``.db3`` file, or any of the formats of
             :data:`pose_io.recordings.formats.FORMATS`.
-        person: Whom to follow; see :class:`PersonChoice`.
+        person: The person to select; see :class:`PersonChoice`.
         format_name: The text file's format; ``auto``: known by its header.
 
     Raises:
@@ -48,7 +48,7 @@ def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) ->
 
 
 def samples_of_stream(stream: SensorStream, chosen: ChosenPerson) -> list[SkeletonSample]:
-    """One person as a recorded sensor saw them, stamped as ``kinect_bridge`` does."""
+    """One person's samples from a recorded sensor, stamped as by ``kinect_bridge``."""
     timeline = make_timeline(stream)
     samples = []
     for frame, stamp_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):

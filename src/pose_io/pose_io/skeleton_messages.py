@@ -1,4 +1,4 @@
-"""Skeleton messages, of ROS or of rosbags, as samples."""
+"""Conversion of skeleton messages, of ROS or of rosbags, to samples."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from pose_io.cdr.skeleton_bytes import our_joints
 
 
 def stamp_ns(header: Any) -> int:
-    """Nanoseconds of a message's header."""
+    """Stamp [ns] of a message's header."""
     return nanoseconds(header.stamp)
 
 
@@ -22,7 +22,7 @@ def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:
 
 
 def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
-    """A ``pose_msgs/Skeleton``; what it does not name or place is NaN and not tracked.
+    """Convert a ``pose_msgs/Skeleton``; joints that it lacks are NaN and NOT_TRACKED.
 
     Raises:
         InputError: If its lists differ in length, or a tracking state is none of the three.

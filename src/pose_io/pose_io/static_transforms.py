@@ -1,4 +1,4 @@
-"""Where the Kinects stand, from the transforms that ``/tf_static`` carries."""
+"""Poses of the Kinects from the transforms of ``/tf_static``."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -18,10 +18,10 @@ FARTHEST = 1e7  # [m] between two frames on Earth
 def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
     """``T_map_sensor``, (4, 4), of each Kinect among ``geometry_msgs/TransformStamped``.
 
-    The last transform of a frame counts. Sensors without a path to ``map`` are left out.
+    The last transform of a frame is used. Sensors without a path to ``map`` are left out.
 
     Raises:
-        InputError: If a transform on such a path has no rotation or no numbers.
+        InputError: If a transform on such a path has a zero quaternion, NaN or infinity.
     """
     parents = {transform.child_frame_id: transform for transform in transforms}
     result = {}
@@ -57,7 +57,7 @@ def _matrix(transform: Any) -> FloatArray:
 
 def _to_world(frame: str, parents: Mapping[str, Any]) -> FloatArray | None:
     T_world_frame = np.eye(4)
-    for _ in range(len(parents) + 1):  # a loop of frames ends too
+    for _ in range(len(parents) + 1):  # bounded, also for a cycle of frames
         if frame == WORLD_FRAME:
             return T_world_frame
         if frame not in parents:

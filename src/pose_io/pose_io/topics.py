@@ -1,11 +1,11 @@
-"""Topics by their names, which are recognised by how they end, in any namespace."""
+"""Finding topics by the endings of their names, in any namespace."""
 
 import re
 from typing import TYPE_CHECKING
 
 from pose_core.errors import InputError
 
-if TYPE_CHECKING:  # rosbags takes long to load, and a node that only knows names needs none of it
+if TYPE_CHECKING:  # rosbags takes long to load, and nodes use the names only
     from pose_io.bags import BagReader
 
 SENSOR_TOPIC = re.compile(r"(?:^|/)kinect_(?P<name>\w+)/skeletons$")
@@ -29,7 +29,7 @@ def body_topic(bag: "BagReader", leaf: str, body: str = "", namespace: str = "")
         rf"^{re.escape(namespace)}/humans/bodies/{re.escape(body) or '[^/]+'}/{leaf}$"
     )
     found = [name for name in sorted(bag.topics) if pattern.match(name)]
-    # Of several people the subject is the one who is not called person_<number>.
+    # Among several persons, the subject is the one not named person_<number>.
     return next(iter(sorted(found, key=lambda name: bool(OTHER_BODY.search(name)))), None)
 
 

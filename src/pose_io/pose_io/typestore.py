@@ -1,4 +1,4 @@
-"""The definitions of the messages that bags are read and written by; no ROS is needed for them."""
+"""Message definitions for reading and writing bags, without ROS."""
 
 import os
 from pathlib import Path
@@ -9,12 +9,12 @@ from rosbags.typesys.store import Typestore
 
 from pose_core.errors import InputError
 
-DEFINITIONS = Path(__file__).parent / "definitions"  # a folder a package: ours
-INSTALLED = "AMENT_PREFIX_PATH"  # the variable in which ROS lists where packages are installed
+DEFINITIONS = Path(__file__).parent / "definitions"  # one folder per package
+INSTALLED = "AMENT_PREFIX_PATH"  # environment variable: install prefixes of ROS packages
 
 
 def make_typestore() -> Typestore:
-    """The messages of ROS 2 Jazzy and our own."""
+    """A typestore with the messages of ROS 2 Jazzy and pose_msgs."""
     typestore = get_typestore(Stores.ROS2_JAZZY)
     for folder in sorted(DEFINITIONS.iterdir()):
         _register_folder(typestore, folder.name, folder)
@@ -25,7 +25,7 @@ def register_package(typestore: Typestore, package: str) -> None:
     """Add the messages of a package that is installed with ROS to a typestore.
 
     Raises:
-        InputError: If the package is not installed, or holds no messages.
+        InputError: If the package is not installed, or contains no messages.
     """
     for prefix in filter(None, os.environ.get(INSTALLED, "").split(os.pathsep)):
         share = Path(prefix) / "share" / package

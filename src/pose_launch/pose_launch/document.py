@@ -1,7 +1,7 @@
-"""Reads a YAML launch file into entities that know their line.
+"""Reads a YAML launch file into entities with line numbers.
 
-``ros2 launch`` wants texts where it says text (``default: "2.5"``, not ``2.5``); an entity wants
-the same, so that a file which works here works there.
+``ros2 launch`` requires strings for textual attributes (``default: "2.5"``, not ``2.5``); an entity
+requires the same, so that a file which is valid here is valid there.
 """
 
 from collections.abc import Iterator
@@ -50,7 +50,7 @@ class Entity:
     Args:
         kind: The action's name, for example ``node``.
         element: Its attributes (a mapping) or its children (a list).
-        place: Where it stands.
+        place: Its file and line.
     """
 
     def __init__(self, kind: str, element: Any, place: Place) -> None:
@@ -65,18 +65,18 @@ class Entity:
         self._known: set[str] = set()
 
     def place_of(self, name: str) -> Place:
-        """Where an attribute stands."""
+        """File and line of an attribute."""
         if name in self._attributes:
             return Place(self.place.file, self._attributes.lines[name])
         return self.place
 
     def value(self, name: str) -> Any:
-        """An attribute as YAML gives it, None if it is not there."""
+        """Value of an attribute in YAML, None if it is missing."""
         self._known.add(name)
         return self._attributes.get(name)
 
     def text(self, name: str) -> str | None:
-        """A textual attribute, None if it is not there."""
+        """Value of a textual attribute, None if it is missing."""
         value = self.value(name)
         if value is not None and not isinstance(value, str):
             raise LaunchError(
@@ -86,14 +86,14 @@ class Entity:
         return value
 
     def required_text(self, name: str) -> str:
-        """A textual attribute that must be there."""
+        """Value of a required textual attribute."""
         value = self.text(name)
         if value is None:
             raise LaunchError(self.place, f"'{self.kind}' lacks '{name}'")
         return value
 
     def number(self, name: str) -> float | None:
-        """A number with a point, without quotes, as ``ros2 launch`` wants it; None: not there."""
+        """Value of a floating-point attribute (required by ``ros2 launch``), None if missing."""
         value = self.value(name)
         if value is not None and not isinstance(value, float):
             raise LaunchError(
@@ -135,7 +135,7 @@ class Entity:
             yield Entity(kind, element, Place(self.place.file, child.line))
 
     def finish(self) -> None:
-        """Complain of attributes that nobody has asked for."""
+        """Raise a LaunchError if there are unknown attributes."""
         unknown = [name for name in self._attributes if name not in self._known]
         if unknown:
             raise LaunchError(

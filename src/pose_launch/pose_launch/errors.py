@@ -1,4 +1,4 @@
-"""What can be wrong with a launch file."""
+"""Errors in launch files."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,7 +8,7 @@ from pose_core.errors import PoseError
 
 @dataclass(frozen=True)
 class Place:
-    """Where in which launch file something stands."""
+    """File and line in a launch file."""
 
     file: Path
     line: int
@@ -18,7 +18,7 @@ class Place:
 
 
 class LaunchError(PoseError):
-    """A launch file that cannot be read, or that asks for what is not there."""
+    """A launch file that cannot be read, or that refers to something missing."""
 
     def __init__(self, place: Place | None, message: str) -> None:
         super().__init__(message if place is None else f"{place}: {message}")

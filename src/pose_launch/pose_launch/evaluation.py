@@ -1,6 +1,6 @@
-"""Turns the actions of a launch file into processes, in order, as ``ros2 launch`` does.
+"""Evaluates the actions of a launch file to processes, in order, like ``ros2 launch``.
 
-What differs there is said in the package's README.
+The package's README lists the differences.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,13 +22,13 @@ class Argument:
     """An argument that a launch file declares."""
 
     name: str
-    default: str | None  # as written; None: must be given
+    default: str | None  # as written; None: required
     description: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Graph:
-    """What a launch file comes down to."""
+    """Result of evaluating a launch file."""
 
     arguments: tuple[Argument, ...]
     processes: tuple[Process, ...]
@@ -36,10 +36,10 @@ class Graph:
 
 @dataclass
 class _State:
-    """What changes from action to action."""
+    """State that actions change."""
 
     variables: dict[str, str]
-    passed: frozenset[str] | None = None  # arguments that the include passes; None: no include
+    passed: frozenset[str] | None = None  # arguments passed by the include; None: no include
     depth: int = 0
 
 
@@ -48,8 +48,8 @@ class Evaluation:
 
     Args:
         given: Arguments from the command line.
-        describe: Only look which arguments there are: missing ones are empty, commands of
-            substitutions are not run, executables need not exist.
+        describe: Only collect the arguments: missing ones are empty, commands of substitutions
+            are not run, executables need not exist.
     """
 
     def __init__(self, given: Mapping[str, str], *, describe: bool = False) -> None:
@@ -57,7 +57,7 @@ class Evaluation:
         self._describe = describe
         self._state = _State(variables=dict(given))
         self._arguments: dict[str, Argument] = {}
-        self._settled: set[str] = set()  # arguments that an include decides
+        self._settled: set[str] = set()  # arguments set by an include
         self._processes: list[Process] = []
         self._actions: dict[str, Callable[[Entity], None]] = {
             "arg": self._arg,
@@ -72,7 +72,7 @@ class Evaluation:
         """Evaluate a file.
 
         Raises:
-            LaunchError: If something in it is wrong, missing or not supported.
+            LaunchError: If something in it is invalid, missing or not supported.
         """
         self._evaluate_file(file)
         unknown = sorted(set(self._given) - set(self._arguments))
@@ -100,7 +100,7 @@ class Evaluation:
         return None if text is None else self._resolve(text, entity.place_of(name))
 
     def _holds(self, entity: Entity) -> bool:
-        """Whether ``if`` and ``unless`` let the action happen."""
+        """Whether the conditions ``if`` and ``unless`` hold."""
         wanted, unwanted = entity.text("if"), entity.text("unless")
         if wanted is not None and not condition(wanted, self._scope(), entity.place_of("if")):
             return False
@@ -143,8 +143,8 @@ class Evaluation:
         if default is None and passed is not None and name not in passed:
             raise LaunchError(
                 entity.place,
-                f"the argument '{name}' has no default: what includes this file has to pass it"
-                " ('ros2 launch' insists)",
+                f"the argument '{name}' has no default: a file that includes this one has to pass"
+                " it ('ros2 launch' requires it)",
             )
         if name not in self._state.variables:
             if default is None and not self._describe:
@@ -212,8 +212,8 @@ class Evaluation:
         return tuple(split_command_line(text, self._scope(), entity.place_of(attribute)))
 
     def _process(self, entity: Entity, name: str, command: tuple[str, ...]) -> Process:
-        """What nodes and other executables have in common."""
-        entity.text("output")  # everything is shown, whatever it says
+        """Create a process from the attributes common to nodes and other executables."""
+        entity.text("output")  # accepted and ignored: all output is shown
         on_exit = entity.text("on_exit")
         if on_exit not in (None, "shutdown"):
             raise LaunchError(

@@ -47,7 +47,7 @@ def find_launch_file(name: str) -> Path:
 
 
 def find_executable(package: str, name: str, place: Place) -> str:
-    """An executable of a package, where ``ros2 run`` finds it too.
+    """Path of a package's executable, the one found by ``ros2 run``.
 
     Raises:
         LaunchError: If the package or the executable is missing.

@@ -1,8 +1,8 @@
 """The ``param`` entries of a node: files, and values with ROS's typing rules.
 
-A plain YAML value keeps its type, a quoted text is a text. What a substitution gives is read as
-YAML (``$(var rate)`` = ``30.0`` is a number), unless ``type`` says what it is
-(``type: "str"``: it stays a text).
+A plain YAML value keeps its type, a quoted value is a string. The result of a substitution is
+parsed as YAML (``$(var rate)`` = ``30.0`` is a number), unless ``type`` is given (``type: "str"``:
+it is a string).
 """
 
 from collections.abc import Mapping
@@ -20,7 +20,7 @@ TYPES = (*SCALARS, *(f"list_of_{name}" for name in SCALARS))
 
 
 def sources(entries: list[Entity], scope: Scope) -> tuple[ParameterSource, ...]:
-    """Parameter files and values, in order, neighbouring values together."""
+    """Parameter files and values, in order; adjacent values are merged."""
     found: list[ParameterSource] = []
     for entry in entries:
         file = entry.text("from")
@@ -76,13 +76,13 @@ def _typed(name: str, value: Any, kind: str | None, scope: Scope, place: Place) 
 
 
 def _scalar(value: Any, kind: str | None, scope: Scope, place: Place) -> Any:
-    """One value: its substitutions made, its type found or checked."""
+    """Resolve the substitutions of one value, and determine or check its type."""
     if isinstance(value, str):
         substituted = has_substitution(value, place)
         value = resolve(value, scope, place)
         if kind == "str" or (kind is None and not substituted):
             return value
-        # An empty text is YAML's null: here it stays a text.
+        # An empty string would be YAML's null: it stays a string.
         value = _from_yaml(value, place) if value.strip() else value
     if kind == "float" and type(value) is int:
         value = float(value)

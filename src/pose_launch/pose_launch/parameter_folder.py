@@ -1,4 +1,4 @@
-"""The folder of one run's parameter files, gone after it; those of runs that were killed go too."""
+"""Temporary folder of a run's parameter files; folders of killed runs are removed too."""
 
 import contextlib
 import fcntl
@@ -11,12 +11,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 PREFIX = "pose_up_"
-YOUNGEST_S = 60.0  # [s] a younger one may not have been locked yet
+YOUNGEST_S = 60.0  # [s] a newer folder may not have been locked yet
 
 
 @contextmanager
 def parameter_folder() -> Iterator[Path]:
-    """Make a folder, locked for as long as this process lives, and remove it in the end."""
+    """Create a folder, locked while this process lives, and remove it at the end."""
     remove_stale()
     with tempfile.TemporaryDirectory(prefix=PREFIX) as name:
         lock = os.open(name, os.O_RDONLY)
@@ -28,7 +28,7 @@ def parameter_folder() -> Iterator[Path]:
 
 
 def remove_stale() -> None:
-    """Remove the folders of this user's runs that ended without doing so themselves."""
+    """Remove the folders left behind by this user's killed runs."""
     for folder in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):
             status = folder.lstat()

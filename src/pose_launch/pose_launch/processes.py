@@ -1,4 +1,4 @@
-"""What a launch file comes down to: processes, and the arguments that a node gets."""
+"""Processes of a graph, and the ROS arguments of nodes."""
 
 import shlex
 from collections.abc import Mapping
@@ -17,16 +17,16 @@ class Process:
     """One process to run.
 
     Attributes:
-        name: What its output is prefixed with, unique in the graph.
-        command: Program and arguments, without those for ROS.
-        is_node: Whether it takes arguments for ROS.
+        name: Prefix of its output, unique in the graph.
+        command: Program and arguments, without ROS arguments.
+        is_node: Whether it accepts ROS arguments.
         node_name: The ROS node's name, if the launch file gives one.
         namespace: The ROS namespace, if there is one.
         parameters: Parameter files and values; later ones override.
         remappings: Pairs of names.
-        respawn: Whether to start it again when it ends.
-        respawn_delay_s: How long to wait before [s].
-        ends_graph: Whether everything stops when it ends.
+        respawn: Whether to restart it when it ends.
+        respawn_delay_s: Delay before a restart [s].
+        ends_graph: Whether the graph is stopped when it ends.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Process:
     ends_graph: bool = False
 
     def full_command(self, parameter_folder: Path) -> list[str]:
-        """The command with ROS's arguments; values go into files in ``parameter_folder``."""
+        """The command with ROS arguments; values are written to files in ``parameter_folder``."""
         arguments = self._names()
         for index, source in enumerate(self.parameters):
             if not isinstance(source, Path):
@@ -52,7 +52,7 @@ class Process:
         return self._with(arguments)
 
     def shown(self) -> str:
-        """A shell line that does the same, values as ``-p``."""
+        """An equivalent shell command, with values as ``-p``."""
         arguments = self._names()
         for source in self.parameters:
             if isinstance(source, Path):
@@ -77,14 +77,14 @@ class Process:
         return [*self.command, *(["--ros-args", *arguments] if self.is_node else [])]
 
     def _key(self) -> str:
-        """The node that values are meant for."""
+        """The node's key in a parameter file."""
         if self.node_name is None or self.namespace is None:
             return "/**"
         return f"{self.namespace.rstrip('/')}/{self.node_name}"
 
 
 def _plain(value: Any) -> Any:
-    """Values that YAML can write."""
+    """Convert values for YAML."""
     if isinstance(value, Mapping):
         return {key: _plain(item) for key, item in value.items()}
     return list(value) if isinstance(value, list | tuple) else value

@@ -1,7 +1,7 @@
 r"""Resolves the substitutions of launch files: ``$(var rate)``, ``$(env HOME)``, nested ones.
 
-An argument is a word or is quoted; inside quotes and words, substitutions nest. A backslash takes
-the next character literally.
+An argument is a word or is quoted; substitutions may be nested in quotes and words. A backslash
+escapes the next character.
 """
 
 import shlex
@@ -31,10 +31,10 @@ Template = tuple[str | Call, ...]
 
 @dataclass(frozen=True, kw_only=True)
 class Scope:
-    """What substitutions can see."""
+    """Context of substitutions."""
 
     variables: Mapping[str, str]
-    run_commands: bool = True  # False: ``$(command …)`` gives an empty text
+    run_commands: bool = True  # False: ``$(command …)`` gives an empty string
 
 
 class _Parser:
@@ -95,12 +95,12 @@ class _Parser:
 
 
 def parse(text: str, place: Place) -> Template:
-    """The template of a text, in which ``$(…)`` are calls."""
+    """Parse a text to a template, in which ``$(…)`` are calls."""
     return _Parser(text, place).whole()
 
 
 def resolve(text: str, scope: Scope, place: Place) -> str:
-    """A text with all its substitutions made.
+    """Resolve all substitutions in a text.
 
     Raises:
         LaunchError: If a substitution is not supported, malformed, or fails.
@@ -109,7 +109,7 @@ def resolve(text: str, scope: Scope, place: Place) -> str:
 
 
 def has_substitution(text: str, place: Place) -> bool:
-    """Whether the text holds any ``$(…)``."""
+    """Whether the text contains any ``$(…)``."""
     return any(isinstance(part, Call) for part in parse(text, place))
 
 
@@ -175,7 +175,7 @@ def _command(arguments: list[str], scope: Scope, place: Place) -> str:
 
 
 def _truth(text: str, place: Place) -> bool:
-    """A condition's value, by the rules of ``ros2 launch``."""
+    """Truth value of a condition, by the rules of ``ros2 launch``."""
     lowered = text.strip().lower()
     if lowered in ("true", "1"):
         return True
@@ -210,13 +210,13 @@ SUBSTITUTIONS: dict[str, tuple[int, Callable[[list[str], Scope, Place], str]]] =
     "not-equals": (2, _not_equals),
     "not": (1, _not),
 }
-"""By name: how many arguments, and what resolves it."""
+"""Number of arguments and function of each substitution, by name."""
 
 
 def split_command_line(text: str, scope: Scope, place: Place) -> list[str]:
-    """The words of a command line; a substitution's result is never split.
+    """Split a command line into words; the result of a substitution is not split.
 
-    Quoting in the text groups words, as in a shell.
+    Quotes group words, as in a shell.
     """
     words: list[str] = []
     current: str | None = None

@@ -1,8 +1,8 @@
-"""Runs processes side by side until all have ended or somebody asks to stop.
+"""Runs processes in parallel until all have ended or a stop is requested.
 
-Each child leads a session, and so a process group, of its own: it is interrupted once, by us, not
-a second time by the terminal, and whatever it started goes with it. Should the launcher itself be
-killed, the kernel terminates the children.
+Each child has its own session and process group: it is interrupted once, by the launcher and not
+by the terminal, together with its own children. If the launcher is killed, the kernel terminates
+the children.
 
 Built on asyncio's subprocesses, as ``ros2 launch`` is.
 """
@@ -21,24 +21,24 @@ from pose_launch.parameter_folder import parameter_folder
 from pose_launch.processes import Process
 from pose_node.child_process import end_with_parent
 
-RECOVERED_S = 10.0  # [s] one that has run as long has recovered: the next wait is the first again
+RECOVERED_S = 10.0  # [s] lifetime after which the delay is reset
 LONGEST_DELAY_S = 30.0  # [s]
 
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 ESCALATION = ((signal.SIGINT, 5.0), (signal.SIGTERM, 5.0), (signal.SIGKILL, None))
-"""What a process that has to stop gets, and how long it may take [s]; as ``ros2 launch`` does."""
+"""Signals to stop a process, with time limits [s]; the same as of ``ros2 launch``."""
 STOPPED = (0, -signal.SIGINT, 128 + signal.SIGINT, -signal.SIGTERM)
-"""Exit codes of a process that was told to stop and did."""
-LAST_WORDS_S = 1.0  # how long output may follow the end of its process [s]
-STARTING_S = 5.0  # [s] what fails sooner has not started
-ENDING_S = 2.0  # [s] for what the last frames of the recordings still lead to
-CHUNK = 1 << 16  # [bytes] also the longest line that is kept together
+"""Exit codes of a process that was stopped."""
+LAST_WORDS_S = 1.0  # [s] for output after the end of its process
+STARTING_S = 5.0  # [s] lifetime below which a failure is a failed start
+ENDING_S = 2.0  # [s] for processing the last frames of the recordings
+CHUNK = 1 << 16  # [bytes] also the longest line that is not split
 COLOURS = (36, 33, 32, 35, 34, 31)
 
 
 class BackOff:
-    """Delays that double from death to death, and begin anew after a long life.
+    """Restart delays that double after each failure, and are reset after a long lifetime.
 
     Args:
         first_s: The first delay [s].
@@ -62,7 +62,7 @@ class _Child:
     description: Process
     colour: int
     running: asyncio.subprocess.Process | None = None
-    interrupted: bool = False  # Python's own end of a program that Ctrl-C met unprepared
+    interrupted: bool = False  # ended by an unhandled KeyboardInterrupt
     last_line: str = ""  # of its output
     failures: list[str] = field(default_factory=list)
     starts: int = 0
@@ -72,10 +72,10 @@ class Supervisor:
     """Runs the processes of a graph.
 
     Args:
-        processes: What to run.
-        output: Where their output goes, line by line, prefixed with their names.
-        keep_going: Let the others run, whatever fails at its start.
-        recordings: Names of processes that end by themselves; once all have, everything stops.
+        processes: The processes to run.
+        output: Stream for their output, line by line, prefixed with their names.
+        keep_going: Whether to keep the others running if a process fails at its start.
+        recordings: Names of processes that end by themselves; when all have, the graph is stopped.
     """
 
     def __init__(
@@ -98,7 +98,7 @@ class Supervisor:
         self._stopping = asyncio.Event()
 
     async def run(self) -> int:
-        """Run everything to its end.
+        """Run all processes to their end.
 
         Returns:
             0 if nothing failed, 1 if a process ended with an error or had to be killed.
@@ -112,7 +112,7 @@ class Supervisor:
         finally:
             for number in STOP_SIGNALS:
                 loop.remove_signal_handler(number)
-                # One more Ctrl-C must not spoil the clean end.
+                # A further Ctrl-C must not interrupt the orderly end.
                 signal.signal(number, signal.SIG_IGN)
         failures = [failure for child in self._children for failure in child.failures]
         if failures:
@@ -145,14 +145,14 @@ class Supervisor:
                 await asyncio.wait_for(self._stopping.wait(), delay_s)
 
     def _may_respawn(self, child: _Child, code: int, lived_s: float) -> bool:
-        """Whether to start a process again: not one that has finished, or has never started."""
+        """Whether to restart a process: not if it has finished, or failed at its start."""
         if not child.description.respawn or code == 0 or self._stopping.is_set():
             return False
         has_started = child.starts > 1 or code < 0 or lived_s >= STARTING_S
         return has_started or self._keep_going
 
     async def _note_end(self, child: _Child, code: int, lived_s: float) -> None:
-        """Say that a process has ended for good; stop the others if there is a reason to."""
+        """Report the end of a process; stop the others if required."""
         process = child.description
         has_failed_to_start = code != 0 and lived_s < STARTING_S
         how = "has finished" if code == 0 else f"has died ({_describe(code)})"
@@ -172,9 +172,9 @@ class Supervisor:
                 self._stop("every recording has ended: stopping (--keep-running stays)")
 
     async def _run_once(self, child: _Child, folder: Path) -> tuple[int, bool]:
-        """Start the process and wait for its end; its exit code, and whether it was told to."""
+        """Run the process to its end; returns its exit code, and whether it was told to stop."""
         process = child.description
-        # A pipe of our own: asyncio's would keep `wait` waiting for whoever else holds its end.
+        # Own pipe: with asyncio's, `wait` would wait for other processes that hold its end.
         reading, writing = os.pipe()
         relay = asyncio.create_task(self._relay(child, reading))
         try:
@@ -202,7 +202,7 @@ class Supervisor:
         if was_asked:
             await self._end(child, running, ending)
         await asyncio.wait({relay}, timeout=LAST_WORDS_S)
-        # What the process itself has left behind in its group.
+        # Remaining processes in its group.
         _signal_group(running.pid, signal.SIGKILL)
         relay.cancel()
         child.running = None
@@ -221,7 +221,7 @@ class Supervisor:
                 return
 
     async def _relay(self, child: _Child, reading: int) -> None:
-        """Pass the output on, in whole lines, to the end of the pipe."""
+        """Forward the output in whole lines until the pipe is closed."""
         stream = asyncio.StreamReader()
         transport, _ = await asyncio.get_running_loop().connect_read_pipe(
             lambda: asyncio.StreamReaderProtocol(stream), os.fdopen(reading, "rb")
@@ -269,14 +269,14 @@ class Supervisor:
             self._output.write(text)
             self._output.flush()
         except (BrokenPipeError, ValueError):
-            # The reader of our output has gone, as in `up | head`.
+            # The reader of the output has closed it, as in `up | head`.
             self._stopping.set()
             self._output = open(os.devnull, "w")  # noqa: SIM115 (to the end of the process)
             os.dup2(self._output.fileno(), sys.stdout.fileno())
 
 
 def _hold_traceback(lines: list[bytes]) -> tuple[list[bytes], list[bytes]]:
-    """The lines before a traceback, and the traceback as far as it has come."""
+    """Split lines before a traceback from the traceback received so far."""
     for index, line in enumerate(lines):
         if line.startswith(b"Traceback "):
             return lines[:index], lines[index:]

@@ -24,7 +24,7 @@ def main() -> None:
 
 
 def up(words: Sequence[str]) -> int:
-    """Run ``up`` with these arguments; its exit code."""
+    """Run ``up`` with these arguments; returns its exit code."""
     options = _parser().parse_intermixed_args(words)
     texts: list[str] = options.words
     files = [text for text in texts if ":=" not in text]

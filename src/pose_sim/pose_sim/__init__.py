@@ -1,1 +1,1 @@
-"""A synthetic subject: a moving body, virtual Kinects and IMUs, and the truth."""
+"""A synthetic subject: a moving body, virtual Kinects and IMUs, and the ground truth."""

@@ -1,6 +1,6 @@
-"""Joint angles as ``docs/conventions.md`` defines them: measured on positions, and of the body.
+"""Joint angles by ``docs/conventions.md``: computed from positions, and of the body itself.
 
-Written apart from the fusion's own measuring code, so that each can be held against the other.
+Independent of the fusion's own implementation, so that tests can compare the two.
 """
 
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ LIMBS = {"shoulder": ("elbow", "hand", "elbow"), "hip": ("knee", "foot", "knee")
 
 
 def measured_angles(joints: FloatArray) -> dict[str, FloatArray]:
-    """Flexions and abductions from joint positions.
+    """Compute flexions and abductions from joint positions.
 
     Args:
         joints: Positions of the 15 joints [m] in any frame, shape (n, 15, 3).
@@ -71,12 +71,12 @@ def measured_angles(joints: FloatArray) -> dict[str, FloatArray]:
 
 
 def true_joint_angles(motion: Motion) -> dict[str, FloatArray]:
-    """The truth for each of :data:`JOINT_NAMES`, on the motion's grid.
+    """True angles [rad] for each of :data:`JOINT_NAMES`, on the motion's grid, shape (n,) each.
 
-    Flexions and abductions of shoulders, elbows, hips and knees are measured on the true positions,
-    flexions continuous over time. Rotations of upper arms and thighs are the body's own, against
-    trunk and pelvis. Neck and waist are the rotations of head and trunk against what carries them,
-    taken apart as ``R_y(flexion) R_x(lateral_bending) R_z(rotation)``.
+    Flexions and abductions of shoulders, elbows, hips and knees are computed from the true
+    positions, flexions continuous over time. Rotations of upper arms and thighs are the body's own,
+    relative to trunk and pelvis. Neck and waist are the rotations of head and trunk relative to
+    their parents, decomposed as ``R_y(flexion) R_x(lateral_bending) R_z(rotation)``.
     """
     angles = measured_angles(motion.pose.joints)
     for name in angles:

@@ -1,13 +1,13 @@
-"""The synthetic body: segments of chosen lengths, a bending spine, moving clavicles.
+"""The synthetic body: segments of given lengths, a bending spine, moving clavicles.
 
-The body is a model of its own, apart from the ones the filters use: its trunk has two bending
-parts above the pelvis, and its shoulders ride on clavicles, so that a filter's tree never fits it
-exactly, as it never fits a person.
+This model differs from those of the filters: its trunk has two bending parts above the pelvis, and
+its shoulders are attached to clavicles, so that a filter's kinematic tree never fits it exactly, as
+it never fits a person.
 
 Lengths are fractions of the body height after Winter (2009), Biomechanics and Motor Control of
-Human Movement, 4th ed., fig. 4.1 (from Drillis and Contini, 1966); the places of joint centres
-inside the trunk, which the figure does not give, are set to plausible values. The joints ``hand``
-and ``foot`` are wrist and ankle, as ``kinect_bridge`` delivers them.
+Human Movement, 4th ed., fig. 4.1 (from Drillis and Contini, 1966); the positions of joint centres
+inside the trunk, which the figure does not give, have plausible values. The joints ``hand`` and
+``foot`` are wrist and ankle, as published by ``kinect_bridge``.
 """
 
 from collections.abc import Mapping
@@ -46,8 +46,8 @@ BODY_ANGLES: tuple[str, ...] = (
         )
     ),
 )
-"""Every angle of the body; all are zero in the neutral pose. ``ankle_flexion`` is what the ankle
-adds to holding the foot level."""
+"""Every angle of the body; all are zero in the neutral pose. ``ankle_flexion`` is
+relative to a level foot."""
 
 # Fractions of the body height.
 ANKLE_HEIGHT = 0.039  # Winter (2009) fig. 4.1
@@ -65,12 +65,12 @@ THORACIC = 0.150  # to the neck
 HEAD = 0.100  # neck to the middle of the head
 SPINE_BEHIND = 0.020  # the spine's joints lie behind the line from mid-hip to neck
 
-CONTACT_SOFTNESS = 0.008  # [m] over which the load passes from one point of a foot to another
+CONTACT_SOFTNESS = 0.008  # [m] over which the load moves from one point of a foot to another
 
 
 @dataclass(frozen=True, kw_only=True)
 class Pose:
-    """A body at n instants, in ``map``."""
+    """Poses of a body at n instants, in ``map``."""
 
     joints: FloatArray  # (n, 15, 3) [m]
     rotations: Mapping[str, FloatArray]  # segment: R_map_segment, (n, 3, 3)
@@ -116,13 +116,13 @@ class Body:
         return builder.pose()
 
     def contact_height(self, contacts: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Height of the points that carry the body, and each point's share of the load.
+        """Height of the lowest contact point, and each point's share of the load.
 
         Args:
             contacts: Points under the feet [m], shape (n, 4, 3).
 
         Returns:
-            The lowest height [m], shape (n,), smooth where one point takes over from another, and
+            The lowest height [m], shape (n,), smooth where the contact changes between points, and
             the shares, shape (n, 4), that sum to one.
         """
         heights = contacts[..., 2]
@@ -137,7 +137,7 @@ def neutral_angles(count: int = 1) -> dict[str, FloatArray]:
 
 
 def _offsets(height: float) -> dict[str, FloatArray]:
-    """Points in the frames of segments [m]; under a segment's name, its origin in its parent."""
+    """Points in the frames of segments [m]; by a segment's name, its origin in its parent."""
     fractions: dict[str, tuple[float, float, float]] = {
         "lumbar": (-SPINE_BEHIND, 0.0, LUMBAR_RISE),
         "torso": (0.0, 0.0, LUMBAR),
@@ -188,7 +188,7 @@ def _arm(builder: "_Builder", angles: Mapping[str, FloatArray], side: str, sign:
     elevation = about_x(sign * angles[f"{side}_clavicle_elevation"])
     protraction = about_z(-sign * angles[f"{side}_clavicle_protraction"])
     builder.chain("torso", f"{side}_clavicle", protraction @ elevation)
-    # The clavicle carries the shoulder's place, the arm's angles are those against the trunk.
+    # The clavicle moves the shoulder's position; the arm's angles are relative to the trunk.
     shoulder = builder.point(f"{side}_clavicle", builder.offsets[f"{side}_upper_arm"])
     upper_arm = builder.rotations["torso"] @ _ball_joint(angles, f"{side}_shoulder", sign)
     builder.place(f"{side}_upper_arm", upper_arm, shoulder)
@@ -208,7 +208,7 @@ def _leg(builder: "_Builder", angles: Mapping[str, FloatArray], side: str, sign:
 
 
 class _Builder:
-    """Segments placed so far."""
+    """Builds a pose segment by segment."""
 
     def __init__(self, offsets: Mapping[str, FloatArray]) -> None:
         self.offsets = offsets

@@ -1,9 +1,8 @@
-"""What the synthetic subject does: choreographies by name.
+"""Choreographies of the synthetic subject, by name.
 
-Adding one means writing a function that puts one round of it on a
-:class:`pose_sim.timeline.Timeline` with the moves of :mod:`pose_sim.moves`, and one line in
-:data:`CHOREOGRAPHIES`. Angles are degrees in
-the conventions of ``docs/conventions.md``. Rounds follow each other until the time is filled.
+To add one, write a function that adds one round of it to a :class:`pose_sim.timeline.Timeline` with
+the moves of :mod:`pose_sim.moves`, and one line in :data:`CHOREOGRAPHIES`. Angles are degrees in
+the conventions of ``docs/conventions.md``. Rounds are repeated until the duration is filled.
 """
 
 from collections.abc import Callable
@@ -50,12 +49,12 @@ def compose(
 
     Args:
         name: One of :data:`CHOREOGRAPHIES`.
-        duration: Length [s]; what does not fit is cut off.
+        duration: Duration [s]; the motion is cut off at its end.
         seed: Source of all natural variation; the same seed gives the same motion.
         height: Body height [m].
         variation: Amount of natural variation.
-        place: Where the subject begins, x and y [m] in ``map``.
-        heading: Where the subject looks at first [rad], about ``map``'s z from its x.
+        place: Initial position, x and y [m] in ``map``.
+        heading: Initial heading [rad], about ``map``'s z from its x.
 
     Raises:
         InputError: If there is no such choreography, or the duration is too short or too long.
@@ -98,7 +97,7 @@ def plan(choreography: Choreography, duration: float, timeline: Timeline) -> Tim
 
 
 def warm_up(t: Timeline) -> None:
-    """Arms, legs and trunk move once through what a calibration wants to see."""
+    """Move arms, legs and trunk once through the motions that a calibration needs."""
     t.move(1.1, both(shoulder_flexion=85, elbow_flexion=25), advance=0.7)
     t.move(0.9, both(shoulder_abduction=45, elbow_flexion=70))
     for side_sign, advance in ((1.0, 0.8), (-1.0, 1.0), (0.0, 0.2)):
@@ -150,7 +149,7 @@ def arm_raises(t: Timeline) -> None:
     t.wait(0.3)
     t.move(1.1, both(shoulder_abduction=0, shoulder_flexion=0, elbow_flexion=0))
     t.wait(0.2)
-    # Outwards on the way up and back in at the top: past the side without the pole at 90 deg.
+    # Outwards on the way up and back in at the top: avoids the singularity at 90 deg abduction.
     for overhead, inwards in ((168, 8), (0, 0)):
         t.move(1.6, both(shoulder_flexion=overhead), advance=0.0)
         t.move(0.8, both(shoulder_abduction=52))

@@ -1,4 +1,4 @@
-"""A session's IMU nodes as devices that people own: what each port sends, and when."""
+"""A session's IMU nodes as devices of several kinds: the data and times of each port."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -24,12 +24,12 @@ from pose_sim.virtual_imu import (
 
 @dataclass(frozen=True, kw_only=True)
 class PortStream:
-    """What one port sends.
+    """Data sent by one port.
 
     Attributes:
         segment: The segment of its only sensor; None for the sink of the star network.
-        due_ns: When each piece arrives [ns], from the session's start, shape (n,).
-        pieces: What arrives then.
+        due_ns: Time of arrival of each piece [ns], from the session's start, shape (n,).
+        pieces: The bytes that arrive at these times.
     """
 
     segment: str | None
@@ -39,11 +39,11 @@ class PortStream:
 
 @dataclass(frozen=True, kw_only=True)
 class Device:
-    """A kind of device, and how a session's frames come out of it.
+    """A kind of device, with the encoding of a session's frames.
 
     Attributes:
-        baudrate: Its speed [bit/s]; None where USB makes any speed right.
-        streams: What each of its ports sends.
+        baudrate: Its speed [bit/s]; None for USB, where any speed is accepted.
+        streams: Function that returns the data of each port.
     """
 
     baudrate: int | None
@@ -80,7 +80,7 @@ def _one_a_port(frames: ImuFrames, encode: Callable[..., bytes]) -> list[PortStr
 
 
 def _samples(frames: ImuFrames, rows: NDArray[np.intp]) -> Iterator[tuple]:
-    """Clock [us] since the first sample, acceleration, rate and field in SI units."""
+    """Clock [us] since the first sample, acceleration, angular velocity and field in SI units."""
     clock_us = (frames.clock_us[rows].astype(np.int64) - int(frames.clock_us[rows[0]])) % (
         CLOCK_MODULUS_US
     )
@@ -98,15 +98,15 @@ DEVICES: dict[str, Device] = {
     "witmotion": Device(baudrate=115200, streams=_witmotion),
     "text": Device(baudrate=115200, streams=_text),
 }
-"""By the name of the protocol in a nodes file."""
+"""Devices by the name of their protocol in a nodes file."""
 
 
 def nodes_file(device: str, ports: dict[str, str]) -> dict:
     """The content of a nodes file for such devices.
 
     Args:
-        device: Of :data:`DEVICES`.
-        ports: Port by segment; nothing for the star network, whose port is a parameter.
+        device: A key of :data:`DEVICES`.
+        ports: Port by segment; empty for the star network, whose port is a parameter.
     """
     if device == "star":
         return {"nodes": dict(NODES)}

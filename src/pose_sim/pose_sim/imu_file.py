@@ -1,4 +1,4 @@
-"""The file ``imu.npz``: what the virtual serial device sends, and when."""
+"""The file ``imu.npz``: frames of the virtual serial device with their times."""
 
 import zipfile
 from dataclasses import asdict
@@ -17,7 +17,7 @@ from pose_sim.virtual_imu import (
 
 
 def write(path: Path, frames: ImuFrames, note: str) -> None:
-    """Write all frames, and a note on where they come from."""
+    """Write all frames, and a note on their origin."""
     np.savez(path, note=np.array(note), **asdict(frames))
 
 
@@ -25,7 +25,7 @@ def read(path: Path) -> tuple[ImuFrames, str]:
     """Read all frames and the note.
 
     Raises:
-        InputError: If the file is missing or not what :func:`write` wrote.
+        InputError: If the file is missing or was not written by :func:`write`.
     """
     try:
         with np.load(path, allow_pickle=False) as archive:
@@ -43,7 +43,7 @@ def read(path: Path) -> tuple[ImuFrames, str]:
 
 
 def encode_all(frames: ImuFrames) -> list[bytes]:
-    """Every frame as it goes over the wire."""
+    """Encode every frame for transmission."""
     counts = zip(
         frames.node_id.tolist(),
         frames.sequence.tolist(),

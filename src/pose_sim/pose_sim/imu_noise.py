@@ -1,4 +1,4 @@
-"""What is wrong with the virtual IMU nodes, and how much of it: parameters and presets."""
+"""Errors of the virtual IMU nodes: parameters and presets."""
 
 from dataclasses import dataclass, replace
 
@@ -7,7 +7,7 @@ from pose_core.parameters import parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ImuParameters:
-    """The virtual IMU nodes; sizes are standard deviations unless they say otherwise."""
+    """Parameters of the virtual IMU nodes; errors are standard deviations by default."""
 
     sample_rate: float = parameter(
         100.0, unit="Hz", limits=(10.0, 1000.0), doc="sample rate of each node"

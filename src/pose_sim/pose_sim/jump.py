@@ -1,7 +1,7 @@
-"""A jump on the spot: crouch, push off, fly, land.
+"""A jump on the spot: crouch, push-off, flight, landing.
 
-In flight only gravity moves the hips: their height is ``z(t) = z₀ + v₀ t − g t²/2``. The legs get
-the angles that reach from there to the floor (on the ground) or to the feet (in the air).
+In flight only gravity moves the hips: their height is ``z(t) = z₀ + v₀ t − g t²/2``. The legs'
+angles follow from the height of the hips above the floor (in contact) or the feet (in flight).
 """
 
 import numpy as np
@@ -13,16 +13,16 @@ from pose_sim.rotations import FloatArray
 from pose_sim.timeline import Timeline, minimum_jerk, quintic
 
 GRAVITY = 9.80665  # [m/s^2]
-CROUCH = 75.0  # [deg] of the leg's bend where the push begins
-ABSORB = 65.0  # [deg] where the landing has been absorbed
-TAKE_OFF = 12.0  # [deg] where the feet leave the floor and meet it again
-TIPTOE = -42.0  # [deg] stretched, on tiptoe
-HEEL_RISE = 55.0  # [deg] of a foot further up than TIPTOE, at -60 deg
+CROUCH = 75.0  # [deg] bend of the legs at the start of the push-off
+ABSORB = 65.0  # [deg] bend at the end of the landing
+TAKE_OFF = 12.0  # [deg] bend at take-off and touch-down
+TIPTOE = -42.0  # [deg] straight, on tiptoe
+HEEL_RISE = 55.0  # [deg] rise of the heel at a bend of -60 deg
 PUSH_TIME, ABSORB_TIME = 0.30, 0.32  # [s]
 
 
 def jump(t: Timeline) -> None:
-    """Put one jump on the timeline."""
+    """Add one jump to the timeline."""
     crouched = _both_legs(leg_pose(np.array([CROUCH])))
     down = {name: float(np.degrees(values[0])) for name, values in crouched.items()}
     arms_back = {f"{side}_shoulder_flexion": -30.0 for side in SIDES}
@@ -46,7 +46,7 @@ def jump(t: Timeline) -> None:
 
 
 def tilt(t: Timeline, duration: float, angle: float) -> None:
-    """Tilt the pelvis forward to ``angle`` [deg]; the hips give way, so that the legs stay."""
+    """Tilt the pelvis forward to ``angle`` [deg]; the hips compensate, so that the legs stay."""
     change = angle - t.target("pelvis_tilt")
     hips = {name: t.target(name) + change for name in ("left_hip_flexion", "right_hip_flexion")}
     t.move(duration, {"pelvis_tilt": angle, **hips}, exact=True)
@@ -56,8 +56,8 @@ def leg_pose(bend: FloatArray) -> dict[str, FloatArray]:
     """Leg angles [rad] below an upright pelvis, from bent to tiptoe (negative ``bend`` [deg])."""
     knee = np.radians(0.5 * (bend + np.sqrt(bend**2 + 18.0**2)))
     rise = np.radians(HEEL_RISE) * minimum_jerk((40.0 - bend) / 100.0)
-    # The hips stay above one place of the floor: what the balls of the feet come back as the heels
-    # rise, thighs and shanks lean forward.
+    # The hips stay above one point of the floor: thighs and shanks lean forward by the way that
+    # the balls of the feet move back as the heels rise.
     ball = 0.48 * FOOT
     back = ball - (ball * np.cos(rise) - ANKLE_HEIGHT * np.sin(rise))
     thigh = 0.5 * knee + np.arcsin(back / ((THIGH + SHANK) * np.cos(0.5 * knee)))
@@ -69,7 +69,7 @@ def _both_legs(angles: dict[str, FloatArray]) -> dict[str, FloatArray]:
 
 
 class _Flight:
-    """Heights over the seconds since the push began."""
+    """Heights during a jump, as functions of the time [s] since the start of the push-off."""
 
     def __init__(self, body: Body, rise: float) -> None:
         bends = np.linspace(CROUCH + 10.0, TIPTOE, 150)
@@ -91,7 +91,7 @@ class _Flight:
         self.duration = PUSH_TIME + self._air + ABSORB_TIME
 
     def clearance(self, t: FloatArray) -> FloatArray:
-        """Height of the feet above the floor [m]; leaves and meets it without a kink."""
+        """Height of the feet above the floor [m], with continuous velocity."""
         s = np.clip((t - PUSH_TIME) / self._air, 0.0, 1.0)
         return self._tuck * (4.0 * s * (1.0 - s)) ** 3
 
@@ -104,7 +104,7 @@ class _Flight:
 
 
 class _LegProfile:
-    """One leg angle of a jump, as the change since the push began."""
+    """Change of one leg angle since the start of the push-off."""
 
     def __init__(self, flight: _Flight, name: str, start: float) -> None:
         self._flight = flight

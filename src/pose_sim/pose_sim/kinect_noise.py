@@ -1,4 +1,4 @@
-"""What is wrong with a virtual Kinect's skeletons, and how much of it: parameters and presets."""
+"""Errors of a virtual Kinect's skeletons: parameters and presets."""
 
 from dataclasses import dataclass, replace
 
@@ -7,7 +7,7 @@ from pose_core.parameters import parameter
 
 @dataclass(frozen=True, kw_only=True)
 class KinectParameters:
-    """One virtual Kinect; lengths are standard deviations unless they say otherwise."""
+    """Parameters of a virtual Kinect; lengths are standard deviations unless stated otherwise."""
 
     frame_rate: float = parameter(30.0, unit="Hz", limits=(1.0, 120.0), doc="frame rate")
     clock_drift: float = parameter(
@@ -157,5 +157,5 @@ HARD = replace(
 )
 PRESETS = {"clean": CLEAN, "easy": EASY, "typical": TYPICAL, "hard": HARD}
 """``clean``: no errors but hidden joints' states; ``easy``: half of ``typical``'s errors;
-``typical``: a Kinect v2 with its own tracker; ``hard``: twice that, towards what is published of
+``typical``: a Kinect v2 with its own tracker; ``hard``: twice that, close to published errors of
 Kinect v2 with NiTE2."""

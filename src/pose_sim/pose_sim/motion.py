@@ -1,4 +1,4 @@
-"""A performed motion: every joint and segment as a smooth function of time."""
+"""A simulated motion: every joint and segment as a smooth function of time."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from pose_sim.body import BODY_ANGLES, Body, Pose
 from pose_sim.rotations import FloatArray, continuous_quaternions, rotate
 from pose_sim.timeline import Timeline, Variation, minimum_jerk
 
-GRID_RATE = 200.0  # [Hz] of the samples that the splines go through
+GRID_RATE = 200.0  # [Hz] of the splines' nodes
 LOAD_TRANSFER = 0.03  # [s]
 SWAY_HARMONICS = 4
 SWAY_BAND = (0.08, 0.7)  # [Hz]
@@ -22,7 +22,7 @@ SWAY_BAND = (0.08, 0.7)  # [Hz]
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """A body's motion on a regular grid of times, with splines between.
+    """A body's motion on a regular grid of times, interpolated by splines.
 
     Attributes:
         times: Grid [s] from zero on, shape (n,).
@@ -47,7 +47,7 @@ class Motion:
         rotations = self.pose.rotations[segment]
         turned = rotate(rotations, np.broadcast_to(offset, (len(rotations), 3)))
         return SegmentPath(
-            # Fifth order: the point's acceleration is wanted.
+            # Fifth order, for a smooth acceleration of the point.
             position=make_interp_spline(self.times, self.pose.origins[segment] + turned, k=5),
             quaternion=CubicSpline(self.times, continuous_quaternions(rotations)),
         )
@@ -55,7 +55,7 @@ class Motion:
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentPath:
-    """Where a segment's frame is, and how it moves, at any time."""
+    """Pose and motion of a segment's frame at any time."""
 
     position: "make_interp_spline"  # [m] of the point in map
     quaternion: CubicSpline  # R_map_segment, not normalised between the grid's times
@@ -91,20 +91,19 @@ def perform(
     variation: Variation,
     still: float,
 ) -> Motion:
-    """Let a body perform what a timeline says.
+    """Simulate a body's motion by a timeline of joint angles.
 
-    The load rests on the lowest points of the feet: they carry the body at the floor's height, and
-    do not slide.
+    The lowest points of the feet carry the load: they are at the floor's height and do not slide.
 
     Args:
-        body: Who moves.
+        body: The body.
         timeline: The joint angles.
-        duration: Length of the motion [s].
-        place: Where the middle of the hips begins, x and y [m] in ``map``.
-        heading: Where the person looks at first [rad], about z from ``map``'s x.
-        rng: Source of the sway.
+        duration: Duration of the motion [s].
+        place: Initial position of the middle of the hips, x and y [m] in ``map``.
+        heading: Initial heading [rad], about z from ``map``'s x.
+        rng: Random generator of the sway.
         variation: Size of the sway.
-        still: How long the body stands without any sway at the start [s].
+        still: Duration without sway at the start [s].
     """
     times = np.arange(int(np.ceil(duration * GRID_RATE)) + 1) / GRID_RATE
     channels = timeline.evaluate(times)
@@ -117,8 +116,8 @@ def perform(
     lowest, shares = body.contact_height(pose.contacts)
     root = np.empty((len(times), 3))
     root[:, 2] = clearance - lowest
-    # No point that carries load moves along the floor; in the air, nothing pushes sideways. A step
-    # takes the load over gently, or the hips would be thrown.
+    # Loaded points do not move along the floor; in flight, there is no sideways force. The load
+    # moves smoothly between the feet, which avoids jumps of the hips' velocity.
     shares = gaussian_filter1d(shares, LOAD_TRANSFER * GRID_RATE, axis=0, mode="nearest")
     carried = np.einsum("nc,nci->ni", shares, np.gradient(pose.contacts[..., :2], times, axis=0))
     carried *= np.exp(-((clearance / 0.02) ** 2))[:, None]
@@ -137,7 +136,7 @@ def _moved(pose: Pose, root: FloatArray) -> Pose:
 
 
 def _move_clavicles(angles: dict[str, FloatArray]) -> None:
-    """Clavicles follow the arms: up by 22 deg overhead, forward by 12 deg in reaching."""
+    """Move the clavicles with the arms: up by 22 deg overhead, forward by 12 deg in reaching."""
     for side in SIDES:
         flexion = angles[f"{side}_shoulder_flexion"]
         abduction = angles[f"{side}_shoulder_abduction"]
@@ -169,7 +168,7 @@ SWAY_GAINS: dict[str, float] = {
         }.items()
     },
 }
-"""Size of the standing unrest, in units of :attr:`Variation.sway`."""
+"""Amplitude of the postural sway, in units of :attr:`Variation.sway`."""
 
 
 def _add_sway(
@@ -186,7 +185,7 @@ def _add_sway(
         waves = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases).sum(axis=1)
         size = np.radians(sway * gain) * np.sqrt(2.0 / SWAY_HARMONICS)
         unrest = size * envelope * waves
-        if name == "shift":  # from foot to foot: both legs lean alike
+        if name == "shift":  # weight shift between the feet: both legs lean equally
             angles["left_hip_abduction"] = angles["left_hip_abduction"] + unrest
             angles["right_hip_abduction"] = angles["right_hip_abduction"] - unrest
         else:

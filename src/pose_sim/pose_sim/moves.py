@@ -1,4 +1,4 @@
-"""Moves that choreographies are made of, on a :class:`pose_sim.timeline.Timeline`.
+"""Elementary moves of choreographies, on a :class:`pose_sim.timeline.Timeline`.
 
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
@@ -18,7 +18,7 @@ def other(side: str) -> str:
 
 
 def shift_weight(t: Timeline, away_from: str, duration: float) -> None:
-    """Move the pelvis sideways over one foot: both legs lean alike, both feet stay."""
+    """Move the pelvis sideways over one foot: both legs lean equally, both feet stay."""
     lean = {"left": 4.5, "right": -4.5, "": 0.0}[away_from]
     t.move(
         duration,
@@ -44,7 +44,7 @@ def lift_knee(
 
 
 def side_leg_lifts(t: Timeline) -> None:
-    """Lift each stretched leg sideways, once."""
+    """Lift each straight leg sideways once."""
     for side, sign in zip(SIDES, (1.0, -1.0), strict=True):
         shift_weight(t, away_from=side, duration=0.6)
         arms = both(shoulder_abduction=18)
@@ -100,7 +100,7 @@ def turn_steps(
     """Turn by ``size`` [deg] a step, an even number of steps; ``sign`` is +1 to the left."""
     for step in range(steps):
         side = lead if step % 2 == 0 else other(lead)
-        # The foot in the air turns by twice the size, the pelvis by once, the other foot stays.
+        # The lifted foot turns by twice the size, the pelvis by once; the other foot stays.
         rotation = -size if step % 2 == 0 else 0.0
         t.move(
             0.5,
@@ -118,7 +118,7 @@ def turn_steps(
 def turn_pelvis(t: Timeline, duration: float, yaw: float, degrees: float) -> None:
     """Turn the pelvis to ``yaw`` + ``degrees`` over feet that stay at ``yaw`` [deg].
 
-    Time does not run on.
+    The timeline's time is not advanced.
     """
     t.move(
         duration,
@@ -135,7 +135,7 @@ def turn_pelvis(t: Timeline, duration: float, yaw: float, degrees: float) -> Non
 def bend_forward(t: Timeline, duration: float, degrees: float) -> None:
     """Bend forward from the hips and along the spine by ``degrees`` at the neck, legs upright.
 
-    Time does not run on.
+    The timeline's time is not advanced.
     """
     bent = {"pelvis_tilt": 0.4, "lumbar_flexion": 0.3, "thoracic_flexion": 0.3}
     bent |= both(hip_flexion=0.4)

@@ -1,4 +1,4 @@
-"""How good one virtual Kinect is, in the figures that are published of real ones."""
+"""Comparison of a virtual Kinect's accuracy with published figures of real ones."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ LEG_ANGLES = tuple(
     for angle in ("hip_flexion", "hip_abduction", "knee_flexion")
     for side in SIDES
 )
-WARM_UP_END = 16.0  # [s] figures are taken of the choreography itself
+WARM_UP_END = 16.0  # [s] figures are computed after the warm-up
 DURATION = 60.0  # [s] of each session
 LARGEST_SHIFT = 0.2  # [s] searched for the one global time shift
 POLE = np.radians(60.0)  # abduction from which on flexion is undefined
@@ -45,21 +45,20 @@ ANGLE_FIGURES = (
     ("arm raises: shoulder abduction", "arm_raises", SHOULDERS, FACING, "abduction 10° [2]"),
     ("arm raises: elbow", "arm_raises", ELBOWS, FACING, "4° to 14° [2]"),
 )  # fmt: skip
-"""What is measured, on what, by which sensor, and what is published of it."""
+"""Quantity, choreography, angles, sensor, and the published figure."""
 
 VIEW_FIGURES = (
     ("two views 45° apart, standing", 45.0, (0.0, STILL), "2.8 cm, 0.6 %, 3.8° [3]"),
     ("two views 45° apart, marching", 45.0, (WARM_UP_END, np.inf), "3.7 cm, 7.1 %, 15.1° [3]"),
     ("two views 90° apart, marching", 90.0, (WARM_UP_END, np.inf), "6.6 cm, 7.7 %, 18.9° [3]"),
 )  # fmt: skip
-"""What is measured, the angle between the views [deg], from when to when [s], and the recordings'
-own figures: joint distance after the best rigid fit, variation of limb lengths, difference of the
-knee angles."""
+"""Quantity, angle between the views [deg], interval [s], and the figures of recordings: joint
+distance after the best rigid fit, variation of limb lengths, difference of the knee angles."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class AngleError:
-    """One angle of one sensor against the truth."""
+    """Error of one angle of one sensor."""
 
     rmse_deg: float
     r: float
@@ -71,8 +70,8 @@ def angle_errors(
     """Root mean square error and Pearson's r of measured angles, after one global time shift.
 
     Args:
-        motion: The truth.
-        frames: What the sensor delivered.
+        motion: The true motion.
+        frames: The sensor's frames.
         names: Angles of :func:`pose_sim.angles.measured_angles`.
     """
     measured = measured_angles(frames.positions)
@@ -122,10 +121,10 @@ def mean_error(
 
 @dataclass(frozen=True, kw_only=True)
 class TwoViews:
-    """How two sensors' skeletons of one motion differ, without any truth."""
+    """Differences between two sensors' skeletons of one motion, without ground truth."""
 
     distance_cm: float  # mean distance of a joint between the views, after the best rigid fit
-    bone_variation_percent: float  # standard deviation of a limb's length, of its mean
+    bone_variation_percent: float  # standard deviation of a limb's length, relative to its mean
     knee_difference_deg: float  # RMS difference of the knee angle between the views
 
 
@@ -165,7 +164,7 @@ class Row:
 
 
 def compare(preset: str, seeds: Sequence[int] = (1, 2)) -> list[Row]:
-    """The published figures of one Kinect beside those of the virtual ones.
+    """Published figures of a Kinect and those of the virtual ones.
 
     Args:
         preset: One of :data:`pose_sim.session.NOISE_PRESETS`.
@@ -222,7 +221,10 @@ def _interpolated(frames: KinectFrames, times: FloatArray) -> FloatArray:
 
 
 def _rigid_fit(source: FloatArray, target: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """The rigid motion that brings source points closest to target points: Umeyama (1991)."""
+    """Rigid transform of source points with the least squared distance to target points.
+
+    Umeyama (1991), IEEE TPAMI 13(4).
+    """
     middle, goal = source.mean(axis=0), target.mean(axis=0)
     u, _, vt = np.linalg.svd((target - goal).T @ (source - middle))
     turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt

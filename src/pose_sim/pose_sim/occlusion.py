@@ -1,4 +1,4 @@
-"""Which joints a camera cannot see because the body itself stands before them."""
+"""Self-occlusion: joints hidden from a camera by other parts of the body."""
 
 from collections.abc import Iterable
 
@@ -7,8 +7,8 @@ import numpy as np
 from pose_core.joints import JOINTS, SIDES
 from pose_sim.rotations import FloatArray
 
-SOFTNESS = 0.012  # [m] over which a joint passes from seen to hidden
-STAND_OFF = 0.04  # [m] before the joint where its own flesh begins
+SOFTNESS = 0.012  # [m] transition between visible and hidden
+STAND_OFF = 0.04  # [m] distance before the joint that its own soft tissue covers
 
 Mixture = dict[str, float]  # a point as a mean of joints
 CAPSULES: dict[str, tuple[Mixture, Mixture, float]] = {
@@ -23,7 +23,7 @@ CAPSULES: dict[str, tuple[Mixture, Mixture, float]] = {
             ("shank", "knee", "foot", 0.028),
         )
     },
-    # Two capsules side by side make a trunk that is broader than deep.
+    # Two capsules side by side model a trunk that is broader than deep.
     **{
         f"{side}_trunk": (
             {f"{side}_hip": 0.9, f"{other}_hip": 0.1},
@@ -33,7 +33,7 @@ CAPSULES: dict[str, tuple[Mixture, Mixture, float]] = {
         for side, other in (SIDES, SIDES[::-1])
     },
 }
-"""Capsule: its two ends, and its radius as a fraction of the body height."""
+"""Ends and radius of each capsule, the radius as a fraction of the body height."""
 
 OWN_CAPSULES: dict[str, tuple[str, ...]] = {
     "head": ("head",),
@@ -54,7 +54,7 @@ OWN_CAPSULES: dict[str, tuple[str, ...]] = {
         }.items()
     },
 }
-"""Joint: the capsules that it lies in, which do not hide it."""
+"""Capsules that contain each joint, which do not hide it."""
 
 
 def _weights(mixtures: Iterable[Mixture]) -> FloatArray:
@@ -71,12 +71,12 @@ _HIDES = np.array([[name not in OWN_CAPSULES[joint] for name in CAPSULES] for jo
 
 
 def hidden(joints: FloatArray, camera: FloatArray, height: float) -> FloatArray:
-    """How far each joint is hidden behind other parts of the body.
+    """Degree to which each joint is hidden by other parts of the body.
 
     Args:
         joints: True joint positions [m], shape (n, 15, 3).
         camera: The camera's position [m] in the same frame, shape (3,).
-        height: Body height [m]: the capsules grow with it.
+        height: Body height [m], which scales the capsules.
 
     Returns:
         From 0 (in full view) to 1 (hidden), shape (n, 15).
@@ -86,7 +86,7 @@ def hidden(joints: FloatArray, camera: FloatArray, height: float) -> FloatArray:
     distance = np.linalg.norm(sight, axis=2, keepdims=True)
     sight = sight * (1.0 - STAND_OFF / distance)
     gaps = _segment_distances(camera, sight, starts, ends - starts)
-    depth = np.where(_HIDES, height * _RADII - gaps, -1.0)  # [m] of the sight line in a capsule
+    depth = np.where(_HIDES, height * _RADII - gaps, -1.0)  # [m] of the line of sight
     most = np.clip(depth.max(axis=2) / SOFTNESS, -30.0, 30.0)
     return 1.0 / (1.0 + np.exp(-2.0 * most))
 

@@ -1,4 +1,4 @@
-"""Rotations about single axes, and quaternions as functions of time, for many instants at once."""
+"""Rotations about single axes, and quaternions over time, for many instants at once."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ def about_z(angle: FloatArray) -> FloatArray:
 
 
 def _about(axis: int, angle: FloatArray) -> FloatArray:
-    # A body has some forty of these for each of 12,000 instants: matrices in place are six times
+    # A body needs some forty of these for each of 12,000 instants: direct matrices are six times
     # faster than Rotation objects.
     first, second = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.zeros((*angle.shape, 3, 3))
@@ -37,12 +37,12 @@ def _about(axis: int, angle: FloatArray) -> FloatArray:
 
 
 def rotate(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Turn vectors (..., 3) by matrices (..., 3, 3)."""
+    """Rotate vectors (..., 3) by matrices (..., 3, 3)."""
     return (matrices @ vectors[..., None])[..., 0]
 
 
 def continuous_quaternions(matrices: FloatArray) -> FloatArray:
-    """Quaternions (n, 4), x y z w, of matrices (n, 3, 3), without jumps of sign."""
+    """Quaternions (n, 4), x y z w, of matrices (n, 3, 3), without sign changes."""
     quaternions = Rotation.from_matrix(matrices).as_quat()
     flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0.0
     signs = np.where(np.cumsum(np.concatenate(([0], flips))) % 2, -1.0, 1.0)

@@ -1,7 +1,7 @@
-"""Where the virtual Kinects stand and where the subject begins, after li2020.
+"""Poses of the virtual Kinects and the subject's initial position, after li2020.
 
-``map`` lies under the first sensor and looks along its view. One Kinect faces the subject at about
-2 m, the other is moved aside, turned towards the subject and tilted.
+``map`` has its origin below the first sensor and x along its viewing direction. One Kinect faces
+the subject at about 2 m, the other is moved aside, turned towards the subject and tilted.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ SENSORS = ("left", "right")
 
 @dataclass(frozen=True, kw_only=True)
 class SceneParameters:
-    """The place."""
+    """Parameters of the scene."""
 
     distance: float = parameter(
         2.2,
@@ -42,7 +42,7 @@ class SceneParameters:
 
 
 def subject_place(scene: SceneParameters) -> tuple[tuple[float, float], float]:
-    """Where the subject begins: x and y [m] in ``map``, and its heading [rad], to the sensor."""
+    """The subject's initial position x, y [m] in ``map``, and heading [rad] to the sensor."""
     return (scene.distance, 0.0), np.pi
 
 
@@ -68,7 +68,7 @@ def sensor_poses(scene: SceneParameters) -> dict[str, FloatArray]:
 
 
 def optical_pose(position: FloatArray, heading: float, tilt: float, roll: float) -> FloatArray:
-    """``T_map_optical`` of a camera that looks along ``heading`` and down by ``tilt`` [rad]."""
+    """``T_map_optical`` of a camera with the viewing direction ``heading``, ``tilt`` down [rad]."""
     R_map_camera = Rotation.from_euler("ZYX", (heading, tilt, roll)).as_matrix()  # x forward, z up
     R_camera_optical = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     pose = np.eye(4)

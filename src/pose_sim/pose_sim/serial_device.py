@@ -1,6 +1,6 @@
-"""A virtual serial device: frames on a pseudo-terminal, each when it is due.
+"""A virtual serial device: frames are written to a pseudo-terminal in real time.
 
-Like a UART it waits for nobody: what no one reads in time is lost, and counted.
+Like a UART it has no flow control: bytes that are not read in time are lost and counted.
 """
 
 import errno
@@ -22,7 +22,7 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_sim import uart
 
-INPUT_SPEED = 4  # index into what tcgetattr gives
+INPUT_SPEED = 4  # index into the result of tcgetattr
 SPEEDS = {
     getattr(termios, f"B{speed}"): speed
     for speed in (
@@ -32,14 +32,14 @@ SPEEDS = {
 }
 """[bit/s] by the terminal's code for it."""
 BATCH_NS = 4_000_000  # [ns] frames due within this are sent together, after the last of them
-NAP_S = 0.1  # [s] a request to stop is noticed within this
-SETTLE_S = 0.03  # [s] until the kernel has passed written bytes on to the reader's side
-DRAIN_S = 0.5  # [s] that a reader has for the last bytes
+NAP_S = 0.1  # [s] largest delay until a request to stop is handled
+SETTLE_S = 0.03  # [s] until written bytes are available to the reader
+DRAIN_S = 0.5  # [s] for a reader to read the last bytes
 
 
 @dataclass(frozen=True, kw_only=True)
 class Transmission:
-    """Frames as they go over the air, in order of time."""
+    """Frames sent by radio, in order of time."""
 
     due_ns: NDArray[np.int64]  # (n,) [ns]
     frames: tuple[bytes, ...]
@@ -56,15 +56,15 @@ def over_the_air(
     jitter_s: float,
     rng: np.random.Generator,
 ) -> Transmission:
-    """Let a radio link lose, garble and delay frames.
+    """Simulate a radio link that loses, corrupts and delays frames.
 
     Args:
-        due_ns: When each frame would arrive [ns], increasing.
+        due_ns: Time of arrival of each frame without errors [ns], increasing.
         frames: The frames.
-        lost: Share of frames that never arrive.
+        lost: Share of frames that are lost.
         corrupted: Share of frames that arrive with a wrong byte.
         jitter_s: Mean of a further delay [s]; frames keep their order.
-        rng: Source of all chance.
+        rng: Random generator.
     """
     count = len(due_ns)
     arrives = rng.random(count) >= lost
@@ -87,15 +87,15 @@ class PseudoTerminal:
     """A pseudo-terminal in raw mode, its slave found under a link of a chosen name.
 
     Args:
-        link: Symbolic link to make. One that an earlier device left behind is replaced.
-        baudrate: Speed of the device [bit/s]: a reader that has set another one gets what its
-            UART would make of the bytes. None: any speed is right.
+        link: Symbolic link to create. A link of an earlier device is replaced.
+        baudrate: Speed of the device [bit/s]: at another speed the reader receives the bytes that
+            its UART would decode. None accepts any speed.
 
     Attributes:
-        counters: ``bytes_written``, and ``bytes_unread``: lost because nobody read in time.
+        counters: ``bytes_written``, and ``bytes_unread``: lost because they were not read in time.
 
     Raises:
-        InputError: If something else is at the link's place, or it cannot be made.
+        InputError: If another file is at the link's path, or the link cannot be created.
     """
 
     def __init__(self, link: Path, baudrate: int | None = None) -> None:
@@ -104,7 +104,7 @@ class PseudoTerminal:
         self.link = link
         stale = link.is_symlink() and str(os.readlink(link)).startswith("/dev/pts/")
         if (link.exists() or link.is_symlink()) and not stale:
-            raise InputError(f"{link} exists and is no virtual device: name another link")
+            raise InputError(f"{link} exists and is not a virtual device: name another link")
         self._master, self._slave = os.openpty()
         tty.setraw(self._slave)
         os.set_blocking(self._master, False)
@@ -112,14 +112,14 @@ class PseudoTerminal:
         temporary = link.with_name(f".{link.name}.{os.getpid()}")
         try:
             os.symlink(self.device, temporary)
-            os.replace(temporary, link)  # a reader never sees a missing or half-made link
+            os.replace(temporary, link)  # atomic: the link always exists for readers
         except OSError as error:
             os.close(self._master)
             os.close(self._slave)
             raise InputError(f"cannot make the link {link}: {error.strerror}") from error
 
     def write(self, data: bytes) -> None:
-        """Send bytes; what the terminal cannot hold is lost."""
+        """Send bytes; those beyond the terminal's buffer are lost."""
         written = 0
         if self._baudrate is not None:
             reader = SPEEDS.get(termios.tcgetattr(self._slave)[INPUT_SPEED], self._baudrate)
@@ -135,12 +135,12 @@ class PseudoTerminal:
         self.counters.add("bytes_unread", len(data) - written)
 
     def unread(self) -> int:
-        """Bytes that wait for a reader."""
+        """Number of bytes not read yet."""
         answer = fcntl.ioctl(self._slave, termios.FIONREAD, struct.pack("i", 0))
         return int(struct.unpack("i", answer)[0])
 
     def close(self) -> None:
-        """Remove the link and the terminal; what still waits for a reader is lost."""
+        """Remove the link and the terminal; unread bytes are lost."""
         self.counters.add("bytes_unread", self.unread())
         if self.link.is_symlink() and os.readlink(self.link) == self.device:
             self.link.unlink()
@@ -156,11 +156,11 @@ class PseudoTerminal:
 
 @dataclass(frozen=True, kw_only=True)
 class Sent:
-    """How a transmission went."""
+    """Result of a transmission."""
 
-    sent: int  # frames
-    skipped: int  # frames that were due before the device was there
-    finished: bool  # whether all was sent, and nobody asked to stop
+    sent: int  # [frames]
+    skipped: int  # [frames] due before the device was started
+    finished: bool  # whether all frames were sent, without a request to stop
 
 
 def transmit(
@@ -172,15 +172,15 @@ def transmit(
     clock: Callable[[], int] = time.time_ns,
     sleep: Callable[[float], None] = time.sleep,
 ) -> Sent:
-    """Send every frame when it is due; what is past already is skipped.
+    """Send every frame at its time; frames already due at the start are skipped.
 
     Args:
-        terminal: Where to.
-        transmission: What and when.
+        terminal: The terminal to write to.
+        transmission: The frames with their times.
         start_ns: Host time [ns] of the transmission's time zero.
         stopped: Whether to stop; asked between batches.
-        clock: The host's time [ns].
-        sleep: Waits for so many seconds.
+        clock: Function that returns the host's time [ns].
+        sleep: Function that waits for a time [s].
     """
     first = int(np.searchsorted(transmission.due_ns, clock() - start_ns - BATCH_NS))
     sent = 0

@@ -1,4 +1,4 @@
-"""A session of the synthetic subject: the motion, and what every virtual sensor makes of it."""
+"""A session of the synthetic subject: the motion, and the measurements of every virtual sensor."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -28,14 +28,14 @@ from pose_sim.virtual_kinect import KinectFrames, draw_body_bias, observe
 
 T = TypeVar("T")
 NOISE_PRESETS = tuple(kinect_noise.PRESETS)
-KINECT_STREAM, IMU_STREAM = 2, 3  # which of a seed's random streams feeds which sensors
+KINECT_STREAM, IMU_STREAM = 2, 3  # indices of the seed's random streams
 
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """Everything that can be chosen about the subject, the place and the sensors' errors."""
+    """Settings of the subject, the scene and the sensors' errors."""
 
-    noise: str  # the preset that the rest began from
+    noise: str  # name of the preset
     scene: SceneParameters
     variation: Variation
     kinect: KinectParameters
@@ -43,7 +43,7 @@ class Settings:
 
 
 def settings_of(preset: str = "typical", overrides: Mapping[str, Any] | None = None) -> Settings:
-    """A preset's settings, some of them replaced.
+    """A preset's settings with some values replaced.
 
     Args:
         preset: One of :data:`NOISE_PRESETS`.
@@ -60,9 +60,7 @@ def settings_of(preset: str = "typical", overrides: Mapping[str, Any] | None = N
     def section(name: str, base: T) -> T:
         values = given.pop(name, None) or {}
         if not isinstance(values, Mapping):
-            raise InputError(
-                f"section '{name}' holds {values!r}: expected 'parameter: value' lines"
-            )
+            raise InputError(f"section '{name}' is {values!r}: expected 'parameter: value' lines")
         return from_mapping(type(base), {**asdict(base), **values})  # type: ignore[call-overload]
 
     settings = Settings(
@@ -85,10 +83,10 @@ def settings_of(preset: str = "typical", overrides: Mapping[str, Any] | None = N
 
 
 def read_overrides(path: Path) -> dict[str, Any]:
-    """The overrides that a YAML file holds.
+    """Read overrides from a YAML file.
 
     Raises:
-        InputError: If it cannot be read or is no mapping.
+        InputError: If it cannot be read or is not a mapping.
     """
     document = read_yaml(path, "the settings")
     if not isinstance(document, dict):
@@ -98,20 +96,19 @@ def read_overrides(path: Path) -> dict[str, Any]:
 
 @dataclass(frozen=True, kw_only=True)
 class Session:
-    """A motion and the sensors' view of it."""
+    """A motion and the sensors' measurements of it."""
 
     choreography: str
     duration: float  # [s]
     seed: int
     settings: Settings
-    body: Body
     motion: Motion
     sensor_poses: Mapping[str, FloatArray]  # T_map_kinect_<name>_optical_frame, (4, 4)
     kinects: Mapping[str, KinectFrames]
     heading_enu_map: float  # [rad] about z, from east to map's x
     alignments: Mapping[int, SensorToSegment]  # by IMU node id
     imus: ImuFrames
-    is_captured: bool = False  # whether a person made the motion
+    is_captured: bool = False  # whether the motion is captured
 
 
 def make_session(
@@ -121,14 +118,14 @@ def make_session(
     settings: Settings,
     clip: Clip | None = None,
 ) -> Session:
-    """Perform a choreography before the Kinects, with the IMU nodes strapped on.
+    """Simulate a choreography with its Kinect and IMU measurements.
 
     Args:
         choreography: One of :data:`pose_sim.choreography.CHOREOGRAPHIES`, or the clip's name.
-        duration: Length [s].
-        seed: Source of everything random; the same seed gives the same session.
-        settings: The place and the errors.
-        clip: Captured motion to perform instead.
+        duration: Duration [s].
+        seed: Random seed; the same seed gives the same session.
+        settings: The scene and the errors.
+        clip: Captured motion to use instead.
 
     Raises:
         InputError: If the choreography is unknown, or the duration too short.
@@ -156,7 +153,6 @@ def make_session(
         duration=duration,
         seed=seed,
         settings=settings,
-        body=body,
         motion=motion,
         is_captured=clip is not None,
         sensor_poses=poses,
@@ -191,7 +187,7 @@ def _watch(
         name: seen if name == first_name else seen.stamped_later(offset_ns)
         for name, seen in frames.items()
     }
-    # A recording's sensors are numbered by their first frames: the first sensor begins.
+    # A recording's sensors are ordered by their first frames: the first sensor starts first.
     first = next(iter(frames.values())).host_time_ns[0]
     return {
         name: seen if index == 0 else seen.after(int(first))

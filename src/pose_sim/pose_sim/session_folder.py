@@ -1,4 +1,4 @@
-"""A session as a folder of files: what the virtual devices replay, and the truth."""
+"""A session as a folder of files: the data of the virtual devices, and the ground truth."""
 
 import os
 import shutil
@@ -31,7 +31,7 @@ BODY_TOPIC = f"/truth/humans/bodies/{SUBJECT}"
 SKELETON_TOPIC = f"{BODY_TOPIC}/skeleton"
 JOINT_STATES_TOPIC = f"{BODY_TOPIC}/joint_states"
 TF_TOPIC = "/truth/tf_static"
-ABOUT_TOPIC = "/truth/about"  # says that all of it is synthetic
+ABOUT_TOPIC = "/truth/about"  # marks the data as synthetic
 
 
 KINECTS_FILE = "kinects.csv"
@@ -45,10 +45,10 @@ def write_truth(path: Path, session: Session, start_ns: int, note: str) -> None:
     """Write the true joints and joint angles at 100 Hz, and the sensors' poses.
 
     Args:
-        path: Folder to make.
+        path: Folder to create.
         session: The session.
         start_ns: Stamp [ns] of the session's time zero.
-        note: Where the data come from.
+        note: Origin of the data.
 
     Raises:
         InputError: If the folder exists or cannot be written.
@@ -73,7 +73,7 @@ def write_truth(path: Path, session: Session, start_ns: int, note: str) -> None:
 
 
 class _Messages:
-    """Messages of a typestore from arrays."""
+    """Creates messages of a typestore from arrays."""
 
     def __init__(self, typestore: Typestore) -> None:
         types = typestore.types
@@ -136,12 +136,12 @@ class _Messages:
 
 
 def write_session(path: Path, session: Session, start_ns: int) -> None:
-    """Write a session folder; it appears only when it is complete.
+    """Write a session folder atomically.
 
     The same session and start always give the same bytes.
 
     Args:
-        path: Folder to make.
+        path: Folder to create.
         session: The session.
         start_ns: Stamp [ns] of its time zero, for the truth.
 
@@ -157,7 +157,7 @@ def write_session(path: Path, session: Session, start_ns: int) -> None:
         _write_files(hidden, session, start_ns)
         hidden.chmod(0o755)
         if path.exists():
-            raise InputError(f"{path} was made by someone else meanwhile: name another folder")
+            raise InputError(f"{path} was created by another program: name another folder")
         os.rename(hidden, path)
     except OSError as error:
         raise InputError(f"cannot write {path}: {error.strerror or error}") from error
@@ -166,7 +166,7 @@ def write_session(path: Path, session: Session, start_ns: int) -> None:
 
 
 def note_of(session: Session) -> str:
-    """The sentence that goes with every file."""
+    """Description of the data, written to every file."""
     if session.is_captured:
         return (
             f"captured motion of {session.choreography}, simulated sensors, made by pose_sim "
@@ -179,7 +179,7 @@ def note_of(session: Session) -> str:
 
 
 def as_recording(session: Session) -> Recording:
-    """What both Kinects delivered, as ``kinect_bridge`` keeps recordings."""
+    """Frames of both Kinects as a recording of ``kinect_bridge``."""
     return make_recording(
         KINECTS_FILE,
         "csv",

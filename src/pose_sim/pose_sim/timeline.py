@@ -1,4 +1,4 @@
-"""Joint angles over time, put together from minimum-jerk moves.
+"""Joint angles over time, composed of minimum-jerk moves.
 
 A move changes an angle by Δ within T: ``Δ (10 s³ − 15 s⁴ + 6 s⁵)``, s = t / T (Flash and Hogan,
 1985, J. Neuroscience 5(7)): velocity and acceleration are zero at both ends. An angle is the sum
@@ -17,12 +17,12 @@ from pose_sim.rotations import FloatArray
 Profile = Callable[[FloatArray], FloatArray]
 EXTRA_CHANNELS = ("clearance",)  # [m] of the lower foot above the floor, in a jump
 MOST_DEGREES = {"shoulder_flexion": 176.0, "shoulder_abduction": 87.0, "knee_flexion": 140.0}
-"""Variation leads no angle beyond these [deg]."""
+"""Largest angles with variation [deg]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Variation:
-    """How much a person differs from the plan, and from themselves; standard deviations."""
+    """Natural variation of movements and between persons; standard deviations."""
 
     amplitude: float = parameter(
         0.08, limits=(0.0, 0.5), doc="variation of each movement's amplitude, relative"
@@ -42,19 +42,19 @@ class Variation:
 
 
 class Timeline:
-    """What a choreography writes on; time runs on with each move.
+    """Joint angles of a choreography; each move advances its time.
 
     Args:
-        body: The body that moves; a jump asks it how high its legs reach.
-        rng: Source of all natural variation.
-        variation: How much of it.
+        body: The body, which determines the height of jumps.
+        rng: Random generator of the natural variation.
+        variation: Size of the natural variation.
     """
 
     def __init__(
         self, body: Body, rng: np.random.Generator, variation: Variation | None = None
     ) -> None:
         self.body = body
-        self.now = 0.0  # [s] where the next move begins
+        self.now = 0.0  # [s] start of the next move
         self._rng = rng
         self._variation = variation or Variation()
         self._tempo = 1.0 + self._variation.person_tempo * rng.uniform(-1.0, 1.0)
@@ -66,11 +66,11 @@ class Timeline:
         self._profiles: dict[str, list[tuple[float, float, Profile]]] = {c: [] for c in channels}
 
     def target(self, angle: str) -> float:
-        """Where an angle is after all moves so far [deg]."""
+        """Value of an angle after all moves so far [deg]."""
         return float(np.degrees(self._targets[angle]))
 
     def wait(self, duration: float) -> None:
-        """Let time pass [s]; what moves, moves on."""
+        """Advance the time by ``duration`` [s]."""
         self.now += duration
 
     def move(
@@ -86,9 +86,8 @@ class Timeline:
         Args:
             duration: Planned duration [s].
             targets: Angles [deg] by their names in :data:`pose_sim.body.BODY_ANGLES`.
-            exact: Whether the sizes are kept as planned, and the duration but for the person's own
-                tempo.
-            advance: How far time runs on [s]; the move's duration if None.
+            exact: Without variation of the sizes and the duration, except for the person's speed.
+            advance: Time by which the timeline is advanced [s]; the move's duration if None.
         """
         spread = 0.0 if exact else self._variation.tempo
         actual = duration * self._tempo * (1.0 + spread * self.vary())
@@ -104,10 +103,10 @@ class Timeline:
         self.now += actual if advance is None else advance * self._tempo
 
     def add_profile(self, channel: str, duration: float, profile: Profile) -> None:
-        """Add a function of the seconds since now; outside [0, duration] its end values hold.
+        """Add a function of the time since now [s]; outside [0, duration] it has its end values.
 
-        It must begin with zero value, velocity and acceleration, and end without velocity and
-        acceleration. Time does not run on.
+        Its value, velocity and acceleration must be zero at the start, its velocity and
+        acceleration at the end. The timeline's time is not advanced.
         """
         self._profiles[channel].append((self.now, duration, profile))
         self._targets[channel] += float(profile(np.array([duration]))[0])
@@ -129,12 +128,12 @@ class Timeline:
         return values
 
     def vary(self) -> float:
-        """Draw a normal variate, held within two standard deviations."""
+        """Draw a normal variate, limited to two standard deviations."""
         return float(np.clip(self._rng.standard_normal(), -2.0, 2.0))
 
 
 def minimum_jerk(phase: FloatArray) -> FloatArray:
-    """The way from 0 to 1 over phase 0 to 1, constant outside."""
+    """Minimum-jerk transition from 0 to 1 over phase 0 to 1, constant outside."""
     s = np.clip(phase, 0.0, 1.0)
     return s**3 * (10.0 + s * (6.0 * s - 15.0))
 

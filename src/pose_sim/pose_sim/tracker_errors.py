@@ -1,4 +1,4 @@
-"""What a skeleton tracker gets wrong: the sizes are in :mod:`pose_sim.kinect_noise`."""
+"""Errors of a simulated skeleton tracker; their sizes are in :mod:`pose_sim.kinect_noise`."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
@@ -8,12 +8,12 @@ from pose_core.joints import JOINT_INDEX, JOINTS, SIDES
 from pose_sim.kinect_noise import KinectParameters
 from pose_sim.rotations import FloatArray, about_z
 
-ATTENTION_TIME = 0.06  # [s] the tracker takes to find or lose a joint
-MEMORY_TIME = 0.7  # [s] over which it remembers where a joint was
-FAST = 0.8  # [m/s] beyond which the wander gets no worse
-TOO_FAST = 3.0  # [m/s] at which a joint is left where it was of late
+ATTENTION_TIME = 0.06  # [s] in which the tracker detects or loses a joint
+MEMORY_TIME = 0.7  # [s] time constant of the position of a lost joint
+FAST = 0.8  # [m/s] speed above which the slow error is constant
+TOO_FAST = 3.0  # [m/s] speed at which the tracker loses a joint
 GLITCH_TIME = 0.12  # [s]
-NEUTRAL = np.array([0.0, 0.0, -1.0])  # a limb's direction that hangs
+NEUTRAL = np.array([0.0, 0.0, -1.0])  # direction of a hanging limb
 
 LIMB_PARENTS = {
     f"{side}_{joint}": f"{side}_{parent}"
@@ -29,9 +29,9 @@ DIRECTIONS = {
     **{parent: (parent, joint) for joint, parent in LIMB_PARENTS.items()},
     **{joint: (parent, joint) for joint, parent in LIMB_PARENTS.items()},
 }
-"""The limb whose direction a joint's offset depends on."""
+"""The limb whose direction determines a joint's offset."""
 ARMS = tuple((JOINT_INDEX[f"{side}_elbow"], JOINT_INDEX[f"{side}_hand"]) for side in SIDES)
-"""The joints that go wrong together: an arm is mistaken as a whole."""
+"""Joints with correlated errors."""
 RESTLESSNESS = {
     **dict.fromkeys(("head", "neck", "torso", "shoulder"), 0.8),
     "elbow": 0.5,
@@ -40,16 +40,16 @@ RESTLESSNESS = {
     "knee": 2.0,
     "foot": 1.9,
 }
-"""How much a joint's movement adds to its wander, relative: legs go wrong more than arms."""
+"""Relative increase of a joint's slow error with its speed: larger for legs than for arms."""
 
 
 def attention(difficulty: FloatArray, p: KinectParameters) -> FloatArray:
-    """A difficulty, low-pass filtered: the tracker reacts with a delay."""
+    """Low-pass filter a difficulty: the tracker reacts with a delay."""
     return gaussian_filter1d(difficulty, ATTENTION_TIME * p.frame_rate, axis=0, mode="nearest")
 
 
 def foreshortening(joints: FloatArray, camera: FloatArray) -> FloatArray:
-    """How much each limb points along the line of sight, 0 to 1, at its far joint; (n, 15)."""
+    """Alignment of each limb with the line of sight, 0 to 1, at its distal joint, (n, 15)."""
     pointing = np.zeros(joints.shape[:2])
     for joint, parent in LIMB_PARENTS.items():
         far, near = joints[:, JOINT_INDEX[joint]], joints[:, JOINT_INDEX[parent]]
@@ -69,7 +69,7 @@ def tracked(
     common_lags: FloatArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Where the tracker's inertia and smoothing put the joints."""
+    """Joint positions after the tracker's smoothing and loss of joints, (n, 15, 3) [m]."""
     own = rng.uniform(-0.5, 0.5, len(JOINTS))
     lags = p.lag * (1.0 + p.own_lag * own + np.sqrt(1.0 - p.own_lag**2) * common_lags)
     late = truth - lags[:, None] * velocity
@@ -92,10 +92,10 @@ def offsets(
     body_bias: FloatArray,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Offsets that turn with the trunk, that follow the limb, and the skin's, to the camera.
+    """Systematic offsets: fixed to the trunk, dependent on the limb, and towards the camera.
 
-    Half of the constant ones is the sensor's own. How they follow a limb is a matter of what a
-    tracker calls a joint: the same for all.
+    Half of the constant offsets are specific to the sensor. Their dependence on a limb's direction
+    comes from the tracker's definition of the joint and is the same for all sensors.
     """
     own = rng.standard_normal((len(JOINTS), 3))
     constant = p.joint_bias * np.sqrt(0.5) * (body_bias[:, :, 0] + own)
@@ -128,7 +128,7 @@ def wander(
     pace = np.minimum(_pace(velocity, p), FAST)
     gains = np.array([RESTLESSNESS[name.split("_")[-1]] for name in JOINTS])
     size = p.wander_still + p.wander_moving * gains * pace
-    stirred = 0.4 + 0.6 * np.minimum(pace / 0.5, 1.0)  # a guess at rest wanders less
+    stirred = 0.4 + 0.6 * np.minimum(pace / 0.5, 1.0)  # inferred joints at rest drift less
     size = size + p.hidden_error * blocked * stirred + p.foreshortened_error * pointing
     process = slow_process(truth_shape=velocity.shape, seconds=p.wander_time, p=p, rng=rng)
     _liken_arms(process.swapaxes(0, 1), p)
@@ -136,7 +136,7 @@ def wander(
 
 
 def with_stiff_bones(wrong: FloatArray, truth: FloatArray, p: KinectParameters) -> FloatArray:
-    """Errors as a tracker makes them that knows how long limbs are, more or less."""
+    """Correct errors partially towards constant limb lengths, as trackers do."""
     wrong = wrong.copy()
     for joint, parent in LIMB_PARENTS.items():  # from the trunk outwards
         far, near = JOINT_INDEX[joint], JOINT_INDEX[parent]
@@ -160,7 +160,7 @@ def glitches(velocity: FloatArray, p: KinectParameters, rng: np.random.Generator
 
 
 def white_noise(optical: FloatArray, p: KinectParameters, rng: np.random.Generator) -> FloatArray:
-    """The depth camera's, for joints (n, 15, 3) [m] in the optical frame."""
+    """White noise of the depth camera, for joints (n, 15, 3) [m] in the optical frame."""
     depth = optical[..., 2]
     noise = rng.standard_normal(optical.shape)
     noise[..., :2] *= (p.white_noise * depth / 2.0)[..., None]
@@ -179,13 +179,13 @@ def slow_process(
 
 
 def _liken_arms(draws: FloatArray, p: KinectParameters) -> None:
-    """Make each hand's part of normal variates, (15, …), like its elbow's, of the same variance."""
+    """Correlate each hand's normal variates, (15, …), with its elbow's, preserving the variance."""
     for upper, lower in ARMS:
         draws[lower] *= np.sqrt(1.0 - p.arm_likeness**2)
         draws[lower] += p.arm_likeness * draws[upper]
 
 
 def _pace(velocity: FloatArray, p: KinectParameters) -> FloatArray:
-    """Each joint's speed [m/s], as it is around each frame."""
+    """Smoothed speed of each joint [m/s], (n, 15)."""
     speed = np.linalg.norm(velocity, axis=2)
     return gaussian_filter1d(speed, 0.15 * p.frame_rate, axis=0, mode="nearest")

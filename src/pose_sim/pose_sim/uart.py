@@ -1,4 +1,4 @@
-"""What a serial line's receiver makes of bytes that were sent at another speed."""
+"""Simulation of a UART receiver whose speed differs from the sender's."""
 
 import numpy as np
 
@@ -6,10 +6,10 @@ FRAME_BITS = 10  # start bit, eight data bits with the lowest first, stop bit
 
 
 def received(data: bytes, sent_baud: int, read_baud: int) -> bytes:
-    """The bytes that a receiver sees; the same ones if its speed is right.
+    """The bytes that a receiver decodes; unchanged if its speed is the sender's.
 
-    The line is high while nothing is sent. The receiver waits for a falling edge and then looks
-    at the middle of each bit, by its own clock; it does not mind a stop bit that is low.
+    The idle line is high. The receiver waits for a falling edge and then samples the middle of each
+    bit by its own clock; it ignores a stop bit that is low.
 
     Args:
         data: The bytes, sent without pauses.
@@ -23,7 +23,7 @@ def received(data: bytes, sent_baud: int, read_baud: int) -> bytes:
     frames[:, 0] = False
     frames[:, 1:-1] = octets
     line = np.concatenate([frames.ravel(), np.ones(2 * FRAME_BITS, dtype=bool)])
-    step = sent_baud / read_baud  # [sent bits] that the receiver takes for one
+    step = sent_baud / read_baud  # [sent bits] per received bit
     low = np.flatnonzero(~line)
     out = bytearray()
     position = 0.0

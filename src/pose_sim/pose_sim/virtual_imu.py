@@ -1,6 +1,6 @@
 """Virtual IMU nodes: gyroscope, accelerometer and magnetometer on a moving segment.
 
-With ``R`` = ``R_map_sensor``, ``a`` the strapped point's acceleration and ``B`` the field there:
+With ``R`` = ``R_map_sensor``, ``a`` the sensor's acceleration and ``B`` the field at its position:
 gyroscope ``ω`` (in the sensor's frame), accelerometer ``Rᵀ (a + g ẑ)``, magnetometer ``Rᵀ B``.
 """
 
@@ -28,7 +28,7 @@ from pose_sim.rotations import FloatArray
 GRAVITY = 9.80665  # [m/s^2]
 ACCELEROMETER_RANGE = 2  # code: +-8 g
 GYROSCOPE_RANGE = 3  # code: +-2000 deg/s
-MAGNETOMETER_RANGE = 0  # code: 0.3 uT a count
+MAGNETOMETER_RANGE = 0  # code: 0.3 uT per count
 
 NODES: dict[int, str] = {
     1: "torso",
@@ -41,7 +41,7 @@ NODES: dict[int, str] = {
     8: "right_thigh",
     9: "right_shank",
 }
-"""Node id: the segment it is strapped to."""
+"""Segment of each node by its id."""
 
 STRAP_PLACES = {  # fractions of the body height, in the segment's frame
     "torso": (0.070, 0.0, 0.080),  # on the breastbone
@@ -54,7 +54,7 @@ STRAP_PLACES = {  # fractions of the body height, in the segment's frame
 
 @dataclass(frozen=True, kw_only=True)
 class SensorToSegment:
-    """What is fixed about one node in one session."""
+    """Constant parameters of one node in a session."""
 
     segment: str
     place: FloatArray  # (3,) [m] in the segment's frame
@@ -91,7 +91,7 @@ class ImuFrames:
 def mount(
     body: Body, parameters: ImuParameters, rng: np.random.Generator
 ) -> dict[int, SensorToSegment]:
-    """Strap all nodes on, each a little crooked; by node id."""
+    """Draw the alignments and biases of all nodes, by node id."""
     alignments = {}
     for node_id, segment in NODES.items():
         side, _, part = segment.rpartition("_") if segment == "torso" else segment.partition("_")
@@ -128,14 +128,14 @@ def measure(
     parameters: ImuParameters,
     rng: np.random.Generator,
 ) -> Measurements:
-    """Let one node measure a motion.
+    """Simulate the measurements of one node.
 
     Args:
-        motion: What the subject does.
-        alignment: How the node is strapped on, and its biases.
+        motion: The subject's motion.
+        alignment: The node's alignment and biases.
         field: The undisturbed magnetic field [T] in ``map``, shape (3,).
         parameters: Rates and noise.
-        rng: Source of everything random.
+        rng: Random generator.
     """
     times, clock_us = _clock(float(motion.times[-1]), parameters, rng)
     path: SegmentPath = motion.segment(alignment.segment, alignment.place)
@@ -163,7 +163,7 @@ def measure(
 def to_frames(
     measurements: Mapping[int, Measurements], parameters: ImuParameters, rng: np.random.Generator
 ) -> ImuFrames:
-    """Make counts of all nodes' measurements and send them over the radio, in order of arrival."""
+    """Quantise all nodes' measurements; frames in the order of their arrival."""
     columns: dict[str, list[NDArray]] = {name: [] for name in ImuFrames.__dataclass_fields__}
     for node_id, measured in measurements.items():
         count = len(measured.sample_s)
@@ -190,7 +190,7 @@ def to_frames(
 def _clock(
     duration: float, p: ImuParameters, rng: np.random.Generator
 ) -> tuple[FloatArray, NDArray[np.int64]]:
-    """Sampling times [s] on the host's clock and the node's own [us], which paces them."""
+    """Sampling times [s] on the host's clock and on the node's clock [us], which is regular."""
     period = 1.0 / p.sample_rate
     phase, boot = rng.uniform(0.0, period), rng.uniform(5.0, 3000.0)  # [s]
     drift = 1e-6 * p.clock_drift * rng.standard_normal()
@@ -202,7 +202,7 @@ def _clock(
 
 
 def _slow_change(times: FloatArray, p: ImuParameters, rng: np.random.Generator) -> FloatArray:
-    """A disturbance that comes and goes within a minute or so [T], shape (n, 3)."""
+    """A magnetic disturbance with periods of 17 s to 100 s [T], shape (n, 3)."""
     frequencies = rng.uniform(0.01, 0.06, 3)  # [Hz]
     phases = rng.uniform(0.0, 2.0 * np.pi, 3)
     waves: FloatArray = np.sin(2.0 * np.pi * frequencies * times[:, None] + phases)

@@ -1,8 +1,8 @@
-"""A virtual Kinect: what a depth camera's skeleton tracker makes of the moving body.
+"""A virtual Kinect: simulated skeletons of a depth camera's tracker.
 
-An error has a constant part (where the tracker believes a joint to lie in the body), a slow part
-that grows with movement and where a joint is hard to see, white noise, and gross glitches. The
-sizes are in :mod:`pose_sim.kinect_noise`.
+An error has a constant part (offset of the joint in the body), a slow part that increases with
+speed and occlusion, white noise, and short gross errors. The sizes are in
+:mod:`pose_sim.kinect_noise`.
 """
 
 from dataclasses import dataclass, replace
@@ -30,12 +30,12 @@ from pose_sim.tracker_errors import (
 )
 
 FIELD_OF_VIEW = (np.radians(70.6), np.radians(60.0))  # [rad] Kinect v2 depth camera, wide and high
-DECISION_TIME = 0.4  # [s] for which the tracker keeps an opinion of a joint
+DECISION_TIME = 0.4  # [s] for which a joint's tracking state is constant
 
 
 @dataclass(frozen=True, kw_only=True)
 class KinectFrames:
-    """What one virtual Kinect delivers: n frames of one person."""
+    """Frames of one virtual Kinect: n frames of one person."""
 
     capture_s: FloatArray  # (n,) [s] true time of capture on the host's clock
     host_time_ns: NDArray[np.int64]  # (n,) [ns] arrival at the host
@@ -49,7 +49,7 @@ class KinectFrames:
         return KinectFrames(**{name: column[later] for name, column in vars(self).items()})
 
     def stamped_later(self, offset_ns: int) -> "KinectFrames":
-        """The same frames as a host reports them whose clock is ``offset_ns`` [ns] ahead."""
+        """The same frames stamped by a host whose clock is ``offset_ns`` [ns] ahead."""
         return replace(self, host_time_ns=self.host_time_ns + offset_ns)
 
 
@@ -63,17 +63,17 @@ def observe(
     common_lags: FloatArray,
     rng: np.random.Generator,
 ) -> KinectFrames:
-    """Let a Kinect watch a motion.
+    """Simulate a Kinect's measurements of a motion.
 
     Args:
-        motion: What the subject does.
+        motion: The subject's motion.
         T_map_optical: The sensor's pose, shape (4, 4).
         parameters: Rates, delays and errors.
         body_height: The subject's height [m].
-        body_bias: The part of the joints' constant offsets that all sensors share, standard normal
+        body_bias: Part of the joints' constant offsets common to all sensors, standard normal
             variates, shape (15, 3, 4); see :func:`draw_body_bias`.
-        common_lags: The same of the joints' delays, uniform from -0.5 to 0.5, shape (15,).
-        rng: Source of everything random.
+        common_lags: The same for the joints' delays, uniform from -0.5 to 0.5, shape (15,).
+        rng: Random generator.
     """
     times, host_ns, sensor_ns = _clocks(float(motion.times[-1]), parameters, rng)
     truth = motion.joints_at(times)
@@ -101,9 +101,9 @@ def observe(
 
 
 def draw_body_bias(rng: np.random.Generator) -> FloatArray:
-    """What every sensor of a kind gets wrong alike with one body, shape (15, 3, 4).
+    """Draw the errors that all sensors of a kind have in common for one body, shape (15, 3, 4).
 
-    The first column is the offset of a joint in the neutral pose, the others say how it follows the
+    The first column is the offset of a joint in the neutral pose, the others its dependence on the
     limb's direction.
     """
     return rng.standard_normal((len(JOINTS), 3, 4))
@@ -117,14 +117,14 @@ def _clocks(
     phase, boot = rng.uniform(0.0, period), rng.uniform(10.0, 5000.0)  # [s]
     drift = 1e-6 * p.clock_drift * rng.standard_normal()
     count = int((duration - phase) / (period * (1.0 - drift))) + 1
-    sensor = boot + period * np.arange(count)  # the sensor's own clock paces it
+    sensor = boot + period * np.arange(count)  # regular on the sensor's own clock
     capture = (phase + (sensor - boot) * (1.0 - drift)).astype(np.float64)
     capture = capture[capture <= duration]
     sensor = sensor[: len(capture)]
     arrival = capture + p.latency + rng.exponential(1.0, len(capture)) * p.arrival_jitter
     arrival_ns = np.round(arrival * NS_PER_S).astype(np.int64)
     steps = np.arange(len(capture))
-    arrival_ns = np.maximum.accumulate(arrival_ns - steps) + steps  # in order, never at once
+    arrival_ns = np.maximum.accumulate(arrival_ns - steps) + steps  # in order, never simultaneous
     kept = rng.random(len(capture)) >= p.dropped_share
     sensor_ns = np.round(sensor * NS_PER_S).astype(np.int64)
     return capture[kept], arrival_ns[kept], sensor_ns[kept]
@@ -145,7 +145,7 @@ def _out_of_view(optical: FloatArray) -> FloatArray:
 def _states(
     blocked: FloatArray, p: KinectParameters, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """Tracking state of each joint; it changes seldom."""
+    """Tracking state of each joint, which changes rarely, (n, 15)."""
     believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
     loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
     is_hidden = blocked > 0.5

@@ -1,6 +1,6 @@
-"""Walking about before the sensors: what a calibration asks of a person.
+"""Walking before the sensors, as in a calibration.
 
-The feet carry the body and do not slide, so the legs' angles alone take it from place to place.
+The feet carry the body and do not slide, so the legs' angles determine its path.
 Angles are degrees in the conventions of ``docs/conventions.md``.
 """
 
@@ -8,7 +8,7 @@ from pose_core.joints import SIDES
 from pose_sim.moves import both, other, quarter_turn, turn_steps
 from pose_sim.timeline import Timeline
 
-FORWARD = (17.0, -13.0)  # [deg] hips of the leg that swings and of the other: steps of 0.45 m
+FORWARD = (17.0, -13.0)  # [deg] hip flexion of the swing leg and of the stance leg: steps of 0.45 m
 BACKWARD = (-13.0, 14.0)
 
 
@@ -36,7 +36,7 @@ def walk(t: Timeline, *, steps: int, hips: tuple[float, float] = FORWARD) -> Non
 
 
 def raise_arms(t: Timeline, **angles: float) -> None:
-    """Both arms up and down again."""
+    """Raise both arms and lower them."""
     t.move(1.0, both(**angles))
     t.move(0.9, both(**dict.fromkeys(angles, 0.0)))
 

@@ -1,7 +1,7 @@
 """Choreographies of the whole body: twists, dance, kicks, turns, hidden joints, reaching.
 
-Each puts one round on a :class:`pose_sim.timeline.Timeline`. Angles are degrees in the conventions
-of ``docs/conventions.md``; speeds are those of a fit person who does not hurry, but for the kicks.
+Each adds one round to a :class:`pose_sim.timeline.Timeline`. Angles are degrees in the conventions
+of ``docs/conventions.md``; speeds are moderate, except for the kicks.
 """
 
 from collections.abc import Mapping
@@ -130,7 +130,7 @@ def arm(
     elevation: float = 0.0,
     protraction: float = 0.0,
 ) -> dict[str, float]:
-    """Angles [deg] of one arm and its clavicle, beyond what the clavicle does by itself."""
+    """Angles [deg] of one arm and its clavicle, in addition to the clavicle's coupled motion."""
     return {
         f"{side}_shoulder_flexion": flexion,
         f"{side}_shoulder_abduction": abduction,
@@ -143,7 +143,7 @@ def arm(
 def reach_once(
     t: Timeline, pose: Mapping[str, float], trunk: Mapping[str, float], lean: float = 0.0
 ) -> None:
-    """Reach and come back, the trunk going along and leaning forward by ``lean`` [deg]."""
+    """Reach and return, with the trunk leaning forward by ``lean`` [deg]."""
     bend_forward(t, 1.0, lean)
     t.move(1.0, {**pose, **trunk})
     t.wait(0.25)
@@ -152,19 +152,19 @@ def reach_once(
 
 
 def rest_arms(t: Timeline, duration: float) -> None:
-    """Let both arms and shoulder girdles sink to where they hang."""
+    """Lower both arms and shoulder girdles to the neutral pose."""
     t.move(duration, both(**dict.fromkeys((*ARMS, *GIRDLE), 0.0)))
 
 
 def twist(t: Timeline, duration: float, yaw: float, degrees: float) -> None:
-    """Twist by ``degrees`` at the shoulders over feet at ``yaw``; the head goes further."""
+    """Twist by ``degrees`` at the shoulders over feet at ``yaw``; the head turns further."""
     turn_pelvis(t, duration, yaw, 0.2 * degrees)
     shares = {"lumbar_rotation": 0.2, "thoracic_rotation": 0.6, "neck_rotation": 0.25}
     t.move(duration, {name: share * degrees for name, share in shares.items()})
 
 
 def step_touch(t: Timeline, side: str) -> None:
-    """A leg to the side and back, both arms waving overhead against it, the trunk after them."""
+    """A leg to the side and back, both arms overhead in the opposite direction, then the trunk."""
     sign = SIGNS[side]
     wave = {
         f"{side}_shoulder_flexion": 158.0,

@@ -1,4 +1,4 @@
-"""A WitMotion WT901 as its datasheet describes it: the packets of one sampling after another.
+"""Emulation of a WitMotion WT901 by its datasheet: the packets of each sample.
 
 References:
     WitMotion, WT901 datasheet, section 5.1, output data format.
@@ -10,15 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
+from imu_bridge.protocols.reading import STANDARD_GRAVITY
+
 US_PER_MS = 1000
 CONTENT = (0x51, 0x52, 0x54)
-"""Kinds of packets that the emulator is set to send: acceleration, angular velocity, field."""
+"""Default kinds of packets: acceleration, angular velocity, magnetic field."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Sampling:
-    """What the sensor measures at one instant, in SI units."""
+    """Measurement at one instant, in SI units."""
 
     acceleration: ArrayLike  # (3,) [m/s^2]
     angular_velocity: ArrayLike  # (3,) [rad/s]
@@ -29,11 +30,11 @@ class Sampling:
 
 
 def packets(sampling: Sampling, content: tuple[int, ...] = CONTENT) -> bytes:
-    """The packets of one sampling.
+    """Encode the packets of one sample.
 
     Args:
-        sampling: What is measured.
-        content: Which kinds are sent (register RSW), in rising order.
+        sampling: The measurement.
+        content: Kinds of packets to send (register RSW), in ascending order.
     """
     x, y, z, w = np.asarray(sampling.orientation, dtype=float)
     scaled = {
@@ -60,7 +61,7 @@ def _packet(kind: int, content: bytes) -> bytes:
 
 
 def _i16(counts: NDArray[np.float64]) -> bytes:
-    """Three or four counts, saturated; a fourth that means nothing here is 0."""
+    """Encode three or four counts, saturated; a missing fourth is 0."""
     whole = np.clip(np.rint(counts), -32768, 32767).astype(int).tolist()
     return struct.pack("<4h", *(whole + [0])[:4])
 

@@ -1,1 +1,1 @@
-"""Tele-operation: a robot follows a person's joint angles, and stops when it should."""
+"""Tele-operation: a robot follows a person's joint angles and stops at faults."""

@@ -1,4 +1,4 @@
-"""A robot's arm that follows a person's: mapping, limits and supervision in one step."""
+"""Controller of a robot's arm that follows a person's: mapping, limits and supervision."""
 
 from dataclasses import dataclass
 
@@ -14,37 +14,37 @@ from pose_teleop.robot_arm import RobotArm
 from pose_teleop.robot_files import load_robot
 from pose_teleop.supervisor import Fault, Situation, State, Supervisor
 
-STOP_STEP_S = 0.02  # [s] between the points of the way to a stop
-LONGEST_STEP_S = 0.03  # [s] after a longer pause of the process the command moves on as after this
+STOP_STEP_S = 0.02  # [s] between the points of the stopping trajectory
+LONGEST_STEP_S = 0.03  # [s] upper bound of the command's time step, after pauses of the process
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmCommand:
-    """Where the robot's joints should go, and how they come to a stop if nothing more is heard."""
+    """Command to the robot's joints, with a stopping trajectory in case no further one arrives."""
 
-    stamp_ns: int  # capture of the person's pose that is followed
+    stamp_ns: int  # [ns] capture of the person's pose
     times_s: FloatArray  # (k,) [s] from now
-    motions: tuple[Motion, ...]  # (k,) the next one, then the way to a stop
+    motions: tuple[Motion, ...]  # (k,) the next one, then the stopping trajectory
 
 
 def robot_side(side: str, mirror: bool) -> str:
-    """The robot's arm for a person's."""
+    """Side of the robot's arm for a side of the person."""
     return {"left": "right", "right": "left"}[side] if mirror else side
 
 
 class ArmController:
-    """What the node does, without ROS.
+    """Algorithm of the node ``arm``, without ROS.
 
     Attributes:
-        supervisor: State and reason.
-        monitor: Of the person.
-        limiter: Of the command.
+        supervisor: State machine, with the state and the fault.
+        monitor: Monitor of the person's data.
+        limiter: Limiter of the command.
 
     Args:
-        parameters: The node's.
+        parameters: The node's parameters.
 
     Raises:
-        PoseError: If the robot or a parameter is not what it should be.
+        PoseError: If the robot or a parameter is invalid.
     """
 
     def __init__(self, parameters: ArmParameters) -> None:
@@ -75,7 +75,7 @@ class ArmController:
         self._target: tuple[FloatArray, FloatArray] | None = None
 
     def add_urdf(self, text: str, now: Now) -> None:
-        """The person's tree."""
+        """Set the person's kinematic tree (URDF)."""
         self.monitor.add_urdf(text, now)
         if self._parameters.mode == "wrist":
             assert self.monitor.arm is not None
@@ -83,12 +83,12 @@ class ArmController:
             self._mapping = WristMapping(self.robot, self.monitor.arm, p.mirror, p.scale)
 
     def add_robot(self, position: FloatArray, now: Now) -> None:
-        """Where the robot's joints are [rad], (n,)."""
+        """Set the robot's measured joint angles [rad], (n,)."""
         if np.isfinite(position).all():
             self._robot_position = now.steady_ns, np.asarray(position, float)
 
     def step(self, now: Now, is_held: bool) -> ArmCommand | None:
-        """Judge and move on; the command, None while the robot is not commanded."""
+        """Update the state and compute the command; None while the robot is not commanded."""
         self._target = None
         state = self.supervisor.update(
             Situation(
@@ -114,11 +114,11 @@ class ArmController:
 
     @property
     def target(self) -> FloatArray | None:
-        """What the person's pose asks for [rad], (n,); None while nobody is followed."""
+        """Joint angles [rad], (n,), for the person's pose; None without a person."""
         return None if self._target is None else self._target[0]
 
     def _command(self) -> ArmCommand:
-        """The motion of now, and the way from it to a stop."""
+        """The current motion, and the stopping trajectory from it."""
         motions = [self.limiter.motion, *self.limiter.way_to_stop(STOP_STEP_S)]
         times_s = np.array(
             [1.0 / self._parameters.rate + STOP_STEP_S * i for i in range(len(motions))]
@@ -151,7 +151,7 @@ class ArmController:
         return self._target
 
     def _distance(self) -> float:
-        """How far the command is from the person's pose [rad]."""
+        """Largest difference of a joint between the command and the person's pose [rad]."""
         target, _ = self._wanted()
         limits = self.limiter.limits
         inside = np.clip(target, limits.lower, limits.upper)
@@ -159,7 +159,7 @@ class ArmController:
 
 
 def command_limits(robot: RobotArm, p: ArmParameters) -> MotionLimits:
-    """What commands keep to."""
+    """Limits of the commands."""
     count = len(robot.joints)
     acceleration = p.max_acceleration or robot.file.max_acceleration
     jerk = p.max_jerk or JERK_OF_ACCELERATION * acceleration

@@ -1,4 +1,4 @@
-"""From a person's arm to a robot's: joint by joint, or by where the hand is."""
+"""Mapping of a person's arm to a robot's: by joints, or by the hand's position."""
 
 from abc import ABC, abstractmethod
 
@@ -11,13 +11,13 @@ from pose_teleop.person_arm import ANGLES, PersonArm
 from pose_teleop.robot_arm import RobotArm
 
 MODES = ("joints", "wrist")
-AHEAD_S = 0.01  # [s] over which the target's rate is taken
+AHEAD_S = 0.01  # [s] time step for the target's rate
 FIRST_ITERATIONS = 200  # from the rest posture
-ITERATIONS = 3  # from the target before
+ITERATIONS = 3  # from the previous target
 
 
 class ArmMapping(ABC):
-    """Where a robot's n joints should be for a person's four arm angles."""
+    """Mapping of a person's four arm angles to a robot's n joints."""
 
     @abstractmethod
     def target(self, angles: FloatArray) -> FloatArray:
@@ -25,7 +25,7 @@ class ArmMapping(ABC):
 
     @abstractmethod
     def reset(self) -> None:
-        """Forget the target before: the next one may be far from it."""
+        """Drop the previous target: the next one may be far from it."""
 
     def target_and_rate(
         self, angles: FloatArray, rates: FloatArray
@@ -35,7 +35,7 @@ class ArmMapping(ABC):
         return now, (self.ahead(angles + AHEAD_S * rates) - now) / AHEAD_S
 
     def ahead(self, angles: FloatArray) -> FloatArray:
-        """A target that is not remembered."""
+        """Compute a target without storing it."""
         return self.target(angles)
 
 
@@ -46,7 +46,7 @@ class JointMapping(ArmMapping):
         arm: The robot's arm, whose file has the rules.
 
     Raises:
-        InputError: If it has none, or one of a joint or angle that does not exist.
+        InputError: If it has no rules, or a rule of an unknown joint or angle.
     """
 
     def __init__(self, arm: RobotArm) -> None:
@@ -67,7 +67,7 @@ class JointMapping(ArmMapping):
         self._offset = np.array([rule.offset for rule in rules])
 
     def reset(self) -> None:
-        """Nothing is remembered."""
+        """No state to reset."""
 
     def target(self, angles: FloatArray) -> FloatArray:
         """See :meth:`ArmMapping.target`."""
@@ -77,15 +77,15 @@ class JointMapping(ArmMapping):
 
 
 class WristMapping(ArmMapping):
-    """The tool is to its shoulder as the hand to the person's, scaled by the arms' lengths.
+    """The tool's position relative to the shoulder is the hand's, scaled by the arms' lengths.
 
-    The elbow and the forearm's direction are followed as far as the tool's place leaves them free.
+    The elbow and the forearm's direction are used as secondary goals.
 
     Args:
         arm: The robot's arm.
         person: The person's arm.
-        mirror: Exchange left and right.
-        scale: Of the tool's distance, times the ratio of the arms' lengths [-].
+        mirror: Whether to exchange left and right.
+        scale: Scale of the tool's distance, times the ratio of the arms' lengths [-].
     """
 
     def __init__(self, arm: RobotArm, person: PersonArm, mirror: bool, scale: float) -> None:
@@ -113,7 +113,7 @@ class WristMapping(ArmMapping):
         return self._solver.solve(self.goal(angles), self._before, 1)
 
     def goal(self, angles: FloatArray) -> ArmGoal:
-        """What the robot should reach for the person's angles [rad], (4,)."""
+        """The goal of the inverse kinematics for the person's angles [rad], (4,)."""
         pose, (upper, fore) = self._person.pose(angles), self._arm.segments
         shoulder, _ = self._arm.place(self._arm.file.shoulder)
         turned = self._R_root_trunk @ np.stack([pose.elbow, pose.hand, pose.hand - pose.elbow]).T

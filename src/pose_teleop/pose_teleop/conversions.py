@@ -1,4 +1,4 @@
-"""Messages of tele-operation, and what they are inside."""
+"""Conversion of the messages of tele-operation."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -25,12 +25,12 @@ ROBOT_COLOR = (0.83, 0.85, 0.88)
 
 
 def header(stamp_ns: int, frame: str = "") -> Header:
-    """A header."""
+    """Create a header."""
     return Header(stamp=ns_to_stamp(stamp_ns), frame_id=frame)
 
 
 def to_joint_states(message: JointState) -> JointStates:
-    """A person's joint states; velocities are zero where there are none."""
+    """Convert a person's joint states; missing velocities are zero."""
     velocity = message.velocity if len(message.velocity) == len(message.name) else []
     return JointStates(
         stamp_ns=nanoseconds(message.header.stamp),
@@ -40,7 +40,7 @@ def to_joint_states(message: JointState) -> JointStates:
 
 
 def to_estimate(message: Any) -> Estimate:
-    """What the fusion knows of the person."""
+    """Convert a person's estimate."""
     return Estimate(
         stamp_ns=nanoseconds(message.header.stamp),
         person=message.id,
@@ -50,14 +50,14 @@ def to_estimate(message: Any) -> Estimate:
 
 
 def to_robot_position(message: JointState, joints: Sequence[str]) -> FloatArray | None:
-    """A robot's joint angles [rad] in our order; None if one is missing or not a number."""
+    """A robot's joint angles [rad] in the order of ``joints``; None if one is missing or NaN."""
     known = dict(zip(message.name, message.position, strict=False))
     found = np.array([known.get(joint, np.nan) for joint in joints], float)
     return found if np.isfinite(found).all() else None
 
 
 def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> JointTrajectory:
-    """The command as a joint trajectory controller takes it; its last point stands still."""
+    """Convert a command to a trajectory for a joint trajectory controller; its end is at rest."""
     return JointTrajectory(
         header=header(now_ns),
         joint_names=list(joints),
@@ -74,7 +74,7 @@ def to_trajectory(command: ArmCommand, joints: Sequence[str], now_ns: int) -> Jo
 
 
 def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoints | None:
-    """A command as the simulated robot takes it; None if it is none for these joints."""
+    """Convert a trajectory for the simulated robot; None if it has other joints."""
     if set(message.joint_names) != set(joints) or not message.points:
         return None
     order = [list(message.joint_names).index(joint) for joint in joints]
@@ -87,7 +87,7 @@ def to_points(message: JointTrajectory, joints: Sequence[str]) -> TrajectoryPoin
 
 
 def to_display(motion: Motion, joints: Sequence[str], stamp_ns: int) -> JointState:
-    """Where joints should be."""
+    """Convert a motion to joint states, for display."""
     return JointState(
         header=header(stamp_ns),
         name=list(joints),
@@ -97,7 +97,7 @@ def to_display(motion: Motion, joints: Sequence[str], stamp_ns: int) -> JointSta
 
 
 def to_pose(position: FloatArray, xyzw: FloatArray) -> Pose:
-    """A pose."""
+    """Create a pose."""
     x, y, z = map(float, position)
     qx, qy, qz, qw = map(float, xyzw)
     return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
@@ -117,7 +117,7 @@ def fill_named_poses(
 def to_link_tf(
     links: dict[str, tuple[FloatArray, FloatArray]], root: str, stamp_ns: int
 ) -> TFMessage:
-    """Links of a robot in the frame of its root."""
+    """Create transforms of a robot's links in its root frame."""
     return TFMessage(
         transforms=[
             transform(root, f"{root}/{name}", position, xyzw, stamp_ns)
@@ -129,7 +129,7 @@ def to_link_tf(
 def transform(
     parent: str, child: str, position: FloatArray, xyzw: FloatArray, stamp_ns: int
 ) -> TransformStamped:
-    """One transform."""
+    """Create a transform."""
     pose = to_pose(position, xyzw)
     p = pose.position
     return TransformStamped(
@@ -140,7 +140,7 @@ def transform(
 
 
 def to_robot_markers(meshes: Sequence[tuple[str, FloatArray, Any]], root: str) -> MarkerArray:
-    """A robot's shape, each mesh in the frame of its link."""
+    """Create markers of a robot's meshes, each in the frame of its link."""
     red, green, blue = ROBOT_COLOR
     markers = []
     for number, (link, vertices, faces) in enumerate(meshes):

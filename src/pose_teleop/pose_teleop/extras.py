@@ -1,4 +1,4 @@
-"""What only tele-operation needs: imported when used, with an error that tells how to get it."""
+"""Import of the optional requirements of tele-operation, with instructions in the error."""
 
 import os
 import sys
@@ -13,10 +13,10 @@ _DISTRIBUTIONS = {"pinocchio": "pin", "ruckig": "ruckig"}
 
 
 def require(module: str) -> Any:
-    """A module of an optional requirement.
+    """Import a module of an optional requirement.
 
     Raises:
-        InputError: If it is not installed, with the line that installs it.
+        InputError: If it is not installed; the message has the command to install it.
     """
     try:
         return import_module(module)
@@ -29,7 +29,7 @@ def require(module: str) -> Any:
 
 
 def share_folders() -> list[Path]:
-    """Where packages of robots are: ROS's prefixes, Python's, and that of pinocchio's wheels."""
+    """Folders of robot packages: prefixes of ROS, of Python, and of pinocchio's wheels."""
     prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) + [sys.prefix]
     prefixes += [str(Path(entry) / "cmeel.prefix") for entry in sys.path if entry]
     folders = (Path(prefix) / "share" for prefix in prefixes if prefix)

@@ -1,4 +1,4 @@
-"""A person's frames, as the fusion sends them on ``/tf``: body in map, all others in the body."""
+"""A person's frames from the fusion's ``/tf``: the body in map, all others in the body."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ class BodyPlaces:
     """Frames of one instant, n of them.
 
     Attributes:
-        names: Without the person's id.
-        position: [m] (n, 3) in the frame asked for.
+        names: Names without the person's id.
+        position: [m] (n, 3) in the requested frame.
         rotation: n rotations into that frame.
     """
 
@@ -32,14 +32,14 @@ class BodyPlaces:
 def body_places(
     names: Sequence[str], position: FloatArray, xyzw: FloatArray, subject: str, in_body: bool
 ) -> BodyPlaces:
-    """The frames of one person.
+    """Compute the frames of one person.
 
     Args:
-        names: Of n frames, the body's first.
+        names: Names of n frames, the body's first.
         position: [m] (n, 3): the body in map, all others in the body.
-        xyzw: Quaternions (n, 4), alike.
+        xyzw: Quaternions (n, 4) in the same frames.
         subject: The person's id, with which all names end.
-        in_body: Ask for the person's own frame; else for map.
+        in_body: Whether the result is in the person's own frame; otherwise in map.
     """
     rotation = Rotation.from_quat(xyzw)
     short = tuple(name.removesuffix(f"_{subject}") for name in names)

@@ -1,10 +1,10 @@
-"""REP 155's model of a human: its joints, signs and frames, from our joint angles.
+"""Conversion of joint angles to REP 155's human model: its joints, signs and frames.
 
 The model is that of ROS4HRI's package ``human_description`` (``urdf/human-tpl.xacro``): 20
-revolute joints named ``<joint>_<id>``. Where it turns a segment about other axes than ours, angles
-come from the segment's rotation matrix: shoulders by z, x, z; hips by z, x, y; the head by x, z, y.
-What it has no joint for is left out: lateral bending and rotation of the waist. Its limits are
-narrower than a squat needs; those that are published are not.
+revolute joints named ``<joint>_<id>``. Where its rotation axes differ, angles are computed from
+the segment's rotation matrix: shoulders by z, x, z; hips by z, x, y; the head by x, z, y. Lateral
+bending and rotation of the waist, for which it has no joint, are left out. Its limits are too
+narrow for a squat; the published URDF has wider ones.
 """
 
 from collections.abc import Mapping
@@ -16,10 +16,10 @@ from scipy.spatial.transform import Rotation
 from pose_core.api import FloatArray
 from pose_core.joints import SIDES
 
-HANGING = 0.02  # [rad] of a shoulder's abduction, below which its two rotations are one
+HANGING = 0.02  # [rad] abduction of a shoulder below which its two rotations are not separable
 PI = float(np.pi)
-LARGEST_EFFORT = 1000.0  # [N m] URDF wants a number
-LARGEST_RATE = 50.0  # [rad/s] likewise
+LARGEST_EFFORT = 1000.0  # [N m] required by URDF
+LARGEST_RATE = 50.0  # [rad/s] required by URDF
 
 
 def _side(letter: str) -> float:
@@ -45,13 +45,13 @@ def joint_axes() -> dict[str, tuple[int, int, int]]:
 
 
 class HumanAngles:
-    """Our joint angles as the model's, without steps: of two solutions the nearer to the last."""
+    """Joint angles of the model, continuous: of two solutions, the one nearer to the previous."""
 
     def __init__(self) -> None:
         self._before: dict[str, FloatArray] = {}
 
     def convert(self, angles: Mapping[str, float]) -> dict[str, float]:
-        """The 20 angles [rad], in the model's order, for ours by name."""
+        """Compute the 20 angles [rad], in the model's order, from joint angles [rad] by name."""
         found = {"waist": angles.get("waist_flexion", 0.0), **self._head(angles)}
         for side in SIDES:
             letter = side[0]
@@ -64,7 +64,7 @@ class HumanAngles:
     def _head(self, angles: Mapping[str, float]) -> dict[str, float]:
         flexion, bending = angles["neck_flexion"], angles["neck_lateral_bending"]
         R = Rotation.from_euler("YX", [flexion, bending])
-        x, z, y = self._nearest("head", _euler("XZY", R, "head"))
+        x, z, y = self._nearest("head", _euler("XZY", R))
         return {"r_head": x, "y_head": z, "p_head": -y}
 
     def _shoulder(self, letter: str, R: Rotation) -> dict[str, float]:
@@ -78,11 +78,11 @@ class HumanAngles:
 
     def _hip(self, letter: str, R: Rotation) -> dict[str, float]:
         s, name = _side(letter), f"{letter}_hip"
-        z, x, y = self._nearest(name, _euler("ZXY", R, name))
+        z, x, y = self._nearest(name, _euler("ZXY", R))
         return {f"{letter}_y_hip": -z, f"{letter}_p_hip": s * x, f"{letter}_r_hip": -y}
 
     def _zxz(self, name: str, R: Rotation, s: float) -> list[FloatArray]:
-        """Both solutions; where the arm hangs, the one that keeps the first rotation."""
+        """Both solutions; for a hanging arm, the one with the previous first rotation."""
         M = R.as_matrix()
         middle = float(np.arccos(np.clip(M[2, 2], -1.0, 1.0)))
         if middle < HANGING:
@@ -93,7 +93,7 @@ class HumanAngles:
         return [np.array([first, middle, last]), np.array([first + PI, -middle, last + PI])]
 
     def _nearest(self, name: str, solutions: list[FloatArray]) -> FloatArray:
-        """The solution and the turns that are nearest to the last, at first to zero."""
+        """The solution, with multiples of 2π, nearest to the previous one, at first to zero."""
         before = self._before.get(name, np.zeros(3))
         unrolled = [each - 2.0 * PI * np.round((each - before) / (2.0 * PI)) for each in solutions]
         if name in self._before:
@@ -107,13 +107,13 @@ class HumanAngles:
         return best
 
 
-def _euler(order: str, R: Rotation, name: str) -> list[FloatArray]:
+def _euler(order: str, R: Rotation) -> list[FloatArray]:
     a, b, c = R.as_euler(order)
     return [np.array([a, b, c]), np.array([a + PI, PI - b, c + PI])]
 
 
 def _limb(angles: Mapping[str, float], side: str, joint: str) -> Rotation:
-    """Of a limb in its parent: R_y(−flexion) R_x(±abduction) R_z(∓rotation)."""
+    """Rotation of a limb in its parent: R_y(−flexion) R_x(±abduction) R_z(∓rotation)."""
     s = 1.0 if side == SIDES[0] else -1.0
     flexion, abduction, rotation = (
         angles[f"{side}_{joint}_{each}"] for each in ("flexion", "abduction", "rotation")
@@ -122,10 +122,10 @@ def _limb(angles: Mapping[str, float], side: str, joint: str) -> Rotation:
 
 
 def human_urdf(offsets: Mapping[str, FloatArray], body: str) -> str:
-    """The model as URDF, with a person's measures.
+    """The model as URDF, with a person's body measures.
 
     Args:
-        offsets: Where joints are in their parents' axes [m], by the names of ``joint_offsets``.
+        offsets: Positions of joints in their parents' axes [m], by the names of ``joint_offsets``.
         body: The body's id, with which all names end.
     """
     robot = ElementTree.Element("robot", name=f"human_{body}")
@@ -173,7 +173,7 @@ def human_urdf(offsets: Mapping[str, FloatArray], body: str) -> str:
 
 
 def joint_offsets(urdf: str, subject: str) -> dict[str, FloatArray]:
-    """Where our joints are in their parents [m], from the URDF that the fusion publishes."""
+    """Positions of the joints in their parents [m], from the URDF published by the fusion."""
     root = ElementTree.fromstring(urdf)
     origins = {}
     for element in root.findall("joint"):

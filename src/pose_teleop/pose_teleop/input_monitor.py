@@ -1,4 +1,4 @@
-"""Whether what is known of the person can be followed."""
+"""Monitoring of the person's data: age, continuity, uncertainty."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,24 +11,24 @@ from pose_core.stamps import NS_PER_S
 from pose_teleop.person_arm import PersonArm, angle_names, bone_lengths
 from pose_teleop.supervisor import Fault
 
-AHEAD_NS = 20_000_000  # [ns] a stamp may be ahead of the clock
-SAME_PERSON = 0.02  # [m] bones of one person differ by less between two measurements
-UNCERTAIN_NS = 100_000_000  # [ns] for which the hand's place may be uncertain: quick arms are
-TROUBLE_NS = 200_000_000  # [ns] for which a jump, or a stamp that ran back, is a fault
+AHEAD_NS = 20_000_000  # [ns] by which a stamp may be ahead of the clock
+SAME_PERSON = 0.02  # [m] largest difference of one person's bone lengths between measurements
+UNCERTAIN_NS = 100_000_000  # [ns] accepted duration of an uncertain hand, as in quick motion
+TROUBLE_NS = 200_000_000  # [ns] duration of the fault after a jump or a decreasing stamp
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointStates:
-    """Angles of a person."""
+    """Joint angles of a person."""
 
-    stamp_ns: int  # of the capture, on the host's clock
+    stamp_ns: int  # [ns] capture, on the host's clock
     position: Mapping[str, float]  # [rad] by name
     velocity: Mapping[str, float]  # [rad/s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """How sure the angles are."""
+    """Standard deviations of the angles."""
 
     stamp_ns: int
     person: str
@@ -40,23 +40,23 @@ class Estimate:
 class Now:
     """The clocks at one instant."""
 
-    steady_ns: int  # never jumps
-    ros_ns: int  # the stamps' clock, which may
+    steady_ns: int  # [ns] monotonic clock
+    ros_ns: int  # [ns] clock of the stamps, which may jump
 
 
 class InputMonitor:
-    """Takes messages in; says what is wrong.
+    """Checks the person's messages for faults.
 
     Attributes:
-        angles, rates: The arm's [rad], [rad/s], (4,), of the last good joint states.
-        stamp_ns: Of the last joint states.
-        arm: The person's arm, once its URDF is known.
+        angles, rates: The arm's angles [rad] and rates [rad/s], (4,), of the last valid message.
+        stamp_ns: Stamp of the last joint states [ns].
+        arm: The person's arm, once its URDF has arrived.
 
     Args:
-        side: The person's arm.
-        max_age_s: [s] of joint states and estimates.
-        max_deviation_m: [m] of the hand's place.
-        max_jump: [rad] of an angle between two joint states.
+        side: Side of the person's arm.
+        max_age_s: Largest age of joint states and estimates [s].
+        max_deviation_m: Largest standard deviation of the hand's position [m].
+        max_jump: Largest step of an angle between two joint states [rad].
     """
 
     def __init__(
@@ -74,14 +74,14 @@ class InputMonitor:
         self.deviation_m = np.nan
         self._bones: FloatArray | None = None
         self._person: str | None = None
-        self._certain_ns = -UNCERTAIN_NS  # steady time when the hand's place was last certain
+        self._certain_ns = -UNCERTAIN_NS  # monotonic time of the last certain position of the hand
         self._angles_at: Now | None = None
         self._estimate_at: tuple[Now, int] | None = None
         self._content: dict[str, Fault | None] = {"angles": None, "estimate": None}
-        self._troubles: dict[Fault, int] = {}  # steady time at which each ends
+        self._troubles: dict[Fault, int] = {}  # end of each fault, monotonic time
 
     def add_urdf(self, text: str, now: Now) -> bool:
-        """The person's tree; whether it is another than before."""
+        """Set the person's kinematic tree; returns whether it is another person's."""
         bones = bone_lengths(text)
         before, self._bones = self._bones, bones
         self.arm = PersonArm(text, self._side)
@@ -92,7 +92,7 @@ class InputMonitor:
         return True
 
     def add_joint_states(self, states: JointStates, now: Now) -> None:
-        """The person's angles."""
+        """Add joint states of the person."""
         self.counters.add("joint_states")
         before, before_ns, self.stamp_ns = self._angles_at, self.stamp_ns, states.stamp_ns
         self._angles_at = now
@@ -113,7 +113,7 @@ class InputMonitor:
         self.angles, self.rates = angles, rates
 
     def add_estimate(self, estimate: Estimate, now: Now) -> None:
-        """How sure they are."""
+        """Add an estimate of the person."""
         self.counters.add("estimates")
         self._estimate_at = now, estimate.stamp_ns
         if self._person is not None and estimate.person != self._person:
@@ -125,7 +125,7 @@ class InputMonitor:
             self._content["estimate"] = Fault.NOT_FINITE
             return
         if self.arm is not None:
-            # An angle that is not known is held in the joint states, and its deviation grows.
+            # Joint states hold an unknown angle, while its standard deviation grows.
             held = np.where(np.isfinite(known), known, self.angles)
             self.deviation_m = self.arm.hand_deviation(held, stddev)
         if not self.deviation_m > self._max_deviation_m:
@@ -134,7 +134,7 @@ class InputMonitor:
         self._content["estimate"] = Fault.UNCERTAIN if is_uncertain else None
 
     def fault(self, now: Now) -> Fault | None:
-        """What is wrong now; counted."""
+        """The current fault, None without one; counts new faults."""
         found = self._find(now)
         if found is not None:
             self.counters.add(found.name.lower())

@@ -1,7 +1,8 @@
 r"""Inverse kinematics of an arm by damped least squares.
 
 Minimises :math:`\sum_i w_i^2 \|e_i(q)\|^2 + w_r^2 \|q - q_{rest}\|^2` within the joints' limits,
-where :math:`e` are the differences of the tool's place, the elbow's place and the tool's direction.
+where :math:`e` are the errors of the tool's position, the elbow's position and the tool's
+direction.
 Each iteration solves :math:`(J^T W J + (w_r^2 + \lambda^2) I)\,\Delta q = J^T W e + w_r^2 (q_{rest}
 - q)`.
 """
@@ -13,17 +14,17 @@ import numpy as np
 from pose_core.api import FloatArray
 from pose_teleop.robot_arm import RobotArm
 
-ELBOW_WEIGHT = 0.25  # [-] of the elbow's place, where the tool's is 1
+ELBOW_WEIGHT = 0.25  # [-] of the elbow's position, relative to the tool's
 DIRECTION_WEIGHT = 0.05  # [m/rad] of the tool's direction
 REST_WEIGHT = 0.02  # [m/rad] of the distance to the rest posture
 DAMPING = 0.02  # [m/rad]
-LARGEST_STEP = 0.3  # [rad] of a joint in an iteration
+LARGEST_STEP = 0.3  # [rad] of a joint per iteration
 CONVERGED = 1e-4  # [rad]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmGoal:
-    """What the arm should reach, in the robot's root."""
+    """Goal of the arm in the robot's root frame."""
 
     elbow: FloatArray  # [m] (3,)
     tool: FloatArray  # [m] (3,)
@@ -31,7 +32,7 @@ class ArmGoal:
 
 
 class InverseKinematics:
-    """Joint angles that bring an arm to a goal, near to those before.
+    """Joint angles that reach a goal, near to the initial ones.
 
     Args:
         arm: The robot's arm.
@@ -42,7 +43,7 @@ class InverseKinematics:
         self._axis = np.array(arm.file.tool_axis)
 
     def solve(self, goal: ArmGoal, start: FloatArray, iterations: int) -> FloatArray:
-        """The angles [rad], (n,), after at most so many iterations from a start, (n,)."""
+        """The angles [rad], (n,), after at most ``iterations`` steps from ``start`` [rad], (n,)."""
         arm = self._arm
         q = np.clip(start, arm.lower, arm.upper)
         for _ in range(iterations):
@@ -70,7 +71,7 @@ class InverseKinematics:
             [
                 goal.tool - tool,
                 ELBOW_WEIGHT * (goal.elbow - elbow),
-                DIRECTION_WEIGHT * _cross(axis, goal.direction),  # the turn that aligns them
+                DIRECTION_WEIGHT * _cross(axis, goal.direction),  # rotation that aligns them
             ]
         )
         J = np.vstack([J_tool[:3], ELBOW_WEIGHT * J_elbow[:3], DIRECTION_WEIGHT * J_tool[3:]])
@@ -80,6 +81,6 @@ class InverseKinematics:
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    """The product of two vectors; ``numpy.cross`` takes as long as all else."""
+    """Cross product of two vectors; ``numpy.cross`` would take half the solver's time."""
     (ax, ay, az), (bx, by, bz) = a.tolist(), b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

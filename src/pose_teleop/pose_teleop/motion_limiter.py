@@ -1,10 +1,10 @@
-"""Online trajectory generation: whatever the target does, the command stays within all limits.
+"""Online trajectory generation: the command stays within all limits for any target.
 
 Between two commands each joint moves along the time-optimal, jerk-limited trajectory to its target
 (Berscheid and Kröger, *Jerk-limited real-time trajectory generation with arbitrary target states*,
 RSS 2021; the library `ruckig`). A step is taken only if the joint could still brake before its
-limits of position after it; otherwise it brakes. So from a start at rest within the limits, every
-command is within them, and so is the way to a stop.
+limits of position after it; otherwise it brakes. So, from a start at rest within the limits, every
+command and every stopping trajectory is within them.
 """
 
 from dataclasses import dataclass
@@ -16,14 +16,14 @@ from pose_core.api import FloatArray
 from pose_core.counters import Counters
 from pose_teleop.extras import require
 
-JERK_OF_ACCELERATION = 25.0  # [1/s] jerk limit over acceleration limit, if none is given
-INSIDE = 1e-6  # [rad] targets keep this far from the limits of position
-SPEED_OF_TARGET = 0.95  # [-] share of the velocity limit that a target may have
+JERK_OF_ACCELERATION = 25.0  # [1/s] default ratio of jerk limit to acceleration limit
+INSIDE = 1e-6  # [rad] smallest distance of targets from the limits of position
+SPEED_OF_TARGET = 0.95  # [-] largest velocity of a target, relative to the velocity limit
 
 
 @dataclass(frozen=True, kw_only=True)
 class MotionLimits:
-    """Of n joints."""
+    """Motion limits of n joints."""
 
     lower: FloatArray  # [rad] (n,)
     upper: FloatArray  # [rad]
@@ -34,7 +34,7 @@ class MotionLimits:
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """Where n joints are, how they move."""
+    """Position, velocity and acceleration of n joints."""
 
     position: FloatArray  # [rad] (n,)
     velocity: FloatArray  # [rad/s]
@@ -42,12 +42,12 @@ class Motion:
 
     @property
     def is_at_rest(self) -> bool:
-        """Whether nothing moves."""
+        """Whether all joints are at rest."""
         return bool(np.abs(self.velocity).max() < 1e-6 and np.abs(self.acceleration).max() < 1e-4)
 
 
 class MotionLimiter:
-    """Moves n joints towards a target, within limits."""
+    """Moves n joints to a target within limits."""
 
     def __init__(self, limits: MotionLimits) -> None:
         ruckig = require("ruckig")
@@ -66,7 +66,7 @@ class MotionLimiter:
         )
 
     def reset(self, position: FloatArray) -> None:
-        """Begin at rest somewhere [rad], (n,); what lies beyond a limit is brought to it."""
+        """Start at rest at a position [rad], (n,), clipped to the limits."""
         inside = np.clip(position, self.limits.lower, self.limits.upper)
         zero = np.zeros(len(inside))
         self.motion = Motion(position=inside, velocity=zero, acceleration=zero)
@@ -74,13 +74,13 @@ class MotionLimiter:
     def follow(
         self, target: FloatArray, rate: FloatArray, period_s: float, fastest: float = np.inf
     ) -> Motion:
-        """Move on towards a target.
+        """Move towards a target for one period.
 
         Args:
-            target: [rad], (n,).
-            rate: The target's own [rad/s], (n,).
-            period_s: Until the next command [s].
-            fastest: What no joint's velocity should exceed meanwhile [rad/s].
+            target: Target position [rad], (n,).
+            rate: The target's velocity [rad/s], (n,).
+            period_s: Time until the next command [s].
+            fastest: Velocity limit of every joint during the period [rad/s].
 
         Returns:
             The motion after the period.
@@ -103,19 +103,19 @@ class MotionLimiter:
         return self.motion
 
     def brake(self, period_s: float) -> Motion:
-        """Move on towards a stop; the motion after the period."""
+        """Brake for one period; returns the motion after it."""
         self._plan_stop(self.motion)
         self.motion = _at(self._stop, period_s)
         return self.motion
 
     def way_to_stop(self, period_s: float) -> list[Motion]:
-        """The motions at every period from now until all joints stand still."""
+        """The motions at every period until all joints are at rest."""
         self._plan_stop(self.motion)
         count = int(np.ceil(self._stop.duration / period_s - 1e-9))
         return [_at(self._stop, (i + 1) * period_s) for i in range(count)]
 
     def _safe(self, next_motion: Motion, period_s: float) -> Motion:
-        """The motion, with those joints braking instead that could not stop in time after it."""
+        """Replace the motion of joints that could not stop within their limits by braking."""
         self._plan_stop(next_motion)
         end = _at(self._stop, self._stop.duration).position
         ways = np.stack([next_motion.position, end, _turning_point(next_motion, self.limits.jerk)])
@@ -152,10 +152,10 @@ class MotionLimiter:
 
 
 def _turning_point(motion: Motion, jerk: FloatArray) -> FloatArray:
-    """Where joints turn back on the way to a stop [rad], (n,); where they are if they do not.
+    """Positions where joints reverse while they stop [rad], (n,); the current ones otherwise.
 
-    A joint that already brakes harder than its velocity needs passes zero velocity on the way: with
-    the largest jerk against its acceleration, at the smaller root of v + a t + j t²/2 = 0.
+    A joint that brakes harder than its velocity requires passes zero velocity: with the largest
+    jerk against its acceleration, at the smaller root of v + a t + j t²/2 = 0.
     """
     sign = np.where(motion.velocity >= 0.0, 1.0, -1.0)
     v, a = sign * motion.velocity, sign * motion.acceleration

@@ -11,7 +11,7 @@ DEAD_MEN = ("heartbeat", "joy", "none")
 
 @dataclass(frozen=True, kw_only=True)
 class ArmParameters:
-    """What the user of the ``arm`` node can set."""
+    """Parameters of the node ``arm``."""
 
     subject: str = parameter("subject", doc="the person to follow", pattern=NAME)
     side: str = parameter("left", doc="the person's arm", choices=SIDES)
@@ -118,7 +118,7 @@ class ArmParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class RetargetParameters:
-    """What the user of the ``retarget`` node can set."""
+    """Parameters of the node ``retarget``."""
 
     subject: str = parameter("subject", doc="the person", pattern=NAME)
     message_type: str = parameter(
@@ -135,7 +135,7 @@ class RetargetParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class HriParameters:
-    """What the user of the ``hri`` node can set."""
+    """Parameters of the node ``hri``."""
 
     subject: str = parameter("subject", doc="the person", pattern=NAME)
     id: str = parameter(
@@ -153,7 +153,7 @@ class HriParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedRobotParameters:
-    """What the user of the ``simulated_robot`` node can set."""
+    """Parameters of the node ``simulated_robot``."""
 
     robot: str = parameter(
         "g1", doc="a bundled robot (`g1`, `panda`), or a YAML file of the same form"
@@ -174,6 +174,6 @@ class SimulatedRobotParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class HoldParameters:
-    """What the user of the ``hold`` node can set."""
+    """Parameters of the node ``hold``."""
 
     rate: float = parameter(20.0, doc="rate of the heartbeat", unit="Hz", limits=(5.0, 100.0))

@@ -1,4 +1,4 @@
-"""The person's arm: from joint angles to where elbow and hand are, seen from the shoulder."""
+"""Forward kinematics of the person's arm: elbow and hand relative to the shoulder."""
 
 from dataclasses import dataclass
 from xml.etree import ElementTree
@@ -18,22 +18,22 @@ def angle_names(side: str) -> tuple[str, ...]:
 
 
 def bone_lengths(urdf: str) -> FloatArray:
-    """How far every joint of a person's URDF is from its parent [m], to tell persons apart.
+    """Distance of every joint of a person's URDF from its parent [m], to distinguish persons.
 
     Raises:
-        InputError: If it is no URDF.
+        InputError: If it is not a URDF.
     """
     try:
         root = ElementTree.fromstring(urdf)
         origins = [each.get("xyz", "0 0 0").split() for each in root.findall("joint/origin")]
         return np.linalg.norm(np.array(origins, float).reshape(-1, 3), axis=1)
     except (ElementTree.ParseError, ValueError) as error:
-        raise InputError(f"the person's urdf is no URDF: {error}") from error
+        raise InputError(f"the person's urdf is not a URDF: {error}") from error
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmPose:
-    """Seen from the shoulder, in the trunk's axes (x forward, y left, z up), [m]."""
+    """Positions relative to the shoulder in the trunk's axes (x forward, y left, z up), [m]."""
 
     elbow: FloatArray  # (3,)
     hand: FloatArray  # (3,)
@@ -59,7 +59,7 @@ class PersonArm:
         try:
             self._model = pin.buildModelFromXML(urdf)
         except (ValueError, RuntimeError) as error:
-            raise InputError(f"the person's urdf is no URDF: {error}") from error
+            raise InputError(f"the person's urdf is not a URDF: {error}") from error
         names = angle_names(side)
         missing = [name for name in names if not self._model.existJointName(name)]
         hands = [f.name for f in self._model.frames if f.name.startswith(f"{side}_hand_joint_")]
@@ -78,9 +78,9 @@ class PersonArm:
             raise InputError("the person's urdf has an arm without length")
 
     def pose(self, angles: FloatArray) -> ArmPose:
-        """Where elbow and hand are at angles [rad], (4,)."""
+        """Positions of elbow and hand at angles [rad], (4,)."""
         data = self._data
-        # All other joints at zero: the trunk's axes are then the root's.
+        # All other joints are zero, so that the trunk's axes are the root's.
         self._pin.computeJointJacobians(self._model, data, self._posture(angles))
         self._pin.updateFramePlacements(self._model, data)
         shoulder = data.oMi[self._shoulder].translation
@@ -90,15 +90,15 @@ class PersonArm:
         )
 
     def hand_deviation(self, angles: FloatArray, deviations: FloatArray) -> float:
-        """Standard deviation of the hand's place [m] for those of the angles [rad], (4,).
+        """Standard deviation of the hand's position [m] from those of the angles [rad], (4,).
 
-        Angles that do not move the hand, as the rotation of a straight arm, do not count.
+        Angles that do not move the hand, such as the rotation of a straight arm, have no effect.
         """
         self.pose(angles)
         J = self._pin.getFrameJacobian(
             self._model, self._data, self._hand, self._pin.LOCAL_WORLD_ALIGNED
         )[:3, self._columns]
-        variances = (J * deviations) ** 2  # the angles taken as independent
+        variances = (J * deviations) ** 2  # the angles' errors are assumed to be independent
         return float(np.sqrt(variances.sum()))
 
     def _posture(self, angles: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """A person as the 24 joints of SMPL, for humanoid retargeters.
 
-SMPL has joints that no camera sees: they are put on the straight line between those that are known,
-turn with the segment they are on, and are marked as not valid where they are a guess.
+SMPL has joints that are not measured: they are interpolated on the straight line between measured
+ones, have the orientation of their segment, and are marked as not valid where they are assumed.
 """
 
 from dataclasses import dataclass
@@ -19,19 +19,19 @@ HAND = 0.08  # [m] from the wrist to the hand, along the forearm
 
 @dataclass(frozen=True, kw_only=True)
 class _Rule:
-    """One joint: between two known frames, or ahead of one; turned as a link."""
+    """Rule of one joint: between two frames, or ahead of one; with a link's orientation."""
 
     name: str
     start: str
     end: str
-    share: float = 0.0  # of the way from start to end
+    share: float = 0.0  # fraction of the distance from start to end
     turned_as: str
     ahead: tuple[float, float, float] = (0.0, 0.0, 0.0)  # [m] in the link's axes
     is_guess: bool = False
 
 
 def _rules() -> tuple[_Rule, ...]:
-    """All 24, in SMPL's order."""
+    """The rules of all 24 joints, in SMPL's order."""
     found: dict[str, _Rule] = {}
 
     def add(name: str, start: str, turned_as: str, **more: object) -> None:
@@ -80,8 +80,8 @@ class NamedPoses:
 
 
 def smpl_poses(places: BodyPlaces) -> NamedPoses | None:
-    """The 24 joints of a person's frames; None if a frame is missing."""
-    # A body without a waist has no trunk of its own.
+    """Compute the 24 joints from a person's frames; None if a frame is missing."""
+    # A body without a waist has no trunk frame.
     index = {"trunk": places.index.get("body", 0), **places.index}
     wanted = {n for rule in RULES for n in (rule.start, rule.end, rule.turned_as)}
     if wanted - index.keys():

@@ -1,4 +1,4 @@
-"""A robot's arm: the joints that follow, of a URDF whose other joints stand still."""
+"""Kinematics of a robot's arm: the controlled joints of a URDF; its other joints are fixed."""
 
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from pose_teleop.robot_files import RobotFile
 Faces = Any  # (m, 3) integers
 
 
-LONGEST_TURN = 6.3  # [rad] limits further out are none
+LONGEST_TURN = 6.3  # [rad] larger limits count as none
 
 
 def link_meshes(
@@ -23,10 +23,10 @@ def link_meshes(
 
     Args:
         pin: The module ``pinocchio``.
-        model: Of the whole robot.
+        model: Model of the whole robot.
         urdf: Its file.
-        folders: Where ``package://`` leads.
-        cell_m: Vertices within a cell of this size become one [m].
+        folders: Search path of ``package://``.
+        cell_m: Vertices within a cell of this size are merged [m].
     """
     geometry = pin.buildGeomFromUrdf(model, str(urdf), pin.GeometryType.COLLISION, None, folders)
     found = []
@@ -43,7 +43,7 @@ def link_meshes(
 
 
 def coarsened(vertices: FloatArray, faces: Faces, cell_m: float) -> tuple[FloatArray, Faces]:
-    """A mesh whose vertices are joined within cells; faces without area are left out."""
+    """Simplify a mesh: merge the vertices within cells; faces without area are left out."""
     _, first, cell = np.unique(
         np.round(vertices / cell_m).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -112,7 +112,7 @@ class RobotArm:
         try:
             whole = pin.buildModelFromUrdf(str(robot.urdf))
         except (ValueError, RuntimeError) as error:
-            raise InputError(f"{robot.urdf} is no URDF: {error}") from error
+            raise InputError(f"{robot.urdf} is not a URDF: {error}") from error
         self._check_names(whole)
         still = [i for i in range(1, whole.njoints) if whole.names[i] not in robot.joints]
         self.whole = whole
@@ -135,13 +135,13 @@ class RobotArm:
         self.segments = self._segment_lengths()
 
     def model_order(self, q: FloatArray) -> FloatArray:
-        """Values by our joints, in pinocchio's order."""
+        """Reorder values of the joints (n,) to pinocchio's order."""
         ordered = np.empty(len(self._order))
         ordered[self._order] = q
         return ordered
 
     def our_order(self, values: FloatArray) -> FloatArray:
-        """Values in pinocchio's order, by our joints."""
+        """Reorder values in pinocchio's order to the joints' order, (n,)."""
         return np.asarray(values)[..., self._order]
 
     def update(self, q: FloatArray) -> None:
@@ -186,14 +186,14 @@ class RobotArm:
         return float(np.linalg.norm(elbow - shoulder)), float(np.linalg.norm(tool - elbow))
 
     def mount_quaternion(self, yaw: float) -> FloatArray:
-        """How the robot's root is turned in map if it looks along yaw [rad]: x, y, z, w."""
+        """Orientation of the robot's root in map at a heading [rad]: quaternion x, y, z, w."""
         pin = self._pin
         R = pin.rpy.rpyToMatrix(0.0, 0.0, yaw) @ pin.rpy.rpyToMatrix(*self.file.mount)
         found = pin.Quaternion(R).coeffs()
         return np.asarray(found)
 
     def meshes(self, cell_m: float) -> list[tuple[str, FloatArray, Any]]:
-        """The robot's shape, coarsened: link, vertices [m] in the link's frame, faces."""
+        """The robot's simplified meshes: link, vertices [m] in the link's frame, faces."""
         from pose_teleop.robot_arm import link_meshes
 
         folders = [str(folder) for folder in share_folders()]

@@ -1,4 +1,4 @@
-"""A simulated arm: rigid-body dynamics under a controller that misjudges its masses.
+"""A simulated arm: rigid-body dynamics with a controller whose masses have errors.
 
 Forward dynamics by the articulated-body algorithm (Featherstone 2008, chapter 7), joint torques by
 computed torque with the URDF's effort limits, semi-implicit Euler steps.
@@ -16,29 +16,29 @@ from pose_teleop.robot_arm import RobotArm
 STEP_S = 0.002  # [s] of the integration
 STIFFNESS = 40.0**2  # [1/s2] of the controller, on the joint's inertia
 DAMPING = 2.0 * 40.0  # [1/s] critical
-ROTOR_INERTIA = 0.02  # [kg m2] of every motor behind its gear; URDF does not know it
-FEED_FORWARD = 2.0  # [-] of the acceleration limit that the controller takes for meant
+ROTOR_INERTIA = 0.02  # [kg m2] of every motor behind its gear; not part of URDF
+FEED_FORWARD = 2.0  # [-] largest feed-forward acceleration, relative to the limit
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrajectoryPoints:
     """A command: k points of n joints."""
 
-    times_s: FloatArray  # (k,) from when it was received, increasing
+    times_s: FloatArray  # (k,) since its reception, increasing
     position: FloatArray  # [rad] (k, n)
     velocity: FloatArray  # [rad/s] (k, n)
 
 
 class SimulatedArm:
-    """Follows trajectories as a joint trajectory controller does; at their end it stands still.
+    """Executes trajectories like a joint trajectory controller; at their end it is at rest.
 
     Attributes:
-        position, velocity: Of the joints [rad], [rad/s], (n,).
+        position, velocity: Joint angles [rad] and velocities [rad/s], (n,).
 
     Args:
         arm: The robot's arm.
-        mass_error: By how much its controller misjudges the masses [-].
-        step_s: Of the integration [s].
+        mass_error: Relative error of the masses in its controller [-].
+        step_s: Time step of the integration [s].
     """
 
     def __init__(self, arm: RobotArm, mass_error: float = 0.0, step_s: float = STEP_S) -> None:
@@ -59,7 +59,7 @@ class SimulatedArm:
         self._time_s = 0.0
 
     def command(self, points: TrajectoryPoints) -> None:
-        """Leave the former trajectory for this one."""
+        """Replace the current trajectory."""
         position, velocity = self._reference
         self._points = TrajectoryPoints(
             times_s=np.concatenate([[0.0], points.times_s]),
@@ -69,7 +69,7 @@ class SimulatedArm:
         self._begun_s = self._time_s
 
     def advance(self, duration_s: float) -> None:
-        """Let time pass."""
+        """Simulate ``duration_s`` [s]."""
         for _ in range(max(1, round(duration_s / self._step_s))):
             self._time_s += self._step_s
             self._step()
@@ -77,7 +77,7 @@ class SimulatedArm:
     def _step(self) -> None:
         before, rate_before = self._reference
         wanted, rate = self._referred()
-        # A command that comes late, or is far away, must not make the controller's reference jump.
+        # A late or distant command must not make the controller's reference jump.
         fastest = self._arm.max_velocity
         reached = before + np.clip(wanted - before, -fastest * self._step_s, fastest * self._step_s)
         rate = np.where(reached == wanted, rate, (reached - before) / self._step_s)
@@ -93,21 +93,21 @@ class SimulatedArm:
         wished = np.clip(wished, *room)
         arm, pin = self._arm, self._pin
         q, v = arm.model_order(self.position), arm.model_order(self.velocity)
-        # The motors' inertia is added here: Pinocchio 2, of numpy 1, does not know of it.
+        # The motors' inertia is added here: Pinocchio 2, used with numpy 1, does not support it.
         inertia = pin.crba(self._model, self._data, q)
         inertia = np.triu(inertia) + np.triu(inertia, 1).T + ROTOR_INERTIA * np.eye(len(v))
         bias = pin.nonLinearEffects(self._model, self._data, q, v)
         acceleration = np.linalg.solve(inertia, self._torque(q, v, arm.model_order(wished)) - bias)
         self.velocity = self.velocity + self._step_s * arm.our_order(acceleration)
         moved = self.position + self._step_s * self.velocity
-        self.position = np.clip(moved, arm.lower, arm.upper)  # the joints' stops
+        self.position = np.clip(moved, arm.lower, arm.upper)  # mechanical stops of the joints
         self.velocity = np.where(moved == self.position, self.velocity, 0.0)
 
     def _torque(self, q: FloatArray, v: FloatArray, wished: FloatArray) -> FloatArray:
-        """Torques [N m] for wished accelerations [rad/s2], all in pinocchio's order, (n,).
+        """Torques [N m] for desired accelerations [rad/s2], all in pinocchio's order, (n,).
 
-        Beyond an effort limit all accelerations are scaled alike: to cut the torque of one joint
-        alone would accelerate the others in directions that nobody wished.
+        Beyond an effort limit all accelerations are scaled by the same factor: to limit the
+        torque of one joint would accelerate the others in wrong directions.
         """
         rnea = partial(self._pin.rnea, self._assumed, self._assumed_data, q, v)
         still = rnea(np.zeros_like(wished)).copy()  # gravity and Coriolis
@@ -118,7 +118,7 @@ class SimulatedArm:
         return np.clip(still + share * moving, -most, most)
 
     def _referred(self) -> tuple[FloatArray, FloatArray]:
-        """Position and velocity that the trajectory asks for now: cubic between its points."""
+        """Current position and velocity of the trajectory, cubic between its points."""
         points = self._points
         if points is None:
             return self._reference[0], np.zeros_like(self._reference[1])

@@ -1,4 +1,4 @@
-"""Robots: what of a URDF stands for a person's arm; ``robots/*.yaml`` or a file of the user's."""
+"""Robot files: assignment of a URDF's joints to a person's arm; ``robots/*.yaml`` or a user's."""
 
 from dataclasses import dataclass
 from importlib.resources import files
@@ -22,14 +22,14 @@ class JointRule:
     """``robot angle = scale * person's angle + offset`` [rad]."""
 
     joint: str
-    angle: str  # of the person's arm, without its side
+    angle: str  # angle of the person's arm, without its side
     scale: float
     offset: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class RobotFile:
-    """A robot's arm, of one side; n joints."""
+    """Description of a robot's arm of one side; n joints."""
 
     name: str
     urdf: Path
@@ -41,18 +41,18 @@ class RobotFile:
     mount: Vector  # [rad] roll, pitch, yaw of the robot's root in the person's trunk
     rest: Vector  # [rad] (n,)
     rules: tuple[JointRule, ...]
-    max_velocity: float  # [rad/s] 0: the URDF's alone
+    max_velocity: float  # [rad/s] 0: only the URDF's limit
     max_acceleration: float  # [rad/s2]
 
 
 def shipped_robots() -> tuple[str, ...]:
-    """The names of the robots that come with the package."""
+    """The names of the bundled robots."""
     names = (Path(str(entry)).name for entry in _FOLDER.iterdir())
     return tuple(sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml")))
 
 
 def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
-    """A shipped robot by its name, or one of the user's by the path of its YAML file.
+    """Load a bundled robot by its name, or a user's by the path of its YAML file.
 
     Args:
         name: Name or path.
@@ -60,7 +60,7 @@ def load_robot(name: str, side: str, urdf: str = "") -> RobotFile:
         urdf: Another URDF than the file's, if not empty.
 
     Raises:
-        InputError: If there is no such robot, or its file is not what it should be.
+        InputError: If there is no such robot, or its file is invalid.
     """
     path = Path(name).expanduser()
     if name in shipped_robots():

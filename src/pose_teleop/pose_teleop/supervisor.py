@@ -1,4 +1,4 @@
-"""Whether the robot may follow: a state machine that only ever starts softly.
+"""State machine that starts and stops the robot; every start is a soft start.
 
 ::
 
@@ -15,17 +15,17 @@ from pose_core.stamps import NS_PER_S
 
 
 class State(Enum):
-    """What the robot does."""
+    """State of the robot."""
 
-    WAITING = "waiting"  # it is not commanded
-    SOFT_START = "soft start"  # it goes slowly to the person's pose
-    FOLLOWING = "following"  # it follows, at a speed that ramps up
-    SLOWING = "slowing"  # it brakes
-    FROZEN = "frozen"  # it is commanded to stand still
+    WAITING = "waiting"  # not commanded
+    SOFT_START = "soft start"  # moves slowly to the person's pose
+    FOLLOWING = "following"  # follows the person, with an increasing velocity limit
+    SLOWING = "slowing"  # brakes
+    FROZEN = "frozen"  # commanded to stand still
 
 
 class Fault(Enum):
-    """Why the robot may not follow, in the order in which they are told."""
+    """Reason why the robot may not follow, in the order of priority."""
 
     NOT_HELD = "the dead-man input is not held"
     NO_ROBOT = "the robot's joint states do not come"
@@ -41,36 +41,36 @@ class Fault(Enum):
     LAGS = "the robot is far from its command"
 
 
-SOFT_S = 3.0  # [s] after which a soft start becomes faster
+SOFT_S = 3.0  # [s] after which the velocity of a soft start increases
 LATCHED = frozenset({Fault.PERSON_CHANGED, Fault.LAGS})
-"""After these the dead-man input must be let go before the robot starts again."""
+"""After these faults the dead-man input must be released before the robot starts again."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Situation:
-    """What the supervisor judges by, at one instant."""
+    """Input of the state machine at one instant."""
 
-    now_ns: int  # [ns] of a clock that never jumps
+    now_ns: int  # [ns] monotonic clock
     fault: Fault | None
     is_held: bool
-    is_at_rest: bool  # the command
-    distance: Callable[[], float]  # [rad] largest of a joint from the person's pose
+    is_at_rest: bool  # whether the command is at rest
+    distance: Callable[[], float]  # [rad] largest difference of a joint to the person's pose
 
 
 class Supervisor:
     """The state machine.
 
     Attributes:
-        state: What the robot does.
-        fault: What stopped it last, or keeps it from starting; None while it follows.
+        state: State of the robot.
+        fault: The last fault, or the one that prevents a start; None while the robot follows.
 
     Args:
-        settle_s: How long all must be well before the start [s].
-        soft_velocity: Of a joint in the soft start [rad/s].
-        full_velocity: Of the fastest joint [rad/s].
-        soft_tolerance: Distance at which the soft start is over [rad].
-        ramp_s: From the soft start's velocity to the full one [s].
-        must_let_go: Whether there is a dead-man input that can be let go.
+        settle_s: Duration without fault before a start [s].
+        soft_velocity: Velocity limit in the soft start [rad/s].
+        full_velocity: Velocity limit of the fastest joint [rad/s].
+        soft_tolerance: Distance at which the soft start ends [rad].
+        ramp_s: Time from the soft start's velocity to the full one [s].
+        must_let_go: Whether there is a dead-man input that can be released.
     """
 
     def __init__(
@@ -93,14 +93,14 @@ class Supervisor:
         self._is_latched = False
         self._well_since_ns: int | None = None
         self._moving_since_ns = 0  # in this state
-        self._begun_at = soft_velocity  # the velocity at which following began
+        self._begun_at = soft_velocity  # velocity limit at the start of FOLLOWING
         self._now_ns = 0
 
     @property
     def fastest(self) -> float:
-        """What no joint's velocity should exceed now [rad/s].
+        """Current velocity limit of every joint [rad/s].
 
-        A soft start that has not caught up with a person who moves on becomes faster.
+        It increases in a soft start that has not reached a moving person.
         """
         since_ns = self._now_ns - self._moving_since_ns
         if self.state is State.FOLLOWING:
@@ -110,7 +110,7 @@ class Supervisor:
         return min(self._soft_velocity * (1.0 + late_s), self._full_velocity)
 
     def update(self, situation: Situation) -> State:
-        """Judge anew; the state from now on."""
+        """Update the state machine; returns the new state."""
         self._now_ns = situation.now_ns
         fault = situation.fault
         if fault is None and not situation.is_held:

@@ -1,1 +1,1 @@
-"""Seeing it: the live viewer in the browser, and the report of a recording."""
+"""The live viewer in the browser, and the report of a recording."""

@@ -1,9 +1,9 @@
-"""The curves that can be plotted: an angle of one body over time, in degrees.
+"""Curves for plots: an angle of one body over time, in degrees.
 
-Pitch and yaw are those of zhang2015's figures 8 and 9, in map, alike for every source; roll is that
-of bodies with degrees of freedom (:mod:`pose_evaluation.limb_attitude`). Yaw is shown from 0° to
-360°: 180° is towards the first camera, where people's arms mostly point, and the curve breaks where
-it passes away from it. The flexion of a limb that points sideways says nothing and is left out
+Pitch and yaw are those of zhang2015's figures 8 and 9, in map, computed in the same way for every
+source; roll needs degrees of freedom (:mod:`pose_evaluation.limb_attitude`). Yaw is shown from 0°
+to 360°: 180° is towards the first camera, where arms mostly point, so that the curve wraps in the
+opposite direction. The flexion of a limb that points sideways is undefined and left out
 (docs/conventions.md).
 """
 
@@ -31,13 +31,13 @@ HALF_TURN = 180.0  # [°]
 
 @dataclass(frozen=True, kw_only=True)
 class BodyTrack:
-    """A stretch of one body's past, oldest first."""
+    """Recent history of one body, oldest first."""
 
     stamps_ns: np.ndarray  # (n,) int64
     joints: FloatArray  # (n, 15, 3) [m] in map
     dof_names: tuple[str, ...] = ()
     dof: FloatArray | None = None  # (n, d) [m] or [rad]
-    zero_ns: int = 0  # [ns] the instant that times count from
+    zero_ns: int = 0  # [ns] time zero
 
     @property
     def times_s(self) -> FloatArray:
@@ -46,7 +46,7 @@ class BodyTrack:
 
 
 def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
-    """Every curve there is for a body with these degrees of freedom."""
+    """Titles of all curves of a body with these degrees of freedom."""
     return (
         *(f"{angle}: {_shown(s)}" for angle in ("Pitch", "Yaw") for s in SEGMENTS),
         *(f"Roll: {_shown(s)}" for s in SEGMENTS if has_segments(dof_names)),
@@ -56,7 +56,7 @@ def titles(dof_names: tuple[str, ...] = ()) -> tuple[str, ...]:
 
 
 def curve(title: str, track: BodyTrack) -> FloatArray:
-    """The values of a curve [deg], shape (n,); NaN where it says nothing."""
+    """The values of a curve [deg], shape (n,); NaN where it is undefined."""
     kind, _, name = title.partition(": ")
     name = name.replace(" ", "_")
     if kind in ("Pitch", "Yaw"):
@@ -79,13 +79,13 @@ def curve(title: str, track: BodyTrack) -> FloatArray:
 
 
 def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float) -> FloatArray:
-    """Values at other times, linearly; NaN outside and within gaps.
+    """Interpolate values linearly at other times; NaN outside and within gaps.
 
     Args:
-        times: Of the values [s], ascending, shape (n,).
-        values: Angles [°], shape (n,); a step of more than 180° is one across the end of a circle.
-        grid: Times wanted [s], shape (m,).
-        gap: Longest distance of two values between which to interpolate [s].
+        times: Times of the values [s], ascending, shape (n,).
+        values: Angles [°], shape (n,); a step of more than 180° counts as a wrap.
+        grid: Times of the result [s], shape (m,).
+        gap: Longest interval that is interpolated [s].
     """
     if len(times) < 2:
         return np.full(len(grid), np.nan)
@@ -98,7 +98,7 @@ def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float)
 
 
 def track_of(snapshots: Sequence[BodySnapshot], zero_ns: int = 0) -> BodyTrack:
-    """Snapshots of one body as a track; degrees of freedom only if all have the same."""
+    """Convert snapshots of one body to a track; degrees of freedom only if all have the same."""
     first = snapshots[0].dof if snapshots else None
     names = first.names if first is not None else ()
     dof = [s.dof.position for s in snapshots if s.dof is not None and s.dof.names == names]

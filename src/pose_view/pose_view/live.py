@@ -1,4 +1,4 @@
-"""What has come of a live graph so far, ready to be shown."""
+"""State of a live graph for display, collected from its messages."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
@@ -18,15 +18,15 @@ from pose_view.robot import JointHistory, RobotSnapshot, RobotTrack, robot_place
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 from pose_view.stream_monitor import StreamMonitor
 
-RESTART_S = 1.0  # [s] a step back in time that is more than lateness
-HOLD_S = 1.0  # [s] what has not come anew since is no longer shown
+RESTART_S = 1.0  # [s] a larger step back in time means a restart
+HOLD_S = 1.0  # [s] for which data are shown without an update
 OTHER_NODES = {
     "fusion_kinect": "Fusion of the Kinects alone",
     "fusion_imu": "Fusion of the IMUs alone",
     "kinect_left": "Bridge of the left Kinect",
     "kinect_right": "Bridge of the right Kinect",
 }
-IMUS_ALIGNED = "imus_aligned"  # of the fusion's report: segments, with commas
+IMUS_ALIGNED = "imus_aligned"  # value of the fusion's report: segments, separated by commas
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,12 +38,12 @@ class _Report:
 
 
 class LiveGraph:
-    """Takes messages in as they come; tells what there is to show.
+    """Collects messages and returns snapshots for display.
 
     Args:
-        bodies: Ids of those that are expected, with the title of each.
+        bodies: Titles of the expected bodies, by id.
         sensors: Names of the cameras.
-        span_s: How far back tracks reach [s].
+        span_s: Duration of the history [s].
     """
 
     def __init__(self, bodies: Mapping[str, str], sensors: Sequence[str], span_s: float) -> None:
@@ -55,9 +55,9 @@ class LiveGraph:
         self._rotations: dict[str, dict[str, FloatArray]] = {}
         self._robot: RobotSnapshot | None = None
         self.robot_asked = JointHistory(self._span_ns)
-        """Takes what the person's pose asks of the robot's joints."""
+        """History of the target angles of the robot's joints."""
         self.robot_joints = JointHistory(self._span_ns)
-        """Takes the robot's joint states."""
+        """History of the robot's joint states."""
         self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
         self._transforms: dict[str, Any] = {}
         self._sensors: dict[str, FloatArray] = {}
@@ -74,13 +74,13 @@ class LiveGraph:
         return self._titles.keys()
 
     def add_body(self, body: str, title: str) -> None:
-        """Take one more body's messages."""
+        """Add a body."""
         self._titles[body] = title
         self._tracks[body] = deque()
         self._body_monitors[body] = StreamMonitor()
 
     def remove_body(self, body: str) -> None:
-        """Forget a body that is published no longer."""
+        """Remove a body that is no longer published."""
         del self._titles[body], self._tracks[body], self._body_monitors[body]
         self._dof.pop(body, None)
         self._rotations.pop(body, None)
@@ -88,15 +88,15 @@ class LiveGraph:
     # -- messages in ----------------------------------------------------------------------------
 
     def note_skeleton(self, body: str, stamp_ns: int, now_ns: int) -> None:
-        """A body's skeleton has come, whether it will be shown or not."""
+        """Count the arrival of a body's skeleton, also if it is not shown."""
         self._body_monitors[body].add(stamp_ns, now_ns)
 
     def note_raw(self, sensor: str, stamp_ns: int, now_ns: int) -> None:
-        """A camera's frame has come, whether it will be shown or not."""
+        """Count the arrival of a camera's frame, also if it is not shown."""
         self._sensor_monitors[sensor].add(stamp_ns, now_ns)
 
     def add_skeleton(self, body: str, message: Any) -> None:
-        """A body's skeleton; its estimate and links have come just before."""
+        """Add a body's skeleton, after its estimate and links of the same instant."""
         try:
             shown = body_snapshot(message, self._dof.get(body), self._rotations.get(body))
         except InputError:
@@ -105,7 +105,7 @@ class LiveGraph:
         track = self._tracks[body]
         ahead_ns = track[-1].stamp_ns - shown.stamp_ns if track else 0
         if ahead_ns > RESTART_S * NS_PER_S:
-            track.clear()  # a recording that begins anew
+            track.clear()  # a recording that restarts
         elif ahead_ns > 0:
             self.counters.add("late_skeletons")
             return
@@ -114,11 +114,11 @@ class LiveGraph:
             track.popleft()
 
     def add_estimate(self, body: str, message: Any) -> None:
-        """A body's degrees of freedom."""
+        """Add a body's degrees of freedom."""
         self._dof[body] = dof_snapshot(message)
 
     def add_tf(self, message: Any) -> None:
-        """Where a body's links are, or a robot's."""
+        """Add transforms of a body's or a robot's links."""
         places = robot_places(message)
         if places is not None and self._robot is not None:
             self._robot = replace(self._robot, position=places[0], wxyz=places[1])
@@ -127,11 +127,11 @@ class LiveGraph:
             self._rotations[found[0]] = found[2]
 
     def add_robot(self, message: Any) -> None:
-        """The shape of a robot."""
+        """Add a robot's meshes."""
         self._robot = RobotSnapshot(shape=robot_shape(message), position={}, wxyz={})
 
     def add_static_tf(self, message: Any) -> None:
-        """Where the sensors stand."""
+        """Add the sensors' poses."""
         self._transforms.update({t.child_frame_id: t for t in message.transforms})
         try:
             self._sensors = transforms_to_map(self._transforms.values())
@@ -139,7 +139,7 @@ class LiveGraph:
             self.counters.add("malformed_transforms")
 
     def add_raw(self, sensor: str, message: Any, now_ns: int) -> None:
-        """Everybody that a camera sees."""
+        """Add a camera's frame with all persons."""
         try:
             seen = skeleton_samples(message, sensor)
         except InputError:
@@ -148,7 +148,7 @@ class LiveGraph:
         self._raw[sensor] = now_ns, tuple(raw_skeleton(sample) for sample in seen)
 
     def add_report(self, name: str, level: int, message: str, values: Any, now_ns: int) -> None:
-        """What a node says in ``/diagnostics``, by the last part of its name."""
+        """Add a node's report in ``/diagnostics``, by the last part of its name."""
         self._reports[name.rpartition("/")[2]] = _Report(
             level=level, message=message, values=dict(values), received_ns=now_ns
         )
@@ -156,7 +156,7 @@ class LiveGraph:
     # -- what to show ---------------------------------------------------------------------------
 
     def snapshot(self, now_ns: int) -> Snapshot:
-        """The present."""
+        """The current snapshot."""
         latest = {
             body: track[-1]
             for body, track in self._tracks.items()
@@ -177,31 +177,31 @@ class LiveGraph:
         )
 
     def _is_silent(self, body: str, now_ns: int) -> bool:
-        """Whether nothing has come of a body for so long that its last pose says nothing of now."""
+        """Whether a body's last pose is too old to be shown."""
         reading = self._body_monitors[body].reading(now_ns)
         return reading is not None and reading.silent_s > HOLD_S
 
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
-        """A stretch of a body's past; the times are those of the clock [s]."""
+        """History of a body between two times of the clock [s]."""
         first, last = start_s * NS_PER_S, end_s * NS_PER_S
         return track_of([s for s in self._tracks.get(body, ()) if first <= s.stamp_ns <= last])
 
     def robot_track(self) -> RobotTrack | None:
-        """The robot's past; None without one that follows."""
+        """The robot's history; None without a robot."""
         asked, robot = self.robot_asked.track(), self.robot_joints.track()
         return RobotTrack(asked=asked, robot=robot) if asked.joints and robot.joints else None
 
     def persons(self) -> tuple[str, ...]:
-        """The ids that the cameras have given to those they see."""
+        """The ids of all persons in the cameras' frames."""
         return tuple(sorted({s.person for _, seen in self._raw.values() for s in seen}))
 
     def bag(self) -> str | None:
-        """Where is recorded to: empty if nowhere, None without a recorder."""
+        """Path of the bag being recorded: empty if there is none, None without a recorder."""
         recorder = self._reports.get("recorder")
         return None if recorder is None else recorder.values.get("bag", "")
 
     def lines(self, now_ns: int) -> Iterable[Line]:
-        """How everything does, in plain words."""
+        """Status lines."""
         for sensor, monitor in self._sensor_monitors.items():
             yield stream_line(f"Kinect {sensor}", monitor.reading(now_ns))
         yield imu_line(self._report("imu_bridge", now_ns))
@@ -209,7 +209,7 @@ class LiveGraph:
             yield node_line(title, self._report(name, now_ns))
         for body, monitor in self._body_monitors.items():
             if body not in self._expected and self._is_silent(body, now_ns):
-                continue  # somebody who has left
+                continue  # a person who has left
             dof = self._dof.get(body)
             delay_s = None if dof is None else dof.latency_s
             yield stream_line(self._titles[body], monitor.reading(now_ns), delay_s)

@@ -1,4 +1,4 @@
-"""Snapshots from messages, of ROS or of a bag alike (their fields are the same)."""
+"""Conversion of messages, of ROS or of a bag, to snapshots."""
 
 import re
 from typing import Any
@@ -16,7 +16,7 @@ ROOT_PREFIX = "body_"
 
 
 def dof_snapshot(message: Any) -> DofSnapshot:
-    """Of a ``pose_msgs/PoseEstimate``."""
+    """Convert a ``pose_msgs/PoseEstimate``."""
     return DofSnapshot(
         names=tuple(message.name),
         position=np.asarray(message.position, float),
@@ -30,13 +30,13 @@ def dof_snapshot(message: Any) -> DofSnapshot:
 def body_snapshot(
     message: Any, dof: DofSnapshot | None, rotations: dict[str, FloatArray] | None
 ) -> BodySnapshot:
-    """Of a body's ``pose_msgs/Skeleton`` and what else is known of it.
+    """Convert a body's ``pose_msgs/Skeleton``, with its degrees of freedom and rotations.
 
     Raises:
-        InputError: If the message contradicts itself.
+        InputError: If the message is inconsistent.
     """
     sample = skeleton_sample(message, "")
-    # An estimate places joints that no camera sees: those are not NaN.
+    # An estimate has positions of joints that no camera tracks: those are not NaN.
     joints = np.full((len(JOINT_INDEX), 3), np.nan)
     for name, point in zip(message.name, message.position, strict=True):
         if name in JOINT_INDEX:
@@ -51,14 +51,14 @@ def body_snapshot(
 
 
 def raw_skeleton(sample: SkeletonSample) -> RawSkeleton:
-    """Of what a sensor saw."""
+    """Convert a sample of a sensor."""
     return RawSkeleton(stamp_ns=sample.stamp_ns, person=sample.person, joints=sample.positions)
 
 
 def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | None:
     """The body, the stamp [ns] and ``R_map_link`` by link of a ``tf2_msgs/TFMessage``.
 
-    None if it carries no body: ``map`` → ``body_<id>`` → ``<link>_<id>``.
+    None if it has no body: ``map`` → ``body_<id>`` → ``<link>_<id>``.
     """
     root = next((t for t in message.transforms if t.child_frame_id.startswith(ROOT_PREFIX)), None)
     if root is None:
@@ -68,14 +68,14 @@ def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | Non
     quaternions = [(q.x, q.y, q.z, q.w) for q in (t.transform.rotation for t in (root, *links))]
     try:
         R = Rotation.from_quat(quaternions).as_matrix()
-    except ValueError:  # a quaternion of zeros
+    except ValueError:  # a zero quaternion
         return None
     names = [t.child_frame_id.removesuffix(f"_{body}") for t in links]
     return body, stamp_ns(root.header), dict(zip(names, R[0] @ R[1:], strict=True))
 
 
 def estimate_snapshot(estimate: BodyEstimate) -> BodySnapshot:
-    """Snapshot of an estimate of a fusion that is run here."""
+    """Convert an estimate of a fusion in this process."""
     return BodySnapshot(
         stamp_ns=estimate.stamp_ns,
         joints=estimate.joints,

@@ -1,4 +1,4 @@
-"""What a user may set of the viewer."""
+"""Parameters of the viewer."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The graph's state in plain words, a line a thing."""
+"""Status lines of the graph."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -13,7 +13,7 @@ IMU_VALUE = re.compile(r"^(?P<segment>\w+)\.(?P<name>\w+)$")
 
 
 class Mark(IntEnum):
-    """How good a line's news are; the first three are the levels of ``/diagnostics``."""
+    """Severity of a line; the first three are the levels of ``/diagnostics``."""
 
     GOOD = 0
     WARNING = 1
@@ -31,7 +31,7 @@ COLORS: Mapping[Mark, str] = {
 
 @dataclass(frozen=True, kw_only=True)
 class NodeReport:
-    """What a node last said of itself."""
+    """The last report of a node."""
 
     level: int
     message: str
@@ -41,7 +41,7 @@ class NodeReport:
 
 @dataclass(frozen=True, kw_only=True)
 class Line:
-    """One thing and how it does."""
+    """One status line."""
 
     mark: Mark
     title: str
@@ -49,12 +49,12 @@ class Line:
 
 
 def stream_line(title: str, reading: StreamReading | None, delay_s: float | None = None) -> Line:
-    """A stream of skeletons or bodies.
+    """Status of a stream of skeletons or bodies.
 
     Args:
-        title: What it is.
-        reading: How it does.
-        delay_s: Its delay, where it says so itself [s].
+        title: Title of the line.
+        reading: Rate, delay and gaps.
+        delay_s: Delay stated by the stream itself [s].
     """
     if reading is None:
         return Line(mark=Mark.NOTHING, title=title, text="nothing yet")
@@ -72,7 +72,7 @@ def stream_line(title: str, reading: StreamReading | None, delay_s: float | None
 
 
 def imu_line(report: NodeReport | None) -> Line:
-    """All IMUs together, from what their bridge says."""
+    """Status of all IMUs, from their bridge's report."""
     if report is None:
         return Line(mark=Mark.NOTHING, title="IMUs", text="no imu_bridge")
     rates, lost = [], 0
@@ -95,7 +95,7 @@ def imu_line(report: NodeReport | None) -> Line:
 
 
 def node_line(title: str, report: NodeReport | None, text: str | None = None) -> Line:
-    """A node, in its own words or better ones."""
+    """Status of a node, with its own message or another text."""
     if report is None:
         return Line(mark=Mark.NOTHING, title=title, text="not running")
     if report.age_s > NODE_SILENT_AFTER_S:

@@ -1,4 +1,4 @@
-"""A recording as snapshots: what there is to show at any time of it."""
+"""A recording as snapshots at any time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -24,52 +24,52 @@ from pose_view.messages import (
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton, Snapshot
 
 T = TypeVar("T")
-LONGEST_HOLD_S = 0.5  # [s] after that, what was last seen is no longer shown
+LONGEST_HOLD_S = 0.5  # [s] for which data are shown without an update
 Progress = Callable[[float], None]
-"""Called with the share of the recording that has been read, 0 to 1."""
+"""Called with the fraction of the recording that has been read, 0 to 1."""
 
 
 @dataclass
 class Stamped(Generic[T]):
-    """Things in the order of their stamps."""
+    """Items in the order of their stamps."""
 
     stamps_ns: list[int] = field(default_factory=list)
     items: list[T] = field(default_factory=list)
 
     def add(self, stamp_ns: int, item: T) -> None:
-        """Append; out of order is sorted in by :meth:`sort`."""
+        """Append an item; :meth:`sort` restores the order."""
         self.stamps_ns.append(stamp_ns)
         self.items.append(item)
 
     def sort(self) -> None:
-        """Bring into the order of stamps."""
+        """Sort the items by their stamps."""
         order = np.argsort(self.stamps_ns, kind="stable")
         self.items = [self.items[k] for k in order]
         self.stamps_ns = [self.stamps_ns[k] for k in order]
 
     def at(self, stamp_ns: int, hold_s: float = LONGEST_HOLD_S) -> T | None:
-        """The last one until then, unless it is too old."""
+        """The last item up to a stamp [ns], unless it is older than ``hold_s``."""
         index = int(np.searchsorted(self.stamps_ns, stamp_ns, side="right")) - 1
         if index < 0 or stamp_ns - self.stamps_ns[index] > hold_s * NS_PER_S:
             return None
         return self.items[index]
 
     def between(self, start_ns: int, end_ns: int) -> list[T]:
-        """Those of an interval, both ends included."""
+        """The items of an interval [ns], both ends included."""
         first = int(np.searchsorted(self.stamps_ns, start_ns, side="left"))
         last = int(np.searchsorted(self.stamps_ns, end_ns, side="right"))
         return self.items[first:last]
 
 
 class Recorded:
-    """A bag's content, ready to be shown at any time of it.
+    """A bag's content as snapshots.
 
     Args:
-        bag: An open bag; it is read once, whole.
-        progress: Called now and then.
+        bag: An open bag, which is read completely.
+        progress: Called from time to time with the fraction read.
 
     Raises:
-        InputError: If there is nothing in it to show.
+        InputError: If it contains nothing to show.
     """
 
     def __init__(self, bag: BagReader, progress: Progress | None = None) -> None:
@@ -94,20 +94,20 @@ class Recorded:
 
     @property
     def has_raw(self) -> bool:
-        """Whether there are cameras' skeletons in it."""
+        """Whether it contains cameras' skeletons."""
         return bool(self._raw)
 
     @property
     def duration_s(self) -> float:
-        """From the first thing that can be shown to the last [s]."""
+        """Time between the first and the last item [s]."""
         return (self.end_ns - self.start_ns) / NS_PER_S
 
     def add_body(self, body: str, snapshots: list[BodySnapshot]) -> None:
-        """Show one more body, which was not recorded."""
+        """Add a body that was not recorded."""
         self.bodies[body] = Stamped([s.stamp_ns for s in snapshots], snapshots)
 
     def snapshot(self, time_s: float) -> Snapshot:
-        """What there is at a time after the start [s]."""
+        """The snapshot at a time after the start [s]."""
         now_ns = self.start_ns + round(time_s * NS_PER_S)
         bodies = {name: each.at(now_ns) for name, each in self.bodies.items()}
         raw = {name: each.at(now_ns) for name, each in self._raw.items()}
@@ -119,7 +119,7 @@ class Recorded:
         )
 
     def track(self, body: str, start_s: float, end_s: float) -> BodyTrack:
-        """A stretch of one body [s]."""
+        """History of one body between two times after the start [s]."""
         first, last = (self.start_ns + round(t * NS_PER_S) for t in (start_s, end_s))
         known = self.bodies.get(body)
         items = known.between(first, last) if known is not None else []
@@ -166,7 +166,7 @@ class Recorded:
         self._dof[body, stamp_ns(content.header)] = dof_snapshot(content)
 
     def _add_body_at(self, body: str, skeleton: Any) -> None:
-        """One skeleton, with the estimate and the links of the same instant."""
+        """Add one skeleton, with the estimate and the links of the same instant."""
         key = (body, stamp_ns(skeleton.header))
         shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
         self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)

@@ -1,4 +1,4 @@
-"""A robot that follows: its shape, where its links are, how its joints have moved."""
+"""A robot in tele-operation: its meshes, poses of its links, history of its joints."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from pose_core.stamps import NS_PER_S
 from pose_io.skeleton_messages import stamp_ns
 from pose_view.body.mesh import Mesh
 
-ROOT = "robot"  # its frame, and the prefix of its links'
+ROOT = "robot"  # its root frame, and the prefix of its links' frames
 TRIANGLE_LIST = 11  # of visualization_msgs/Marker
 
 
@@ -22,7 +22,7 @@ class RobotSnapshot:
     """A robot at one instant.
 
     Attributes:
-        shape: Meshes by the link that carries them; the same object while the shape is the same.
+        shape: Meshes by link; the same object while they are unchanged.
         position: [m] (3,) of each link in map.
         wxyz: (4,) quaternion of each link in map.
     """
@@ -34,7 +34,7 @@ class RobotSnapshot:
 
 @dataclass(frozen=True, kw_only=True)
 class JointTrack:
-    """A stretch of joint angles, oldest first."""
+    """History of joint angles, oldest first."""
 
     joints: tuple[str, ...]  # (j,)
     times_s: FloatArray  # (n,) [s] on the clock
@@ -43,17 +43,17 @@ class JointTrack:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotTrack:
-    """What a person's pose asks of a robot's joints, and where they are."""
+    """Histories of a robot's target angles and measured angles."""
 
     asked: JointTrack
     robot: JointTrack
 
 
 class JointHistory:
-    """The last joint states of one topic.
+    """Recent joint states of one topic.
 
     Args:
-        span_ns: How far they reach back [ns].
+        span_ns: Duration of the history [ns].
     """
 
     def __init__(self, span_ns: int) -> None:
@@ -62,7 +62,7 @@ class JointHistory:
         self._states: deque[tuple[int, FloatArray]] = deque()
 
     def add(self, message: Any) -> None:
-        """A ``sensor_msgs/JointState``; other joints, or stamps that run back, begin anew."""
+        """Add a ``sensor_msgs/JointState``; other joints or decreasing stamps clear the history."""
         stamp = stamp_ns(message.header)
         joints = tuple(message.name)
         if joints != self._joints or (self._states and stamp < self._states[-1][0]):
@@ -73,7 +73,7 @@ class JointHistory:
             self._states.popleft()
 
     def track(self) -> JointTrack:
-        """All of them."""
+        """The whole history."""
         return JointTrack(
             joints=self._joints,
             times_s=np.array([stamp for stamp, _ in self._states], float) / NS_PER_S,
@@ -96,7 +96,7 @@ def robot_shape(message: Any) -> dict[str, tuple[Mesh, ...]]:
 
 
 def robot_places(message: Any) -> tuple[dict[str, FloatArray], dict[str, FloatArray]] | None:
-    """Position [m] and quaternion (w, x, y, z) in map by link; None if it is no robot's.
+    """Position [m] and quaternion (w, x, y, z) in map by link; None if it is not a robot's.
 
     Args:
         message: ``tf2_msgs/TFMessage``: the root in map first, all links in the root.
@@ -110,7 +110,7 @@ def robot_places(message: Any) -> tuple[dict[str, FloatArray], dict[str, FloatAr
         turns = Rotation.from_quat(
             [(m.rotation.x, m.rotation.y, m.rotation.z, m.rotation.w) for m in moved]
         )
-    except ValueError:  # a quaternion of zeros
+    except ValueError:  # a zero quaternion
         return None
     root = turns[0]
     in_map = root.apply(places[1:]) + places[0]

@@ -1,4 +1,4 @@
-"""What there is to show of one moment; the same for a live graph and for a recording."""
+"""Data to draw at one instant, of a live graph or of a recording."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from pose_view.robot import RobotSnapshot
 
 @dataclass(frozen=True, kw_only=True)
 class DofSnapshot:
-    """The degrees of freedom of one body, as a ``PoseEstimate`` says them; arrays over d."""
+    """The degrees of freedom of one body, as in a ``PoseEstimate``; arrays over d."""
 
     names: tuple[str, ...]
     position: FloatArray  # [m] or [rad]
@@ -24,7 +24,7 @@ class DofSnapshot:
 
 @dataclass(frozen=True, kw_only=True)
 class BodySnapshot:
-    """One body."""
+    """Pose of one body."""
 
     stamp_ns: int
     joints: FloatArray  # (15, 3) [m] in map
@@ -36,7 +36,7 @@ class BodySnapshot:
 
 @dataclass(frozen=True, kw_only=True)
 class RawSkeleton:
-    """What one sensor saw of one person."""
+    """One person's skeleton from one sensor."""
 
     stamp_ns: int
     person: str
@@ -45,15 +45,15 @@ class RawSkeleton:
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """All that is to be drawn."""
+    """All data to draw."""
 
     bodies: Mapping[str, BodySnapshot] = field(default_factory=dict)
     """By the body's id."""
     sensors: Mapping[str, FloatArray] = field(default_factory=dict)
     """T_map_sensor (4, 4) by the sensor's name."""
     raw: Mapping[str, tuple[RawSkeleton, ...]] = field(default_factory=dict)
-    """Everybody that each sensor sees, by the sensor's name."""
+    """All persons of each sensor, by the sensor's name."""
     imus: tuple[str, ...] = ()
-    """Segments that carry an IMU which is aligned."""
+    """Segments with an aligned IMU."""
     robot: RobotSnapshot | None = None
-    """The robot that follows, if there is one."""
+    """The robot, if there is one."""

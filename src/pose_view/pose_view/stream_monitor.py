@@ -1,4 +1,4 @@
-"""How a stream does: its rate, its delay, its gaps."""
+"""Monitoring of a stream: rate, delay, gaps."""
 
 from collections import deque
 from dataclasses import dataclass
@@ -7,16 +7,16 @@ import numpy as np
 
 from pose_core.stamps import NS_PER_S
 
-RATE_SPAN_S = 2.0  # [s] that rate and delay are means of
-GAP_SPAN_S = 60.0  # [s] that gaps are counted over
-GAP_PERIODS = 2.5  # [-] median periods that make a gap
+RATE_SPAN_S = 2.0  # [s] over which rate and delay are averaged
+GAP_SPAN_S = 60.0  # [s] over which gaps are counted
+GAP_PERIODS = 2.5  # [median periods] shortest gap
 SHORTEST_GAP_S = 0.1  # [s]
 SILENT_AFTER_S = 1.0  # [s]
 
 
 @dataclass(frozen=True, kw_only=True)
 class StreamReading:
-    """What is known of a stream now."""
+    """Current state of a stream."""
 
     rate_hz: float  # [Hz]
     delay_s: float | None  # [s] median from stamp to arrival
@@ -26,14 +26,14 @@ class StreamReading:
 
 
 class StreamMonitor:
-    """Watches the stamps of one topic."""
+    """Monitors the stamps of one topic."""
 
     def __init__(self) -> None:
         self._arrivals: deque[tuple[int, int]] = deque()  # [ns] arrival, stamp
         self._gaps: deque[tuple[int, float]] = deque()  # [ns] arrival, [s]
 
     def add(self, stamp_ns: int, now_ns: int) -> None:
-        """A message of this stamp has come now."""
+        """Add the arrival of a message."""
         if self._arrivals:
             gap_s = (stamp_ns - self._arrivals[-1][1]) / NS_PER_S
             if gap_s > SHORTEST_GAP_S and gap_s > GAP_PERIODS * self._period_s():
@@ -42,7 +42,7 @@ class StreamMonitor:
         self._forget(now_ns)
 
     def reading(self, now_ns: int) -> StreamReading | None:
-        """The stream's state, None if nothing has ever come."""
+        """The stream's state, None before the first message."""
         if not self._arrivals:
             return None
         last_ns = self._arrivals[-1][0]
@@ -63,7 +63,7 @@ class StreamMonitor:
         return float(np.median(np.diff(stamps))) / NS_PER_S if len(stamps) > 2 else 0.0
 
     def _forget(self, now_ns: int) -> None:
-        """Leave out what is too old to count; the last arrival stays."""
+        """Drop old arrivals and gaps; the last arrival is kept."""
         while len(self._arrivals) > 1 and now_ns - self._arrivals[0][0] > RATE_SPAN_S * NS_PER_S:
             self._arrivals.popleft()
         while self._gaps and now_ns - self._gaps[0][0] > GAP_SPAN_S * NS_PER_S:

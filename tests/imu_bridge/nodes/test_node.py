@@ -128,7 +128,7 @@ def test_a_frame_becomes_three_messages_on_the_topics_of_its_segment(bench):
     assert bench.received["torso", "data"] == []
 
 
-def test_without_a_magnetometer_the_heading_is_said_to_be_unknown(bench):
+def test_without_a_magnetometer_the_heading_is_published_as_unknown(bench):
     bench = bench()
     bench.send(sample(0, magnetometer_valid=False))
     (data,) = bench.wait_for(1)
@@ -208,7 +208,7 @@ def test_a_parameter_outside_its_range_is_an_error(bench):
 
 
 @pytest.mark.parametrize("value", ["off", False])  # YAML reads off as false
-def test_with_the_magnetometer_off_the_heading_is_said_to_be_unknown(bench, value):
+def test_with_the_magnetometer_off_the_heading_is_published_as_unknown(bench, value):
     bench = bench(magnetometer=value)
     bench.send(sample(0))
     (data,) = bench.wait_for(1)

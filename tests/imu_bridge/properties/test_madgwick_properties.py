@@ -1,4 +1,4 @@
-"""What must hold of Madgwick's filter for all samples, and an independent reading of the paper."""
+"""Properties of Madgwick's filter, and an independent implementation of the paper."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

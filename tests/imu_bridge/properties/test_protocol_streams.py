@@ -1,4 +1,4 @@
-"""What must hold of the decoder for every stream."""
+"""Properties of the decoder for every stream."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""What must hold of stamps, whatever node and link do."""
+"""Properties of stamps for any behaviour of node and link."""
 
 from hypothesis import given, settings
 from hypothesis import strategies as st

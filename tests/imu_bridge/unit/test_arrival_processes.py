@@ -104,7 +104,7 @@ def test_samples_of_a_device_without_a_clock_are_stamped_by_their_count(link, sk
     assert np.percentile(error_ms, 99) < 2.5
 
 
-def test_samples_that_a_device_without_a_clock_loses_are_noticed():
+def test_lost_samples_of_a_device_without_a_clock_are_detected():
     capture_ns, clock = captured(), CountingClock()
     kept = np.delete(np.arange(SAMPLES), [3000, 3001, 3002])
     arrival_ns = buffered(capture_ns)[kept]

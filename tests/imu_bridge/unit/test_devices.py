@@ -33,7 +33,7 @@ def test_both_together_share_the_bridge():
     assert [node.port for node in devices.nodes] == [0, 1]
 
 
-def test_a_port_has_its_protocols_usual_speed_unless_it_says_otherwise():
+def test_a_port_has_its_protocols_default_speed_unless_one_is_given():
     devices = parse_devices({"ports": {"/dev/a": WIT, "/dev/b": {**TEXT, "baudrate": 57600}}}, SINK)
     assert [port.baudrate for port in devices.ports] == [115200, 57600]
 
@@ -52,7 +52,7 @@ def test_a_port_of_several_text_sensors_names_them_by_id():
         ({"/dev/a": {"segment": "torso"}}, "/dev/a: protocol None is not one of star, witmotion"),
         ({"/dev/a": {**WIT, "protocol": "x"}}, "protocol 'x' is not one of"),
         ({"/dev/a": {**WIT, "fields": []}}, "/dev/a: unknown key 'fields'"),
-        ({"/dev/a": {**WIT, "baudrate": "fast"}}, "baudrate = 'fast' is not a whole number"),
+        ({"/dev/a": {**WIT, "baudrate": "fast"}}, "baudrate = 'fast' is not an integer"),
         ({"/dev/a": {"protocol": "witmotion"}}, "/dev/a: node 0: segment None"),
         ({"/dev/a": {**TEXT, "units": {}}}, "/dev/a: unit of acc = None"),
         ({"/dev/a": WIT, "/dev/b": WIT}, "'torso' is given to /dev/a and /dev/b"),
@@ -65,5 +65,5 @@ def test_nonsense_about_a_port_is_refused(ports: dict, message: str):
 
 
 def test_the_star_networks_port_cannot_be_another_devices_too():
-    with pytest.raises(InputError, match="'/dev/sink' is that of the star network too"):
+    with pytest.raises(InputError, match="'/dev/sink' is also that of the star network"):
         parse_devices({"nodes": {1: "head"}, "ports": {"/dev/sink": WIT}}, SINK)

@@ -1,4 +1,4 @@
-"""The orientation filters by name: what all of them must do, and what each leaves out."""
+"""The orientation filters by name: their common behaviour and their differences."""
 
 import numpy as np
 import pytest
@@ -86,7 +86,7 @@ def test_the_bias_of_a_resting_gyroscope_is_found(name: str, deg_s: tuple[float,
     assert bench.filter.rests[0] >= 1
 
 
-def test_vqf_takes_the_bias_from_motion_until_a_rest_has_told_it():
+def test_vqf_estimates_the_bias_in_motion_until_the_first_rest():
     bench, bias = Bench("vqf"), np.radians([0.5, -0.4, 0.3])
     bench.tumble(60.0, bias=bias)
     assert bench.filter.rests[0] == 0
@@ -136,7 +136,7 @@ def test_a_sensor_without_magnetometer_runs_on_six_axes(name: str):
 
 
 @pytest.mark.parametrize("name", REAL)
-def test_a_disturbed_field_is_rejected_and_the_heading_said_to_grow_worse(name: str):
+def test_a_disturbed_field_is_rejected_and_the_heading_uncertainty_grows(name: str):
     bench = Bench(name, heading_stddev=0.05, heading_drift=0.004)
     bench.tumble(16.0)
     assert bench.filter.heading_stddev[0] == pytest.approx(0.05, abs=0.002)
@@ -148,7 +148,7 @@ def test_a_disturbed_field_is_rejected_and_the_heading_said_to_grow_worse(name: 
 
 
 @pytest.mark.parametrize("name", REAL)
-def test_with_the_magnetometer_on_even_a_disturbed_field_is_believed(name: str):
+def test_with_the_magnetometer_on_a_disturbed_field_is_used(name: str):
     bench = Bench(name, magnetometer="on")
     bench.tumble(20.0)
     assert bench.error_deg(bench.tumble(25.0, field=FIELD + [40e-6, 0.0, 0.0])).max() > 20.0
@@ -184,7 +184,7 @@ def test_a_heading_comes_back_after_a_disturbance(name: str):
 
 
 @pytest.mark.parametrize("name", REAL)
-def test_a_reset_sensor_keeps_its_bias_and_forgets_its_orientation(name: str):
+def test_a_reset_sensor_keeps_its_bias_and_not_its_orientation(name: str):
     bench, bias = Bench(name), np.radians([0.5, -0.4, 0.3])
     for _ in range(600):
         bench.step(bias=bias)

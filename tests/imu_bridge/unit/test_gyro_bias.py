@@ -1,4 +1,4 @@
-"""The gyroscopes' bias from rests."""
+"""Estimation of the gyroscopes' bias at rest."""
 
 import numpy as np
 

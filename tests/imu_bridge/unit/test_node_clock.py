@@ -1,4 +1,4 @@
-"""Node clock to host stamps."""
+"""Mapping of node clocks to host stamps."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_a_delayed_burst_keeps_its_spacing():
     assert clock.counters["clock_jumps"] == 0
 
 
-def test_a_backlog_at_the_start_is_forgotten():
+def test_a_backlog_at_the_start_is_discarded():
     clock = NodeClock()
     backlog = START_NS + 500 * MS  # 50 samples that waited in the driver
     for k in range(50):

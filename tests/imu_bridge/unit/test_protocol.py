@@ -1,4 +1,4 @@
-"""The wire format, against bytes worked out by hand."""
+"""The protocol's frames, against bytes computed by hand."""
 
 import numpy as np
 import pytest
@@ -146,11 +146,11 @@ def test_frame_of_an_unknown_kind_is_skipped_whole_and_counted() -> None:
     assert decoder.counters["bytes_skipped"] == 0
 
 
-def test_longer_payload_of_a_known_kind_is_read() -> None:
+def test_longer_payload_of_a_supported_kind_is_read() -> None:
     assert Decoder().feed(frame(GOLDEN[3:-2] + b"later")) == [SAMPLE]
 
 
-def test_shorter_payload_of_a_known_kind_is_counted_as_unknown() -> None:
+def test_shorter_payload_of_a_supported_kind_is_counted_as_unknown() -> None:
     decoder = Decoder()
     assert decoder.feed(frame(GOLDEN[3:-3])) == []
     assert decoder.counters["unknown_kinds"] == 1

@@ -1,4 +1,4 @@
-"""README and example files say what the code does."""
+"""README and example files agree with the code."""
 
 import re
 from pathlib import Path
@@ -27,7 +27,7 @@ def test_the_parameters_are_those_of_the_node():
     assert found[1] == markdown_table(ImuBridgeParameters)
 
 
-def test_the_frame_in_the_readme_decodes_to_what_it_says():
+def test_the_frame_in_the_readme_decodes_to_the_documented_values():
     found = re.search(r"```hex\n(.*?)```", README, re.DOTALL)
     assert found
     (sample,) = Decoder().feed(bytes.fromhex(found[1]))

@@ -56,7 +56,7 @@ def test_calibration_is_read(tmp_path: Path):
         ("nodes: {1: elbow}", "node 1: segment 'elbow' is not one of pelvis, torso"),
         ("nodes: {1: torso, 2: torso}", "'torso' is given to nodes 1 and 2"),
         ("nodes:\n  1: torso\n  1: head", "'1' occurs twice"),
-        ("nodes: {256: torso}", "node id 256 is not a whole number from 0 to 255"),
+        ("nodes: {256: torso}", "node id 256 is not an integer from 0 to 255"),
         ("nodes: {-1: torso}", "node id -1"),
         ("nodes: {left: torso}", "node id 'left'"),
         ("nodes: {true: torso}", "node id True"),

@@ -160,7 +160,7 @@ def test_closing_ends_the_thread_even_while_the_port_is_lost(device: Device, ope
     assert source.state is PortState.CLOSED
 
 
-def test_bytes_that_nobody_takes_are_counted(device: Device, open_source, monkeypatch):
+def test_bytes_that_are_not_read_are_counted(device: Device, open_source, monkeypatch):
     monkeypatch.setattr("imu_bridge.serial_source.QUEUE_CHUNKS", 1)
     source = open_source(device.link)
     device.send(b"first")

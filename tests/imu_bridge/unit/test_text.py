@@ -59,7 +59,7 @@ def test_half_lines_are_put_together(size: int):
     assert [reading.clock_us for reading in readings] == [10_000 * k for k in range(20)]
 
 
-def test_the_line_that_the_stream_begins_in_is_not_believed():
+def test_the_incomplete_first_line_of_a_stream_is_ignored():
     whole = line(123_456_000, [0, 0, 9.8], [0, 0, 0], [0, 0, 0])
     reader = parser()
     readings = reader.parse(whole[3:] + whole)  # "456,…" would be a valid line

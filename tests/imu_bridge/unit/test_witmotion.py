@@ -1,4 +1,4 @@
-"""WitMotion's packets: bytes worked out by hand, and an emulator made from the datasheet."""
+"""WitMotion's packets: bytes computed by hand, and an emulator from the datasheet."""
 
 import numpy as np
 import pytest
@@ -109,7 +109,7 @@ def test_packets_of_other_kinds_are_passed_over():
     assert parser.counters["other_packets"] == 1
 
 
-def test_a_saturated_axis_is_seen():
+def test_a_saturated_axis_is_detected():
     fast = Sampling(acceleration=[0, 0, 9.8], angular_velocity=[50.0, 0, 0])
     parser = WitMotionParser()
     parser.parse(packets(fast))

@@ -78,7 +78,7 @@ def test_a_loop_goes_on_with_increasing_stamps(bridge, spin_until):
     assert stamps[6] - start_ns == pytest.approx(32 * MS, abs=1000)
 
 
-def test_a_late_replay_publishes_every_frame_and_says_so(bridge, ros_context, spin_until):
+def test_a_late_replay_publishes_every_frame_and_reports_its_delay(bridge, ros_context, spin_until):
     diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
     _, received, _ = bridge(lead_ns=-60_000 * MS, rate=1.0, loop=True)
 
@@ -93,7 +93,7 @@ def test_a_late_replay_publishes_every_frame_and_says_so(bridge, ros_context, sp
     assert status.message.startswith("replaying a recording, ")
 
 
-def test_diagnostics_say_how_far_it_is_and_that_it_has_finished(bridge, ros_context, spin_until):
+def test_diagnostics_have_the_progress_and_the_end(bridge, ros_context, spin_until):
     diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")
     bridge(lead_ns=0, rate=20.0)
 
@@ -125,7 +125,7 @@ def test_diagnostics_say_how_far_it_is_and_that_it_has_finished(bridge, ros_cont
         ({"rate": 0.0}, ParameterError, "rate"),
         ({"clock": "sundial"}, ParameterError, "sundial"),
         ({"name": "a/b"}, ParameterError, "cannot be part of a topic"),
-        ({"start_at": "noon"}, ParameterError, "no UNIX time"),
+        ({"start_at": "noon"}, ParameterError, "not a UNIX time"),
     ],
 )
 def test_a_bad_parameter_or_file_stops_the_node_at_start(bridge, parameters, error, said):

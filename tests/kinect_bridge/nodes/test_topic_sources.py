@@ -136,7 +136,7 @@ def test_markers_of_two_people_become_two_skeletons_with_their_stamp(bridge):
     assert set(message.skeletons[0].tracking_state) == {2}
 
 
-def test_empty_markers_say_that_nobody_is_there(bridge):
+def test_empty_markers_are_a_frame_without_persons(bridge):
     heard = bridge(MarkerArray, "tracker/bodies", source="markers", topic="tracker/bodies")
 
     message = heard.send(MarkerArray())
@@ -257,7 +257,7 @@ def test_a_zed_person_that_is_searched_for_is_inferred_and_doubtful_joints_too(b
     assert counts["objects_unknown_format"] == "1"
 
 
-def test_hiros_markers_are_known_by_id_or_name_and_their_confidence_counts(bridge):
+def test_hiros_markers_are_identified_by_id_or_name_and_their_confidence_is_used(bridge):
     from hiros_skeleton_msgs.msg import Marker as HirosMarker
     from hiros_skeleton_msgs.msg import Skeleton, SkeletonGroup
 
@@ -401,7 +401,7 @@ def test_stamps_of_another_host_s_clock_are_mapped_and_counted(bridge):
     assert heard.counts()["stamps_mapped"] == "1"
 
 
-def test_a_message_whose_package_is_missing_is_one_line_that_says_how_to_get_it(ros_context):
+def test_a_missing_message_package_is_one_line_with_instructions(ros_context):
     overrides = [
         Parameter("source", value="named_poses"),
         Parameter("message_type", value="no_such_package/msg/Poses"),

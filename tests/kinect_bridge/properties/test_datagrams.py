@@ -1,4 +1,4 @@
-"""Whatever arrives on the socket, the source stays alive and counts it."""
+"""Any data on the socket are counted and do not stop the source."""
 
 import json
 

@@ -16,7 +16,7 @@ def run(monkeypatch, *arguments) -> int:
     return end.value.code
 
 
-def test_json_says_what_the_file_holds(monkeypatch, capsys):
+def test_json_has_the_content_of_the_file(monkeypatch, capsys):
     assert run(monkeypatch, CSV, "--json") == 0
     found = json.loads(capsys.readouterr().out)
 
@@ -29,7 +29,7 @@ def test_json_says_what_the_file_holds(monkeypatch, capsys):
     assert found["sensors"][0]["gaps"] == []
 
 
-def test_the_text_names_sensors_frames_and_what_the_file_says_of_itself(monkeypatch, capsys):
+def test_the_text_has_sensors_frames_and_comments(monkeypatch, capsys):
     assert run(monkeypatch, CSV, "--print-only") == 0
     text = capsys.readouterr().out
 
@@ -38,7 +38,7 @@ def test_the_text_names_sensors_frames_and_what_the_file_says_of_itself(monkeypa
     assert "6 of 6, 10.0 Hz" in text
 
 
-def test_the_first_frame_is_drawn_beside_the_text(monkeypatch, capsys, tmp_path):
+def test_the_first_frame_is_drawn_too(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
 
     assert run(monkeypatch, CSV) == 0

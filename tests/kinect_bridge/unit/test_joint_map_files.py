@@ -1,4 +1,4 @@
-"""Joint maps that users bring: what is read, and what is refused in one line."""
+"""Users' joint maps: valid ones, and errors of one line."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def write(tmp_path):
     return write
 
 
-def test_a_map_that_is_like_another_replaces_what_it_gives(write):
+def test_a_map_based_on_another_replaces_its_keys(write):
     own = find_joint_map(write("like: azure_kinect\nunit: cm\nmap: {left_hand: HAND_LEFT}\n"))
 
     assert own.sources["left_hand"] == ("HAND_LEFT",)
@@ -53,7 +53,7 @@ def test_a_source_that_stands_twice_counts_twice(write):
     np.testing.assert_allclose(positions[JOINT_INDEX["torso"]], [2.0, 1.0, 1.0])
 
 
-def test_confidence_becomes_a_state_and_what_is_not_said_counts_as_tracked(write):
+def test_confidence_becomes_a_state_and_unknown_confidence_counts_as_tracked(write):
     text = AXES + "map: {head: a}\nconfidence: {inferred: 0.2, tracked: 0.6}\n"
     own = find_joint_map(write(text))
 
@@ -66,8 +66,8 @@ def test_confidence_becomes_a_state_and_what_is_not_said_counts_as_tracked(write
         ("", "holds no joint map"),
         ("[1, 2]", "holds no joint map"),
         ("map: {head: a}\ncolour: red\n", "unknown key 'colour'"),
-        ("like: azure_kinekt\n", "like = 'azure_kinekt' is none of the maps"),
-        ("like: [nite2]\n", "is none of the maps"),
+        ("like: azure_kinekt\n", "like = 'azure_kinekt' is not one of the maps"),
+        ("like: [nite2]\n", "is not one of the maps"),
         (AXES, "'map' is missing"),
         (AXES + "map: {}\n", "'map' is missing"),
         (AXES + "map: {tail: a}\n", "map has 'tail', which is not one of our joints"),

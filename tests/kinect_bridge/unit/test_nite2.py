@@ -1,4 +1,4 @@
-"""NiTE2's source against libraries of ours that have the same C functions and play a recording."""
+"""NiTE2's source against substitute libraries with the same functions, which replay a recording."""
 
 import ctypes
 import subprocess
@@ -91,7 +91,7 @@ def sensor(libraries, tmp_path, monkeypatch):
     assert (openni.fake_open_devices(), openni.fake_initialized()) == (0, 0)
 
 
-def test_users_are_tracked_once_they_are_seen_and_become_people(sensor):
+def test_detected_users_are_tracked_and_become_people(sensor):
     sensor.record(user(1), user(3))
     sensor.start()
 
@@ -135,7 +135,7 @@ def test_stamps_keep_the_sensor_s_spacing_on_the_host_s_clock(sensor):
     assert began_ns < stamps[0] < time.time_ns()
 
 
-def test_an_unplugged_sensor_is_noticed_and_read_again_once_it_is_back(sensor):
+def test_an_unplugged_sensor_is_detected_and_reopened(sensor):
     sensor.record(user(1))
     source = sensor.start()
     sensor.frame(lambda frame: frame.person)
@@ -171,11 +171,12 @@ def test_a_sensor_is_chosen_by_index_or_uri(sensor, device):
     assert sensor.frame(lambda frame: frame.person).person == ("1",)
 
 
-def test_a_sensor_that_is_not_there_is_said_in_the_report(sensor):
+def test_a_missing_sensor_is_in_the_report(sensor):
     sensor.record(user(1))
     source = sensor.start(nite2_device="1")
 
-    sensor.wait(lambda: "1 sensors are plugged in, number 1" in source.report().values["trouble"])
+    trouble = "1 sensors are plugged in: no sensor with the index 1"
+    sensor.wait(lambda: trouble in source.report().values["trouble"])
 
 
 def test_libraries_that_are_missing_are_one_line_that_names_them(tmp_path):

@@ -18,6 +18,6 @@ def test_the_start_is_now_unless_given():
 
 
 @pytest.mark.parametrize("text", ["noon", "1.5", "-1", "1e18", "9999999999999999999"])
-def test_a_start_that_is_no_unix_time_in_nanoseconds_is_refused(text):
-    with pytest.raises(ParameterError, match="no UNIX time in integer nanoseconds"):
+def test_a_start_that_is_not_a_unix_time_in_nanoseconds_is_refused(text):
+    with pytest.raises(ParameterError, match="not a UNIX time in integer nanoseconds"):
         KinectBridgeParameters(start_at=text).start_at_ns(0)

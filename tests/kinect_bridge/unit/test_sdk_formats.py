@@ -83,7 +83,7 @@ MAKERS = {"azure_csv": azure_csv, "azure_json": azure_json, "ntu": ntu, "utd_mha
 
 
 @pytest.mark.parametrize("name", MAKERS)
-def test_a_format_is_known_by_its_beginning_whatever_the_name(tmp_path, name):
+def test_a_format_is_recognised_by_its_beginning_for_any_name(tmp_path, name):
     path = MAKERS[name](tmp_path).rename(tmp_path / "recording")
 
     assert detect_format(path) == name
@@ -137,7 +137,7 @@ def test_ntu_s_tracking_states_are_kept(tmp_path, state):
 
 
 @pytest.mark.parametrize("name", ["azure_json", "ntu"])
-def test_a_frame_without_bodies_says_that_nobody_is_there(tmp_path, name):
+def test_a_frame_without_bodies_has_no_persons(tmp_path, name):
     (stream,) = read_recording(MAKERS[name](tmp_path)).streams
 
     assert len(stream.rows(len(stream) - 1)) == 0

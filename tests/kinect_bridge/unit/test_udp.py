@@ -1,4 +1,4 @@
-"""Datagrams: what is heard, what is refused and why."""
+"""Datagrams: accepted ones, and rejected ones by reason."""
 
 import json
 import socket
@@ -78,7 +78,7 @@ def test_another_sdk_s_joints_are_mapped(udp):
     )
 
 
-def test_nobody_is_a_frame_too(udp):
+def test_a_datagram_without_persons_is_a_frame(udp):
     assert hear(udp(), frame(people=[])).person == ()
 
 
@@ -102,7 +102,7 @@ def test_nobody_is_a_frame_too(udp):
         (b" " * 40_000, "datagrams_too_long"),
     ],
 )
-def test_what_is_no_frame_is_counted_by_reason_and_harms_nothing(udp, datagram, reason):
+def test_invalid_datagrams_are_counted_by_reason_and_have_no_effect(udp, datagram, reason):
     source = udp()
 
     assert hear(source, datagram) is None
@@ -149,7 +149,7 @@ def test_lost_late_and_repeated_datagrams_are_counted_and_a_wrap_is_none_of_them
     assert source.counters["frames_received"] == 3
 
 
-def test_a_sender_that_begins_anew_is_heard_again(udp):
+def test_a_restarted_sender_is_accepted_again(udp):
     source = udp()
     hear(source, frame(seq=50_000))
 
@@ -182,11 +182,11 @@ def test_an_open_address_needs_named_senders(udp):
 
 
 def test_addresses_that_are_none_are_refused(udp):
-    with pytest.raises(ParameterError, match="'localhost' is no IP address"):
+    with pytest.raises(ParameterError, match="'localhost' is not an IP address"):
         udp(udp_address="localhost")
 
 
-def test_a_port_that_is_taken_is_said(udp):
+def test_a_port_in_use_is_reported(udp):
     port = udp().port
     with pytest.raises(InputError, match=f"cannot listen on 127.0.0.1 port {port}"):
         udp(udp_port=port)

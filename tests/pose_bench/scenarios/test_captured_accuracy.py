@@ -1,4 +1,4 @@
-"""Accuracy is pinned: on captured people before simulated sensors, and on a real recording."""
+"""Bounds of the accuracy on captured motion with simulated sensors, and on a real recording."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Captured people who cross, hide one another, leave and come back keep their identities."""
+"""Captured people who cross, occlude each other, leave and return keep their identities."""
 
 import pytest
 
@@ -6,13 +6,13 @@ from pose_bench.tools.people import make_scene, score_scene
 
 
 @pytest.mark.parametrize("people", [2, 3, 4])
-def test_nobody_is_taken_for_somebody_else(people):
+def test_no_person_is_confused_with_another(people):
     score = score_scene(make_scene(people, 1, 30.0)).identity
     assert (score.switches, score.wrong, score.identities) == (0, 0, people)
     assert score.assigned > 0.9 * score.skeletons
 
 
-def test_six_are_told_apart_once_their_size_is_known():
+def test_six_persons_are_distinguished_once_their_size_is_known():
     score = score_scene(make_scene(6, 0, 30.0)).identity
     assert score.switches <= 2
     assert score.wrong < 0.03 * score.assigned

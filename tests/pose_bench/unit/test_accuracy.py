@@ -33,7 +33,7 @@ def test_a_kalman_filter_of_both_sensors_beats_each_of_them():
     assert abs(left.added_lag_ms) < 2.0
 
 
-def test_a_session_that_cannot_be_calibrated_says_so_and_spares_the_baseline():
+def test_a_session_without_calibration_is_reported_and_the_baseline_still_runs():
     short = replace(CELL, condition=CALIBRATED)
 
     def refuse(*_):
@@ -48,7 +48,7 @@ def test_a_session_that_cannot_be_calibrated_says_so_and_spares_the_baseline():
     assert baseline.rmse_deg < 15.0
 
 
-def test_a_method_that_breaks_has_a_row_that_says_why(monkeypatch):
+def test_a_method_that_fails_has_a_row_with_the_reason(monkeypatch):
     def broken(method, *arguments):
         if method.name == "mean":
             raise np.linalg.LinAlgError("singular\nmatrix")

@@ -1,4 +1,4 @@
-"""The judged suite on captured people: its sessions, variants and tables."""
+"""The suite on captured motion: its sessions, variants and tables."""
 
 from collections import Counter
 from dataclasses import replace
@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from pose_bench.captured import METHODS, CapturedScore
-from pose_bench.captured_suite import CALIBRATED, KNOWN, OFFSET, captured_specs
+from pose_bench.captured_suite import captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import IMU_SETS, ablation_methods, imu_set_methods
+from pose_bench.suite import CALIBRATED, KNOWN, OFFSET
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_sim.captured.clips import bundled_clips
@@ -45,7 +46,7 @@ def test_conditions_go_on_from_one_folder_to_the_next(folder):
     assert first.condition == CALIBRATED
 
 
-def test_judged_sessions_have_trackers_and_delays_that_tuning_has_not_seen(folder):
+def test_judged_sessions_have_held_out_trackers_and_delays(folder):
     judged = captured_specs(folder, judged=True, seed=1)
     assert {name for spec in judged for name in spec.trackers} >= set(JUDGED_ON)
     assert {delay for spec in judged for delay in spec.delays_s} > {0.0}
@@ -59,7 +60,7 @@ def test_the_same_seed_gives_the_same_suite(folder):
     )
 
 
-def test_a_folder_without_clips_is_told_so(tmp_path):
+def test_a_folder_without_clips_is_refused(tmp_path):
     with pytest.raises(InputError, match="holds no clips"):
         captured_specs(tmp_path, judged=True, seed=1)
 

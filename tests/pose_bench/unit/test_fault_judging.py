@@ -1,4 +1,4 @@
-"""When a fault counts as said."""
+"""When a fault counts as reported."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def said_after(*reports):
     return _said(FAULT, reports, 10 * NS, 20 * NS)[0]
 
 
-def test_a_sentence_that_was_said_and_taken_back_before_counts_again():
+def test_a_warning_that_ended_before_the_fault_counts_again():
     reports = (
         report(8.0, "right is late"),
         report(9.0, "tracking", 0),
@@ -29,7 +29,7 @@ def test_a_sentence_that_was_said_and_taken_back_before_counts_again():
     assert said_after(*reports) == pytest.approx(0.5)
 
 
-def test_a_sentence_that_stood_there_already_says_nothing_new():
+def test_a_warning_from_before_the_fault_does_not_count():
     assert np.isnan(said_after(report(9.0, "right is late"), report(10.5, "right is late")))
 
 

@@ -1,4 +1,4 @@
-"""Fuzzing: a short, seeded part of `./pose bench fuzz`, and what it would find."""
+"""A short, seeded part of `./pose bench fuzz`, and the faults that it detects."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from pose_core.errors import InputError
 CASES = 60  # `./pose bench fuzz --cases` takes more
 
 
-def test_nothing_that_reads_crashes_on_mutated_inputs():
+def test_no_reader_crashes_on_mutated_inputs():
     with targets() as every:
         outcomes = [fuzz(target, CASES, seed=7) for target in every]
 

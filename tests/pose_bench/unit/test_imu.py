@@ -26,7 +26,7 @@ def resting_trial(path: Path, samples: int = 50) -> None:
     )
 
 
-def test_heading_and_inclination_errors_are_told_apart():
+def test_heading_and_inclination_errors_are_separated():
     truth = Rotation.random(20, random_state=1)
     error = Rotation.from_euler("z", 10, degrees=True) * Rotation.from_euler("x", 4, degrees=True)
     found = errors((error * truth).as_quat(), truth.as_quat())
@@ -66,13 +66,13 @@ def test_a_folder_without_trials_is_refused(tmp_path: Path):
 
 def test_a_file_that_is_no_trial_is_refused(tmp_path: Path):
     (tmp_path / "01.mat").write_bytes(b"not MATLAB's" * 40)
-    with pytest.raises(InputError, match="is no trial of BROAD"):
+    with pytest.raises(InputError, match="is not a trial of BROAD"):
         read_broad(tmp_path)
     savemat(tmp_path / "01.mat", {"imu_gyr": np.zeros((3, 3))})
-    with pytest.raises(InputError, match="is no trial of BROAD"):
+    with pytest.raises(InputError, match="is not a trial of BROAD"):
         read_broad(tmp_path)
 
 
-def test_nothing_to_run_is_refused():
+def test_an_empty_selection_is_refused():
     with pytest.raises(InputError, match="nothing to run"):
         run(["imu", "--no-synthetic"])

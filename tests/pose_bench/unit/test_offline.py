@@ -1,4 +1,4 @@
-"""The bags that ``./pose bench offline`` repeats, and what ``live`` makes of what it noted."""
+"""The repeated bags of ``./pose bench offline``, and the figures of ``live`` from its probe."""
 
 import sys
 
@@ -64,7 +64,7 @@ def test_an_instant_without_a_joint_state_is_counted():
     assert _result(notes, S, *USAGES).missing == 1
 
 
-def test_a_graph_that_says_nothing_is_an_error():
+def test_a_graph_without_output_is_an_error():
     with pytest.raises(InputError, match="no joint states"):
         _result({**noted(20), "arrived": {}}, S, *USAGES)
 

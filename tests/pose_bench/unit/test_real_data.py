@@ -37,7 +37,7 @@ def two_cameras(squats, right_late_ns=0):
     return make_recording("Study_1_Kinect_1.csv", "kinectmultitrack", streams)
 
 
-def test_an_estimator_that_changes_nothing_is_as_far_from_the_other_view_as_the_raw_one(squats):
+def test_an_estimator_that_returns_its_input_has_the_error_of_the_raw_view(squats):
     raw, mean = kinectmultitrack.compare_views(two_cameras(squats), 0, ["mean"])
 
     assert (raw.method, mean.method) == (RAW, "mean")
@@ -81,7 +81,7 @@ def test_agreement_with_a_vicon_is_about_the_mean_error_after_the_best_time_shif
         assert score.r > 0.999
 
 
-def test_an_arm_overhead_whose_flexion_turns_by_a_full_circle_does_no_harm(squats):
+def test_an_arm_overhead_whose_flexion_wraps_has_no_effect(squats):
     stamps_ns = squats.judged_truth.stamps_ns
     flexion = np.pi + 0.3 * np.sin(4.0 * np.arange(len(stamps_ns)) / 100.0)
 
@@ -90,7 +90,7 @@ def test_an_arm_overhead_whose_flexion_turns_by_a_full_circle_does_no_harm(squat
     assert score.sd_deg == pytest.approx(0.0, abs=1e-6)
 
 
-def test_real_rows_say_that_they_are_real(squats):
+def test_rows_of_real_people_are_marked(squats):
     views = kinectmultitrack.compare_views(two_cameras(squats), 0, ["mean"])
 
     rows = list(csv.DictReader(io.StringIO(rows_csv(views))))
@@ -126,7 +126,7 @@ def test_an_estimate_of_a_real_session_is_cut_into_its_repetitions(shared_data):
 
 
 @pytest.mark.data
-def test_real_recordings_of_one_person_are_told_from_those_of_two(shared_data):
+def test_real_recordings_of_one_person_are_distinguished_from_those_of_two(shared_data):
     recordings = kinectmultitrack.single_person_recordings(shared_data / "kinectmultitrack")
 
     assert len(recordings) == 7

@@ -1,4 +1,4 @@
-"""The compiled filter gives what the plain one gives, and what its equations promise."""
+"""The compiled filter equals the reference implementation and satisfies its equations."""
 
 import numpy as np
 import pytest

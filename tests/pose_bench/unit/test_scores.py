@@ -141,7 +141,7 @@ def test_the_ratio_is_taken_session_by_session():
     assert mean.worst_motion == ("bow, hard", pytest.approx(1.2))
 
 
-def test_targets_say_what_is_met_and_what_is_not():
+def test_targets_show_which_are_met():
     rows = {row[0]: row for row in target_table(ratios(scores_of(RMSE))).rows}
 
     assert rows["default: RMSE / joint_kf"][2:] == ("0.64", "no")

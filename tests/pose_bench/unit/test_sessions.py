@@ -32,7 +32,7 @@ def test_both_kinects_and_all_nine_imus_are_there(session):
     assert len(session.imus) == pytest.approx(9 * 100 * 6, abs=20)
 
 
-def test_skeletons_are_stamped_with_their_capture_but_for_the_latency_that_nobody_knows(session):
+def test_skeletons_are_stamped_with_their_capture_plus_the_unobservable_latency(session):
     clean = bench_session(replace(SPEC, level="clean"), imus=False)
     truth = clean.truth
     for sample in clean.skeletons[10:200:20]:

@@ -42,7 +42,7 @@ def test_only_the_offset_condition_has_a_clock_offset():
         assert cell.session.clock_offset_s == (0.08 if cell.condition == OFFSET else 0.0)
 
 
-def test_nothing_that_is_judged_unseen_may_be_tuned_on():
+def test_held_out_cells_are_not_used_for_tuning():
     assert not set(TUNING_SEEDS) & set(JUDGING_SEEDS)
     assert set(TUNING_CHOREOGRAPHIES) < set(MOTIONS)
     unseen = {cell.choreography for cell in cells() if not cell.is_seen}
@@ -59,7 +59,7 @@ def test_an_unknown_choreography_is_refused_with_the_ones_there_are():
         cells(["polka"])
 
 
-def test_the_readme_says_what_may_be_tuned_on_and_what_every_figure_and_method_is():
+def test_the_readme_documents_tuning_sets_figures_and_methods():
     tuning, judging = README.split("Parameters may be tuned on")[1].split("The evaluation uses")
     judging = judging.split("###")[0]
     for name in MOTIONS:

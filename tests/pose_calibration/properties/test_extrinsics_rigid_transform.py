@@ -1,4 +1,4 @@
-"""What holds for every rigid fit."""
+"""Properties of every rigid fit."""
 
 import numpy as np
 import pytest

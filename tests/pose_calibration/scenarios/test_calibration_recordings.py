@@ -86,7 +86,7 @@ def test_the_floor_lies_a_metre_below_the_level_sensor(shared_data):
     assert abs(np.degrees(floor.tilt)) < 2.0
 
 
-def test_a_recording_of_somebody_who_stands_is_refused(shared_data):
+def test_a_recording_of_a_standing_person_is_refused(shared_data):
     samples = read(shared_data, "Study_10_Kinect_2_Time_4_17_12_PM")
     with pytest.raises(CalibrationError, match="too little motion"):
         calibrate(samples, SENSORS)

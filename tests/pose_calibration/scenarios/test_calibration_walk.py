@@ -1,4 +1,4 @@
-"""Calibration of virtual Kinects by a person who does what a calibration asks for."""
+"""Calibration of virtual Kinects by a person who follows the instructions."""
 
 import numpy as np
 import pytest

@@ -60,7 +60,7 @@ def test_offsets_are_found_to_5_ms_where_trackers_have_no_lags_of_their_own(
     assert found.clock.ahead_ns(newest_ns) * 1e-9 == pytest.approx(offset_s, abs=0.005)
 
 
-def test_with_lags_of_typical_trackers_the_error_agrees_with_the_deviation_told():
+def test_with_lags_of_typical_trackers_the_error_agrees_with_the_standard_deviation():
     skeletons = session("dance", 1, 0.1).skeletons
     found = estimate_clock_offset(of(skeletons, "left"), of(skeletons, "right"))
     assert found.estimate_s == pytest.approx(0.1, abs=3.0 * found.stddev_s)
@@ -92,7 +92,7 @@ def bench_session_extrinsics():
     return replace(placed, clocks={})
 
 
-def test_a_clock_that_somebody_sets_is_found_again():
+def test_a_clock_that_is_set_is_estimated_again():
     skeletons = session("dance", 1, 0.0, "steady", duration_s=60.0).skeletons
     left, right = of(skeletons, "left"), of(skeletons, "right")
     middle_ns = left[0].stamp_ns + 2 * EVERY_NS
@@ -116,7 +116,7 @@ def findings(offset_s, overrides="steady"):
 
 
 @pytest.mark.parametrize("offset_s", [0.45, -0.3])
-def test_the_imus_clock_is_found_and_said_how_well(offset_s):
+def test_the_imus_clock_is_estimated_with_its_uncertainty(offset_s):
     found = findings(offset_s, overrides=())
     assert found.clock is not None
     assert found.offset_s == pytest.approx(offset_s, abs=2.0 * found.offset_stddev_s)

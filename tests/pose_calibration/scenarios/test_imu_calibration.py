@@ -1,4 +1,4 @@
-"""The IMUs' calibration on the synthetic person, straps 15 to 30 degrees off (synthetic)."""
+"""The IMUs' calibration on the synthetic person, misaligned by 15 to 30 degrees."""
 
 from dataclasses import replace
 
@@ -93,7 +93,7 @@ def test_exchanged_sensors_are_named(session):
     assert "exchanged" in faults[0].text
 
 
-def test_a_sensor_that_lies_on_the_table_is_named_and_left_out(session):
+def test_a_sensor_on_the_table_is_named_and_left_out(session):
     def lie(sample):
         if sample.segment != "right_thigh":
             return sample
@@ -167,13 +167,13 @@ def test_it_leads_from_standing_through_moving_to_done(session):
     assert (done.progress, done.missing) == (1.0, "")
 
 
-def test_what_has_not_moved_enough_is_said_with_the_motion_that_helps(session):
+def test_segments_with_too_little_motion_are_named_with_an_instruction(session):
     still = calibrated(session, until_s=15.0, enough_stddev=0.03).finish()
     texts = {remark.segments[0]: remark.text for remark in still.remarks}
     assert "kick the heel back" in texts["left_shank"]
 
 
-def test_a_person_who_never_stood_still_is_told_so(session):
+def test_a_recording_without_an_n_pose_is_refused(session):
     late = replace(session, samples=session.samples[len(session.samples) // 2 :])
     with pytest.raises(
         CalibrationError, match=r"found no N-pose: stand still.* align the IMUs from motion"

@@ -1,4 +1,4 @@
-"""A person who does not stand quite neutrally, as people do (synthetic)."""
+"""Calibration of IMUs with an inexact N-pose (synthetic)."""
 
 import numpy as np
 import pytest

@@ -84,7 +84,7 @@ def test_a_checkerboard_at_2_m_does_too_with_more_noise_and_blur():
     assert turned_deg < 0.1
 
 
-def test_a_board_that_is_half_covered_counts_with_the_corners_that_are_seen():
+def test_the_visible_corners_of_a_half_covered_board_are_used():
     poses = board_poses(CHARUCO, 14, np.random.default_rng(6))
     seen = look(CHARUCO, poses, hidden=(-0.1, -0.1, 0.2, 0.4))
     corners = [len(view.corners) for instant in seen for view in instant.values()]
@@ -115,7 +115,7 @@ def test_a_checkerboard_upside_down_is_recognised_as_such(roll):
     np.testing.assert_allclose(seen["left"].pixels, true.reshape(-1, 2), atol=0.3)
 
 
-def test_a_view_whose_board_moved_between_the_cameras_is_left_out(instants):
+def test_a_view_of_a_moving_board_is_left_out(instants):
     cheated = list(instants)
     pairs = [i for i, seen in enumerate(instants) if len(seen) == 2]
     a, b = pairs[:2]
@@ -197,7 +197,7 @@ def test_coverage_names_the_parts_of_the_image_that_are_empty():
     assert "bottom right" in found.missing
 
 
-def test_the_collector_keeps_still_boards_in_new_places_and_says_what_is_missing():
+def test_the_collector_stores_boards_at_rest_in_new_poses_and_instructs_the_user():
     scene, rng = Scene(CHARUCO, CAMERAS, PLACES), np.random.default_rng(2)
     collector = BoardCollector(CHARUCO, ["left", "right"], max_skew_s=0.1)
     here, there = board_pose(CHARUCO, 0, 0, 2), board_pose(CHARUCO, 0.3, 0.1, 2)
@@ -212,5 +212,5 @@ def test_the_collector_keeps_still_boards_in_new_places_and_says_what_is_missing
 
 
 def test_a_square_checkerboard_is_refused():
-    with pytest.raises(ParameterError, match="looks alike from four sides"):
+    with pytest.raises(ParameterError, match="is the same from four sides"):
         BoardParameters(board="checkerboard", columns=6, rows=6)

@@ -1,4 +1,4 @@
-"""What goes into and comes out of the calibration with a board: images, camera infos, paper."""
+"""Input and output of the calibration with a board: images, camera infos, the printed page."""
 
 import io
 import re

@@ -1,4 +1,4 @@
-"""The person's measures in a session's file."""
+"""The person's body measures in a session's file."""
 
 from dataclasses import replace
 
@@ -40,7 +40,7 @@ def test_a_neutral_stand_gives_the_bones_to_a_centimetre(body):
     assert lengths["right_elbow"] == pytest.approx(0.30, abs=0.01)
 
 
-def test_nobody_has_no_measures():
+def test_a_session_without_a_person_has_no_body_measures():
     assert measure_body([], {}) is None
 
 

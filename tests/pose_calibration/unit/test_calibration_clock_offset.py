@@ -33,7 +33,7 @@ def test_clocks_that_agree_are_found_to_agree():
     assert abs(offset.clock.offset_ns) < 5_000_000
 
 
-def test_a_person_who_stands_still_tells_no_offset():
+def test_a_standing_person_determines_no_offset():
     left, right = streams(offset_s={"right": 0.1}, walks=False, moves=False)
     offset = estimate_clock_offset(left, right)
     assert not offset.observable
@@ -45,12 +45,12 @@ def test_an_offset_beyond_the_reach_is_not_invented():
     assert not estimate_clock_offset(left, right, max_offset_s=0.2).observable
 
 
-def test_too_few_frames_tell_no_offset():
+def test_too_few_frames_determine_no_offset():
     left, right = streams(duration_s=0.5)
     assert estimate_clock_offset(left, right).stddev_s == np.inf
 
 
-def test_views_that_never_overlap_tell_no_offset():
+def test_views_without_overlap_determine_no_offset():
     left, right = streams(duration_s=4.0)
     _, late = streams(duration_s=4.0, offset_s={"right": 30.0})
     assert not estimate_clock_offset(left, late).observable

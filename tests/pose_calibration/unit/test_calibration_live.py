@@ -47,7 +47,7 @@ def test_a_calibration_that_is_good_enough_ends_by_itself():
     assert (calibration.progress, calibration.missing) == (1.0, "")
 
 
-def test_until_then_it_says_what_to_do_and_how_far_it_is():
+def test_before_the_first_solution_there_are_instructions_and_progress():
     calibration = LiveCalibration(LiveCalibrationParameters(enough_position_stddev=0.001))
     feed(calibration, samples(duration_s=8.0))
     assert calibration.state is CalibrationState.CALIBRATED
@@ -111,7 +111,7 @@ def bump(**parameters):
     return calibration
 
 
-def test_a_moved_sensor_is_told_and_stays_told():
+def test_a_moved_sensor_is_reported_until_the_next_calibration():
     calibration = bump()
     assert calibration.counters["moves_noticed"] == 1
     assert "has been moved" in calibration.status
@@ -125,7 +125,7 @@ def test_a_moved_sensor_is_calibrated_again_if_that_is_allowed():
     assert np.linalg.norm(found[:3, 3] - true[:3, 3]) < 0.03
 
 
-def test_while_the_person_stands_still_the_status_says_what_to_do():
+def test_while_the_person_stands_still_the_status_has_an_instruction():
     calibration = LiveCalibration(LiveCalibrationParameters())
     still = samples(duration_s=6.0, walks=False, moves=False, noise=0.003)
     assert feed(calibration, still) == []
@@ -146,7 +146,7 @@ def test_with_two_people_from_the_start_one_is_found_whose_views_agree():
     frames = frames_of([person_at, other], 16.0)
     first = [persons for persons, _ in frames[:60]]
     assert [calibration.add(persons) for persons in first] == [None] * 60
-    assert "several people are seen" in calibration.status
+    assert "several people are detected" in calibration.status
     given = [calibration.add(persons) for persons, _ in frames[60:]]
     extrinsics = [each for each in given if each is not None][-1]
     assert angle_deg(extrinsics.T_reference_sensor["right"], TRUE) < 1.0

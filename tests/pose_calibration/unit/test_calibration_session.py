@@ -1,4 +1,4 @@
-"""A whole session in, its calibration out."""
+"""Calibration of a whole session."""
 
 import numpy as np
 import pytest

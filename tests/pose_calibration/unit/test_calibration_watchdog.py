@@ -1,4 +1,4 @@
-"""A sensor that has been moved is noticed; a person who moves is not."""
+"""Detection of a moved sensor, without false alarms by a moving person."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def bumped(shift=(0.0, 0.0, 0.0), turn_deg=0.0, sensor="right", poses=POSES):
 
 
 @pytest.mark.parametrize("bump", [{"shift": (0.0, 0.02, 0.0)}, {"turn_deg": 1.0}])
-def test_two_centimetres_or_one_degree_are_noticed_within_5_s(bump):
+def test_two_centimetres_or_one_degree_are_detected_within_5_s(bump):
     before = frames(duration_s=BEFORE_S, noise=0.01, seed=1)
     after = frames(duration_s=AFTER_S, noise=0.01, seed=2, poses=bumped(**bump))
     moved, delay_s = watch(before, after)
@@ -69,7 +69,7 @@ def test_trackers_that_err_with_the_view_are_not_moved_sensors():
     assert watch(some[:300], some[300:]) == (None, None)
 
 
-def test_a_calibration_that_never_fitted_is_told_too():
+def test_a_wrong_calibration_is_reported_too():
     watchdog = Watchdog(extrinsics_from_map(bumped((0.15, 0.0, 0.0))))
     noticed = [watchdog.add(frame) for frame in frames(duration_s=18.0, noise=0.01)]
     assert any(moved is not None for moved in noticed)

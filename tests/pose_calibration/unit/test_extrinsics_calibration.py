@@ -1,4 +1,4 @@
-"""Extrinsics from what several sensors see of one person."""
+"""Extrinsics from several sensors' skeletons of one person."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_a_person_who_walks_about_gives_the_extrinsics():
     np.testing.assert_array_equal(extrinsics.T_reference_sensor["left"], np.eye(4))
 
 
-def test_the_residuals_tell_the_agreement_before_and_after():
+def test_the_residuals_contain_the_agreement_before_and_after():
     pair = solve(frames(noise=0.02)).residuals["right"]
     assert pair.raw_median > 0.5
     assert pair.inlier_rms == pytest.approx(0.02 * np.sqrt(6.0), rel=0.1)
@@ -185,7 +185,7 @@ def test_views_of_different_persons_are_refused():
         solve(mixed)
 
 
-def test_nothing_at_all_is_refused():
+def test_no_frames_are_refused():
     with pytest.raises(CalibrationError, match="found 0 frames"):
         ExtrinsicsCalibrator(("left", "right")).solve()
 
@@ -239,7 +239,7 @@ def test_places_in_map_become_extrinsics_again():
     np.testing.assert_allclose(extrinsics.T_map_sensor("right"), RIGHT)
 
 
-def test_a_sensor_that_always_sees_the_sides_swapped_is_calibrated_too():
+def test_a_sensor_with_swapped_sides_is_calibrated_too():
     some = [
         with_positions(f, "right", f.samples["right"].positions[SWAPPED])
         for f in frames(noise=0.01)

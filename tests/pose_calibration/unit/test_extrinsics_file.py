@@ -177,12 +177,12 @@ def offset_in_seconds(document):
 
 def clock_of_a_stranger(document):
     document["clocks"] = {"top": {"offset_ns": 1}}
-    return "clocks name 'top', expected some of right, imus: the clock of 'left' is the one"
+    return "clocks has 'top', expected some of right, imus: the clock of 'left' is the reference"
 
 
 def clock_of_the_reference(document):
     document["clocks"] = {"left": {"offset_ns": 1}}
-    return "clocks name 'left', expected some of right, imus"
+    return "clocks has 'left', expected some of right, imus"
 
 
 def clock_in_other_words(document):

@@ -87,7 +87,7 @@ def test_a_jump_and_swinging_feet_do_not_lift_the_floor():
     assert estimate_floor(positions).height == pytest.approx(1.2, abs=0.03)
 
 
-def test_a_person_who_lies_down_does_not_turn_the_world():
+def test_a_lying_person_does_not_rotate_map():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0)
     positions = view(T)
     lying = positions[:, :, [1, 0, 2]] * [-1.0, 1.0, 1.0]
@@ -113,7 +113,7 @@ def test_without_an_upright_person_the_sensor_is_taken_as_level():
     assert floor.height_stddev == np.inf
 
 
-def test_a_known_mounting_overrides_what_is_seen():
+def test_a_known_mounting_overrides_the_estimate():
     T = sensor_pose(0.0, 0.0, 1.2, 0.0, 10.0)
     known = KnownMounting(tilt=np.radians(14.0), height=2.0)
     floor = estimate_floor(view(T), known)

@@ -1,4 +1,4 @@
-"""The vertical from IMUs on limbs that a camera sees (synthetic)."""
+"""The vertical from IMUs on limbs that a camera tracks (synthetic)."""
 
 import numpy as np
 import pytest
@@ -55,13 +55,13 @@ def test_the_vertical_is_found_whatever_the_mountings():
     assert found.stddev < 0.85 * PRIOR
 
 
-def test_limbs_that_never_move_add_nothing():
+def test_limbs_at_rest_do_not_improve_the_vertical():
     track, verticals = swinging(moves=False)
     view = View(track, off_by(SEEN_WRONG))
     assert gravity_from_imus([view], [np.eye(3)], verticals, 0.0, np.radians(1.0)) is None
 
 
-def test_without_imus_there_is_nothing_to_be_found():
+def test_without_imus_there_is_no_estimate():
     track, _ = swinging()
     assert gravity_from_imus([View(track, UP)], [np.eye(3)], {}, 0.0, PRIOR) is None
 
@@ -73,6 +73,6 @@ def test_the_delay_is_found_to_5_ms(delay_s):
     assert found.estimate_s == pytest.approx(delay_s, abs=0.005)
 
 
-def test_limbs_that_never_move_tell_no_delay():
+def test_limbs_at_rest_determine_no_delay():
     track, verticals = swinging(0.1, moves=False, noise=0.001)
     assert measure_imu_delay([View(track, UP)], verticals, reach_s=0.5).stddev_s == np.inf

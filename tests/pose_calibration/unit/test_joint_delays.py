@@ -1,4 +1,4 @@
-"""How much later one view shows the joints than another."""
+"""Delay of the joints in one view behind another."""
 
 import numpy as np
 import pytest
@@ -41,6 +41,6 @@ def test_constant_offsets_between_the_views_are_no_delay():
     assert abs(estimate_delay(stamps, first, second + 0.05).estimate_s) < 1e-6
 
 
-def test_a_view_without_joints_tells_nothing():
+def test_a_view_without_joints_determines_no_delay():
     stamps, first, second = views(0.0)
     assert estimate_delay(stamps, first, np.full_like(second, np.nan)).stddev_s == np.inf

@@ -1,4 +1,4 @@
-"""How well people keep their identities."""
+"""Evaluation of the tracking of identities."""
 
 from pose_evaluation.identity import score_identities
 

@@ -129,12 +129,12 @@ def test_the_board_is_printed(tmp_path, monkeypatch):
     [
         ([], "no output: name"),
         (["left=a", "-o", "x.yaml"], "expected NAME=FOLDER of two or more cameras"),
-        (["left=a", "left=b", "-o", "x.yaml"], "'left=b' is no folder of images"),
+        (["left=a", "left=b", "-o", "x.yaml"], "'left=b' is not a folder of images"),
         (["left=a", "right=b", "-o", "nowhere/x.yaml"], "its folder does not exist"),
         (["left=a", "right=b", "-o", "x.yaml"], "found no folder a"),
         (["--live", "left", "left", "-o", "x.yaml"], "two or more different cameras"),
         (["--columns", "2", "--print", "x.pdf"], "columns = 2 is outside [3, 30]"),
-        (["--board", "checkerboard", "--rows", "7", "--print", "x.pdf"], "alike from four sides"),
+        (["--board", "checkerboard", "--rows", "7", "--print", "x.pdf"], "same from four sides"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(arguments, text, tmp_path, monkeypatch, capsys):

@@ -121,7 +121,7 @@ def test_several_people_of_whom_nobody_is_seen_long_enough_are_refused(
 ):
     bag = write(tmp_path / "bag", samples(duration_s=1.0), copies=2)
     line = refused(monkeypatch, capsys, tmp_path, bag)
-    assert "nobody's views in left, right agree" in line
+    assert "views in left, right agree on none" in line
     assert "--person" in line
 
 

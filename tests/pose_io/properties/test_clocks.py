@@ -1,4 +1,4 @@
-"""A sensor's clock on the host's: made clocks, whose truth is known."""
+"""Mapping of a sensor's clock onto the host's, on simulated clocks."""
 
 import numpy as np
 import pytest

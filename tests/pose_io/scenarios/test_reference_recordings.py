@@ -1,4 +1,4 @@
-"""Our joint centres of real Vicon markers, beside the angles that Plug-in Gait made of them."""
+"""Joint centres from real Vicon markers, compared with Plug-in Gait's angles."""
 
 import gzip
 
@@ -20,7 +20,7 @@ def table(path):
 
 
 @pytest.mark.parametrize("trial", ["m01_s01_e02", "m03_s01_e02", "m05_s02_e02"])
-def test_knees_bend_as_plug_in_gait_says(trial, shared_data):
+def test_knee_angles_agree_with_plug_in_gait(trial, shared_data):
     folder = shared_data / "uiprmd" / "Vicon"
     points = table(folder / "Positions" / f"{trial}_positions.txt.gz") / 1000.0
     points = points.reshape(len(points), len(MARKERS), 3)

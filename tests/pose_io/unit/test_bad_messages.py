@@ -1,4 +1,4 @@
-"""Messages that no sensor should send: what they say is left out, never passed on."""
+"""Invalid messages of sensors: their values are left out."""
 
 import dataclasses
 
@@ -78,7 +78,7 @@ def test_an_unknown_tracking_state_is_refused():
 
 
 @pytest.mark.parametrize("variance", [np.nan, np.inf])
-def test_an_imu_whose_variances_are_none_says_nothing(variance):
+def test_an_imu_with_invalid_variances_is_ignored(variance):
     block, kept = imu_block({"torso": serialized([imu(), imu(variance=variance), imu()])})
     assert kept.tolist() == [0, 2]
     assert len(block) == 2

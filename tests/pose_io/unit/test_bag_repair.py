@@ -1,4 +1,4 @@
-"""Bags whose recording was cut off."""
+"""Repair of bags whose recording was interrupted."""
 
 import shutil
 
@@ -47,7 +47,9 @@ def test_messages_of_a_cut_off_recording_are_read_in_the_order_of_their_stamps(t
     assert read == sorted(stamps_ns.tolist())
 
 
-def test_a_cut_off_recording_is_said_to_lack_its_index_and_is_mended(tmp_path, stamps_ns, capsys):
+def test_an_interrupted_recording_is_reported_without_index_and_repaired(
+    tmp_path, stamps_ns, capsys
+):
     bag = cut_off(tmp_path / "bag", stamps_ns)
 
     assert doctor_bag(bag, None) == 1
@@ -89,7 +91,7 @@ def test_zeros_after_a_power_cut_are_left_out(tmp_path, stamps_ns):
 
     condition = examine(file)
 
-    assert condition.problem == "bytes that are no record"
+    assert condition.problem == "bytes that are not a record"
     assert repair(file, condition, tmp_path / "mended") == 50
 
 
@@ -114,23 +116,23 @@ def test_a_cut_off_database_is_read_without_its_metadata(tmp_path, stamps_ns):
         assert bag.message_count == 50
 
 
-def test_of_a_database_doctor_says_what_makes_its_metadata(tmp_path, stamps_ns):
+def test_for_a_database_doctor_has_the_command_that_makes_its_metadata(tmp_path, stamps_ns):
     with pytest.raises(InputError, match=r"of a \.db3 file, 'ros2 bag reindex'"):
         doctor_bag(cut_off(tmp_path / "bag", stamps_ns, "sqlite3"), None)
 
 
-def test_a_split_bag_without_its_metadata_says_how_to_make_it(tmp_path):
+def test_a_split_bag_without_metadata_is_refused_with_instructions(tmp_path):
     for part in range(2):
         (tmp_path / f"bag_{part}.db3").write_bytes(b"")
     with pytest.raises(InputError, match="but 2; 'ros2 bag reindex' makes"):
         open_bag(tmp_path)
 
 
-def test_a_bag_whose_index_alone_is_cut_off_loses_no_message(tmp_path, stamps_ns, capsys):
+def test_a_bag_with_a_truncated_index_loses_no_message(tmp_path, stamps_ns, capsys):
     cut_off(tmp_path / "bag", stamps_ns)
     (file,) = (tmp_path / "bag").glob("*.mcap")
     file.write_bytes(file.read_bytes()[:-100])
 
     assert doctor_bag(tmp_path / "bag", None) == 1
-    assert "an index that is cut short: no message is lost" in capsys.readouterr().out
+    assert "a truncated index: no message is lost" in capsys.readouterr().out
     assert repair(file, examine(file), tmp_path / "mended") == 50

@@ -124,7 +124,7 @@ def test_a_joint_that_is_not_tracked_has_no_position(make_bag):
     assert np.flatnonzero(~is_known).tolist() == [JOINT_INDEX["neck"]]
 
 
-def test_a_skeleton_of_which_no_joint_is_tracked_is_nobody(make_bag):
+def test_a_skeleton_without_tracked_joints_is_no_person(make_bag):
     bag = make_bag(("/kinect_left/skeletons", seen(0, skeleton(0, state=0)), 1))
     assert list(BagSamples(bag)) == []
 
@@ -178,7 +178,7 @@ def test_a_malformed_skeleton_is_counted_and_left_out(make_bag):
     assert samples.counters["malformed_frames"] == 1
 
 
-def test_a_bag_without_skeletons_is_refused_and_says_what_it_found(make_bag):
+def test_a_bag_without_skeletons_is_refused_with_its_topics(make_bag):
     bag = make_bag(("/imu_torso/data", imu(0), 0))
     with pytest.raises(InputError, match=r"holds no skeletons.*found /imu_torso/data"):
         BagSamples(bag)

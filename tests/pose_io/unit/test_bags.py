@@ -156,7 +156,7 @@ def test_an_unfinished_bag_is_not_at_its_path(tmp_path, typestore):
 
 def test_a_topic_with_two_types_is_refused(tmp_path, typestore):
     entries = [("/a", text(typestore, "x"), 1), ("/a", skeleton(typestore), 2)]
-    with pytest.raises(InputError, match="/a carries"):
+    with pytest.raises(InputError, match="/a has type"):
         write_bag(tmp_path / "bag", entries)
 
 
@@ -196,7 +196,7 @@ def test_what_is_no_bag_is_refused_in_one_line(tmp_path, typestore, make, messag
     assert "\n" not in str(caught.value)
 
 
-def test_a_bag_that_was_cut_off_says_how_to_mend_it(tmp_path, typestore):
+def test_an_interrupted_bag_is_refused_with_instructions_to_repair_it(tmp_path, typestore):
     with BagWriter(tmp_path / "bag") as bag:
         for stamp_ns in range(100):
             bag.write("/skeleton", skeleton(typestore), stamp_ns)

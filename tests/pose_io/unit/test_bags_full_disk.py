@@ -1,4 +1,4 @@
-"""A bag on a disk that is full: one line, nothing left."""
+"""Writing a bag to a full disk: an error of one line, and no files left."""
 
 import errno
 import os

@@ -1,4 +1,4 @@
-"""What is exported, read back by other people's readers (synthetic motion)."""
+"""Exported files read by third-party readers (synthetic motion)."""
 
 import bvhio
 import ezc3d

@@ -1,4 +1,4 @@
-"""What every format refuses, in one line with file, line and remedy."""
+"""Errors of every format: one line with file, line and remedy."""
 
 import gzip
 from pathlib import Path
@@ -27,7 +27,7 @@ def refusal(path: Path, format_name: str = "auto") -> str:
     return message
 
 
-def test_a_format_is_known_by_its_header():
+def test_a_format_is_recognised_by_its_header():
     assert detect_format(CSV) == "csv"
 
 
@@ -133,5 +133,5 @@ def test_a_time_that_is_none_is_refused(tmp_path, time):
     assert "column 'host_time_s'" in refusal(write(tmp_path, [*LINES[:2], ",".join(cells)]))
 
 
-def test_a_format_asked_for_by_name_says_what_the_file_lacks():
+def test_a_format_given_by_name_names_missing_columns():
     assert "line 2: unknown columns 'sensor'" in refusal(CSV, "kinectmultitrack")

@@ -80,7 +80,7 @@ def test_the_sdk_has_its_number_of_joints_each_once(name):
 
 
 @sensors
-def test_every_joint_of_ours_has_sources_that_the_sdk_knows(name):
+def test_every_joint_has_sources_in_the_sdk(name):
     joint_map = JOINT_MAPS[name]
     assert set(joint_map.sources) == set(JOINTS)
     for sources in joint_map.sources.values():
@@ -105,7 +105,7 @@ def test_sides_are_not_swapped(name):
 
 
 @sensors
-def test_a_person_seen_through_an_sdk_is_where_it_stands(name):
+def test_a_person_from_an_sdk_has_the_true_position(name):
     person = facing_person()
     joints = as_sdk_gives_it(person, name)
     state = np.full(len(joints), TrackingState.TRACKED, dtype=np.uint8)

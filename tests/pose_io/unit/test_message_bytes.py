@@ -1,4 +1,4 @@
-"""Messages read from their bytes say what the deserialised messages say."""
+"""Messages read from their bytes equal the deserialised messages."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,7 @@ def test_skeletons_of_any_form_are_read_as_from_the_deserialised_messages(little
             np.testing.assert_array_equal(one.tracking_state, other.tracking_state)
 
 
-def test_a_broken_message_says_what_is_wrong_and_spoils_no_other():
+def test_a_broken_message_has_an_error_and_does_not_affect_others():
     rng = np.random.default_rng(2)
     good = serialized(array(S, person(rng, S, "1")))
     strange = array(S, person(rng, S, "1"))
@@ -110,7 +110,7 @@ def test_imus_are_read_whatever_their_frames_are_called():
         np.testing.assert_allclose(block.orientation_stddev[row] ** 2, variances)
 
 
-def test_accelerations_that_no_device_knows_are_none():
+def test_impossible_accelerations_are_nan():
     rng = np.random.default_rng(6)
     told, denied, empty, absurd = (imu(rng, S + k) for k in range(4))
     denied.linear_acceleration_covariance[0] = -1.0  # REP 145

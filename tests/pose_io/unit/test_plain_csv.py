@@ -20,7 +20,7 @@ def edited(folder: Path, old: str, new: str) -> Path:
     return path
 
 
-def test_a_file_is_read_as_it_says():
+def test_a_file_is_read_as_written():
     recording = read_recording(CSV)
 
     left, right = recording.streams
@@ -43,7 +43,7 @@ def test_states_are_read_and_an_empty_cell_is_not_tracked():
     assert left.joint_counts() == {"tracked": 73, "inferred": 1, "not_tracked": 1}
 
 
-def test_an_empty_person_is_a_frame_in_which_nobody_was_seen():
+def test_an_empty_person_is_a_frame_without_persons():
     left = read_recording(CSV).streams[0]
 
     assert [len(left.rows(frame)) for frame in range(6)] == [1, 1, 1, 0, 1, 1]
@@ -92,7 +92,7 @@ def test_a_state_beyond_tracked_is_refused(tmp_path):
         read_recording(path)
 
 
-def test_joints_of_nobody_are_refused(tmp_path):
+def test_joints_without_a_person_are_refused(tmp_path):
     path = edited(tmp_path, ",anna,0.000,", ",,0.000,")
 
     with pytest.raises(InputError, match="line 3: column 'person'"):
@@ -172,7 +172,7 @@ def test_gzip_holds_no_time_of_writing(tmp_path):
     assert path.read_bytes()[4:8] == bytes(4)  # RFC 1952: MTIME
 
 
-def test_a_file_that_cannot_be_written_is_said(tmp_path):
+def test_a_file_that_cannot_be_written_is_an_error(tmp_path):
     with pytest.raises(InputError, match="cannot write"):
         plain_csv.write(tmp_path / "no folder" / "x.csv", read_recording(CSV))
 
@@ -190,5 +190,5 @@ def test_a_table_that_becomes_too_long_when_it_is_unpacked_is_refused(tmp_path, 
     header = CSV.read_bytes()
     path.write_bytes(gzip.compress(header + b"," * 50_000_000))
 
-    with pytest.raises(InputError, match=r"holds more than .* MB: cut the recording"):
+    with pytest.raises(InputError, match=r"has more than .* MB: split the recording"):
         read_recording(path)

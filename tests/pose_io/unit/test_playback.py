@@ -1,4 +1,4 @@
-"""What is due when a bag is played."""
+"""Due messages in the playback of a bag."""
 
 import pytest
 
@@ -106,7 +106,7 @@ def test_pausing_and_resuming_twice_changes_nothing():
     assert clock.position_ns(30) == T0 + 20
 
 
-def test_a_jump_keeps_the_pace():
+def test_a_jump_keeps_the_rate():
     clock = PlaybackClock(T0, 2.0, paused=False, now_ns=0)
     clock.jump(T0, 7 * NS_PER_S)
 

@@ -1,4 +1,4 @@
-"""Recordings of skeletons wherever a bag is taken."""
+"""Recordings of skeletons in place of bags."""
 
 import tempfile
 from pathlib import Path

@@ -89,7 +89,7 @@ def test_the_knee_is_inside_of_its_marker_at_a_right_angle():
     assert joint(STANDING, "right_knee")[1] > STANDING["RKNE"][1]
 
 
-def test_the_wand_of_the_thigh_says_which_way_the_knee_faces():
+def test_the_thigh_wand_determines_the_knee_axis():
     in_front = STANDING | {"LTHI": (0.2, 0.13, 0.7)}
     assert joint(in_front, "left_knee")[0] < -0.03
     assert joint(STANDING, "left_knee")[0] == pytest.approx(0.0, abs=0.01)
@@ -119,7 +119,7 @@ def test_without_arms_the_legs_are_known():
     assert np.isnan(angles["left_elbow_flexion"]).all()
 
 
-def test_without_a_pelvis_it_says_what_is_missing():
+def test_without_a_pelvis_missing_markers_are_named():
     points = {name: p for name, p in STANDING.items() if "ASI" not in name}
     with pytest.raises(InputError, match="left_hip and right_hip cannot be found: expected"):
         skeleton_of_markers(series(points), "trial.c3d")

@@ -52,7 +52,7 @@ def test_every_angle_is_measured_on_the_joint_centres(tmp_path):
     assert np.diff(standing.angles.stamps_ns).tolist() == [10_000_000] * 3
 
 
-def test_a_marker_at_the_origin_is_one_that_was_not_seen(tmp_path):
+def test_a_marker_at_the_origin_is_hidden(tmp_path):
     path = write(tmp_path)
     numbers = np.loadtxt(path, delimiter=",").reshape(4, len(MARKERS), 3)
     numbers[2, MARKERS.index("LELB")] = 0.0

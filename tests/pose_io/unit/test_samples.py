@@ -1,4 +1,4 @@
-"""A recording's samples, whatever kind of file it is."""
+"""Samples of recordings of any kind."""
 
 import os
 import subprocess
@@ -56,6 +56,6 @@ def test_a_bag_is_read_where_ros_is_not_installed(bag):
     assert done.stdout.strip() == "[]", done.stderr
 
 
-def test_what_is_missing_is_said():
+def test_a_missing_file_is_named():
     with pytest.raises(InputError, match="found no file"):
         read_samples("nothing.csv")

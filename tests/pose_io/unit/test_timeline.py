@@ -29,7 +29,7 @@ def counts(repeated=0, out_of_order=0, reordered=0):
     }
 
 
-def test_times_of_arrival_are_kept_where_the_host_s_clock_is_asked_for():
+def test_times_of_arrival_are_kept_for_the_host_s_clock():
     timeline = make_timeline(stream([0, 40, 66], sensor_ms=[0, 33, 66]), "host")
 
     assert timeline.time_ns.tolist() == [0, 40 * MS, 66 * MS]

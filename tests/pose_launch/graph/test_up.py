@@ -1,4 +1,4 @@
-"""``up`` with real processes: what it starts, it ends."""
+"""``up`` with real processes: it ends all that it has started."""
 
 import signal
 import sys
@@ -94,7 +94,7 @@ def test_children_heed_ctrl_c_though_the_launcher_was_started_in_the_background(
     assert process.output.count("interrupted once") == 2
 
 
-def test_one_that_fails_at_its_start_is_said_at_once_and_stops_the_others(up, start_process):
+def test_a_process_that_fails_at_its_start_is_reported_and_stops_the_others(up, start_process):
     process = up(
         """\
         launch:
@@ -140,7 +140,7 @@ def test_one_that_ends_well_at_once_leaves_the_others_alone(up):
     assert process.stop() == 0
 
 
-def test_one_that_dies_is_said_and_the_others_go_on_if_they_are_told_to(up):
+def test_a_process_that_dies_is_reported_and_the_others_continue_with_keep_going(up):
     process = up(
         """\
         launch:
@@ -170,7 +170,7 @@ def test_it_ends_well_when_every_process_has(up):
     assert "one has finished" in process.output
 
 
-def test_a_program_that_is_not_there_is_said(up):
+def test_a_missing_program_is_reported(up):
     process = up('launch: [executable: {{cmd: "no_such_program_anywhere"}}]')
 
     assert process.wait() == 1
@@ -274,7 +274,7 @@ def test_it_ends_when_its_recordings_have(up, start_process):
 
 
 @pytest.mark.usefixtures("replay")
-def test_it_stays_beyond_its_recordings_if_it_is_told_to(up):
+def test_it_continues_after_its_recordings_with_keep_running(up):
     process = up(RECORDING, "--keep-running", "--print", scripts={"waiting": WAITING})
 
     assert process.wait() == 0

@@ -1,4 +1,4 @@
-"""How long the launcher waits before it starts a process again."""
+"""Delays of the launcher before it restarts a process."""
 
 from pose_launch.supervising import LONGEST_DELAY_S, RECOVERED_S, BackOff
 

@@ -1,4 +1,4 @@
-"""Launch files and the processes they come down to."""
+"""Evaluation of launch files to processes."""
 
 import shlex
 import textwrap
@@ -193,7 +193,7 @@ def test_an_include_gets_its_arguments(evaluate, package):
     assert process.command[1] == "left"
 
 
-def test_equal_names_are_told_apart(evaluate):
+def test_equal_names_are_numbered(evaluate):
     graph = evaluate("""\
         launch:
         - node: {pkg: demo_pkg, exec: talk}
@@ -250,7 +250,7 @@ def test_a_bad_file_is_refused_in_one_line(evaluate, text, complaint):
     assert "x.launch.yaml" in str(caught.value)
 
 
-def test_an_argument_that_nobody_declares_is_refused(evaluate):
+def test_an_undeclared_argument_is_refused(evaluate):
     with pytest.raises(LaunchError, match="no argument 'rte': there are rate"):
         evaluate(TALKER, rte="1.0")
 
@@ -263,7 +263,7 @@ def test_a_launch_file_is_found_by_its_bare_name(package):
     assert find_launch_file("start") == file
 
 
-def test_a_missing_launch_file_is_said(package):
+def test_a_missing_launch_file_is_named(package):
     with pytest.raises(LaunchError, match="found no launch file 'nothing'"):
         find_launch_file("nothing")
 
@@ -293,7 +293,7 @@ def test_a_required_argument_has_to_be_passed_by_the_include(evaluate, package):
         - include: {file: "$(find-pkg-share demo_pkg)/launch/part.launch.yaml"}
         """
 
-    with pytest.raises(LaunchError, match="what includes this file has to pass it"):
+    with pytest.raises(LaunchError, match="a file that includes this one has to pass it"):
         evaluate(text, side="left")
 
 

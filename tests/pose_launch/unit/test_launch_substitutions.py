@@ -56,7 +56,7 @@ def test_a_package_is_found_in_its_prefix():
         ("$(command 'sh -c \"echo oops >&2; exit 3\"')", "exit code 3, it said: oops"),
     ],
 )
-def test_what_cannot_be_resolved_is_said_with_file_and_line(text, complaint):
+def test_an_unresolved_substitution_is_reported_with_file_and_line(text, complaint):
     with pytest.raises(LaunchError, match=complaint) as caught:
         resolve(text, SCOPE, PLACE)
 

@@ -19,8 +19,8 @@ pytestmark = pytest.mark.graph
 RUN = ["python", "-c", "import sys; from pose_sim.tools.{0} import main; main()"]
 DURATION_S = 6.0
 SUMMARY = re.compile(
-    r"finished: (\d+) of (\d+) synthetic frames sent; of all, (\d+) lost and (\d+) garbled on the "
-    r"air, (\d+) past already; (\d+) bytes unread"
+    r"finished: (\d+) of (\d+) synthetic frames sent; of all, (\d+) lost and (\d+) corrupted by "
+    r"the radio link, (\d+) past already; (\d+) bytes unread"
 )
 
 
@@ -122,7 +122,7 @@ def test_started_late_it_skips_what_is_past(start_process, folder, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_it_ends_cleanly_when_asked(start_process, folder, tmp_path, number):
+def test_it_ends_cleanly_on_a_signal(start_process, folder, tmp_path, number):
     link = tmp_path / "tty"
     start_ns = time.time_ns() + int(600e9)
     process = start_process(tool("imu_device", folder, "--link", link, "--start-at", start_ns))

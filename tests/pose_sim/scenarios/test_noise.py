@@ -1,4 +1,4 @@
-"""The virtual Kinects stay as bad as real ones: bands around the README's table."""
+"""Errors of the virtual Kinects remain within bands around the README's table."""
 
 import numpy as np
 import pytest
@@ -13,14 +13,14 @@ def march():
     return make_session("leg_lift_march", 60.0, 1, settings_of())
 
 
-def test_a_squatting_knee_is_seen_as_well_as_by_a_real_kinect():
+def test_a_squatting_knee_has_the_error_of_a_real_kinect():
     session = make_session("squats", 40.0, 1, settings_of())
     error = mean_error(session, KNEES, ["left"])
     assert 4.0 < error.rmse_deg < 9.0  # UI-PRMD 6.2
     assert error.r > 0.95
 
 
-def test_quick_leg_movements_are_seen_badly(march):
+def test_quick_leg_movements_have_large_errors(march):
     error = mean_error(march, LEG_ANGLES)
     assert 8.0 < error.rmse_deg < 20.0  # UI-PRMD 11.5 to 16.6, li2020 33 to 37
     assert 0.6 < error.r < 0.92

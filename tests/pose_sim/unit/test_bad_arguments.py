@@ -1,4 +1,4 @@
-"""What the synthetic subject's tools are given and cannot use."""
+"""Invalid arguments of the synthetic subject's tools."""
 
 import sys
 
@@ -13,7 +13,7 @@ from pose_sim.tools import generate, imu_device
     [
         (["--duration", "inf"], "duration = inf s is too long"),
         (["--duration", "1e9"], r"duration = 1e\+09 s is too long"),
-        (["--start-at", "99999999999999999999"], "start-at = 9+ ns is no UNIX time"),
+        (["--start-at", "99999999999999999999"], "start-at = 9+ ns is not UNIX time"),
     ],
 )
 def test_a_session_without_end_is_refused_at_once(monkeypatch, tmp_path, arguments, message):

@@ -92,22 +92,22 @@ def test_a_segment_turns_with_its_joint(clip):
     assert hand[-1, 0] == pytest.approx(0.4 * np.sin(np.radians(60.0)), abs=1e-3)
 
 
-def test_prefixes_and_other_spellings_of_joints_are_known(tmp_path):
+def test_prefixes_and_other_spellings_of_joints_are_recognised(tmp_path):
     path = tmp_path / "other.bvh"
     spelt = {"LeftUpLeg": "mixamorig:Left_UpLeg", "RightForeArm": "rForeArm"}
     path.write_text(bvh_text(lambda name: spelt.get(name, name)))
     assert len(read_clip(path)) > 1
 
 
-def test_a_file_that_lacks_a_joint_is_told_so(tmp_path):
+def test_a_file_without_a_joint_is_refused(tmp_path):
     path = tmp_path / "legless.bvh"
     path.write_text(bvh_text(lambda name: name.replace("LeftLeg", "Wheel")))
     with pytest.raises(InputError, match="has no joint leftleg"):
         read_clip(path)
 
 
-def test_what_is_no_bvh_file_is_told_so(tmp_path):
+def test_another_file_is_refused(tmp_path):
     path = tmp_path / "bad.bvh"
     path.write_text("nothing")
-    with pytest.raises(InputError, match="is no BVH file"):
+    with pytest.raises(InputError, match="is not a BVH file"):
         read_clip(path)

@@ -43,7 +43,7 @@ def test_chained_clips_make_no_jump():
     assert max(turn.magnitude().max() for turn in turns) < np.radians(40.0)
 
 
-def test_a_chain_is_as_long_as_it_was_asked_for():
+def test_a_chain_has_the_requested_duration():
     assert len(chain(CLIPS, 2.0)) == round(2.0 * RATE)
 
 
@@ -55,7 +55,7 @@ def test_who_spins_keeps_the_lengths_of_the_bones():
     np.testing.assert_allclose(after, bone, atol=1e-9)
 
 
-def test_an_exact_tracker_sees_the_joints_where_they_were_a_delay_ago():
+def test_an_exact_tracker_measures_the_joints_a_delay_ago():
     clip = chain(CLIPS, 5.0)
     T_map_camera = looking_at(np.array([4.0, 1.0, 1.2]), np.array([0.0, 0.0, 0.9]))
     model = TrackerModel(**{**vars(EXACT), "delay": 0.1})
@@ -157,9 +157,9 @@ def test_the_same_spec_gives_the_same_session():
     np.testing.assert_array_equal(first.imus[0].orientation, second.imus[0].orientation)
 
 
-def test_what_is_no_clip_is_told_so(tmp_path):
+def test_a_file_that_is_not_a_clip_is_refused(tmp_path):
     (tmp_path / "bad.npz").write_text("nothing")
-    with pytest.raises(InputError, match="no clip of captured motion"):
+    with pytest.raises(InputError, match="not a clip of captured motion"):
         read_clip(tmp_path / "bad.npz")
 
 

@@ -67,7 +67,7 @@ def test_the_twice_integrated_accelerometer_reproduces_the_points_path(motion):
 
 
 @pytest.mark.parametrize("node_id", [1, 4, 9])
-def test_the_magnetometer_sees_the_earths_field_from_where_it_is_turned(motion, node_id):
+def test_the_magnetometer_measures_the_earths_field_in_its_axes(motion, node_id):
     alignment, said = measured(motion, node_id, replace(CLEAN, misalignment_max=20.0))
     path = motion.segment(alignment.segment, alignment.place)
     in_map = (path.rotation(said.sample_s) * alignment.R_segment_sensor).apply(said.magnetic_field)
@@ -79,7 +79,7 @@ def test_the_magnetometer_sees_the_earths_field_from_where_it_is_turned(motion, 
     assert np.allclose(dip, CLEAN.field_dip)
 
 
-def test_a_nodes_place_disturbs_the_field_by_as_much_as_it_is_told(motion):
+def test_the_field_is_disturbed_by_the_given_amount(motion):
     parameters = replace(CLEAN, disturbance=5.0)
     norms = []
     for node_id in NODES:
@@ -100,7 +100,7 @@ def test_nodes_are_strapped_on_crooked_within_the_limits():
     assert max(angles) - min(angles) > 10.0
 
 
-def test_biases_and_noise_have_the_sizes_they_are_told(motion):
+def test_biases_and_noise_have_the_given_sizes(motion):
     parameters = replace(CLEAN, gyroscope_bias=2.0, accelerometer_noise=0.1, gyroscope_noise=0.3)
     alignment, said = measured(motion, 1, parameters)
     still = said.sample_s < 2.4

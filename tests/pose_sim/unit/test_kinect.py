@@ -39,7 +39,7 @@ def errors(motion, frames, sensor="left"):
     return np.linalg.norm(in_map - motion.joints_at(frames.capture_s), axis=2)
 
 
-def test_without_noise_it_sees_the_true_joints(motion):
+def test_without_noise_it_measures_the_true_joints(motion):
     for sensor in POSES:
         frames = watched(motion, CLEAN, sensor)
         assert np.nanmax(errors(motion, frames, sensor)) < 1e-9
@@ -163,7 +163,7 @@ def test_an_arm_is_mistaken_as_a_whole(motion):
     assert abs(likeness(0.0)) < 0.3
 
 
-def test_a_still_body_is_seen_steadier_than_a_moving_one(motion):
+def test_a_body_at_rest_has_smaller_errors_than_a_moving_one(motion):
     frames = watched(motion, TYPICAL)
     knee = frames.positions[:, JOINT_INDEX["left_knee"]]
     shin = np.linalg.norm(knee - frames.positions[:, JOINT_INDEX["left_foot"]], axis=1)
@@ -172,14 +172,14 @@ def test_a_still_body_is_seen_steadier_than_a_moving_one(motion):
     assert np.nanstd(shin[moving]) > 2.0 * np.nanstd(shin[still])
 
 
-def test_the_same_seed_sees_the_same(motion):
+def test_the_same_seed_gives_the_same_measurements(motion):
     first, again, other = (watched(motion, TYPICAL, seed=seed).positions for seed in (1, 1, 2))
     assert np.array_equal(first, again, equal_nan=True)
     assert first.shape[1:] == (len(JOINTS), 3)
     assert not np.array_equal(first[:100], other[:100], equal_nan=True)
 
 
-def test_a_joint_out_of_the_field_of_view_is_not_tracked_as_seen(motion):
+def test_a_joint_out_of_the_field_of_view_is_not_tracked(motion):
     T = POSES["left"].copy()
     T[:3, 3] += (1.2, 0.0, 0.0)  # so near that the feet are out of view
     frames = observe(

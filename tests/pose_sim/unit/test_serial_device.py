@@ -99,7 +99,7 @@ def test_what_is_past_at_the_start_is_skipped():
     assert written[0][1] == b"0051"
 
 
-def test_it_stops_when_asked():
+def test_it_stops_on_request():
     sent, _ = send(on_air(100), stop_after_ns=305 * MS)
     assert not sent.finished
     assert sent.sent == 31
@@ -133,7 +133,7 @@ def test_a_reader_finds_the_bytes_unchanged_under_the_link(tmp_path):
         assert read_some(terminal.link, enough=256) == everything
 
 
-def test_bytes_that_nobody_reads_are_lost_and_counted(tmp_path):
+def test_bytes_that_are_not_read_are_lost_and_counted(tmp_path):
     with PseudoTerminal(tmp_path / "tty") as terminal:
         for _ in range(3000):
             terminal.write(bytes(100))
@@ -143,7 +143,7 @@ def test_bytes_that_nobody_reads_are_lost_and_counted(tmp_path):
         assert len(read_some(terminal.link, enough=kept)) == kept
 
 
-def test_the_link_is_gone_afterwards(tmp_path):
+def test_the_link_is_removed_afterwards(tmp_path):
     with PseudoTerminal(tmp_path / "tty") as terminal:
         assert terminal.link.is_symlink()
     assert list(tmp_path.iterdir()) == []
@@ -157,7 +157,7 @@ def test_a_link_left_behind_is_replaced(tmp_path):
 
 
 @pytest.mark.parametrize("kind", ["file", "folder", "other link"])
-def test_anything_else_at_the_links_place_is_left_alone(tmp_path, kind):
+def test_another_file_at_the_links_path_is_not_replaced(tmp_path, kind):
     link = tmp_path / "tty"
     if kind == "file":
         link.write_text("precious")
@@ -165,7 +165,7 @@ def test_anything_else_at_the_links_place_is_left_alone(tmp_path, kind):
         link.mkdir()
     else:
         link.symlink_to(tmp_path / "elsewhere")
-    with pytest.raises(InputError, match="no virtual device"):
+    with pytest.raises(InputError, match="not a virtual device"):
         PseudoTerminal(link)
     assert link.is_symlink() or link.exists()
 

@@ -57,7 +57,7 @@ def test_the_same_seed_gives_the_same_bytes(folder, tmp_path):
     assert digests(tmp_path / "s") == digests(folder)
 
 
-def test_a_clock_offset_moves_the_second_sensors_stamps_and_nothing_else(session):
+def test_a_clock_offset_changes_only_the_second_sensors_stamps(session):
     late = make_session(
         "leg_lift_march", 8.0, 7, settings_of("typical", {"kinect": {"clock_offset": 0.08}})
     )
@@ -114,7 +114,7 @@ def test_the_imu_file_is_read_as_it_was_written(folder, session):
         assert np.array_equal(getattr(frames, name), column), name
 
 
-def test_every_file_says_that_it_is_synthetic(folder):
+def test_every_file_is_marked_as_synthetic(folder):
     for name in ("kinects.csv", "imu_nodes.yaml", "session.yaml"):
         assert "synthetic" in (folder / name).read_text().splitlines()[0]
     assert yaml.safe_load((folder / "session.yaml").read_text())["synthetic"] is True
@@ -161,7 +161,7 @@ def test_the_truth_holds_where_the_sensors_stand(folder, session):
         assert np.allclose((place.x, place.y, place.z), pose[:3, 3])
 
 
-def test_map_lies_under_the_first_sensor_and_looks_along_its_view(session):
+def test_map_has_its_origin_below_the_first_sensor_and_x_along_its_view(session):
     left = session.sensor_poses["left"]
     assert np.allclose(left[:2, 3], 0.0)
     assert left[0, 2] > 0.95  # optical z

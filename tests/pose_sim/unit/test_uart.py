@@ -1,4 +1,4 @@
-"""What a UART makes of bytes at another speed."""
+"""Bytes received by a UART at another speed."""
 
 import numpy as np
 

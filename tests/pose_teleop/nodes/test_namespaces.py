@@ -1,4 +1,4 @@
-"""Two graphs in two namespaces do not hear each other."""
+"""Two graphs in two namespaces do not receive each other's messages."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""The person as others' tools take it: retargeters, ROS4HRI."""
+"""The person for third-party tools: retargeters, ROS4HRI."""
 
 from functools import partial
 
@@ -50,7 +50,7 @@ def send_until(ros_context, publish, condition, what=""):
 
 
 @pytest.mark.parametrize("package", ["pose_msgs", "teleop_ros2_interfaces"])
-def test_the_bridge_hears_the_person_that_is_retargeted(ros_context, package):
+def test_the_bridge_receives_the_retargeted_person(ros_context, package):
     message_type = f"{package}/msg/NamedPoseArray"
     ros_context.add(RetargetNode(parameter_overrides=overrides(message_type=message_type)))
     bridge = overrides(source="named_poses", message_type=message_type, name="back")

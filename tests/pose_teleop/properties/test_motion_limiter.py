@@ -1,4 +1,4 @@
-"""Whatever the targets do, commands stay within all limits."""
+"""Commands are within all limits for any targets."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""The simulated robot follows any command within its limits, whatever its integration step."""
+"""The simulated robot follows any command within its limits for any integration step."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""A simulated robot follows a person, and what may go wrong goes wrong."""
+"""A simulated robot follows a person, with faults of all kinds."""
 
 import numpy as np
 import pytest

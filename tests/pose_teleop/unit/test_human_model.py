@@ -1,4 +1,4 @@
-"""REP 155's joints turn the segments as ours do."""
+"""REP 155's joints give the same rotations of the segments."""
 
 import numpy as np
 import pytest

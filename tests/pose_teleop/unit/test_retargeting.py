@@ -45,7 +45,7 @@ def test_in_the_persons_own_frame_the_pelvis_is_the_origin():
     assert poses.position[SMPL.index("left_hip"), 1] > 0.05
 
 
-def test_joints_that_nobody_measures_are_marked_as_guesses():
+def test_joints_that_are_not_measured_are_marked_as_not_valid():
     poses, _ = poses_of()
 
     guesses = {name for name, valid in zip(SMPL, poses.is_valid, strict=True) if not valid}

@@ -1,4 +1,4 @@
-"""Robots by name or file, and what is said of those that are none."""
+"""Robots by name or file, and errors of invalid ones."""
 
 import numpy as np
 import pytest

@@ -136,7 +136,7 @@ def test_after_a_grave_fault_the_dead_man_input_must_be_let_go_first(fault):
     assert story.go(20, at_rest=True) is State.SOFT_START
 
 
-def test_without_a_dead_man_input_nothing_waits_for_it_to_be_let_go():
+def test_without_a_dead_man_input_a_latched_fault_needs_no_release():
     story = Story(must_let_go=False).follow()
     story.go(1, fault=Fault.PERSON_CHANGED)
     story.go(1, fault=Fault.PERSON_CHANGED, at_rest=True)

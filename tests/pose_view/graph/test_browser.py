@@ -100,7 +100,7 @@ def test_a_recording_plays_pauses_and_scrubs_without_the_internet(browser, start
     assert browser.errors == []
 
 
-def test_a_click_on_record_makes_a_bag_and_the_viewer_takes_nothing_with_it(
+def test_a_click_on_record_makes_a_bag_that_outlives_the_viewer(
     browser, start_process, bag, tmp_path
 ):
     output = tmp_path / "made"

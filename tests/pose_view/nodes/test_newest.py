@@ -1,4 +1,4 @@
-"""Messages that wait as bytes until a picture is made of them."""
+"""Messages stored as bytes until they are drawn."""
 
 import pytest
 from geometry_msgs.msg import TransformStamped

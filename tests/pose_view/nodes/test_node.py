@@ -1,4 +1,4 @@
-"""The viewer node: what it subscribes to, when; what its buttons ask the graph for."""
+"""The viewer node: its subscriptions, and the commands of its buttons."""
 
 import itertools
 
@@ -39,7 +39,7 @@ def test_without_a_browser_it_subscribes_to_nothing(viewer, spin_until):
     assert not any("/humans" in topic or "kinect" in topic for topics in seen for topic in topics)
 
 
-def test_it_looks_while_a_browser_is_open_and_no_longer(viewer, spin_until, monkeypatch):
+def test_it_subscribes_only_while_a_browser_is_open(viewer, spin_until, monkeypatch):
     monkeypatch.setattr(type(viewer.viewer), "has_visitors", True)
     wanted = {
         "/humans/bodies/subject/skeleton",
@@ -83,7 +83,7 @@ def test_a_body_that_is_published_is_drawn(ros_context, viewer, visitor, spin_un
     spin_until(lambda: tuple(drawn().position) != before)
 
 
-def test_people_who_come_are_drawn_beside_the_bodies_asked_for(
+def test_people_who_appear_are_drawn_besides_the_requested_bodies(
     ros_context, viewer, visitor, spin_until
 ):
     spin_until(publish_and_find(ros_context, viewer, "person_2"))
@@ -149,13 +149,13 @@ def test_choosing_a_person_sets_it_at_every_node_that_follows_one(ros_context, v
     spin_until(lambda: "following person 7" in viewer.viewer.graph._answer.content)
 
 
-def test_a_missing_recorder_is_said_in_words(viewer, spin_until):
+def test_a_missing_recorder_is_reported(viewer, spin_until):
     viewer.record(True)
 
     spin_until(lambda: "nobody offers recorder/start" in viewer.viewer.graph._answer.content)
 
 
-def test_a_browser_that_leaves_is_forgotten(viewer, spin_until):
+def test_a_closed_browser_is_removed(viewer, spin_until):
     address = viewer.viewer.server.address.replace("http", "ws")
     with connect(address, subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as browser:
         browser.recv(timeout=PATIENCE_S)

@@ -92,7 +92,7 @@ def test_every_link_inside_the_page_has_a_target(page):
     assert anchors | clips <= set(re.findall(r'id="([^"]+)"', page))
 
 
-def test_the_page_says_that_the_subject_is_synthetic(page):
+def test_the_page_states_that_the_subject_is_synthetic(page):
     assert "Synthetic subject." in page
     assert "synthetic: no person, made for a test" in page
 
@@ -148,7 +148,7 @@ def test_the_csv_holds_the_page_s_numbers(made, page):
     assert re.findall(r">([\d.]+)<", line) == [f"{found[name]:.1f}" for name in METHODS]
 
 
-def test_every_file_says_that_the_subject_is_synthetic(made):
+def test_every_file_states_that_the_subject_is_synthetic(made):
     paths = list(made.glob("*.csv"))
     assert len(paths) == 6
     for path in paths:

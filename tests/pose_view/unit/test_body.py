@@ -1,4 +1,4 @@
-"""The drawn body: its parts fit the measured joints, its joints' balls tell the source."""
+"""The drawn body: its parts fit the measured joints, its joints' balls show the source."""
 
 from collections import Counter
 
@@ -148,7 +148,7 @@ def test_an_arm_straight_up_has_a_rotation_too():
         (body(TrackingState.NOT_TRACKED), "predicted"),
     ],
 )
-def test_a_joints_colour_says_where_it_comes_from(shown, expected):
+def test_a_joints_colour_shows_its_source(shown, expected):
     assert {mark.color for mark in joint_marks(shown).values()} == {COLORS[expected]}
 
 

@@ -1,4 +1,4 @@
-"""Curves, plots, streams and words: what the panels say."""
+"""Content of the panels: curves, plots, streams and status lines."""
 
 import re
 
@@ -82,7 +82,7 @@ def test_curves_are_blank_in_gaps_and_beyond_their_ends():
     assert found == pytest.approx([np.nan, 0.5, np.nan, 3.5, np.nan], nan_ok=True)
 
 
-def test_a_plot_breaks_its_curve_where_nothing_is_known():
+def test_a_plot_interrupts_its_curve_at_unknown_values():
     x = np.linspace(0.0, 4.0, 5)
     picture = svg_plot(
         x,
@@ -110,7 +110,7 @@ def test_ticks_are_round_and_few(low, high, expected):
     assert found == (expected or [-10, -8, -6, -4, -2, 0])
 
 
-def test_a_stream_tells_rate_delay_dropouts_and_silence():
+def test_a_stream_has_rate_delay_dropouts_and_silence():
     monitor = StreamMonitor()
     assert monitor.reading(0) is None
     stamps = [k * FRAME_NS for k in range(60) if not 30 <= k < 42]
@@ -145,7 +145,7 @@ def test_imus_are_summed_up():
     assert line.mark is Mark.WARNING
 
 
-def test_a_node_that_says_nothing_any_more_is_bad_news():
+def test_a_silent_node_is_an_error():
     report = NodeReport(level=0, message="tracking", values={}, age_s=8.0)
 
     assert node_line("Fusion", report).mark is Mark.BAD

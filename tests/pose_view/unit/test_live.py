@@ -1,4 +1,4 @@
-"""What is kept of a live graph's messages."""
+"""State collected from a live graph's messages."""
 
 from types import SimpleNamespace
 
@@ -58,7 +58,7 @@ def test_a_malformed_skeleton_is_counted(graph):
     assert graph.counters["malformed_skeletons"] == 1
 
 
-def test_the_recorders_bag_is_known_from_what_it_reports(graph):
+def test_the_bag_is_read_from_the_recorders_report(graph):
     assert graph.bag() is None
     graph.add_report("/recorder", 0, "not recording", {"bag": ""}, 0)
     assert graph.bag() == ""
@@ -67,7 +67,7 @@ def test_the_recorders_bag_is_known_from_what_it_reports(graph):
     assert any("recording" in line.text for line in graph.lines(S))
 
 
-def test_a_body_that_nothing_has_come_of_for_a_second_is_not_shown(graph):
+def test_a_body_without_messages_for_a_second_is_not_shown(graph):
     feed(graph, [START_NS])
     graph.note_skeleton("subject", START_NS, START_NS)
 

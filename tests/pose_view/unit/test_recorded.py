@@ -1,4 +1,4 @@
-"""A recording as snapshots, and the bodies that are computed where they were not recorded."""
+"""A recording as snapshots, and bodies that are computed if they were not recorded."""
 
 import numpy as np
 import pytest
@@ -38,11 +38,11 @@ def test_a_snapshot_holds_what_was_there_at_its_time(recording, recorded):
     assert raw @ T[:3, :3].T + T[:3, 3] == pytest.approx(recording[1][60], abs=1e-6)
 
 
-def test_what_was_seen_long_ago_is_not_shown(recorded):
+def test_old_data_are_not_shown(recorded):
     assert recorded.snapshot(recorded.duration_s + 2.0).bodies == {}
 
 
-def test_a_track_is_the_stretch_that_was_asked_for(recorded):
+def test_a_track_is_the_requested_interval(recorded):
     track = recorded.track("subject", 1.0, 2.0)
 
     assert track.times_s[0] == pytest.approx(1.0, abs=0.04)
@@ -66,7 +66,7 @@ def test_bodies_that_were_not_recorded_can_be_computed(recording, recorded):
     assert np.linalg.norm(last.joints - true, axis=1).mean() < 0.2
 
 
-def test_a_bag_with_nothing_to_show_says_what_was_expected(tmp_path):
+def test_a_bag_without_data_to_show_is_refused_with_the_expected_topics(tmp_path):
     with BagWriter(tmp_path / "empty") as writer:
         String = writer.typestore.types["std_msgs/msg/String"]
         writer.write("/chatter", String(data="hello"), 1)

@@ -103,7 +103,7 @@ def test_a_recording_of_a_person_is_not_called_synthetic(two):
     assert dict(facts(analysis))["its source says"] == "a real person"
 
 
-def test_what_a_source_says_of_itself_cannot_break_the_page(tmp_path):
+def test_a_sources_comment_cannot_break_the_page(tmp_path):
     path = write_session(tmp_path / "bag", seen_by("left"), text="</dd><script>alert(1)</script>")
     page = render_page(analyse(read(path, "left"), None), "left_hand")
     assert "<script" not in page
@@ -116,7 +116,7 @@ def test_the_same_recording_gives_the_same_drawings(two):
     assert joint_figures(analysis, "left_hand") == joint_figures(analysis, "left_hand")
 
 
-def test_single_figures_show_what_is_asked_for(two):
+def test_single_figures_show_the_requested_method(two):
     assert read(two, "left", "mean").focus == "mean"
     assert read(two, "left", "mean", focus="left").focus == "left"
 
@@ -140,7 +140,7 @@ def test_a_method_that_began_late_is_left_out_of_the_comparison_and_named(two):
     assert any(note.startswith("mean: too little in common") for note in notes(analysis))
 
 
-def test_it_is_said_by_how_much_the_reference_was_moved(two):
+def test_the_shift_of_the_reference_is_stated(two):
     analysis = analyse(read(two, "left", "mean"), on_own_clock())
     said = dict(facts(analysis))["aligned in time"]
     found = re.match(r"its first frame was put ([+−0-9.]+) s after the recording's, by ", said)
@@ -157,7 +157,7 @@ def test_a_stretch_can_be_reported_alone(two):
 
 
 def test_an_empty_stretch_is_refused(two):
-    with pytest.raises(InputError, match="nobody is seen from 60 to inf s"):
+    with pytest.raises(InputError, match="no person is seen from 60 to inf s"):
         read(two, "left", from_s=60.0)
 
 

@@ -98,7 +98,7 @@ def test_the_overview_has_the_lag_in_milliseconds():
     assert texts(table, "lag behind the reference [ms]") == ["+50*", "+50*"]
 
 
-def test_coverage_stands_beside_what_would_be_honest():
+def test_coverage_has_the_shares_of_a_consistent_method():
     coverage = {
         "li2020": {
             "left_knee_flexion": Coverage(
@@ -111,7 +111,7 @@ def test_coverage_stands_beside_what_would_be_honest():
     }
     table = coverage_table(coverage)
     assert texts(table, "li2020") == ["70.0", "96.7", "5.0", "300"]
-    assert texts(table, "if it were honest")[:2] == ["68.3", "95.5"]
+    assert texts(table, "if consistent")[:2] == ["68.3", "95.5"]
 
 
 def test_without_any_uncertainty_there_is_no_table_of_it():
@@ -178,7 +178,7 @@ def test_numbers_have_a_true_minus_and_no_signed_zero():
     [(smallest, 0), (largest, 2), (nearest_zero, 1)],
     ids=["smallest", "largest", "nearest_zero"],
 )
-def test_the_best_is_what_the_judge_says(judge, best):
+def test_the_best_value_is_selected_by_the_given_function(judge, best):
     row = number_row("x", [-5.0, 1.0, 3.0, np.nan], 1, judge)
     assert [cell.is_best for cell in row.cells] == [index == best for index in range(4)]
 

@@ -24,7 +24,6 @@ VIEW = ViewAgreement(
 )
 STEADY = Steadiness(
     frames=900,
-    duration_s=30.0,
     gaps=0,
     longest_gap_s=0.1,
     bone_cv_percent={},
@@ -55,7 +54,7 @@ class Analysis:
         )
 
 
-def test_it_says_how_good_how_near_the_views_and_what_to_do():
+def test_the_summary_has_accuracy_agreement_and_a_recommendation():
     good, near, to_do = verdict(Analysis(VIEW))
 
     assert good == "There is no reference to compare with, so how good the angles are is not known."
@@ -90,7 +89,7 @@ def test_three_methods_are_compared_unless_others_are_named():
     assert usual_methods(["left", "fused", *known], ["left"]) == ("left", "joint_kf", "fused")
 
 
-def test_a_table_that_says_nothing_is_left_out():
+def test_an_empty_table_is_left_out():
     tables = [
         Table(caption="", head="", columns=("a",), rows=rows)
         for rows in ((), (number_row("x", [np.nan], 1),), (number_row("x", [1.0], 1),))

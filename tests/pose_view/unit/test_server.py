@@ -1,4 +1,4 @@
-"""The web server: for this machine, for pages of its own."""
+"""Access control of the web server."""
 
 import http.client
 import urllib.request
@@ -48,7 +48,7 @@ def test_its_own_page_may_connect(server):
         assert connection.recv(timeout=PATIENCE_S)
 
 
-def test_a_page_of_another_site_is_shown_nothing(server):
+def test_a_page_of_another_site_is_refused(server):
     with pytest.raises(InvalidStatus, match="403"):
         websocket(server, "https://example.org")
 
@@ -71,7 +71,7 @@ def answer(server, path="/", **headers):
         ("", 403),
     ],
 )
-def test_a_name_of_somebody_else_that_leads_here_gets_nothing(server, host, status):
+def test_a_foreign_host_name_is_refused(server, host, status):
     assert answer(server, Host=host).status == status
 
 
@@ -86,7 +86,7 @@ def test_a_rebound_name_gets_no_scene_even_if_its_page_is_of_the_same_name(serve
     assert answer(server, Host=name, Origin=f"http://{name}", **upgrade).status == 403
 
 
-def test_an_opened_page_asks_for_its_token_once_and_says_that_it_is_open():
+def test_a_public_page_requires_its_token_once_and_warns():
     opened = LocalServer("0.0.0.0", 0, "test")
     try:
         token = opened.invitation.partition("?token=")[2]

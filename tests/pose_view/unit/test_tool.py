@@ -1,4 +1,4 @@
-"""``view``: what it says of bad input."""
+"""``view``: its errors on bad input."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Orientation filters by name: one file each, and a line in :data:`FILTERS`."""
+"""Orientation filters by name: one file and one line in :data:`FILTERS` each."""
 
 from collections.abc import Callable
 
@@ -14,4 +14,4 @@ FILTERS: dict[str, Callable[[int, FilterSettings], OrientationFilter]] = {
     "imufusion": XioOrientation,
     "device": DeviceOrientation,
 }
-"""By the name that the parameter ``filter`` uses; each is made from the number of sensors."""
+"""Classes by the name in the parameter ``filter``; arguments: number of sensors, settings."""

@@ -1,4 +1,4 @@
-"""What plain filters leave to others: the bias from rests, and a look at the magnetic field."""
+"""Preprocessing for filters without it: gyroscope bias at rest, check of the magnetic field."""
 
 from abc import ABC, abstractmethod
 
@@ -18,11 +18,11 @@ from imu_bridge.filters.quaternions import rotate
 
 
 class ConditionedFilter(ABC):
-    """An :class:`OrientationFilter` that hands a plain filter only what it can use.
+    """An :class:`OrientationFilter` with corrected rates and checked magnetic fields.
 
     Args:
         count: The number n of sensors.
-        settings: What the user tunes.
+        settings: The user's settings.
     """
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
@@ -59,7 +59,7 @@ class ConditionedFilter(ABC):
         return q
 
     def _believed(self, samples: SampleRound, rate: FloatArray) -> FloatArray:
-        """The magnetic fields that shall be used, NaN elsewhere."""
+        """The accepted magnetic fields [T], shape (k, 3), NaN elsewhere."""
         field = self._offered.of(samples)
         if self._mode in ("off", "on"):
             return field
@@ -75,8 +75,8 @@ class ConditionedFilter(ABC):
 
     @abstractmethod
     def _forget(self, index: int) -> None:
-        """Begin one sensor anew."""
+        """Reset the filter of one sensor."""
 
     @abstractmethod
     def _advance(self, samples: SampleRound, rate: FloatArray, field: FloatArray) -> FloatArray:
-        """One step of the plain filter, by corrected rates and the fields to use; orientations."""
+        """One filter step with corrected rates and accepted fields; returns the orientations."""

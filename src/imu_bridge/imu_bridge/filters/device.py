@@ -12,13 +12,13 @@ from imu_bridge.filters.orientation_filter import (
 
 
 class DeviceOrientation:
-    """An :class:`OrientationFilter` that believes the device.
+    """An :class:`OrientationFilter` that uses the device's own orientation.
 
-    What its heading means, and how well it knows it, devices do not say: it counts as unknown.
+    Devices do not state the reference and uncertainty of their heading: it counts as unknown.
 
     Args:
         count: The number n of sensors.
-        settings: Nothing of it matters here.
+        settings: Not used.
     """
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
@@ -28,7 +28,7 @@ class DeviceOrientation:
         self.heading_stddev: FloatArray = np.full(count, UNKNOWN_HEADING)
 
     def reset(self, index: int) -> None:
-        """There is nothing to forget."""
+        """No state to reset."""
 
     def update(self, samples: SampleRound) -> FloatArray:
         """See :class:`OrientationFilter`."""

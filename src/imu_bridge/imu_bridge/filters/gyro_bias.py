@@ -1,4 +1,4 @@
-"""The gyroscopes' bias, from the moments in which a sensor is at rest."""
+"""Estimation of the gyroscopes' bias while a sensor is at rest."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,18 +6,18 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
-REST_RATE_STDDEV = 0.05  # [rad/s] a standing person's sway stays below
-REST_RATE_MEAN = 0.35  # [rad/s] more is motion: an MPU-9150 at rest may tell of 20 deg/s
-REST_ACCELERATION_STDDEV = 0.2  # [m/s^2] a slow turn shows in gravity's direction
-MEMORY_WINDOWS = 5  # [-] the bias is a mean over about so many rests
+REST_RATE_STDDEV = 0.05  # [rad/s] above a standing person's sway
+REST_RATE_MEAN = 0.35  # [rad/s] largest bias: an MPU-9150's is up to 20 deg/s
+REST_ACCELERATION_STDDEV = 0.2  # [m/s^2] detects slow rotation by gravity's direction
+MEMORY_WINDOWS = 5  # [-] number of rests over which the bias is averaged
 
 
 class RestBiasEstimator:
-    """Bias of n gyroscopes: their mean rate over each window of time that is all rest.
+    """Bias of n gyroscopes: the mean rate over windows of rest.
 
     Args:
         count: The number n of sensors.
-        window_s: Length of a window [s]; 0 estimates nothing.
+        window_s: Duration of a window [s]; 0 disables the estimation.
 
     Attributes:
         bias: [rad/s], shape (n, 3); zero until a sensor's first rest.
@@ -30,14 +30,14 @@ class RestBiasEstimator:
         self._window_s = window_s
         self._elapsed_s = np.zeros(count)
         self._samples = np.zeros(count)
-        # Rates and accelerations (columns), relative to the window's first sample so that the
-        # sums of squares keep their digits.
+        # Rates and accelerations (columns), relative to the window's first sample, for numerical
+        # precision of the sums of squares.
         self._first = np.zeros((count, 6))
         self._sum = np.zeros((count, 6))
         self._sum_of_squares = np.zeros((count, 6))
 
     def restart(self, index: int) -> None:
-        """Begin one sensor's window anew: samples are missing."""
+        """Restart one sensor's window after missing samples."""
         self._elapsed_s[index] = self._samples[index] = 0.0
 
     def update(
@@ -46,7 +46,7 @@ class RestBiasEstimator:
         """Add a sample of each of k different sensors.
 
         Args:
-            index: Which sensors, shape (k,), without repetition.
+            index: Indices of the sensors, shape (k,), without repetition.
             dt: Time since each one's previous sample [s], shape (k,).
             rate: Angular velocity [rad/s], shape (k, 3).
             acceleration: Specific force [m/s^2], shape (k, 3).
@@ -69,7 +69,7 @@ class RestBiasEstimator:
             self._close(full)
 
     def _close(self, full: IndexArray) -> None:
-        """Judge the windows that are complete."""
+        """Update the bias from complete windows at rest."""
         samples = self._samples[full, None]
         mean = self._sum[full] / samples
         variance = self._sum_of_squares[full] / samples - mean * mean

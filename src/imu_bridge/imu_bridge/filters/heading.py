@@ -1,4 +1,4 @@
-"""How well the headings are known: what a magnetometer gives, and what time takes away."""
+"""Uncertainty of the headings: reduced by magnetometers, growing by gyroscope drift."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,8 @@ from imu_bridge.filters.orientation_filter import (
     IndexArray,
 )
 
-HOLD_S = 0.5  # [s] after a correction the heading counts as corrected: magnetometers are slower
-RECOVERY_S = 10.0  # [s] in which a corrected heading comes back, as the filters' own corrections
+HOLD_S = 0.5  # [s] for which a correction is valid: magnetometers are slower than gyroscopes
+RECOVERY_S = 10.0  # [s] time constant of a correction, as in the filters
 
 
 class HeadingUncertainty:
@@ -19,8 +19,8 @@ class HeadingUncertainty:
 
     Args:
         count: The number n of sensors.
-        corrected_stddev: Where a good magnetic field corrects it [rad].
-        drift: By which it grows where none does [rad/s]: the gyroscope's remaining bias.
+        corrected_stddev: Value while an undisturbed magnetic field corrects it [rad].
+        drift: Growth without correction [rad/s], from the gyroscope's remaining bias.
 
     Attributes:
         stddev: [rad], shape (n,); :data:`UNKNOWN_HEADING` until the first correction.
@@ -29,21 +29,21 @@ class HeadingUncertainty:
     def __init__(self, count: int, corrected_stddev: float, drift: float) -> None:
         self.stddev: FloatArray = np.full(count, UNKNOWN_HEADING)
         self._known: NDArray[np.bool_] = np.zeros(count, dtype=bool)
-        self._since_s = np.full(count, np.inf)  # the last correction
+        self._since_s = np.full(count, np.inf)  # [s] since the last correction
         self._corrected_stddev = corrected_stddev
         self._drift = drift
 
     def reset(self, index: int) -> None:
-        """One sensor's heading is arbitrary again."""
+        """Set one sensor's heading to unknown."""
         self.stddev[index] = UNKNOWN_HEADING
         self._known[index] = False
         self._since_s[index] = np.inf
 
     def update(self, index: IndexArray, dt: FloatArray, corrected: BoolArray) -> None:
-        """Let time pass for k sensors.
+        """Advance the time of k sensors.
 
         Args:
-            index: Which sensors, shape (k,).
+            index: Indices of the sensors, shape (k,).
             dt: [s], shape (k,).
             corrected: Whether the magnetic field corrects the heading now, shape (k,).
         """
@@ -52,7 +52,7 @@ class HeadingUncertainty:
         corrected = self._since_s[index] <= HOLD_S
         stddev = self.stddev[index]
         excess = (stddev - self._corrected_stddev) * np.exp(-dt / RECOVERY_S)
-        # The first correction sets a heading that was arbitrary.
+        # The first correction initialises the heading.
         recovered = self._corrected_stddev + np.where(known, excess, 0.0)
         grown = np.where(known, stddev + self._drift * dt, UNKNOWN_HEADING)
         self.stddev[index] = np.where(corrected, recovered, np.minimum(grown, UNKNOWN_HEADING))

@@ -10,15 +10,15 @@ gravity's reaction and of the magnetic field, and :math:`\hat g = (0, 0, 1)`,
 
 where :math:`\nabla f` is the gradient of :math:`\tfrac12 \|f\|^2`.
 
-The world is ENU: x east, y magnetic north, z up. Quaternions are (x, y, z, w) and mean
+The world is ENU: x east, y magnetic north, z up. Quaternions are (x, y, z, w) for
 ``R_world_sensor``.
 
-The gradient is taken along the unit sphere, where a turn by the small rotation vector
+The gradient is computed on the unit sphere, where a rotation by the small rotation vector
 :math:`\delta` in sensor axes changes :math:`q` by :math:`\tfrac12 q \otimes (\delta, 0)` and
 :math:`R^T v` by :math:`R^T v \times \delta`. Hence with :math:`u = R^T v` predicted and :math:`s`
-measured, :math:`\nabla_\delta \tfrac12 \|u - s\|^2 = u \times s`, and (2) becomes one turn by
+measured, :math:`\nabla_\delta \tfrac12 \|u - s\|^2 = u \times s`, and (2) becomes one rotation by
 :math:`\omega \Delta t - 2 \mu_t \nabla_\delta / \|\nabla_\delta\|`. Madgwick's own four-vector
-differs from this by a part along :math:`q`, which normalising :math:`q` takes out again.
+differs from this by a part along :math:`q`, which the normalisation of :math:`q` removes.
 
 References:
     Zhang, Xu, Sun (2015), J. System Simulation 27(10), equations (1), (2).
@@ -41,8 +41,8 @@ from imu_bridge.filters.quaternions import (
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.intp]
 
-TINY = 1e-12  # [-] below it a direction is meaningless
-PARALLEL_SINE = 1e-3  # [-] field and gravity closer than 0.06 deg give no heading
+TINY = 1e-12  # [-] smallest norm of a vector with a direction
+PARALLEL_SINE = 1e-3  # [-] below 0.06 deg between field and gravity there is no heading
 
 
 class MadgwickFilter:
@@ -65,7 +65,7 @@ class MadgwickFilter:
         self.has_heading: NDArray[np.bool_] = np.zeros(count, dtype=bool)
 
     def reset(self, index: int) -> None:
-        """Forget one sensor's orientation; its next sample initialises it anew."""
+        """Reset one sensor's orientation; its next sample initialises it."""
         self.orientation[index] = np.nan
         self.has_heading[index] = False
 
@@ -80,7 +80,7 @@ class MadgwickFilter:
         """Advance k different sensors by one sample each.
 
         Args:
-            index: Which sensors, shape (k,), without repetition.
+            index: Indices of the sensors, shape (k,), without repetition.
             dt: Time since each one's previous sample [s], shape (k,).
             angular_velocity: [rad/s] in sensor axes, finite, shape (k, 3).
             acceleration: Specific force in any unit, shape (k, 3). Zero or NaN: this sample is
@@ -97,7 +97,7 @@ class MadgwickFilter:
         q = self.orientation[index]
         fresh = np.isnan(q[:, 3])
         start = fresh & has_up
-        # A sensor that has only known its inclination takes its heading at once, not by descent.
+        # The first usable field sets the heading at once, without descent.
         turn_north = has_north & ~fresh & ~self.has_heading[index]
         if not start.all():
             descend = has_north & ~turn_north
@@ -112,13 +112,13 @@ class MadgwickFilter:
 
 
 def initial_orientation(up: FloatArray, north: FloatArray, has_north: NDArray) -> FloatArray:
-    """Orientation from one sample each (TRIAD, gravity trusted first).
+    """Orientation from one sample each (TRIAD with gravity as the primary vector).
 
     Args:
         up: Unit specific force in sensor axes, shape (k, 3).
         north: Unit magnetic field in sensor axes, shape (k, 3).
-        has_north: Whether ``north`` can be used, shape (k,); otherwise the heading is such that
-            the sensor's x axis (y if x is upright) has no northern part.
+        has_north: Whether ``north`` can be used, shape (k,); otherwise the sensor's
+            x axis (y if x is vertical) has no northern component.
 
     Returns:
         Quaternions (x, y, z, w) of ``R_world_sensor``, shape (k, 4).
@@ -134,7 +134,7 @@ def initial_orientation(up: FloatArray, north: FloatArray, has_north: NDArray) -
 
 
 def _turned_north(q: FloatArray, north: FloatArray) -> FloatArray:
-    """Turn about the vertical until the measured field points north."""
+    """Rotate about the vertical so that the measured field points north."""
     field = rotate(q, north)
     turn = np.zeros_like(field)
     turn[:, 2] = np.arctan2(field[:, 0], field[:, 1])
@@ -152,7 +152,7 @@ def _step(
     beta: float,
 ) -> FloatArray:
     """One step of (2) for k sensors."""
-    # zhang2015 (1), over the whole step: the gyroscope's turn.
+    # zhang2015 (1), over the whole step: the gyroscope's rotation.
     turn = angular_velocity * dt[:, None]
     gradient = np.where(has_up[:, None], cross(_to_sensor_z(q), up), 0.0)
     if has_north.any():
@@ -163,8 +163,8 @@ def _step(
         gradient += np.where(has_north[:, None], towards, 0.0)
     norm = np.linalg.norm(gradient, axis=1, keepdims=True)
     mu = beta * dt[:, None]
-    # Half the gradient never passes the minimum (the curvature is at most 2): at rest the full
-    # step of (2) would tremble about it by 2 mu.
+    # Half the gradient does not overshoot the minimum (the curvature is at most 2): at rest the
+    # full step of (2) would oscillate about it by 2 mu.
     step = np.minimum(2.0 * mu, 0.5 * norm)
     turn = turn - step * gradient / np.maximum(norm, TINY)  # zhang2015 (2)
     q = multiply(q, from_rotation_vector(turn))
@@ -172,7 +172,7 @@ def _step(
 
 
 def _directions(vectors: FloatArray) -> tuple[FloatArray, NDArray]:
-    """Unit vectors, and whether each is one; (0, 0, 0) where it is not."""
+    """Normalise vectors; (0, 0, 0) and False where that is not possible."""
     norm = np.linalg.norm(vectors, axis=1)
     valid = np.isfinite(norm) & (norm > TINY)
     scale = np.where(valid, norm, 1.0)
@@ -190,7 +190,7 @@ def _to_sensor_z(q: FloatArray) -> FloatArray:
 
 
 class MadgwickOrientation(ConditionedFilter):
-    """The filter with bias from rests and a look at the field, see :class:`ConditionedFilter`."""
+    """Madgwick's filter with the preprocessing of :class:`ConditionedFilter`."""
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
         super().__init__(count, settings)

@@ -1,7 +1,8 @@
-"""Whether a magnetic field looks like the earth's, or like iron and magnets near by.
+"""Detection of magnetic disturbances by iron and magnets.
 
-The earth's field has the same strength and dip wherever the sensor turns. A field that keeps both
-while the sensor turns becomes the reference; one that leaves them is disturbed.
+The strength and dip of the earth's field do not depend on the sensor's rotation. A field whose
+strength and dip stay constant while the sensor rotates becomes the reference; a field that deviates
+from the reference is disturbed.
 
 References:
     Laidig, Seel (2023), Information Fusion 91, doi:10.1016/j.inffus.2022.10.014, section 3.6:
@@ -16,21 +17,21 @@ from imu_bridge.filters.orientation_filter import BoolArray, FloatArray, IndexAr
 STRENGTH_TOLERANCE = 0.1  # [-] of the reference
 DIP_TOLERANCE = np.radians(10.0)  # [rad]
 SMOOTHING_S = 0.05  # [s] time constant against the magnetometer's noise
-REFERENCE_S = 20.0  # [s] time constant in which the reference follows
-CLEAR_S = 0.5  # [s] that a field must look right before it is believed again
-NEW_FIRST_S = 5.0  # [s] that a first field must stay the same while the sensor turns
-NEW_S = 20.0  # [s] and a later, different one
-TURNING = np.radians(20.0)  # [rad/s] above it the sensor turns
+REFERENCE_S = 20.0  # [s] time constant of the reference
+CLEAR_S = 0.5  # [s] of agreement before a field is accepted again
+NEW_FIRST_S = 5.0  # [s] of constancy under rotation before a first reference is accepted
+NEW_S = 20.0  # [s] the same for a different reference later
+TURNING = np.radians(20.0)  # [rad/s] above it the sensor rotates
 
 
 class FieldCheck:
-    """Judges the magnetic fields at n sensors.
+    """Checks the magnetic fields at n sensors.
 
     Args:
         count: The number n of sensors.
 
     Attributes:
-        verified: Whether a sensor's field has ever stayed the same while it turned, shape (n,).
+        verified: Whether a sensor has a reference field, shape (n,).
     """
 
     def __init__(self, count: int) -> None:
@@ -41,10 +42,10 @@ class FieldCheck:
         self._candidate = np.full((count, 2), np.nan)
         self._candidate_s = np.zeros(count)
         self._clear_s = np.zeros(count)
-        self._since_s = np.zeros(count)  # the sensor's last field
+        self._since_s = np.zeros(count)  # [s] since the sensor's last field
 
     def reset(self, index: int) -> None:
-        """Forget what one sensor has measured."""
+        """Reset one sensor."""
         self.verified[index] = False
         for values in (self._smoothed, self._reference, self._candidate):
             values[index] = np.nan
@@ -53,16 +54,16 @@ class FieldCheck:
     def update(
         self, index: IndexArray, dt: FloatArray, field_world: FloatArray, turn_rate: FloatArray
     ) -> BoolArray:
-        """Judge a sample of each of k sensors.
+        """Check a sample of each of k sensors.
 
         Args:
-            index: Which sensors, shape (k,), without repetition.
+            index: Indices of the sensors, shape (k,), without repetition.
             dt: Time since each one's previous sample [s], shape (k,).
-            field_world: The field in axes with z up, shape (k, 3); NaN: there is none.
+            field_world: The field in axes with z up, shape (k, 3); NaN if there is none.
             turn_rate: The norm of the angular velocity [rad/s], shape (k,).
 
         Returns:
-            Whether each field can be believed; before one is verified, all are.
+            Whether each field is accepted; all are before a sensor has a reference.
         """
         believed = np.zeros(len(index), dtype=bool)
         self._since_s[index] += dt
@@ -95,7 +96,7 @@ class FieldCheck:
     def _consider(
         self, index: IndexArray, dt: FloatArray, smoothed: FloatArray, turn_rate: FloatArray
     ) -> None:
-        """Accept a field as the reference that stays the same while the sensor turns."""
+        """Accept a field as the reference if it stays constant while the sensor rotates."""
         candidate = self._candidate[index]
         same = _alike(smoothed, candidate)
         followed = candidate + _share(dt, REFERENCE_S) * (smoothed - candidate)
@@ -111,12 +112,12 @@ class FieldCheck:
 
 
 def _share(dt: FloatArray, tau_s: float) -> FloatArray:
-    """How much of a difference a first-order low-pass takes in, shape (k, 1)."""
+    """Gain of a first-order low-pass for each time step, shape (k, 1)."""
     return -np.expm1(-dt / tau_s)[:, None]
 
 
 def _alike(field: FloatArray, reference: FloatArray) -> BoolArray:
-    """Whether strengths and dips agree; false where there is no reference."""
+    """Whether strengths and dips agree; False without a reference."""
     difference = np.abs(field - reference)
     alike: BoolArray = (difference[:, 0] < STRENGTH_TOLERANCE * reference[:, 0]) & (
         difference[:, 1] < DIP_TOLERANCE

@@ -1,23 +1,23 @@
-"""Which magnetic fields are offered to a filter at all: none, a sensor's first ones, or every one.
+"""Selection of the magnetic fields for a filter: none, a sensor's first ones, or all.
 
-A heading that is set once drifts with what is left of the gyroscope's bias, slowly and evenly, so
-that cameras can follow it. One that goes on following the field bends with whatever iron the
-sensor passes.
+A heading that is set once drifts slowly and steadily with the gyroscope's remaining bias, which
+cameras can correct. A heading that is corrected by the field all the time is disturbed by iron
+near the sensor.
 """
 
 import numpy as np
 
 from imu_bridge.filters.orientation_filter import FloatArray, SampleRound
 
-START_S = 10.0  # [s] after a sensor's first sample: noise is averaged, little has drifted
+START_S = 10.0  # [s] after a sensor's first sample: averages the noise, with little drift
 
 
 class OfferedField:
-    """Chooses by the mode, one of :data:`MAGNETOMETER_MODES`.
+    """Selects by the mode, one of :data:`MAGNETOMETER_MODES`.
 
     Args:
         count: The number n of sensors.
-        mode: ``off``: none; ``start``: those of a sensor's first seconds; else every one.
+        mode: ``off``: none; ``start``: those of a sensor's first seconds; otherwise all.
     """
 
     def __init__(self, count: int, mode: str) -> None:
@@ -25,11 +25,11 @@ class OfferedField:
         self._since_s = np.zeros(count)
 
     def reset(self, index: int) -> None:
-        """One sensor begins anew."""
+        """Restart one sensor."""
         self._since_s[index] = 0.0
 
     def of(self, samples: SampleRound) -> FloatArray:
-        """The samples' magnetic fields [T], shape (k, 3), NaN where there is none to be used."""
+        """The selected magnetic fields [T], shape (k, 3), NaN elsewhere."""
         self._since_s[samples.index] += samples.dt
         is_offered = self._since_s[samples.index] <= self._longest_s
         return np.where(is_offered[:, None], samples.magnetic_field, np.nan)

@@ -1,4 +1,4 @@
-"""What every orientation filter takes and gives."""
+"""Interface of the orientation filters."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,22 +11,22 @@ IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
 MAGNETOMETER_MODES = ("start", "auto", "on", "off")
-"""``auto``: only where the field looks like the earth's; ``on``: always; ``off``: never."""
-UNKNOWN_HEADING = np.pi  # [rad] standard deviation that says: any heading
+"""``start``: initial heading only; ``auto``: undisturbed fields; ``on``: all; ``off``: none."""
+UNKNOWN_HEADING = np.pi  # [rad] standard deviation of an unknown heading
 
 
 @dataclass(frozen=True, kw_only=True)
 class FilterSettings:
-    """What the user tunes; each filter takes what concerns it."""
+    """Settings of the user; each filter uses some of them."""
 
     magnetometer: str = "auto"  # one of MAGNETOMETER_MODES
     beta: float = 0.1  # [rad/s] Madgwick's gain
-    gain: float = 0.1  # [-] of imufusion
+    gain: float = 0.1  # [-] imufusion's gain
     acceleration_tau_s: float = 1.5  # [s] VQF's low-pass on the acceleration
     magnetometer_tau_s: float = 10.0  # [s] VQF's time constant of the heading
-    bias_window_s: float = 2.0  # [s] of rest that give the gyroscope's bias; 0: none is estimated
-    heading_stddev: float = 0.12  # [rad] of a heading that a good field corrects
-    heading_drift: float = 0.002  # [rad/s] by which it worsens without
+    bias_window_s: float = 2.0  # [s] of rest to estimate the gyroscope's bias; 0: no estimation
+    heading_stddev: float = 0.12  # [rad] while an undisturbed field corrects the heading
+    heading_drift: float = 0.002  # [rad/s] its growth otherwise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,12 +34,12 @@ class SampleRound:
     """One sample each of k different sensors.
 
     Attributes:
-        index: Which sensors, shape (k,), without repetition.
+        index: Indices of the sensors, shape (k,), without repetition.
         dt: Time since each one's previous sample [s], shape (k,); 0 for its first.
         angular_velocity: [rad/s] in sensor axes, finite, shape (k, 3).
-        acceleration: Specific force [m/s^2], shape (k, 3); zero says nothing.
+        acceleration: Specific force [m/s^2], shape (k, 3); zero if missing.
         magnetic_field: [T], shape (k, 3); NaN where there is no new one.
-        device_orientation: The sensors' own (x, y, z, w), shape (k, 4); NaN where they give none.
+        device_orientation: The sensors' own (x, y, z, w), shape (k, 4); NaN if missing.
     """
 
     index: IndexArray
@@ -55,9 +55,9 @@ class OrientationFilter(Protocol):
 
     Attributes:
         bias: The gyroscopes' estimated bias [rad/s], shape (n, 3).
-        rests: Rests that went into it so far, shape (n,).
+        rests: Number of rests used for it, shape (n,).
         heading_stddev: [rad], shape (n,); :data:`UNKNOWN_HEADING` where only z up is known.
-        rejected: Magnetometer samples that were not believed, shape (n,).
+        rejected: Number of rejected magnetometer samples, shape (n,).
     """
 
     bias: FloatArray
@@ -66,7 +66,7 @@ class OrientationFilter(Protocol):
     rejected: NDArray[np.int64]
 
     def reset(self, index: int) -> None:
-        """Forget one sensor's orientation; its next sample initialises it anew."""
+        """Reset one sensor's orientation; its next sample initialises it."""
 
     def update(self, samples: SampleRound) -> FloatArray:
         """Advance k sensors by one sample each.

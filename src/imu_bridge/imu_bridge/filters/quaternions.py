@@ -1,4 +1,4 @@
-"""Quaternion arithmetic for a few rows at a time, quicker there than the libraries'.
+"""Quaternion arithmetic, faster than the libraries' for a few rows.
 
 Quaternions are (x, y, z, w), arrays of shape (k, 4).
 """
@@ -21,7 +21,7 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def rotate(q: FloatArray, vectors: FloatArray, *, inverse: bool = False) -> FloatArray:
-    """Turn vectors from sensor to world axes, or the other way."""
+    """Rotate vectors from sensor to world axes, or the inverse, shape (k, 3)."""
     axis = -q[:, :3] if inverse else q[:, :3]
     t = 2.0 * cross(axis, vectors)
     return vectors + q[:, 3:] * t + cross(axis, t)
@@ -42,7 +42,7 @@ def multiply(p: FloatArray, q: FloatArray) -> FloatArray:
 def from_rotation_vector(turn: FloatArray) -> FloatArray:
     """Quaternions of rotation vectors [rad], shape (k, 4)."""
     half = 0.5 * np.linalg.norm(turn, axis=1, keepdims=True)
-    # np.sinc(x) is sin(pi x) / (pi x), smooth at zero.
+    # np.sinc(x) is sin(pi x) / (pi x), defined at zero.
     return np.concatenate([0.5 * turn * np.sinc(half / np.pi), np.cos(half)], axis=1)
 
 

@@ -1,7 +1,7 @@
-"""VQF: orientation with bias from rests, in motion until the first, and disturbance rejection.
+"""VQF: orientation with bias estimation and rejection of magnetic disturbances.
 
-The library's C++ code runs a filter a sensor; this adapts it to sensors whose rate nobody has
-declared and whose samples may get lost.
+The bias is estimated at rest, and in motion until the first rest. The library's C++ code runs one
+filter per sensor; this module adapts it to unknown sampling rates and lost samples.
 
 References:
     Laidig, Seel (2023), Information Fusion 91, doi:10.1016/j.inffus.2022.10.014.
@@ -20,15 +20,15 @@ from imu_bridge.filters.heading import HeadingUncertainty
 from imu_bridge.filters.offered_field import OfferedField
 from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, SampleRound
 
-FIRST_PERIOD_S = 0.01  # [s] of a sensor that has sent one sample
-PERIOD_TOLERANCE = 0.05  # [-] difference of a sensor's period from the filter's that is let be
-PERIOD_MIN_S = 0.0005  # [s] no body-worn sensor is faster; drivers hand on several at once
-REPLAYS = (4, 16, 64)  # [-] counts of samples after which the period is looked at again
-NEW_BIAS_STDDEV = np.radians(1.0)  # [rad/s] of a cheap sensor that nobody has seen at rest
-KNOWN_BIAS_STDDEV = np.radians(0.5)  # [rad/s] once it has been: VQF's own expectation
-REST_END_S = 1.0  # [s] for which VQF may still take slow first motion for rest
-BIAS_FOUND_S = 0.5  # [s] of rest after which VQF has the bias
-GRAVITY_MIN = 1e-3  # [m/s^2] less is no acceleration but a missing one
+FIRST_PERIOD_S = 0.01  # [s] assumed after a sensor's first sample
+PERIOD_TOLERANCE = 0.05  # [-] accepted difference between a sensor's period and the filter's
+PERIOD_MIN_S = 0.0005  # [s] faster samples are several delivered at once
+REPLAYS = (4, 16, 64)  # [-] counts of samples after which the period is checked
+NEW_BIAS_STDDEV = np.radians(1.0)  # [rad/s] of a low-cost sensor before its first rest
+KNOWN_BIAS_STDDEV = np.radians(0.5)  # [rad/s] after it: VQF's default
+REST_END_S = 1.0  # [s] in which VQF may mistake slow motion for rest
+BIAS_FOUND_S = 0.5  # [s] of rest that VQF needs for the bias
+GRAVITY_MIN = 1e-3  # [m/s^2] smaller accelerations count as missing
 
 Sample = tuple[float, FloatArray, FloatArray, FloatArray | None]
 
@@ -42,7 +42,7 @@ class _Sensor:
     first: list[Sample] = field(default_factory=list)
     rate_before: FloatArray = field(default_factory=lambda: np.zeros(3))
     was_resting: bool = False
-    rest_biases: deque[FloatArray] = field(init=False)  # sample by sample, of a rest's end
+    rest_biases: deque[FloatArray] = field(init=False)  # per sample, at the end of a rest
 
     def __post_init__(self) -> None:
         kept_s = BIAS_FOUND_S + REST_END_S
@@ -50,11 +50,11 @@ class _Sensor:
 
 
 class VqfOrientation:
-    """An :class:`OrientationFilter`, one VQF a sensor.
+    """An :class:`OrientationFilter` with one VQF per sensor.
 
     Args:
         count: The number n of sensors.
-        settings: What the user tunes.
+        settings: The user's settings.
     """
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
@@ -99,11 +99,11 @@ class VqfOrientation:
         return orientation[:, [1, 2, 3, 0]]
 
     def _advance(self, i: int, sensor: _Sensor, sample: Sample) -> _Sensor:
-        """Give a sensor's filter a sample; the sensor, anew if its period was another."""
+        """Process a sample; returns the sensor, a new one if its period has changed."""
         if len(sensor.first) < REPLAYS[-1]:
             sensor.first.append(sample)
             if len(sensor.first) in REPLAYS:
-                # The mean, since the samples that came together have no time between them.
+                # The mean, since samples that arrived together have no time between them.
                 mean_s = sum(dt for dt, *_ in sensor.first[1:]) / (len(sensor.first) - 1)
                 period_s = max(mean_s, PERIOD_MIN_S)
                 if abs(period_s / sensor.period_s - 1.0) > PERIOD_TOLERANCE:
@@ -126,14 +126,14 @@ class VqfOrientation:
             restMinT=s.bias_window_s if s.bias_window_s > 0.0 else 1.5,
         )
         stddev = KNOWN_BIAS_STDDEV if self.rests[i] else NEW_BIAS_STDDEV
-        vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), stddev)  # outlives a reset
+        vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), stddev)  # kept across a reset
         sensor = _Sensor(vqf=vqf, period_s=period_s, first=first)
         for sample in first:
             _feed(sensor, sample)
         return sensor
 
     def _look(self, i: int, sensor: _Sensor) -> None:
-        """Take over what the filter has found out."""
+        """Read bias, rest and disturbance from the filter."""
         if self._settings.bias_window_s <= 0.0:
             return
         resting = bool(sensor.vqf.getRestDetected())
@@ -143,38 +143,38 @@ class VqfOrientation:
         self.bias[i] = sensor.vqf.getBiasEstimate()[0]
         if resting:
             sensor.rest_biases.append(self.bias[i].copy())
-            # From now on rests alone tell: what motion tells of the upright axis pulls it aside by
-            # some tenths of a degree a second in a quarter of an hour.
+            # From now on the bias is estimated at rest only: the estimate in motion of the vertical
+            # axis drifts by some tenths of a degree per second in a quarter of an hour.
             sensor.vqf.setMotionBiasEstEnabled(False)
         self.rests[i] += resting and not sensor.was_resting
         sensor.was_resting = resting
 
     def _believes(self, i: int, sensor: _Sensor) -> bool:
-        """Whether the filter corrects the heading by the magnetic field now."""
+        """Whether the filter currently corrects the heading by the magnetic field."""
         if self._settings.magnetometer == "on":
             return True
         disturbed = bool(sensor.vqf.getMagDistDetected())
         self._verified[i] |= not disturbed
-        # Before VQF has verified a field it follows whatever there is.
+        # Before VQF has a reference field it uses any field.
         rejects = disturbed and bool(self._verified[i])
         self.rejected[i] += rejects
         return not rejects
 
 
 def _before_motion(sensor: _Sensor) -> FloatArray:
-    """The bias before the last second of a rest, in which slow motion bends it by 0.2 deg/s."""
+    """The bias before the last second of a rest, in which slow motion shifts it by 0.2 deg/s."""
     found = round(BIAS_FOUND_S / sensor.period_s)
     return sensor.rest_biases[min(found, len(sensor.rest_biases) - 1)]
 
 
 def _feed(sensor: _Sensor, sample: Sample) -> None:
-    """One sample, whose turn the filter shall integrate over its true time step."""
+    """Pass one sample to the filter, so that it integrates the rate over the true time step."""
     dt, rate, acceleration, magnetic = sample
     vqf = sensor.vqf
     if dt > 0.0:
         steps = max(1, round(dt / sensor.period_s))
         scale = dt / (steps * sensor.period_s)
-        for k in range(1, steps + 1):  # more than one where samples were lost between
+        for k in range(1, steps + 1):  # more than one after lost samples
             between = sensor.rate_before + (rate - sensor.rate_before) * (k / steps)
             vqf.updateGyr(np.ascontiguousarray(between * scale))
     sensor.rate_before = rate

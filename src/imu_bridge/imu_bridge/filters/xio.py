@@ -14,15 +14,15 @@ from imu_bridge.filters.orientation_filter import FilterSettings, FloatArray, Sa
 from imu_bridge.filters.quaternions import multiply
 from imu_bridge.protocols.reading import STANDARD_GRAVITY
 
-# imufusion's "north, west, up" has x north: a quarter turn from our x east, y north.
+# imufusion's "north, west, up" has x north: rotated by 90 deg from x east, y north.
 R_ENU_NWU = np.array([[0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5)]])
 R_NWU_ENU = R_ENU_NWU * [-1.0, -1.0, -1.0, 1.0]
 
 
 class XioOrientation(ConditionedFilter):
-    """An :class:`OrientationFilter`, one imufusion filter a sensor.
+    """An :class:`OrientationFilter` with one imufusion filter per sensor.
 
-    Its own rejections are off: they would reject what :class:`ConditionedFilter` has judged.
+    imufusion's own rejection is off, since :class:`ConditionedFilter` rejects disturbances.
     """
 
     def __init__(self, count: int, settings: FilterSettings) -> None:
@@ -38,7 +38,7 @@ class XioOrientation(ConditionedFilter):
         return ahrs
 
     def _start(self, ahrs: imufusion.Ahrs, acceleration: FloatArray, field: FloatArray) -> None:
-        """Begin where the first sample says, not with seconds of convergence."""
+        """Initialise from the first sample, to avoid seconds of convergence."""
         up = acceleration / np.linalg.norm(acceleration)
         strength = np.linalg.norm(field)
         has_north = np.array([bool(strength > 0.0)])

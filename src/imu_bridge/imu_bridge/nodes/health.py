@@ -1,4 +1,4 @@
-"""What the node says of itself in ``/diagnostics``."""
+"""The node's state in ``/diagnostics``."""
 
 import math
 from collections.abc import Sequence
@@ -13,13 +13,13 @@ from imu_bridge.serial_source import PortState, SerialSource
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 
-DEAF_BYTES = 100  # [bytes] without a packet among them that say: another speed, or format
-UNKNOWN_NAMED = 16  # [-] ids of unknown nodes that are named; noise has many
-DEAF_REPORTS = 2  # [-] and so many reports in a row
+DEAF_BYTES = 100  # [bytes] without a packet: wrong speed or protocol
+UNKNOWN_NAMED = 16  # [-] largest number of unknown ids listed; noise has many
+DEAF_REPORTS = 2  # [-] successive reports without a packet
 
 
 class Health:
-    """Sums up ports, byte streams and nodes; rates are means since the report before."""
+    """Reports on ports, byte streams and nodes; rates are means since the previous report."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class Health:
         self._deaf_reports = [0] * len(ports)
 
     def report(self, now_ns: int) -> Report:
-        """The state now, at this host time [ns]."""
+        """The state at this host time [ns]."""
         pipeline = self._pipeline
         elapsed_s = (now_ns - self._then_ns) * 1e-9 if self._then_ns else math.inf
         self._then_ns = now_ns
@@ -79,7 +79,7 @@ class Health:
         }
 
     def _port_complaint(self, i: int) -> tuple[Level, str] | None:
-        """What is wrong with a port."""
+        """Level and message of a port's fault; None without one."""
         source, config = self._sources[i], self._ports[i]
         which = f"{source.name}: " if len(self._sources) > 1 else ""
         bytes_, frames = source.counters["bytes"], self._pipeline.parsers[i].counters["frames"]
@@ -101,7 +101,7 @@ class Health:
         )
 
     def _unknown_nodes(self) -> str:
-        """Counts by node id, for people."""
+        """Counts by node id, as text."""
         several = len(self._sources) > 1
         unknown = sorted(self._pipeline.unknown_nodes.items(), key=lambda item: -item[1])
         counts = [

@@ -1,4 +1,4 @@
-"""The node: serial ports in, ``imu_<segment>/data_raw``, ``mag`` and ``data`` out."""
+"""The node: reads serial ports, publishes ``imu_<segment>/data_raw``, ``mag`` and ``data``."""
 
 from pathlib import Path
 from typing import Any
@@ -21,14 +21,14 @@ from pose_node.nodes.running import run_node
 
 
 class ImuBridge(ManagedNode[ImuBridgeParameters]):
-    """Publishes what IMUs send to the serial ports of this machine."""
+    """Publishes the samples of IMUs on this machine's serial ports."""
 
     def __init__(self, **options: Any) -> None:
         self._sources: list[SerialSource] = []
         super().__init__("imu_bridge", ImuBridgeParameters, **options)
 
     def configure(self) -> None:
-        """Read the nodes file, make the filters and what they publish."""
+        """Read the nodes file, create the filters and publishers."""
         parameters = self.settings
         if not parameters.nodes_file:
             raise ParameterError(
@@ -49,12 +49,12 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         self.diagnostics.hardware_id = ", ".join(port.name for port in self._ports)
 
     def activate(self) -> None:
-        """Open the ports. What the filters know of gyroscopes and fields, they keep."""
+        """Open the ports; the filters keep their estimates of biases and fields."""
         # Each port is read in a thread; everything else happens in the executor's.
         self._arrived = self.create_guard_condition(self._on_arrival)
         self._several = len(self._ports) > 1
         if self._several:
-            # Handled one by one as they come, many small pieces would cost the most.
+            # Processed in batches: many small pieces would cost more.
             self.create_timer(self.settings.read_period, self._on_arrival)
         self._open_ports()
         self._health = Health(self._pipeline, self._sources, self._ports)
@@ -66,10 +66,10 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         self._sources.clear()
 
     def cleanup(self) -> None:
-        """The filters go with the next ones."""
+        """Nothing to release: the next configuration replaces the filters."""
 
     def report(self) -> Report:
-        """Of ports and IMUs."""
+        """State of ports and IMUs."""
         return self._health.report(self.get_clock().now().nanoseconds)
 
     def _open_ports(self) -> None:
@@ -88,12 +88,11 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
 
     @staticmethod
     def _ignore() -> None:
-        """The timer asks anyway."""
+        """Do nothing: a timer reads the sources."""
 
     def _publisher(self, message_type: type, segment: str, name: str) -> Any:
-        # Without events the executor need not look at each publisher whenever it wakes, which
-        # with 27 of them would cost more than all the rest; a subscription still warns of a QoS
-        # that does not fit.
+        # Without events the executor does not check each publisher at each wake-up, which would
+        # cost most of the CPU time with 27 of them; subscriptions still warn of incompatible QoS.
         return self.create_publisher(
             message_type,
             f"imu_{segment}/{name}",

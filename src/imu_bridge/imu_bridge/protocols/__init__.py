@@ -1,6 +1,6 @@
-"""How IMUs talk: one small file a protocol, all of them pure.
+"""Protocols of IMUs: one module each, without input or output.
 
-A new device is a file with a :class:`~imu_bridge.protocols.reading.Parser` and a line in
+A new protocol needs a module with a :class:`~imu_bridge.protocols.reading.Parser` and a line in
 :data:`PROTOCOLS`.
 """
 
@@ -16,12 +16,12 @@ from imu_bridge.protocols.witmotion import WitMotionParser
 
 @dataclass(frozen=True, kw_only=True)
 class ProtocolEntry:
-    """What the bridge must know of a protocol beside its parser.
+    """Entry of a protocol.
 
     Attributes:
-        make_parser: The parser from a port's options in the nodes file.
-        baudrates: Speeds that such devices are found at [bit/s], likeliest first.
-        options: Names of the options that it takes.
+        make_parser: Creates the parser from a port's options in the nodes file.
+        baudrates: Usual speeds of such devices [bit/s], most common first.
+        options: Names of the accepted options.
     """
 
     make_parser: Callable[[Mapping[str, Any]], Parser]
@@ -40,4 +40,4 @@ PROTOCOLS: dict[str, ProtocolEntry] = {
         options=("fields", "units", "prefix"),
     ),
 }
-"""By the name that the nodes file uses."""
+"""Protocols by their name in the nodes file."""

@@ -1,4 +1,4 @@
-"""What a parser makes of bytes: one sample of one sensor, in SI units."""
+"""Result of a parser: one sample of one sensor, in SI units."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ STANDARD_GRAVITY = 9.80665  # [m/s^2] / [g]
 
 MAX_ACCELERATION = 4000.0  # [m/s^2] 400 g: the widest range of any body-worn accelerometer
 MAX_ANGULAR_VELOCITY = 100.0  # [rad/s] 5700 deg/s
-MAX_QUATERNION = 2.0  # [-] of one with a norm about 1
-MAX_MAGNETIC_FIELD = 0.1  # [T] beside a strong magnet; the earth's is 5e-5
+MAX_QUATERNION = 2.0  # [-] component of a quaternion
+MAX_MAGNETIC_FIELD = 0.1  # [T] near a strong magnet; the earth's is 5e-5
 
 Vector3 = tuple[float, float, float]
 Vector4 = tuple[float, float, float, float]
@@ -19,18 +19,18 @@ Vector4 = tuple[float, float, float, float]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Reading:
-    """One sample, in the axes of the sensor.
+    """One sample in the axes of the sensor.
 
     Attributes:
         angular_velocity: [rad/s].
         acceleration: Specific force [m/s^2]: +g upwards when at rest.
-        magnetic_field: [T]; None where the sample brings no new one.
+        magnetic_field: [T]; None if the sample has no new one.
         orientation: The device's own estimate of ``R_world_sensor`` as (x, y, z, w), its world z
             up; None if it sends none.
-        node_id: Which sensor on the port; 0 where there is but one.
-        sequence: Counts this sensor's samples modulo 2^16; None if the device does not count.
-        clock_us: The device's clock at the moment of sampling [us], modulo the parser's
-            ``clock_modulus_us``; None if it tells no time.
+        node_id: Id of the sensor on the port; 0 if there is only one.
+        sequence: Sequence number of the sample modulo 2^16; None if the device has none.
+        clock_us: The device's clock at the time of sampling [us], modulo the parser's
+            ``clock_modulus_us``; None if it has none.
         saturated: Whether an axis of accelerometer or gyroscope is at full scale.
     """
 
@@ -45,7 +45,7 @@ class Reading:
 
 
 def is_plausible(reading: Reading) -> bool:
-    """Whether a sensor can have measured this: a filter remembers what it cannot for ever."""
+    """Whether a sample is within the range of sensors: others would corrupt a filter's state."""
     limits = (
         (reading.angular_velocity, MAX_ANGULAR_VELOCITY),
         (reading.acceleration, MAX_ACCELERATION),
@@ -56,19 +56,19 @@ def is_plausible(reading: Reading) -> bool:
 
 
 class Parser(Protocol):
-    """Finds a device's samples in a byte stream that may be cut, noisy or joined in its middle.
+    """Decodes a device's samples from a byte stream that may be truncated or noisy.
 
     Attributes:
-        counters: At least ``frames``: whatever was intact, and ``bytes_skipped``: bytes that
-            belong to nothing intact. The other names are the protocol's own.
-        clock_modulus_us: Where the device's clock wraps [us].
+        counters: At least ``frames``: intact frames, and ``bytes_skipped``: bytes outside of intact
+            frames. Other names are specific to the protocol.
+        clock_modulus_us: Modulus of the device's clock [us].
     """
 
     counters: Counters
     clock_modulus_us: int
 
     def parse(self, data: bytes) -> Sequence[Reading]:
-        """Add received bytes; the readings that they complete, in order."""
+        """Add received bytes; returns the samples that they complete, in order."""
 
     def finish(self) -> Sequence[Reading]:
-        """End the stream (the port is gone): what is pending will not become longer."""
+        """End the stream when the port is lost; returns samples from the remaining bytes."""

@@ -1,4 +1,4 @@
-r"""The wire format: frames that the sink of a star network of IMU nodes sends to the host.
+r"""Frames that the sink of a star network of IMU nodes sends to the host.
 
 Every number is little-endian. A frame is
 
@@ -18,8 +18,8 @@ offset size field
 ====== ==== ===========================================================================
 0      1    kind: version in the high nibble (1), type in the low (1)
 1      1    node id
-2      2    sequence number, u16, +1 a sample of this node, wraps
-4      4    node clock [us] at the moment of sampling, u32, wraps after 71.6 min
+2      2    sequence number, u16, +1 per sample of this node, wraps
+4      4    node clock [us] at the time of sampling, u32, wraps after 71.6 min
 8      1    range codes: bits 0-1 accelerometer, 2-3 gyroscope, 4-5 magnetometer
 9      1    flags: bit 0 = the magnetometer counts are new and valid
 10     6    accelerometer x, y, z, i16
@@ -27,8 +27,8 @@ offset size field
 22     6    magnetometer x, y, z, i16, in the axes of the accelerometer
 ====== ==== ===========================================================================
 
-A later version may append to a payload: a longer payload of a known kind is read, its tail ignored.
-Frames of an unknown kind are skipped whole, and counted.
+A later version may append to a payload: of a longer payload of a known kind the rest is ignored.
+Frames of an unknown kind are skipped and counted.
 """
 
 import math
@@ -70,10 +70,10 @@ Counts3 = tuple[int, int, int]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RawSample:
-    """One 9-axis sample of one node, in counts as on the wire.
+    """One 9-axis sample of one node, in counts as transmitted.
 
     The range codes (0 to 3) index :data:`ACCELEROMETER_LSB`, :data:`GYROSCOPE_LSB` and
-    :data:`MAGNETOMETER_LSB`, which turn counts into SI units.
+    :data:`MAGNETOMETER_LSB`, which convert counts to SI units.
     """
 
     node_id: int
@@ -89,10 +89,10 @@ class RawSample:
 
 
 def encode(sample: RawSample) -> bytes:
-    """The frame that carries a sample.
+    """Encode a sample as a frame.
 
     Raises:
-        ValueError: If a field does not fit its place in the frame.
+        ValueError: If a value exceeds its field in the frame.
     """
     codes = (sample.accelerometer_range, sample.gyroscope_range, sample.magnetometer_range)
     if not all(0 <= code <= 3 for code in codes):
@@ -179,14 +179,14 @@ class StarParser:
 
 
 class Decoder:
-    """Finds the frames in a byte stream that may be cut, noisy or joined in its middle.
+    """Decodes the frames in a byte stream that may be truncated or noisy.
 
-    A sync word may occur inside a payload or in noise: where the CRC disagrees, only the two
-    sync bytes are skipped, so that a true frame that begins within the false one is still found.
+    A sync word may occur inside a payload or in noise: if the CRC is wrong, only the two sync bytes
+    are skipped, so that a valid frame that starts within the false one is still found.
 
     Attributes:
         counters: ``frames`` decoded; ``crc_errors``: sync words whose frame failed its CRC;
-            ``bytes_skipped``: bytes that belong to no intact frame; ``unknown_kinds``: intact
+            ``bytes_skipped``: bytes outside of intact frames; ``unknown_kinds``: intact
             frames that are not 9-axis samples of version 1.
     """
 
@@ -201,12 +201,12 @@ class Decoder:
         return samples
 
     def flush(self) -> list[RawSample]:
-        """End the stream (the port is gone): what is pending can no longer become longer."""
+        """End the stream when the port is lost; returns samples from the remaining bytes."""
         samples, self._pending = self._scan(self._pending, final=True)
         return samples
 
     def _scan(self, data: bytes, *, final: bool) -> tuple[list[RawSample], bytes]:
-        """The samples in ``data`` and the rest that may still become a frame."""
+        """The samples in ``data``, and the remaining bytes, which may be an incomplete frame."""
         samples: list[RawSample] = []
         skipped = crc_errors = 0
         view = memoryview(data)

@@ -1,8 +1,8 @@
-"""Lines of numbers, as Razor boards and Arduino sketches print them; the fields have names.
+"""Lines of numbers, as printed by Razor boards and Arduino sketches, with named fields.
 
-``prefix`` (if there is one), then the numbers of ``fields`` in their order, parted by anything of
+``prefix`` (optional), then the numbers of ``fields`` in their order, separated by any of
 ``, ; : =``, blanks and tabs. A field is ``time``, ``node``, one of ``acc_x … mag_z``, or ``_``
-for a number that means nothing here; ``-acc_x`` says that the axis is printed with the wrong sign.
+for an ignored number; ``-acc_x`` means that the axis is printed with the opposite sign.
 """
 
 import math
@@ -16,7 +16,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 
 MAX_LINE_BYTES = 512
-MAX_NODE = 65_535  # [-] ids of nodes beyond are garbled lines
+MAX_NODE = 65_535  # [-] larger ids are corrupted lines
 IGNORED = "_"
 AXES = ("x", "y", "z")
 UNITS: dict[str, dict[str, float]] = {
@@ -25,7 +25,7 @@ UNITS: dict[str, dict[str, float]] = {
     "gyro": {"rad/s": 1.0, "deg/s": math.radians(1.0)},  # [rad/s]
     "mag": {"T": 1.0, "uT": 1e-6, "G": 1e-4, "mG": 1e-7},  # [T]
 }
-"""The unit of each quantity: one of it in ours."""
+"""Units of each quantity, with their value in SI units (time: us)."""
 FIELDS = ("time", "node", *(f"{q}_{axis}" for q in ("acc", "gyro", "mag") for axis in AXES))
 
 _SEPARATOR = re.compile(r"[,;:=\s]+")
@@ -33,13 +33,13 @@ _SEPARATOR = re.compile(r"[,;:=\s]+")
 
 @dataclass(frozen=True, kw_only=True)
 class LineFormat:
-    """What a line holds.
+    """Format of a line.
 
     Attributes:
-        columns: Field name to column.
-        scales: Field name to the value of a 1 in that column, in SI units (time: us).
-        width: Numbers in a line.
-        prefix: What a line of data begins with.
+        columns: Column by field name.
+        scales: Value of one unit in SI units (time: us), by field name.
+        width: Count of numbers in a line.
+        prefix: Beginning of a line of data.
     """
 
     columns: Mapping[str, int]
@@ -52,7 +52,7 @@ def line_format(options: Mapping[str, Any]) -> LineFormat:
     """The format from a port's ``fields``, ``units`` and ``prefix``.
 
     Raises:
-        InputError: If a field or unit is unknown, missing or double.
+        InputError: If a field or unit is unknown, missing or given twice.
     """
     fields, units = options.get("fields"), options.get("units", {})
     prefix = options.get("prefix", "")
@@ -85,7 +85,7 @@ def _refuse_missing(columns: Mapping[str, int]) -> None:
 
 
 def _unit(name: str, units: Mapping[str, Any]) -> float:
-    """The unit of a field, by name or, for counts, as a number in SI units."""
+    """Unit of a field, by name or, for counts, as a number, in SI units."""
     quantity = name.partition("_")[0]
     unit, known = units.get(quantity), UNITS[quantity]
     if isinstance(unit, int | float) and not isinstance(unit, bool) and unit > 0.0:
@@ -102,10 +102,10 @@ class TextParser:
     """A :class:`Parser` of such lines.
 
     Attributes:
-        counters: ``frames``: lines with the right numbers; ``bad_lines``: with the prefix but
-            with others, or with what no field can hold; ``other_lines``: without the prefix;
-            ``bytes_skipped``: of all these, of the line that the stream began in, and of what is
-            too long for a line.
+        counters: ``frames``: valid lines; ``bad_lines``: lines with the prefix and a wrong count of
+            numbers or an invalid value; ``other_lines``: lines without the prefix;
+            ``bytes_skipped``: bytes of invalid lines, of the incomplete first line, and of lines
+            that are too long.
         clock_modulus_us: A 32-bit count in the unit of ``time``, as Arduino's clocks are.
     """
 
@@ -114,7 +114,7 @@ class TextParser:
         self._format = format_
         self.clock_modulus_us = round(2**32 * abs(format_.scales.get("time", 1.0)))
         self._pending = b""
-        self._joined = False  # whether the beginning of a line has been seen
+        self._joined = False  # whether the beginning of a line has been received
 
     def parse(self, data: bytes) -> list[Reading]:
         """See :class:`Parser`."""
@@ -122,7 +122,7 @@ class TextParser:
         readings = []
         for line in lines:
             if not self._joined:
-                # Half a line can look like a whole one whose first number is another.
+                # The end of an incomplete first line may be mistaken for a whole line.
                 self._joined = True
                 self.counters.add("bytes_skipped", len(line) + 1)
                 continue
@@ -164,7 +164,7 @@ class TextParser:
         self.counters.add("bytes_skipped", len(line) + 1)
 
     def _reading(self, numbers: list[float]) -> Reading | None:
-        """The numbers in SI units; None if one of them is none, or too large for its field."""
+        """The numbers in SI units; None if one of them is not finite or too large."""
         columns, scales = self._format.columns, self._format.scales
         values = {name: numbers[columns[name]] * scale for name, scale in scales.items()}
         node = numbers[columns["node"]] if "node" in columns else 0.0

@@ -1,7 +1,7 @@
-"""WitMotion's serial packets (WT901 and its relatives), one sensor a port.
+"""WitMotion's serial packets (WT901 and related devices), one sensor per port.
 
 Every packet has 11 bytes: ``55``, the kind, four little-endian i16 and the sum of the ten bytes
-before, modulo 256. One sampling sends its packets in rising order of kind:
+before, modulo 256. The packets of one sample are sent in ascending order of kind:
 
 ==== ============================================ ========================================
 kind content                                      scale
@@ -14,8 +14,8 @@ kind content                                      scale
 59   quaternion w, x, y, z                        1 / 32768
 ==== ============================================ ========================================
 
-Kinds 55 to 58 and 5A (ports, air pressure, GPS) are passed over. A sample is what one sampling
-sends; it needs acceleration and angular velocity.
+Kinds 55 to 58 and 5A (ports, air pressure, GPS) are ignored. A sample needs acceleration and
+angular velocity.
 
 References:
     WitMotion, WT901 datasheet, sections 5.1 (output data format) and 5.2 (commands).
@@ -54,8 +54,8 @@ class WitMotionParser:
 
     Attributes:
         counters: ``frames``: packets with the right sum; ``checksum_errors``; ``bytes_skipped``;
-            ``other_packets``: of kinds that say nothing here; ``incomplete_samples``: samplings
-            without acceleration or angular velocity, or without the time if others have it.
+            ``other_packets``: of ignored kinds; ``incomplete_samples``: samples without
+            acceleration or angular velocity, or without the time if others have it.
         clock_modulus_us: The clock is the time of day.
     """
 
@@ -66,7 +66,7 @@ class WitMotionParser:
         self.clock_modulus_us = US_PER_DAY
         self._pending = b""
         self._sampling: dict[int, Counts] = {}
-        self._last_kind = LAST_KIND  # that one sampling sends, as far as is known
+        self._last_kind = LAST_KIND  # last kind of a sample, as far as known
         self._highest_kind = 0
         self._tells_time = False
 
@@ -115,7 +115,7 @@ class WitMotionParser:
             return []
         readings = []
         if self._sampling and kind <= max(self._sampling):
-            # The highest kind ever seen ends a sampling: its sample need not wait for the next.
+            # The highest kind received so far completes a sample before the next one starts.
             self._last_kind = self._highest_kind
             readings = self._close()
         self._sampling[kind] = (_TIME if kind == TIME else _I16).unpack(content)
@@ -125,7 +125,7 @@ class WitMotionParser:
         return readings
 
     def _close(self) -> list[Reading]:
-        """The sample of the sampling that is complete."""
+        """The completed sample."""
         sampling, self._sampling = self._sampling, {}
         if not sampling:
             return []
@@ -175,6 +175,6 @@ def _orientation(sampling: dict[int, Counts]) -> Vector4 | None:
 
 
 def _clock_us(time: Counts) -> int:
-    """The time of day."""
+    """The time of day [us]."""
     *_, hour, minute, second, ms = time
     return (((hour * 60 + minute) * 60 + second) * 1000 + ms) * 1000 % US_PER_DAY

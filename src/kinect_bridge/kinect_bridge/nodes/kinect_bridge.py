@@ -36,7 +36,7 @@ def message_type(topic: Topic) -> Any:
     match = re.fullmatch(TYPE_NAME, topic.type_name)
     if match is None:
         raise InputError(
-            f"'{topic.type_name}' names no message: expected for example "
+            f"'{topic.type_name}' is not a message type: expected for example "
             "'visualization_msgs/msg/MarkerArray'"
         )
     package, name = match.groups()
@@ -50,13 +50,13 @@ def message_type(topic: Topic) -> Any:
 
 
 class KinectBridge(ManagedNode[KinectBridgeParameters]):
-    """Publishes each frame of a source as soon as the source gives it.
+    """Publishes the frames of a source.
 
     Args:
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If the source or a parameter is not what it should be.
+        PoseError: If the source or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -65,7 +65,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         super().__init__("kinect_bridge", KinectBridgeParameters, **options)
 
     def configure(self) -> None:
-        """Open the source; a recording is read."""
+        """Open the source; a recording is read completely."""
         name = self.settings.checked_name()
         self._frame_id = f"kinect_{name}_optical_frame"
         self._source = make_source(self.settings)
@@ -75,8 +75,8 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         )
 
     def activate(self) -> None:
-        """Start the source; a recording begins anew."""
-        if self._source is None:  # it was closed
+        """Start the source; a recording restarts."""
+        if self._source is None:  # closed by a deactivation
             self._source = make_source(self.settings)
         self._timer = self.create_timer(0.0, self._publish_due)
         self._wake = self.create_guard_condition(self._publish_due)
@@ -106,16 +106,16 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
         self.create_subscription(message_type(topic), topic.name, receive, qos)
 
     def _publish_due(self) -> None:
-        """Publish what is due, and sleep until the next is, or until the source wakes us."""
+        """Publish due frames, and wait until the next is due, or until the source has one."""
         source = self._source
         if source is None:
-            return  # woken a last time
+            return  # called after the source was closed
         while (frame := source.take()) is not None:
             self._publisher.publish(to_skeleton_array(frame, self._frame_id))
             self._count(frame)
         wait_ns = source.wait_ns()
         if wait_ns is not None:
-            # Each wait is reckoned from the clock anew: errors of the timer do not add up.
+            # Each wait is computed from the clock: errors of the timer do not accumulate.
             self._timer.timer_period_ns = wait_ns
             self._timer.reset()
         elif not self._timer.is_canceled():
@@ -133,7 +133,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
             self._counters.add(name, int(count))
 
     def report(self) -> Report:
-        """What the source says, and what was published."""
+        """State of the source, and counts of published frames."""
         assert self._source is not None
         report = self._source.report()
         values = {**report.values, **self._counters.as_dict()}

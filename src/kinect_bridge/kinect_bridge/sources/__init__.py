@@ -1,4 +1,4 @@
-"""Where skeletons come from: one module a source, one line a source in ``SOURCES``."""
+"""Sources of skeletons: one module and one line in ``SOURCES`` each."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -18,14 +18,14 @@ SOURCES = {
     "udp": "udp.UdpSource",
     "nite2": "nite2.Nite2Source",
 }
-"""Module and class of each source; only the one that is used is loaded."""
+"""Module and class of each source; only the selected one is imported."""
 
 
 def make_source(parameters: "KinectBridgeParameters") -> SkeletonSource:
-    """The source that the parameters name.
+    """Create the source selected by the parameters.
 
     Raises:
-        PoseError: If one of its parameters is not what it should be.
+        PoseError: If one of its parameters is invalid.
     """
     module, name = SOURCES[parameters.source].split(".")
     return getattr(import_module(f"{__name__}.{module}"), name)(parameters)

@@ -1,4 +1,4 @@
-"""The datagrams of ``udp``: one frame each, JSON or MessagePack; docs/udp.md has every byte."""
+"""The datagrams of ``udp``: one frame each, JSON or MessagePack; see docs/udp.md."""
 
 from typing import Annotated
 
@@ -43,16 +43,16 @@ def decode(data: bytes) -> Datagram:
     """Read a datagram.
 
     Raises:
-        msgspec.DecodeError: If it is neither JSON nor MessagePack, or not what it should be.
+        msgspec.DecodeError: If it is neither JSON nor MessagePack, or not a valid datagram.
     """
     return (_JSON if data.startswith(JSON_BEGINS) else _MSGPACK).decode(data)
 
 
 def to_person(person: PersonData, joint_map: JointMap) -> Person:
-    """A person of a datagram, joints in the order of the map.
+    """Convert a person of a datagram; joints in the order of the map.
 
     Raises:
-        KeyError: If a joint's name is none of the map's.
+        KeyError: If a joint's name is not in the map.
     """
     joints: list[list[float | None] | None] = []
     if isinstance(person.joints, dict):
@@ -72,5 +72,5 @@ def _four(joint: list[float | None] | None) -> list[float]:
 
 
 def _confidence(values: FloatArray) -> FloatArray:
-    """Infinite ones say no more than missing ones."""
+    """Confidences [-]; infinite ones count as missing (NaN)."""
     return np.where(np.isfinite(values[:, 3]), values[:, 3], np.nan)

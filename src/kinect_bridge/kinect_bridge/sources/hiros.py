@@ -1,6 +1,6 @@
 """``hiros``: Hi-ROS' ``SkeletonGroup``, of one camera or merged.
 
-A marker is a joint: ``id`` is its index in the joint map, or ``name`` its name; the place is
+A marker is a joint: ``id`` is its index in the joint map, or ``name`` its name; the position is
 ``center.pose.position`` [m] in the frame of the group.
 """
 
@@ -18,7 +18,7 @@ MAX_MARKERS = 256  # of one skeleton
 
 
 class HirosSource(LiveSource):
-    """People as Hi-ROS skeletons."""
+    """Source of Hi-ROS skeletons."""
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         topic = parameters.topic or "skeleton_group"
@@ -38,7 +38,7 @@ class HirosSource(LiveSource):
         )
 
     def receive(self, message: Any, topic: str) -> None:
-        """One message is one frame; its time is the one that the camera's data had."""
+        """Process a message as one frame; its stamp is that of the camera's data."""
         skeletons = message.skeletons
         if len(skeletons) > MAX_PEOPLE or any(len(s.markers) > MAX_MARKERS for s in skeletons):
             self.counters.add("messages_too_long")

@@ -1,4 +1,4 @@
-"""What all live sources share: people become frames, and nothing is dropped uncounted."""
+"""Base of all live sources: conversion of persons to frames, and counters of rejected data."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
@@ -15,18 +15,18 @@ from pose_core.stamps import NS_PER_S
 from pose_io.recordings.joint_maps import FloatArray, JointMap, mark_missing
 from pose_node.level import Level
 
-MAX_PEOPLE = 16  # in one frame
+MAX_PEOPLE = 16  # per frame
 MAX_ID = 32  # [characters]
-MAX_DISTANCE_M = 100.0  # [m] a joint further away is no joint
-QUEUE = 64  # frames that wait for the node
-SILENCE_NS = 2 * NS_PER_S  # [ns] a longer one is a warning
+MAX_DISTANCE_M = 100.0  # [m] joints farther away are rejected
+QUEUE = 64  # largest number of frames waiting for the node
+SILENCE_NS = 2 * NS_PER_S  # [ns] time without frames after which there is a warning
 
 FRAME_COUNTERS = (
     "frames_received",
     "frames_overrun",  # left out: the node was too slow
     "people_beyond_limit",  # left out: more than MAX_PEOPLE in a frame
     "people_repeated",  # left out: an id twice in a frame
-    "people_bad_id",  # left out: an id that is no name
+    "people_bad_id",  # left out: an id that is not valid in a topic
     "people_wrong_joints",  # left out: another number of joints than the map's
     "people_without_joints",  # left out: not one joint tracked
     "joints_out_of_range",  # not tracked: further away than MAX_DISTANCE_M
@@ -35,27 +35,27 @@ FRAME_COUNTERS = (
 
 @dataclass(frozen=True, kw_only=True)
 class Person:
-    """One person as a source gives it; n joints in the order of its joint map."""
+    """One person of a source; n joints in the order of its joint map."""
 
     id: str
     positions: FloatArray  # (n, 3) in the source's axes and unit; NaN where missing
-    confidence: FloatArray | None = None  # (n,) in the source's scale; None: it has none
-    at_most: TrackingState = TrackingState.TRACKED  # of all joints, as of a person that is guessed
+    confidence: FloatArray | None = None  # (n,) in the source's scale; None without confidences
+    at_most: TrackingState = TrackingState.TRACKED  # upper bound of all joints' states
 
 
 class LiveSource:
-    """A source that pushes; a subclass calls :meth:`push` from one thread.
+    """Base of live sources; a subclass calls :meth:`push` from one thread.
 
     Args:
-        name: The source, for messages.
+        name: The source's name, for messages.
         hardware_id: The device, port or topic.
-        joint_map: Of the people that are pushed.
-        on_host_clock: As of :class:`LiveClock`.
-        counters: Further reasons for which the subclass leaves something out.
-        topics: What to subscribe to.
+        joint_map: Joint map of the persons.
+        on_host_clock: See :class:`LiveClock`.
+        counters: Further counters of the subclass, by reason.
+        topics: Topics to subscribe to.
     """
 
-    is_finished = False  # a live source may always go on
+    is_finished = False  # live sources do not end
 
     def __init__(
         self,
@@ -79,30 +79,30 @@ class LiveSource:
         self._heard_ns: int | None = None
 
     def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
-        """Begin; see :class:`SkeletonSource`."""
+        """Start; see :class:`SkeletonSource`."""
         self._now_ns, self._wake = now_ns, wake
 
     def receive(self, message: Any, topic: str) -> None:
-        """Take a message; a source without topics gets none."""
+        """Process a message; sources without topics receive none."""
         raise NotImplementedError(f"{self.name} has no topic {topic}")
 
     def take(self) -> SkeletonFrame | None:
-        """The oldest frame that waits."""
+        """Remove and return the oldest frame of the queue; None if it is empty."""
         return self._frames.popleft() if self._frames else None
 
     def wait_ns(self) -> int | None:
-        """Never: frames come with a wake."""
+        """Always None: frames are signalled by ``wake``."""
         return None
 
     def close(self) -> None:
-        """Nothing to let go of."""
+        """Nothing to release."""
 
     def push(self, people: Sequence[Person], capture_ns: int | None) -> None:
-        """Give a frame to the node.
+        """Queue a frame for the node.
 
         Args:
-            people: Everybody in the frame.
-            capture_ns: When it was captured [ns], None if nobody said.
+            people: All persons in the frame.
+            capture_ns: Capture time [ns], None if unknown.
         """
         arrival_ns = self._now_ns()
         self._heard_ns = arrival_ns
@@ -117,7 +117,7 @@ class LiveSource:
         self._wake()
 
     def report(self) -> SourceReport:
-        """Whether frames come, and all counts."""
+        """Whether frames arrive, and all counters."""
         values = {
             **self.counters.as_dict(),
             "joint_map": self.joint_map.sensor,
@@ -136,7 +136,7 @@ class LiveSource:
         return SourceReport(level=Level.OK, message=f"receiving from {self.name}", values=values)
 
     def waits_for(self) -> str:
-        """What has to happen outside, for people."""
+        """Description of what the source waits for."""
         return f"{self.name} on {self.hardware_id}"
 
     def details(self) -> Mapping[str, object]:
@@ -151,7 +151,7 @@ class LiveSource:
             place, state = self.joint_map.convert(
                 np.where(np.isfinite(given), given, np.nan), state
             )
-            far = np.abs(place).max(axis=-1) > MAX_DISTANCE_M  # NaN is not
+            far = np.abs(place).max(axis=-1) > MAX_DISTANCE_M  # False for NaN
             self.counters.add("joints_out_of_range", int(far.sum()))
             place[far] = np.nan
             mark_missing(place, state)
@@ -169,7 +169,7 @@ class LiveSource:
         )
 
     def _acceptable(self, people: Sequence[Person]) -> list[Person]:
-        """The people whose id and number of joints are as they should be."""
+        """The persons with a valid id and number of joints."""
         self.counters.add("people_beyond_limit", max(0, len(people) - MAX_PEOPLE))
         accepted: dict[str, Person] = {}
         for person in people[:MAX_PEOPLE]:
@@ -185,5 +185,5 @@ class LiveSource:
 
 
 def is_name(text: str) -> bool:
-    """Whether an id can stand in topics: letters, digits and underscores, not too many."""
+    """Whether an id is valid in topics: at most MAX_ID letters, digits and underscores."""
     return len(text) <= MAX_ID and text.isascii() and text.replace("_", "a").isalnum()

@@ -2,11 +2,10 @@
 
 A capture time is one of three:
 
-- on the host's clock, as a ROS stamp of the same machine is: it is the stamp;
-- on another clock, as a device's counter is: it is mapped by the line below the arrivals
-  (:mod:`pose_core.lower_line`), so that jitter of transport does not reach the stamp, and the
-  least delay stays in it;
-- missing: the stamp is the arrival less the delay of the frame before.
+- on the host's clock, such as a ROS stamp of the same machine: it is the stamp;
+- on another clock, such as a device's counter: it is mapped by the line below the arrivals
+  (:mod:`pose_core.lower_line`), which removes the jitter of transport but not its minimum delay;
+- missing: the stamp is the arrival minus the delay of the previous frame.
 """
 
 from pose_core.counters import Counters
@@ -14,18 +13,18 @@ from pose_core.lower_line import LowerLine
 from pose_core.stamps import NS_PER_S
 
 MAX_DRIFT = 1e-3  # [s/s] between two clocks
-JUMP_NS = 5 * NS_PER_S  # [ns] beyond this a clock has been set, or begun anew
-AHEAD_NS = 50_000_000  # [ns] that a stamp on the host's clock may lie in the future
-HOLD_NS = 1000  # [ns] step of a stamp that would run backwards
+JUMP_NS = 5 * NS_PER_S  # [ns] larger steps mean that a clock was set or restarted
+AHEAD_NS = 50_000_000  # [ns] by which a stamp on the host's clock may be in the future
+HOLD_NS = 1000  # [ns] step of a stamp that would otherwise decrease
 
 CLOCK_COUNTERS = (
-    "frames_repeated",  # left out: the capture time of the frame before
+    "frames_repeated",  # left out: the capture time of the previous frame
     "frames_out_of_order",  # left out: an earlier capture time
-    "clock_jumps",  # the capture clock was set or began anew; its mapping begins anew
+    "clock_jumps",  # the capture clock was set or restarted; its mapping restarts
     "clock_steps",  # lasting changes of the offset between the clocks
     "stamps_missing",  # no capture time: stamped by arrival
     "stamps_mapped",  # capture on another clock than the host's, mapped
-    "stamps_held",  # would have run backwards
+    "stamps_held",  # would otherwise have decreased
 )
 
 
@@ -33,8 +32,8 @@ class LiveClock:
     """Stamps the frames of one source.
 
     Args:
-        counters: Has :data:`CLOCK_COUNTERS` declared.
-        on_host_clock: Capture times are the host's, as long as they look like it.
+        counters: Counters that contain :data:`CLOCK_COUNTERS`.
+        on_host_clock: Whether capture times are on the host's clock, as long as plausible.
     """
 
     def __init__(self, counters: Counters, *, on_host_clock: bool) -> None:
@@ -48,20 +47,20 @@ class LiveClock:
 
     @property
     def drift(self) -> float:
-        """By how much the host's clock is faster than the source's [s/s]; 0 if not known."""
+        """Relative drift of the host's clock against the source's [s/s]; 0 if unknown."""
         return self._line.skew
 
     @property
     def delay_ns(self) -> int:
-        """From stamp to arrival of the newest frame [ns]."""
+        """Delay from stamp to arrival of the newest frame [ns]."""
         return self._delay_ns
 
     def stamp(self, capture_ns: int | None, arrival_ns: int) -> int | None:
         """The stamp of a frame [ns], or None if it must be left out (and has been counted).
 
         Args:
-            capture_ns: Capture on whatever clock [ns], or None.
-            arrival_ns: Arrival on the host's [ns].
+            capture_ns: Capture time on any clock [ns], or None.
+            arrival_ns: Arrival on the host's clock [ns].
         """
         if capture_ns is None:
             self._counters.add("stamps_missing")
@@ -77,7 +76,7 @@ class LiveClock:
         return self._finish(capture_ns + self._line.at(capture_ns), arrival_ns)
 
     def _goes_on(self, capture_ns: int, arrival_ns: int) -> bool:
-        """Whether the frame is newer than the one before; a clock that jumped begins anew."""
+        """Whether the frame is newer than the previous one; after a jump the mapping restarts."""
         if self._capture_ns is None:
             return True
         step_ns, passed_ns = capture_ns - self._capture_ns, arrival_ns - self._arrival_ns
@@ -90,7 +89,7 @@ class LiveClock:
         return step_ns > 0
 
     def _finish(self, stamp_ns: int, arrival_ns: int) -> int:
-        # Further back than a jump is a host's clock that was set back: stamps go on from there.
+        # A larger step back means that the host's clock was set back: stamps continue from there.
         if self._stamp_ns is not None and -JUMP_NS <= stamp_ns - self._stamp_ns <= 0:
             self._counters.add("stamps_held")
             stamp_ns = self._stamp_ns + HOLD_NS

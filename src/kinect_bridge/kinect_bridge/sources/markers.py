@@ -1,6 +1,6 @@
-"""``markers``: body tracking of the Azure Kinect's ROS driver, and of wrappers that speak alike.
+"""``markers``: body tracking of the Azure Kinect's ROS driver, and of compatible wrappers.
 
-``visualization_msgs/MarkerArray``, one marker a joint, ``id = 100 * body + joint``, metres in the
+``visualization_msgs/MarkerArray``, one marker per joint, ``id = 100 * body + joint``, metres in the
 depth camera's optical frame. There is no confidence.
 """
 
@@ -20,7 +20,7 @@ MAX_MARKERS = MAX_PEOPLE * IDS_PER_BODY
 
 
 class MarkersSource(LiveSource):
-    """People as marker arrays."""
+    """Source of marker arrays."""
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         topic = parameters.topic or "body_tracking_data"
@@ -34,7 +34,7 @@ class MarkersSource(LiveSource):
         )
 
     def receive(self, message: Any, topic: str) -> None:
-        """One message is one frame."""
+        """Process a message as one frame."""
         if len(message.markers) > MAX_MARKERS:
             self.counters.add("messages_too_long")
             return

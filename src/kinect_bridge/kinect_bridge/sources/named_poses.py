@@ -1,7 +1,7 @@
 """``named_poses``: one person as named poses, as NVIDIA's teleoperation publishes it.
 
 ``NamedPoseArray`` has a header, ``name``, ``pose`` and ``is_valid`` (or ``names``, ``poses``), in
-metres; full body in the names of SMPL.
+metres; full body with the joint names of SMPL.
 """
 
 from typing import Any
@@ -19,7 +19,7 @@ MAX_POSES = 256
 
 
 class NamedPosesSource(LiveSource):
-    """One person as a list of named poses."""
+    """Source of one person as named poses."""
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         topic = parameters.topic or "xr_teleop/full_body"
@@ -41,7 +41,7 @@ class NamedPosesSource(LiveSource):
         )
 
     def receive(self, message: Any, topic: str) -> None:
-        """One message is one frame; without a valid pose it says that nobody is there."""
+        """Process a message as one frame, without persons if it has no valid pose."""
         names = getattr(message, "name", None) or getattr(message, "names", [])
         poses = getattr(message, "pose", None) or getattr(message, "poses", [])
         is_valid = getattr(message, "is_valid", None) or [True] * len(names)

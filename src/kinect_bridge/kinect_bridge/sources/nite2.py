@@ -1,7 +1,7 @@
 """``nite2``: NiTE2's skeletons of a Kinect v1, Xtion or Orbbec Astra, through its C interface.
 
-One thread opens the sensor, waits for frames and, when none comes for two seconds, lets go of
-everything and opens it again: a sensor may be unplugged and come back.
+One thread opens the sensor and waits for frames; if there is none for two seconds, it closes and
+reopens the sensor, which may have been unplugged.
 """
 
 import ctypes
@@ -26,7 +26,7 @@ from pose_core.errors import ParameterError
 from pose_io.recordings.joint_map_files import find_joint_map
 
 NS_PER_US = 1000
-SILENCE_S = 2.0  # [s] without a frame: the sensor is gone
+SILENCE_S = 2.0  # [s] without a frame after which the sensor is lost
 RETRY_S = 1.0  # [s] between attempts to open it
 LOST = 4  # NiteUserState, a bit
 NONE, TRACKED = 0, 2  # NiteSkeletonState
@@ -34,10 +34,10 @@ COUNTERS = ("sensor_opened", "sensor_lost", "users_not_tracked", "users_beyond_l
 
 
 class Nite2Source(LiveSource):
-    """People as NiTE2's users.
+    """Source of NiTE2's users.
 
     Raises:
-        PoseError: If the libraries are not there, or a parameter is not what it should be.
+        PoseError: If the libraries are missing, or a parameter is invalid.
     """
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
@@ -58,7 +58,7 @@ class Nite2Source(LiveSource):
         )
         self._ends = threading.Event()
         self._ready = threading.Event()
-        # Kept as long as the library may call it.
+        # References are kept while the library may call them.
         self._callbacks = Callbacks(FRAME_READY(lambda _: self._ready.set()))
         self._thread: threading.Thread | None = None
         self._trouble = "the sensor has not been opened yet"
@@ -70,14 +70,14 @@ class Nite2Source(LiveSource):
         self._thread.start()
 
     def close(self) -> None:
-        """Let go of the sensor."""
+        """Release the sensor."""
         self._ends.set()
         self._ready.set()
         if self._thread is not None:
             self._thread.join()
 
     def details(self) -> Mapping[str, object]:
-        """What the libraries complain of."""
+        """Error messages of the libraries."""
         return {"trouble": self._trouble}
 
     def _run(self) -> None:
@@ -86,7 +86,7 @@ class Nite2Source(LiveSource):
             self._ends.wait(RETRY_S)
 
     def _use_until_trouble(self) -> str:
-        """Use the sensor; what ended that."""
+        """Use the sensor until an error; returns its message."""
         try:
             self._use_library()
         except LibraryError as error:
@@ -109,17 +109,19 @@ class Nite2Source(LiveSource):
             self._library.shutdown()
 
     def _open_device(self) -> ctypes.c_void_p | None:
-        """The sensor that was asked for; None: any, which NiTE2 opens itself."""
+        """Open the selected sensor; None if any: NiTE2 opens it itself."""
         if not self._device:
             return None
         uris = self._library.devices()
         number = int(self._device) if self._device.isdecimal() else -1
         if number >= len(uris):
-            raise LibraryError(f"{len(uris)} sensors are plugged in, number {number} is wanted")
+            raise LibraryError(
+                f"{len(uris)} sensors are plugged in: no sensor with the index {number}"
+            )
         return self._library.open_device(uris[number] if number >= 0 else self._device)
 
     def _read(self, tracker: ctypes.c_void_p) -> None:
-        """Read frames until the end, or until they stay away."""
+        """Read frames until the source is closed or frames stop."""
         self._ready.clear()
         self._library.register(tracker, self._callbacks)
         try:
@@ -148,7 +150,7 @@ class Nite2Source(LiveSource):
                     continue
                 self.counters.add("users_not_tracked")
                 if user.skeleton_state == NONE and not user.state & LOST:
-                    with suppress(LibraryError):  # it has left meanwhile
+                    with suppress(LibraryError):  # the person has left
                         self._library.start_skeleton(tracker, user.id)
             capture_ns = frame.contents.timestamp_us * NS_PER_US
         finally:

@@ -1,6 +1,6 @@
-"""The C functions of OpenNI2 and NiTE2 that a skeleton needs, through ctypes.
+"""Bindings (ctypes) of the C functions of OpenNI2 and NiTE2 for skeletons.
 
-The libraries are the user's; both are found in one folder, or where the system looks. Layouts are
+The libraries are installed by the user, in one folder or the system's search path. Layouts are
 those of ``OniCTypes.h`` 2.2 and ``NiteCTypes.h`` 2.2.
 """
 
@@ -14,12 +14,12 @@ from pose_core.errors import InputError, PoseError
 JOINT_COUNT = 15
 ONI_API_VERSION = 2002  # 1000 * major + minor
 OK = 0
-MAX_USERS = 64  # that a frame is believed to have
+MAX_USERS = 64  # largest accepted number in a frame
 MAX_DEVICES = 64
 
 
 class LibraryError(PoseError):
-    """A function of the libraries has failed: the sensor is gone, or was never there."""
+    """A function of the libraries has failed: the sensor is missing or lost."""
 
 
 class Point(ctypes.Structure):
@@ -61,7 +61,7 @@ class UserData(ctypes.Structure):
 
 
 class UserMap(ctypes.Structure):
-    """NiteUserMap: whose each pixel is; not looked at."""
+    """NiteUserMap: the person of each pixel; not used."""
 
     _fields_ = (("pixels", c_void_p), ("width", c_int), ("height", c_int), ("stride", c_int))
 
@@ -94,7 +94,7 @@ class DeviceInfo(ctypes.Structure):
 
 
 class Device(ctypes.Structure):
-    """As much of the C++ class ``openni::Device`` as NiTE2 looks at: the handle in its place."""
+    """The part of the C++ class ``openni::Device`` that NiTE2 reads: the handle at its offset."""
 
     _fields_ = (("playback_control", c_void_p), ("handle", c_void_p), ("rest", c_char * 4096))
 
@@ -132,14 +132,14 @@ class Nite2Library:
     """Both libraries, loaded.
 
     Args:
-        folder: Where both lie; empty: where the system looks.
+        folder: Folder of both libraries; empty: the system's search path.
 
     Raises:
-        InputError: If one of them is not there.
+        InputError: If one of them is missing.
     """
 
     def __init__(self, folder: str) -> None:
-        # Both are kept: OpenNI2 must outlive NiTE2, which has it loaded as well.
+        # Both references are kept: OpenNI2 must outlive NiTE2, which uses it.
         self._openni = _load(folder, "libOpenNI2.so")
         self._nite = _load(folder, "libNiTE2.so")
         self._openni.oniGetExtendedError.restype = c_char_p
@@ -151,7 +151,7 @@ class Nite2Library:
                 getattr(library, name).argtypes = arguments
 
     def initialize(self) -> None:
-        """Begin to use the libraries."""
+        """Initialise the libraries."""
         self._openni_call("oniInitialize", ONI_API_VERSION)
         try:
             self._nite_call("niteInitialize")
@@ -160,12 +160,12 @@ class Nite2Library:
             raise
 
     def shutdown(self) -> None:
-        """End it; they can be initialised again."""
+        """Shut the libraries down; they can be initialised again."""
         self._nite.niteShutdown()
         self._openni.oniShutdown()
 
     def devices(self) -> list[str]:
-        """The URIs of the sensors that are plugged in."""
+        """The URIs of the connected sensors."""
         infos, count = POINTER(DeviceInfo)(), c_int()
         self._openni_call("oniGetDeviceList", byref(infos), byref(count))
         uris = [infos[i].uri.decode(errors="replace") for i in range(min(count.value, MAX_DEVICES))]
@@ -173,17 +173,17 @@ class Nite2Library:
         return uris
 
     def open_device(self, uri: str) -> c_void_p:
-        """A sensor's handle, to be closed."""
+        """Open a sensor; returns its handle, to be closed by :meth:`close_device`."""
         handle = c_void_p()
         self._openni_call("oniDeviceOpen", uri.encode(), byref(handle))
         return handle
 
     def close_device(self, handle: c_void_p) -> None:
-        """Let go of a sensor."""
+        """Close a sensor."""
         self._openni.oniDeviceClose(handle)
 
     def create_tracker(self, device: c_void_p | None) -> c_void_p:
-        """A tracker of people on a sensor; None: on any."""
+        """Create a tracker of people on a sensor; None: on any."""
         tracker = c_void_p()
         if device is None:
             self._nite_call("niteInitializeUserTracker", byref(tracker))
@@ -193,15 +193,15 @@ class Nite2Library:
         return tracker
 
     def destroy_tracker(self, tracker: c_void_p) -> None:
-        """Let go of a tracker."""
+        """Destroy a tracker."""
         self._nite.niteShutdownUserTracker(tracker)
 
     def register(self, tracker: c_void_p, callbacks: Callbacks) -> None:
-        """Have the callbacks called, from a thread of the library; keep them alive meanwhile."""
+        """Register callbacks, called from a thread of the library; keep a reference to them."""
         self._nite_call("niteRegisterUserTrackerCallbacks", tracker, byref(callbacks), None)
 
     def unregister(self, tracker: c_void_p, callbacks: Callbacks) -> None:
-        """Have them called no more."""
+        """Unregister the callbacks."""
         self._nite.niteUnregisterUserTrackerCallbacks(tracker, byref(callbacks))
 
     def start_skeleton(self, tracker: c_void_p, user: int) -> None:
@@ -209,7 +209,7 @@ class Nite2Library:
         self._nite_call("niteStartSkeletonTracking", tracker, user)
 
     def read_frame(self, tracker: c_void_p) -> Any:
-        """The newest frame, a pointer to be released."""
+        """Pointer to the newest frame, to be released by :meth:`release_frame`."""
         frame = POINTER(TrackerFrame)()
         self._nite_call("niteReadUserTrackerFrame", tracker, byref(frame))
         if not frame:
@@ -217,7 +217,7 @@ class Nite2Library:
         return frame
 
     def release_frame(self, tracker: c_void_p, frame: Any) -> None:
-        """Let go of a frame."""
+        """Release a frame."""
         self._nite.niteUserTrackerFrameRelease(tracker, frame)
 
     def _openni_call(self, name: str, *arguments: object) -> None:

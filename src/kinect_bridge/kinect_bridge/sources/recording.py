@@ -1,4 +1,4 @@
-"""``file``: one sensor of a recording, replayed at its own pace or faster."""
+"""``file``: one sensor of a recording, replayed at its own rate or another."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -12,15 +12,15 @@ from pose_io.recordings.formats import read_recording
 from pose_io.recordings.timeline import make_timeline
 from pose_node.level import Level
 
-LONGEST_DELAY_NS = 10_000_000_000  # [ns] by which a replay may begin late and yet catch up
-LATE_NS = 200_000_000  # [ns] beyond what a busy machine does now and then
+LONGEST_DELAY_NS = 10_000_000_000  # [ns] largest delay of a start that is caught up
+LATE_NS = 200_000_000  # [ns] delay that is reported
 
 
 class RecordingSource:
-    """The frames of a recorded sensor, each when it is due.
+    """Source of a recorded sensor's frames in real time.
 
     Raises:
-        PoseError: If the file or a parameter is not what it should be.
+        PoseError: If the file or a parameter is invalid.
     """
 
     topics: tuple[Topic, ...] = ()
@@ -29,7 +29,7 @@ class RecordingSource:
         if not parameters.file:
             raise ParameterError("file is empty: give the path of a recording to replay")
         self._parameters = parameters
-        parameters.start_at_ns(0)  # says at once if it is none
+        parameters.start_at_ns(0)  # checked before the file is read
         if parameters.joint_map:
             raise ParameterError(
                 f"joint_map = '{parameters.joint_map}' is for live sources: a recording's format "
@@ -49,17 +49,17 @@ class RecordingSource:
         self._reported = (0, 0)  # [ns] and frames, at the last report
 
     def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
-        """Begin at ``start_at``, or now."""
+        """Start at ``start_at``, or now."""
         self._now_ns = now_ns
         self._reported = (now_ns(), 0)
         self._replay = self._make_replay(self._parameters.start_at_ns(now_ns()))
         if self._parameters.start_at:
-            # A restart in the midst of a common replay goes on with the present.
+            # A restart during a common replay continues at the current time.
             self._skipped = self._replay.skip(now_ns() - LONGEST_DELAY_NS)
 
     @property
     def is_finished(self) -> bool:
-        """Whether all has been replayed."""
+        """Whether all frames have been replayed."""
         return self._replay.finished
 
     def _make_replay(self, start_at_ns: int) -> Replay:
@@ -75,11 +75,11 @@ class RecordingSource:
         )
 
     def receive(self, message: Any, topic: str) -> None:
-        """A recording hears no topic."""
+        """Recordings have no topics."""
         raise NotImplementedError(topic)
 
     def take(self) -> SkeletonFrame | None:
-        """The frame that is due, if one is; one at a time, so that a late replay makes no burst."""
+        """The next frame, if it is due; one per call, so that a late replay causes no burst."""
         now_ns = self._now_ns()
         due = self._replay.take(now_ns)
         if due is None:
@@ -94,14 +94,14 @@ class RecordingSource:
         )
 
     def wait_ns(self) -> int | None:
-        """Until the next frame is due; None at the end."""
+        """Time until the next frame is due [ns]; None at the end."""
         return self._replay.wait_ns(self._now_ns())
 
     def close(self) -> None:
         """Nothing to let go of."""
 
     def report(self) -> SourceReport:
-        """How far the replay is, and what was left out of the recording."""
+        """Progress of the replay, and counts of frames left out."""
         now_ns = self._now_ns()
         before_ns, before = self._reported
         self._reported = (now_ns, self._replay.played)

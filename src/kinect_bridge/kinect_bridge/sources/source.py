@@ -1,4 +1,4 @@
-"""What a source of skeletons is, for the node: frames with stamps, whoever made them."""
+"""Interface of the sources of skeletons."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from pose_node.level import Level
 
 @dataclass(frozen=True, kw_only=True)
 class SkeletonFrame:
-    """Everybody a sensor saw at one instant; p people, none if it saw nobody."""
+    """All p persons measured by a sensor at one instant."""
 
     stamp_ns: int  # [ns] capture on the host's clock
     person: tuple[str, ...]  # p ids
@@ -20,7 +20,7 @@ class SkeletonFrame:
 
 @dataclass(frozen=True, kw_only=True)
 class SourceReport:
-    """How a source does: a sentence, and counts by reason."""
+    """State of a source: level, message, and counters by reason."""
 
     level: Level
     message: str
@@ -29,23 +29,23 @@ class SourceReport:
 
 @dataclass(frozen=True, kw_only=True)
 class Topic:
-    """A topic that a source wants to hear."""
+    """A topic to which a source subscribes."""
 
     name: str
     type_name: str  # "package/msg/Type", resolved when the node starts
-    install: str = ""  # how to get the package, for people
+    install: str = ""  # instruction to install the package
     depth: int = 5
-    latched: bool = False  # its publishers keep the newest message for late subscribers
+    latched: bool = False  # transient local: late subscribers receive the newest message
 
 
 class SkeletonSource(Protocol):
-    """Where a bridge's skeletons come from.
+    """A source of skeletons for the node.
 
-    The node calls everything from its own thread; what a source does in others ends in ``wake``.
+    All methods are called from the node's thread; other threads signal new frames by ``wake``.
 
     Attributes:
         hardware_id: The device or file, for ``/diagnostics``.
-        topics: What the node is to subscribe to, handing each message to :meth:`receive`.
+        topics: Topics to subscribe to; each message is passed to :meth:`receive`.
     """
 
     hardware_id: str
@@ -53,27 +53,27 @@ class SkeletonSource(Protocol):
 
     @property
     def is_finished(self) -> bool:
-        """Whether nothing will come any more."""
+        """Whether the source has ended."""
 
     def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
-        """Begin.
+        """Start the source.
 
         Args:
-            now_ns: The host's clock [ns], from any thread.
-            wake: Has the node call :meth:`take` soon, from any thread.
+            now_ns: Returns the host's time [ns]; may be called from any thread.
+            wake: Makes the node call :meth:`take` soon; may be called from any thread.
         """
 
     def receive(self, message: Any, topic: str) -> None:
-        """Take a message of one of :attr:`topics`."""
+        """Process a message of one of :attr:`topics`."""
 
     def take(self) -> SkeletonFrame | None:
         """The next frame, if one is due."""
 
     def wait_ns(self) -> int | None:
-        """How long until the next :meth:`take` is worth it [ns]; None: not before a wake."""
+        """Time until the next call of :meth:`take` [ns]; None: not before ``wake``."""
 
     def report(self) -> SourceReport:
-        """The state, once a second."""
+        """The state, called once per second."""
 
     def close(self) -> None:
-        """End, and let go of devices and threads."""
+        """Stop, and release devices and threads."""

@@ -1,9 +1,9 @@
 """``tf``: a tracker that publishes each joint as a frame on ``/tf``.
 
 A joint's frame is named after the joint and the person, ``{joint}_{person}`` unless
-``tf_frames`` says otherwise; joints are those of the joint map. The transforms of one instant come
-in one message or in many: a frame is complete when everybody's joints have come anew, or when one
-comes for the second time.
+``tf_frames`` is set; joints are those of the joint map. The transforms of one instant may be in one
+message or in several: a frame is complete when all persons' joints have been received, or when
+one is received again.
 """
 
 import re
@@ -21,8 +21,8 @@ from pose_io.recordings.joint_maps import FloatArray
 
 TF, TF_STATIC = "/tf", "/tf_static"
 INSTALL = "apt install ros-jazzy-tf2-msgs"
-MAX_FRAMES = 4096  # that are remembered
-MAX_DEPTH = 32  # transforms from a joint to the root
+MAX_FRAMES = 4096  # largest number of stored frames
+MAX_DEPTH = 32  # largest number of transforms from a joint to the root
 JOINT, PERSON = "{joint}", "{person}"
 
 
@@ -33,19 +33,19 @@ class TransformTree:
         self._parents: dict[str, tuple[str, FloatArray, FloatArray]] = {}
 
     def set(self, child: str, parent: str, rotation: FloatArray, translation: FloatArray) -> bool:
-        """Remember a transform: quaternion x, y, z, w and translation [m]; False: no room."""
+        """Store a transform: quaternion x, y, z, w, translation [m]; False if the tree is full."""
         if child not in self._parents and len(self._parents) >= MAX_FRAMES:
             return False
         self._parents[child] = (parent, rotation, translation)
         return True
 
     def parent(self, child: str) -> str | None:
-        """The frame that this one is given in."""
+        """The parent frame, None if unknown."""
         entry = self._parents.get(child)
         return None if entry is None else entry[0]
 
     def place(self, frame: str, root: str) -> FloatArray:
-        """Where the frame's origin lies in the root [m]; NaN if nothing connects them."""
+        """Position of the frame's origin in the root [m], (3,); NaN if they are not connected."""
         point = np.zeros(3)
         for _ in range(MAX_DEPTH):
             if frame == root:
@@ -59,17 +59,17 @@ class TransformTree:
 
 
 def rotate(quaternion: FloatArray, point: FloatArray) -> FloatArray:
-    """Turn a point by a quaternion x, y, z, w of any length but 0."""
+    """Rotate a point by a quaternion x, y, z, w of any norm but 0."""
     axis, real = quaternion[:3], quaternion[3]
     twice = 2.0 * np.cross(axis, point) / (quaternion @ quaternion)
     return np.asarray(point + real * twice + np.cross(axis, twice))
 
 
 class TfSource(LiveSource):
-    """People as frames on ``/tf``.
+    """Source of persons as frames on ``/tf``.
 
     Raises:
-        PoseError: If a parameter is not what it should be.
+        PoseError: If a parameter is invalid.
     """
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
@@ -95,12 +95,12 @@ class TfSource(LiveSource):
         self._pattern = _pattern(parameters.tf_frames)
         self._root = parameters.tf_root
         self._tree = TransformTree()
-        self._cycle: dict[str, dict[int, str]] = {}  # of each person the joints' frames
+        self._cycle: dict[str, dict[int, str]] = {}  # the joints' frames of each person
         self._stamp_ns = 0
-        self._people: frozenset[str] = frozenset()  # of the cycle before
+        self._people: frozenset[str] = frozenset()  # of the previous cycle
 
     def receive(self, message: Any, topic: str) -> None:
-        """Remember transforms; a cycle that is complete is one frame."""
+        """Store transforms; a complete cycle is one frame."""
         if len(message.transforms) > MAX_FRAMES:
             self.counters.add("transforms_beyond_limit", len(message.transforms))
             return
@@ -110,7 +110,7 @@ class TfSource(LiveSource):
             self._flush()
 
     def waits_for(self) -> str:
-        """The frames that it looks for."""
+        """Description of the expected frames."""
         frame = self._template.replace(JOINT, self.joint_map.joints[0]).replace(PERSON, "1")
         return f"frames such as '{frame}' on {self.hardware_id}"
 
@@ -137,7 +137,7 @@ class TfSource(LiveSource):
         self._stamp_ns = max(self._stamp_ns, nanoseconds(transform.header.stamp))
 
     def _joint(self, frame: str) -> tuple[str, int] | None:
-        """Whose joint a frame is, and its index."""
+        """The person and joint index of a frame, None if it is not a joint's."""
         match = self._pattern.fullmatch(frame)
         if match is None:
             return None
@@ -150,7 +150,7 @@ class TfSource(LiveSource):
         return full and self._people <= set(self._cycle)
 
     def _flush(self) -> None:
-        """Push the cycle and begin the next."""
+        """Push the cycle as a frame and start the next."""
         cycle, self._cycle = self._cycle, {}
         stamp_ns, self._stamp_ns = self._stamp_ns, 0
         self._people = frozenset(cycle)
@@ -164,7 +164,7 @@ class TfSource(LiveSource):
         return Person(id=name, positions=positions)
 
     def _find_root(self, frame: str) -> str:
-        """The first frame above a joint's that is no joint's."""
+        """The first ancestor of a joint's frame that is not a joint's."""
         for _ in range(MAX_DEPTH):
             if self._joint(frame) is None:
                 break

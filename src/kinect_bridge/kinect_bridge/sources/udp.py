@@ -1,7 +1,7 @@
 """``udp``: frames from any program on this machine, or from named ones on others.
 
-The socket is bound to the loopback unless told otherwise. One sender at a time is heard: the
-first, until it is silent for two seconds.
+By default the socket is bound to the loopback address. Datagrams of one sender at a time are
+accepted: the first, until it is silent for two seconds.
 """
 
 import ipaddress
@@ -17,29 +17,29 @@ from kinect_bridge.sources.live import SILENCE_NS, LiveSource
 from pose_core.errors import InputError, ParameterError
 from pose_io.recordings.joint_map_files import find_joint_map
 
-POLL_S = 0.2  # [s] how soon the thread notices that it shall end
+POLL_S = 0.2  # [s] largest delay until the thread ends
 WRAP = 2**32  # of the sequence number
-RESTART = 1000  # a step back of more is a sender that began anew
+RESTART = 1000  # a larger step back means that the sender restarted
 COUNTERS = (
     "datagrams_received",
     "datagrams_too_long",
     "datagrams_malformed",
     "datagrams_other_version",
     "datagrams_wrong_joints",  # names that the joint map does not have
-    "datagrams_foreign_sender",  # from an address that may not send
-    "datagrams_second_sender",  # while another sends
+    "datagrams_foreign_sender",  # from an address that is not allowed
+    "datagrams_second_sender",  # while another sender is active
     "datagrams_late",  # behind one with a later sequence number
-    "frames_lost",  # that the sequence numbers miss
+    "frames_lost",  # missing sequence numbers
     "sender_restarts",
 )
 Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
 class UdpSource(LiveSource):
-    """People as datagrams.
+    """Source of datagrams.
 
     Raises:
-        PoseError: If a parameter is not what it should be, or the port is taken.
+        PoseError: If a parameter is invalid, or the port is in use.
     """
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
@@ -63,11 +63,11 @@ class UdpSource(LiveSource):
 
     @property
     def port(self) -> int:
-        """The port that it listens on."""
+        """The port of the socket."""
         return int(self._socket.getsockname()[1])
 
     def start(self, now_ns: Callable[[], int], wake: Callable[[], None]) -> None:
-        """Listen in a thread."""
+        """Receive datagrams in a thread."""
         super().start(now_ns, wake)
         self._thread = threading.Thread(target=self._listen, name="udp", daemon=True)
         self._thread.start()
@@ -80,7 +80,7 @@ class UdpSource(LiveSource):
         self._socket.close()
 
     def details(self) -> Mapping[str, object]:
-        """Who sends."""
+        """The active sender."""
         sender = self._sender
         return {"sender": "" if sender is None else f"{sender[0]}:{sender[1]}"}
 
@@ -90,12 +90,12 @@ class UdpSource(LiveSource):
                 data, sender = self._socket.recvfrom(MAX_BYTES + 1)
             except TimeoutError:
                 continue
-            except OSError:  # an ICMP message of a sender that has gone
+            except OSError:  # an ICMP message after the sender has ended
                 continue
             self.hear(data, sender)
 
     def hear(self, data: bytes, sender: tuple[object, ...]) -> None:
-        """Take one datagram.
+        """Process one datagram.
 
         Args:
             data: Its content.
@@ -122,7 +122,7 @@ class UdpSource(LiveSource):
             self.push(people, datagram.time_ns)
 
     def _refusal(self, data: bytes, sender: tuple[object, ...]) -> str | None:
-        """Why a datagram is not even read."""
+        """Counter of the reason to reject a datagram before decoding; None if accepted."""
         if self._senders and ipaddress.ip_address(str(sender[0])) not in self._senders:
             return "datagrams_foreign_sender"
         if self._sender not in (None, sender):
@@ -132,7 +132,7 @@ class UdpSource(LiveSource):
         return "datagrams_too_long" if len(data) > MAX_BYTES else None
 
     def _is_next(self, sequence: int) -> bool:
-        """Whether a sequence number is later than the one before; counts what it misses."""
+        """Whether a sequence number is later than the previous one; counts missing ones."""
         before, step = self._sequence, 1
         if before is not None:
             step = (sequence - before + WRAP // 2) % WRAP - WRAP // 2
@@ -152,7 +152,7 @@ def _address(name: str, text: str) -> Address:
         return ipaddress.ip_address(text)
     except ValueError:
         raise ParameterError(
-            f"{name} = {text!r} is no IP address: give for example 127.0.0.1"
+            f"{name} = {text!r} is not an IP address: give for example 127.0.0.1"
         ) from None
 
 

@@ -1,6 +1,6 @@
 """``zed``: body tracking of Stereolabs' ROS 2 wrapper, ``zed_msgs/ObjectsStamped``.
 
-``label_id`` is the person, ``body_format`` says how many of the 70 keypoints count, and newer
+``label_id`` is the person, ``body_format`` gives the number of valid keypoints of the 70, and newer
 wrappers give ``skeleton_keypoint_confidence``. Metres in the wrapper's camera frame (x forward,
 y left, z up).
 """
@@ -17,11 +17,11 @@ from pose_core.stamps import nanoseconds
 from pose_io.recordings.joint_map_files import find_joint_map, shipped_joint_map
 
 MAPS = {0: "zed_18", 1: "zed_34", 2: "zed_38"}  # by body_format
-TRACKED, SEARCHING = 1, 2  # tracking_state of a person: seen, or its way is guessed
+TRACKED, SEARCHING = 1, 2  # tracking_state of a person: measured, or predicted
 
 
 class ZedSource(LiveSource):
-    """People as the ZED wrapper's objects."""
+    """Source of the ZED wrapper's objects."""
 
     def __init__(self, parameters: KinectBridgeParameters) -> None:
         topic = parameters.topic or "zed/zed_node/body_trk/skeletons"
@@ -43,7 +43,7 @@ class ZedSource(LiveSource):
         )
 
     def receive(self, message: Any, topic: str) -> None:
-        """One message is one frame; all its objects have one body format."""
+        """Process a message as one frame; all its objects have the same body format."""
         if len(message.objects) > 4 * MAX_PEOPLE:
             self.counters.add("messages_too_long")
             return

@@ -1,4 +1,4 @@
-"""``inspect``: what a recording of skeletons holds."""
+"""``inspect``: summary of a recording of skeletons."""
 
 import argparse
 import itertools
@@ -22,7 +22,7 @@ from pose_node.command_line import run_tool
 COLOURS = {"left": "#0072b2", "right": "#d55e00", "": "#444444"}  # the person's sides
 VIEWS = (("from the sensor", 0, 1), ("from above", 0, 2))  # title and axes of the optical frame
 AXES = ("x right [m]", "y down [m]", "z forward [m]")
-MAX_SENSORS = 8  # that are drawn
+MAX_SENSORS = 8  # largest number drawn
 LIMBS = (("neck", "shoulder", "elbow", "hand"), ("torso", "hip", "knee", "foot"))
 BONES = (
     ("head", "neck", ""),
@@ -36,12 +36,12 @@ BONES = (
 )
 
 
-FAR_M = 100.0  # [m] beyond which no camera sees a person
-GAP_S = 0.5  # [s] what counts as a gap; a few dropped frames do not
+FAR_M = 100.0  # [m] beyond the range of any camera
+GAP_S = 0.5  # [s] shortest gap that is listed
 
 
 def draw_first_frames(recording: Recording, path: Path) -> None:
-    """Write a PNG: each sensor from its own place and from above.
+    """Write a PNG of the first frame: each sensor's view and the view from above.
 
     Raises:
         InputError: If the file cannot be written.
@@ -78,7 +78,7 @@ def _draw(axes: Axes, stream: SensorStream, view: tuple[str, int, int]) -> None:
 
 
 def _draw_person(axes: Axes, places: FloatArray, states: StateArray) -> None:
-    """Bones in the colours of the sides; what is not tracked well is dashed."""
+    """Draw bones in the colours of the sides, dashed if a joint is not TRACKED."""
     for start, end, side in BONES:
         ends: Sequence[int] = (JOINT_INDEX[start], JOINT_INDEX[end])
         tracked = (states[list(ends)] == TrackingState.TRACKED).all()
@@ -87,7 +87,7 @@ def _draw_person(axes: Axes, places: FloatArray, states: StateArray) -> None:
 
 
 def describe(recording: Recording) -> dict[str, Any]:
-    """What a recording holds, as plain values for JSON; times from its time zero [s]."""
+    """Summary of a recording as plain values for JSON; times from its time zero [s]."""
     timelines = [make_timeline(stream) for stream in recording.streams]
     times = [timeline.time_ns for timeline in timelines if len(timeline)]
     duration_ns = max(int(t[-1]) for t in times) - min(int(t[0]) for t in times)
@@ -128,7 +128,7 @@ def _describe_sensor(stream: SensorStream, timeline: Timeline, zero_ns: int) -> 
 
 
 def _far(stream: SensorStream) -> dict[str, float]:
-    """How many joints are absurdly far away, and how far the farthest is [m]."""
+    """Number of joints farther than :data:`FAR_M`, and the largest distance [m]."""
     far = np.abs(np.nan_to_num(stream.positions, nan=0.0)).max(axis=-1, initial=0.0)
     return {
         "joints": int(np.count_nonzero(far > FAR_M)),
@@ -137,7 +137,7 @@ def _far(stream: SensorStream) -> dict[str, float]:
 
 
 def as_text(description: dict[str, Any]) -> str:
-    """The description for people."""
+    """The description as text."""
     lines = [
         f"{description['file']}: format {description['format']}, "
         f"{description['duration_s']:.1f} s, {len(description['sensors'])} sensor(s), "
@@ -190,10 +190,10 @@ def _clock_text(clock: dict[str, Any] | None) -> str:
 
 def _run() -> None:
     parser = argparse.ArgumentParser(
-        prog="inspect", description="Say what a recording of skeletons holds, and draw it."
+        prog="inspect", description="Summarise a recording of skeletons, and draw its first frame."
     )
     parser.add_argument("file", type=Path, help="the recording, plain or gzip; or a folder")
-    parser.add_argument("--json", action="store_true", help="for programs; draws nothing")
+    parser.add_argument("--json", action="store_true", help="print JSON, without a picture")
     parser.add_argument("--print-only", action="store_true", help="draw nothing")
     parser.add_argument(
         "--figure",
@@ -212,7 +212,7 @@ def _run() -> None:
         return
     print(as_text(description))
     if not options.print_only:
-        # Loads matplotlib for half a second, which only a picture should wait for.
+        # Imported here: matplotlib takes half a second to load.
         from kinect_bridge.tools.inspect import draw_first_frames
 
         figure = options.figure or Path(f"{options.file.resolve().name.split('.')[0]}.png")

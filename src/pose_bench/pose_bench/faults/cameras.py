@@ -1,4 +1,4 @@
-"""Faults of cameras and trackers: silence, units, names, strangers, garbage."""
+"""Faults of cameras and trackers: silence, units, names, other people, invalid data."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -35,7 +35,7 @@ def _named(*names: str) -> Callable[[Person, Window], Sequence[Person]]:
 
 
 def _some(count: int) -> Callable[[Person, Window], Sequence[Person]]:
-    """So many joints in the message."""
+    """A message with ``count`` joints."""
 
     def cut(person: Person, _window: Window) -> Sequence[Person]:
         index = np.arange(count) % len(JOINTS)
@@ -47,7 +47,7 @@ def _some(count: int) -> Callable[[Person, Window], Sequence[Person]]:
 
 
 def _strangers(count: int) -> Callable[[Person, Window], Sequence[Person]]:
-    """Somebody else beside and before the person."""
+    """Other people beside and before the person."""
 
     def crowd(person: Person, window: Window) -> Sequence[Person]:
         away = [
@@ -75,7 +75,7 @@ def _tilted(degrees: float) -> Callable[[np.ndarray, Window], np.ndarray]:
 
 
 class _Frozen:
-    """A camera that sends its last picture again and again, with new stamps."""
+    """A camera that repeats its last frame with new stamps."""
 
     def __init__(self) -> None:
         self._last: dict[tuple[float, str], tuple[Person, ...]] = {}
@@ -98,7 +98,7 @@ def _noise(size: int) -> Callable[[Any, Window], Packet]:
 
 
 def _lying(packet: Any, _window: Window) -> Packet:
-    """A string's length of 4 GB where the frame's name begins."""
+    """A string length of 4 GB at the frame's name."""
     return replace(packet, raw=b"\0\1\0\0" + b"\0" * 8 + b"\xff" * 4 + b"x" * 400)
 
 
@@ -195,4 +195,4 @@ FAULTS = (
     Fault(name="tf_static: unknown frames", change=_tf(size=1.0, frames=("moon", "mars"))),
     Fault(name="tf_static: garbage", change=_tf(raw=True)),
 )
-"""All of them."""
+"""Faults of cameras."""

@@ -1,4 +1,4 @@
-"""What a fault is, and the small functions that most faults are made of."""
+"""Definition of a fault, and functions to compose faults."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -8,14 +8,14 @@ import numpy as np
 
 from pose_bench.faults.packets import Frame, Imu, Packet, Person
 
-FAULT_S = 4.0  # [s] for which a fault lasts
+FAULT_S = 4.0  # [s] duration of a fault
 NS = 1_000_000_000
 CAMERAS = ("left", "right")
 
 
 @dataclass(frozen=True)
 class Window:
-    """The time of a fault [s] after the session's start, and randomness of its own."""
+    """Time window of a fault [s] after the session's start, and its random generator."""
 
     begin_s: float
     end_s: float
@@ -24,21 +24,17 @@ class Window:
     def __contains__(self, packet: object) -> bool:
         return isinstance(packet, Packet) and self.begin_s <= packet.at_s < self.end_s
 
-    def share(self, packet: Packet) -> float:
-        """How much of the window has passed, 0 to 1."""
-        return (packet.at_s - self.begin_s) / (self.end_s - self.begin_s)
-
 
 Change = Callable[[list[Packet], Window], list[Packet]]
-"""From the session's packets to those that are published."""
+"""Function from the session's packets to the published ones."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Signal:
-    """What is done to a process of the graph.
+    """Action on a process of the graph.
 
     Attributes:
-        after_s: How long after the fault's beginning [s].
+        after_s: Time after the fault's start [s].
         what: ``kill``, ``pause``, ``resume``, or ``start`` (one more of the same).
         node: Executable of :mod:`pose_fusion`.
     """
@@ -53,16 +49,16 @@ class Fault:
     """One fault.
 
     Attributes:
-        name: In the table, and for ``--only``.
-        change: What it does to the packets; None if it acts on processes alone.
-        lost: Sources that cannot be used meanwhile: ``left``, ``right``, ``imu/<segment>``,
-            ``imus`` for all.
-        said: Words, one of which a warning in ``/diagnostics`` must have; none: no fault of a
-            sensor that anybody has to know.
-        signals: To processes.
-        lasts_s: How long [s].
-        silent: Whether nothing can be known meanwhile: silence is then as good as estimates.
-        known: Why a bound does not hold yet, where that is known.
+        name: Name in the table, and for ``--only``.
+        change: Change of the packets; None if it acts on processes only.
+        lost: Sources that cannot be used during the fault: ``left``, ``right``,
+            ``imu/<segment>``, ``imus`` for all.
+        said: Words, one of which a warning in ``/diagnostics`` must contain; empty if no warning
+            is required.
+        signals: Signals to processes.
+        lasts_s: Duration [s].
+        silent: Whether the pose is unobservable, so that no output is accepted.
+        known: Reason of a known violation of a bound.
     """
 
     name: str
@@ -76,7 +72,7 @@ class Fault:
 
 
 def each(sources: Sequence[str], to: Callable[[Any, Window], Packet | Sequence[Packet]]) -> Change:
-    """Change every packet of some sources (``imus``: of all IMUs) into another, several or none."""
+    """Replace every packet of some sources (``imus``: of all IMUs) by another, several or none."""
 
     def change(packets: list[Packet], window: Window) -> list[Packet]:
         result: list[Packet] = []
@@ -92,17 +88,17 @@ def each(sources: Sequence[str], to: Callable[[Any, Window], Packet | Sequence[P
 
 
 def is_of(packet: Packet, sources: Sequence[str]) -> bool:
-    """Whether a packet is of one of these sources."""
+    """Whether a packet comes from one of these sources."""
     return packet.source in sources or (isinstance(packet, Imu) and "imus" in sources)
 
 
 def silent(*sources: str) -> Change:
-    """Nothing of these sources."""
+    """Remove all packets of these sources."""
     return each(sources, lambda _packet, _window: ())
 
 
 def stamped(to: Callable[[Any, Window], float], *sources: str) -> Change:
-    """Stamps moved by so many seconds."""
+    """Shift the stamps by a time [s]."""
 
     def move(packet: Any, window: Window) -> Packet:
         moved: Packet = replace(packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS))
@@ -112,7 +108,7 @@ def stamped(to: Callable[[Any, Window], float], *sources: str) -> Change:
 
 
 def placed(to: Callable[[np.ndarray, Window], np.ndarray], *sources: str) -> Change:
-    """The positions of everybody in a camera's frames changed, (n, 3) to (n, 3) [m]."""
+    """Change the positions of all persons in a camera's frames, (n, 3) to (n, 3) [m]."""
 
     def move(frame: Frame, window: Window) -> Packet:
         persons = [replace(one, positions=to(one.positions, window)) for one in frame.persons]
@@ -122,7 +118,7 @@ def placed(to: Callable[[np.ndarray, Window], np.ndarray], *sources: str) -> Cha
 
 
 def peopled(to: Callable[[Person, Window], Sequence[Person]], *sources: str) -> Change:
-    """Every person of a camera's frames changed into another, several or none."""
+    """Replace every person in a camera's frames by another, several or none."""
 
     def swap(frame: Frame, window: Window) -> Packet:
         return replace(frame, persons=tuple(p for one in frame.persons for p in to(one, window)))
@@ -131,7 +127,7 @@ def peopled(to: Callable[[Person, Window], Sequence[Person]], *sources: str) -> 
 
 
 def often(times: int, *sources: str) -> Change:
-    """Each packet so many times, spread until about the next one."""
+    """Repeat each packet, distributed until the next one."""
 
     def repeat(packet: Any, _window: Window) -> list[Packet]:
         period_s = 1.0 / 30.0 if isinstance(packet, Frame) else 0.01

@@ -1,11 +1,11 @@
-"""Faults of the graph: nodes that die, hang, come twice; strangers on topics."""
+"""Faults of the graph: nodes that crash, hang or run twice; other publishers on topics."""
 
 from pose_bench.faults.fault import Fault, Signal, Window
 from pose_bench.faults.packets import Note, Packet
 
 
 def _diagnostics(rate: float):  # type: ignore[no-untyped-def]
-    """Somebody who floods ``/diagnostics``."""
+    """A publisher that floods ``/diagnostics``."""
 
     def flood(packets: list[Packet], window: Window) -> list[Packet]:
         count = round(rate * (window.end_s - window.begin_s))
@@ -32,4 +32,4 @@ FAULTS = (
     ),
     Fault(name="diagnostics flooded", change=_diagnostics(500.0)),
 )
-"""All of them."""
+"""Faults of the graph."""

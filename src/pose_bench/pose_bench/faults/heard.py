@@ -1,4 +1,4 @@
-"""What was heard of the graph while a session was replayed."""
+"""Messages of the graph received while a session was replayed."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ class Poses:
     values: FloatArray  # (n, joints) [rad], or (n, 15, 3) [m]
 
     def between(self, begin_ns: int, end_ns: int) -> "Poses":
-        """Those that arrived in a stretch of time."""
+        """The messages that arrived in an interval [ns]."""
         rows = (self.arrived_ns >= begin_ns) & (self.arrived_ns < end_ns)
         return Poses(
             stamps_ns=self.stamps_ns[rows],
@@ -40,7 +40,7 @@ class Said:
 
 @dataclass(frozen=True, kw_only=True)
 class Heard:
-    """All of it."""
+    """All received messages."""
 
     joints: Poses
     bodies: Poses

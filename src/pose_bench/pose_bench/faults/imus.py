@@ -45,13 +45,13 @@ def _noisy(imu: Imu, window: Window) -> Packet:
 
 
 def _saturated(imu: Imu, _window: Window) -> Packet:
-    """What a filter makes of a gyroscope at full scale."""
+    """The orientation of a filter with a saturated gyroscope."""
     spin = Rotation.from_rotvec([0.0, 0.0, 35.0 * imu.at_s])
     return replace(imu, orientation=spin.as_quat(), rate=np.array([34.9, -34.9, 34.9]))
 
 
 def _twin(imu: Imu, window: Window) -> Sequence[Packet]:
-    """A second device that claims to be this one, with a clock of its own."""
+    """A second device with the same name and its own clock."""
     stamp_ns = imu.stamp_ns + int(window.rng.uniform(-5e9, 5e9))
     return [imu, replace(_random(imu, window), stamp_ns=stamp_ns)]
 
@@ -61,7 +61,7 @@ def _exchanged(imu: Imu, _window: Window) -> Packet:
 
 
 class _Stuck:
-    """The last value again and again."""
+    """Repeats the last value."""
 
     def __init__(self) -> None:
         self._last: dict[tuple[float, str], Imu] = {}
@@ -80,7 +80,7 @@ def _rates(value: float) -> dict[str, Any]:
 
 
 def _once(value: float) -> Callable[[Imu, Window], Packet]:
-    """One absurd sample in ten."""
+    """Replaces one sample in ten by an impossible value."""
 
     def sometimes(imu: Imu, window: Window) -> Packet:
         if window.rng.random() > 0.1:
@@ -95,7 +95,7 @@ def _garbage(packet: Any, window: Window) -> Packet:
 
 
 def _denser(times: int) -> Callable[[Any, Window], Sequence[Packet]]:
-    """So many times the rate, each sample with a stamp of its own; IMUs turn on at their rate."""
+    """Multiply the rate, each sample with its own stamp; IMUs are extrapolated by their rate."""
 
     def more(packet: Any, _window: Window) -> list[Packet]:
         period_s = (0.01 if isinstance(packet, Imu) else 1.0 / 30.0) / times
@@ -179,4 +179,4 @@ FAULTS = (
     Fault(name="everything: four times the samples", change=each(("imus", *CAMERAS), _denser(4))),
     Fault(name="one IMU: 1 kHz of one stamp", change=often(10, *ONE), said=NAMED),
 )
-"""All of them."""
+"""Faults of IMUs."""

@@ -1,4 +1,4 @@
-"""What a fault did to the joint states, measured against the truth, and its bounds."""
+"""Evaluation of a fault's effect on the joint states against the truth, with bounds."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from pose_core.api import ABDUCTION_OF, FloatArray, joint_angles, wrapped
 from pose_core.joints import JOINT_INDEX
 
 NS = 1_000_000_000
-RECOVERY_S = 5.0  # [s] that are watched after a fault
-MOST_STEP_DEG = 10.0  # [deg] beyond the truth's own, from one message to the next
-MOST_RATIO = 2.0  # [-] of the RMSE to that without what is lost
+RECOVERY_S = 5.0  # [s] evaluated after a fault
+MOST_STEP_DEG = 10.0  # [deg] largest step between messages, beyond the truth's own
+MOST_RATIO = 2.0  # [-] largest ratio of the RMSE to that without the lost sources
 MOST_SAID_S, MOST_RECOVERY_S = 1.0, 3.0
-AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival: clocks are read twice
-GAP_NS = 300_000_000  # [ns] after a longer silence, a pose begins anew
-SIDEWAYS = np.radians(60.0)  # beyond such an abduction, flexion says nothing
+AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival, as clocks are read twice
+GAP_NS = 300_000_000  # [ns] after a longer gap, steps are not evaluated
+SIDEWAYS = np.radians(60.0)  # [rad] abduction beyond which flexion is undefined
 BONES = [("left_shoulder", "left_elbow"), ("left_elbow", "left_hand"), ("left_hip", "left_knee"),
          ("left_knee", "left_foot"), ("right_shoulder", "right_elbow"),
          ("right_elbow", "right_hand"), ("right_hip", "right_knee"),
@@ -33,7 +33,7 @@ class Truth:
     positions: FloatArray  # (n, 15, 3) [m]
 
     def at(self, stamps_ns: NDArray[np.int64]) -> FloatArray:
-        """Positions at m instants, (m, 15, 3); before and after, those of the ends."""
+        """Positions at m instants, (m, 15, 3) [m]; outside, those at the ends."""
         begin = self.stamps_ns[0]
         own, asked = (self.stamps_ns - begin) * 1e-9, (stamps_ns - begin) * 1e-9
         flat = self.positions.reshape(len(own), -1)
@@ -43,7 +43,7 @@ class Truth:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One line of the table."""
+    """Result of one fault."""
 
     fault: Fault
     step_deg: float
@@ -51,15 +51,15 @@ class Verdict:
     backwards: int
     repeated: int
     rmse_deg: float  # NaN if nothing was published
-    reference_deg: float  # undisturbed, without what is lost
-    said_s: float  # after the beginning; NaN if never
+    reference_deg: float  # undisturbed, without the lost sources
+    said_s: float  # [s] after the fault's start; NaN if never
     said: str
-    recovery_s: float  # after the end; inf if not while it was watched
+    recovery_s: float  # [s] after the fault's end; inf if not within the evaluated time
     longest_gap_s: float
 
     @property
     def broken(self) -> tuple[str, ...]:
-        """The bounds that do not hold."""
+        """The violated bounds."""
         fault = self.fault
         holds = {
             "step": self.step_deg <= MOST_STEP_DEG,
@@ -74,14 +74,14 @@ class Verdict:
 
 
 def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: int) -> Verdict:
-    """Measure one fault.
+    """Evaluate one fault.
 
     Args:
-        fault: Which.
-        heard: All that was heard of the session.
-        truth: Of the session.
-        reference: Bodies that were fused of the undisturbed samples without what is lost.
-        begin_ns: When it began.
+        fault: The fault.
+        heard: All messages received in the session.
+        truth: Ground truth of the session.
+        reference: Bodies fused from the undisturbed samples without the lost sources.
+        begin_ns: Start of the fault [ns].
     """
     end_ns = begin_ns + round(fault.lasts_s * NS)
     over_ns = end_ns + round(RECOVERY_S * NS)
@@ -96,7 +96,7 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
         backwards=int(np.sum(steps_ns < 0)),
         repeated=int(np.sum(steps_ns == 0)),
         rmse_deg=rmse_deg(heard.bodies.between(begin_ns, end_ns), truth),
-        reference_deg=_reference_deg(reference, truth, begin_ns, end_ns),
+        reference_deg=rmse_deg(reference.between(begin_ns, end_ns), truth),
         said_s=said_s,
         said=said,
         recovery_s=_recovery_s(heard.bodies, reference, truth, end_ns),
@@ -105,7 +105,7 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
 
 
 def errors_deg(bodies: Poses, truth: Truth) -> FloatArray:
-    """Errors of the twelve angles, (n, 12) [deg]; NaN where they say nothing."""
+    """Errors of the twelve angles, (n, 12) [deg]; NaN where they are undefined."""
     found, expected = joint_angles(bodies.values), joint_angles(truth.at(bodies.stamps_ns))
     errors = []
     for name, angle in expected.items():
@@ -117,17 +117,13 @@ def errors_deg(bodies: Poses, truth: Truth) -> FloatArray:
 
 
 def rmse_deg(bodies: Poses, truth: Truth) -> float:
-    """Over all angles and instants; NaN if there are none."""
+    """RMSE over all angles and instants [deg]; NaN if there are none."""
     squares = errors_deg(bodies, truth) ** 2
     return float(np.sqrt(np.nanmean(squares))) if np.isfinite(squares).any() else float("nan")
 
 
-def _reference_deg(reference: Poses, truth: Truth, begin_ns: int, end_ns: int) -> float:
-    return rmse_deg(reference.between(begin_ns, end_ns), truth)
-
-
 def _step_deg(joints: Poses, truth: Truth) -> float:
-    """The largest step of an angle beyond how far a bone of the truth turned meanwhile."""
+    """Largest step of an angle [deg] beyond the true rotation of a bone in the same time."""
     if len(joints.stamps_ns) < 2:
         return 0.0
     steps = np.degrees(np.abs(wrapped(np.diff(joints.values, axis=0)))).max(axis=1)
@@ -143,7 +139,7 @@ def _step_deg(joints: Poses, truth: Truth) -> float:
 
 
 def _said(fault: Fault, said: Sequence[Said], begin_ns: int, over_ns: int) -> tuple[float, str]:
-    """When a node first warned with one of the words, if it did not say so already."""
+    """Time [s] and text of the first new warning with one of the words."""
     known = {one.node: one.message for one in said if one.arrived_ns < begin_ns}
     for one in said:
         is_meant = one.level > 0 and any(word in one.message for word in fault.said)
@@ -154,14 +150,14 @@ def _said(fault: Fault, said: Sequence[Said], begin_ns: int, over_ns: int) -> tu
 
 
 def _recovery_s(bodies: Poses, reference: Poses, truth: Truth, end_ns: int) -> float:
-    """From when on each half second is at most twice as far off as the undisturbed."""
+    """Time [s] after which the error of each half second is at most twice the undisturbed one."""
     half_ns = NS // 2
     recovered = float("inf")
     for k in reversed(range(round(RECOVERY_S * 2))):
         begin_ns = end_ns + k * half_ns
         found = rmse_deg(bodies.between(begin_ns, begin_ns + half_ns), truth)
         expected = rmse_deg(reference.between(begin_ns, begin_ns + half_ns), truth)
-        if not found <= MOST_RATIO * expected + 1.0:  # nor a NaN; a half second scatters
+        if not found <= MOST_RATIO * expected + 1.0:  # or NaN; 1 deg for half a second's scatter
             return recovered
         recovered = 0.5 * k
     return recovered

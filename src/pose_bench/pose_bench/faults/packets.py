@@ -1,4 +1,4 @@
-"""What sensors put on the wire, packet by packet, before it is serialised."""
+"""Packets of sensors before serialisation."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,14 +28,14 @@ class Person:
 
 @dataclass(frozen=True, kw_only=True)
 class Packet:
-    """Something that is published: a camera's frame, an IMU's sample, or a note of a kind."""
+    """A message to publish: a camera's frame, an IMU's sample, or another message."""
 
     at_s: float  # after the session's start [s]
     source: str  # left, right; imu/<segment>; or the kind of a note
     stamp_ns: int
-    raw: bytes | None = None  # instead of what follows
-    cut: int | None = None  # serialised bytes that are kept
-    flips: tuple[int, ...] = ()  # places [bytes] whose bits are turned over, modulo the length
+    raw: bytes | None = None  # replaces the serialised message
+    cut: int | None = None  # [bytes] of the serialised message to keep
+    flips: tuple[int, ...] = ()  # [bytes] offsets whose bits are inverted, modulo the length
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +64,7 @@ class Note(Packet):
 
 
 def packets_of(session: CapturedSession, start_ns: int) -> list[Packet]:
-    """All that a session's sensors publish, undisturbed, in the order of publication."""
+    """All packets of a session's sensors without faults, in the order of publication."""
     packets: list[Packet] = []
     for sensor, frames in session.frames.items():
         for row, stamp_s in enumerate(frames.stamps_s.tolist()):

@@ -21,7 +21,7 @@ def _frozen(packet: Any, window: Window) -> Packet:
 
 
 def _late(seconds: float, *sources: str) -> Change:
-    """Captured when it says, arriving late."""
+    """Delay the arrival; the stamps are unchanged."""
     return each(sources, lambda packet, _: replace(packet, at_s=packet.at_s + seconds))
 
 
@@ -145,4 +145,4 @@ FAULTS = (
         silent=True,
     ),
 )
-"""All of them."""
+"""Faults of clocks and stamps."""

@@ -18,7 +18,7 @@ HEAD = (
 
 
 def markdown(verdicts: Sequence[Verdict]) -> str:
-    """The table and what its columns mean."""
+    """The table with an explanation of its columns."""
     rows = [row(verdict) for verdict in verdicts]
     lines = [f"| {' | '.join(HEAD)} |", "|---|" + "---:|" * 7 + "---|"]
     lines += [f"| {' | '.join(cells)} |" for cells in rows]
@@ -41,7 +41,7 @@ def markdown(verdicts: Sequence[Verdict]) -> str:
 
 
 def row(verdict: Verdict) -> list[str]:
-    """One line."""
+    """Cells of one line."""
     fault = verdict.fault
     stamps = f"{verdict.ahead} / {verdict.backwards} / {verdict.repeated}"
     if not verdict.broken:

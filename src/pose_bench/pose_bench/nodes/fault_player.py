@@ -1,4 +1,4 @@
-"""The node that replays sensors with faults, and notes what the graph says meanwhile."""
+"""The node that replays sensors with faults, and records the graph's output."""
 
 import threading
 import time
@@ -33,7 +33,7 @@ NS = 1_000_000_000
 INT32 = np.iinfo(np.int32)
 
 Planned = tuple[float, str, type, bytes]
-"""When [s after the start], topic, type, and the serialised message."""
+"""Time after the start [s], topic, type, and serialised message."""
 
 
 class FaultPlayer(Node):
@@ -46,7 +46,7 @@ class FaultPlayer(Node):
         self._skeletons: list[tuple[int, bytes]] = []
         self._said: list[Said] = []
         self._executor = SingleThreadedExecutor()
-        self.latest_s = 0.0  # [s] by which a message was published after its time, at worst
+        self.latest_s = 0.0  # [s] largest delay of a publication
         for kind, name, noted in (
             (JointState, "joint_states", self._joints),
             (Skeleton, "skeleton", self._skeletons),
@@ -75,11 +75,11 @@ class FaultPlayer(Node):
             )
 
     def has_said(self, node: str) -> bool:
-        """Whether a node has reported."""
+        """Whether a node has sent a report."""
         return any(said.node == node for said in self._said)
 
     def open(self, plan: Sequence[Planned]) -> None:
-        """Make the publishers that a plan needs."""
+        """Create the publishers for a plan."""
         for _, topic, kind, _ in plan:
             if topic not in self._publishers_by_topic:
                 profile = SENSOR_QOS
@@ -96,7 +96,7 @@ class FaultPlayer(Node):
         start_ns: int,
         until_s: float,
     ) -> None:
-        """Publish everything at its time, and act on processes at theirs."""
+        """Publish all messages and run all actions at their times."""
         begin = time.monotonic() + (start_ns - time.time_ns()) / NS
         todo: list[tuple[float, Callable[[], None]]] = sorted(
             [*acts, *((at, _publishing(self._publishers_by_topic[t], d)) for at, t, _, d in plan)],
@@ -114,7 +114,7 @@ class FaultPlayer(Node):
         time.sleep(max(0.0, begin + until_s - time.monotonic()))
 
     def heard(self) -> Heard:
-        """All that came."""
+        """All received messages."""
         joints = [(at, deserialize_message(data, JointState)) for at, data in list(self._joints)]
         bodies = [(at, deserialize_message(data, Skeleton)) for at, data in list(self._skeletons)]
         return Heard(
@@ -124,7 +124,7 @@ class FaultPlayer(Node):
         )
 
     def close(self) -> None:
-        """End."""
+        """Destroy the node."""
         self._closing.set()
         self._thread.join(timeout=2.0)
         self._executor.shutdown()
@@ -133,7 +133,7 @@ class FaultPlayer(Node):
 
 
 def new_player() -> FaultPlayer:
-    """The node, with ROS started for it."""
+    """Initialise ROS and create the node."""
     rclpy.init(args=[])
     return FaultPlayer()
 
@@ -155,7 +155,7 @@ def _poses(messages: Sequence[tuple[int, Any]], values: Sequence[Any]) -> Poses:
 
 
 def planned(packet: Packet) -> Planned:
-    """A packet as bytes."""
+    """Serialise a packet."""
     topic, message = _message(packet)
     data = packet.raw if packet.raw is not None else serialize_message(message)
     if packet.flips:

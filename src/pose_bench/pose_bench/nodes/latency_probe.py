@@ -1,7 +1,7 @@
 """The probe: records when each joint state arrived, and the fusion's own latency by stage.
 
-Prints one JSON object when it is stopped: ``arrived`` maps the stamp of each joint state [ns] to its
-arrival [ns], ``stages`` the name of a stage to the text of the fusion's last ``/diagnostics``.
+Prints one JSON object when it is stopped: ``arrived`` maps the stamp of each joint state [ns] to
+its arrival [ns], ``stages`` the name of a stage to the text of the fusion's last ``/diagnostics``.
 """
 
 import json

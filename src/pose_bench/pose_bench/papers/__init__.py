@@ -1,1 +1,1 @@
-"""The two papers' experiments, repeated on the synthetic subject, beside the printed figures."""
+"""The two papers' experiments, repeated on the synthetic subject, with the printed figures."""

@@ -1,4 +1,4 @@
-"""li2020's tables 1 to 4: two motions, six angles; figures as printed beside those made here."""
+"""li2020's tables 1 to 4: two motions, six angles; printed and measured figures."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ OUR_METHODS = ("left", "right", "joint_kf", "dof_kf", "li2020", "default")
 
 @dataclass(frozen=True, kw_only=True)
 class Motion:
-    """One of the paper's two motions, and the choreography that stands for it."""
+    """One of the paper's two motions, and the choreography that replaces it."""
 
     title: str
     choreography: str
@@ -80,7 +80,7 @@ NOTE = (
 
 
 def motion_tables(motion: Motion, levels: Sequence[str], seeds: Sequence[int]) -> list[TextTable]:
-    """One motion's correlations and errors; ours are means over levels and seeds."""
+    """Correlations and errors of one motion; measured ones are means over levels and seeds."""
     found = [_scores(motion.choreography, level, seed) for level in levels for seed in seeds]
     tables = []
     for title, printed, index, digits in (

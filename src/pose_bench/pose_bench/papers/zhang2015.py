@@ -1,4 +1,4 @@
-"""zhang2015's limbs: pitch and yaw by Kinect, IMU and both, while a limb is seen and while not."""
+"""zhang2015's limbs: pitch and yaw by Kinect, IMU and both, for visible and occluded limbs."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ from pose_evaluation.stability import BONES
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
 SHOWN = ("left", "imu", "zhang2015", "default+imus")
-"""The one Kinect that zhang2015 has, the IMUs, the paper's fusion, ours with both Kinects."""
+"""The single Kinect of zhang2015, the IMUs, the paper's fusion, the default with two Kinects."""
 
 
 def limb_table(seeds: Sequence[int]) -> TextTable:
@@ -37,7 +37,7 @@ def limb_table(seeds: Sequence[int]) -> TextTable:
 
 
 def _errors(seed: int) -> dict[str, FloatArray]:
-    """By method: RMS error [°] of pitch and yaw, seen and occluded, shape (4,)."""
+    """RMS errors [°] of pitch and yaw, visible and occluded, shape (4,), by method."""
     session = bench_session(
         SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed),
         imu_filter="madgwick",
@@ -68,7 +68,7 @@ def _limb_errors(
 
 
 def _occluded(session: BenchSession, limb: str, stamps_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Whether the first Kinect's latest frame calls an end of the limb anything but tracked."""
+    """Whether an end of the limb is not TRACKED in the first Kinect's latest frame."""
     frames = [each for each in session.skeletons if each.sensor == "left"]
     ends = [JOINT_INDEX[joint] for joint in BONES[limb]]
     hidden = np.array([(f.tracking_state[ends] != TrackingState.TRACKED).any() for f in frames])

@@ -1,1 +1,1 @@
-"""The filters written plainly, for comparison: what the fast ones must equal, and beat."""
+"""Reference implementations of the filters: the fast ones must give equal results."""

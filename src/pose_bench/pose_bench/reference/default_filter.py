@@ -1,6 +1,8 @@
-r"""The default filter in plain numpy: what the compiled one must give, to rounding.
+r"""Reference implementation of the default filter in plain numpy.
 
-Written from the equations that ``pose_core.filter`` documents, with whole matrices:
+The compiled filter must give the same results up to rounding errors.
+
+Written from the equations that ``pose_core.filter`` documents, with full matrices:
 :math:`P \leftarrow F P F^T + Q`, Joseph's form of the update, no shortcut by zeros.
 """
 
@@ -40,11 +42,11 @@ LEAST_IMU_WEIGHT = 1e-3
 
 
 class ReferenceFilter:
-    """The step's three parts, on a state of its own.
+    """The three parts of a filter step, on its own state.
 
     Args:
-        constants: Of the filter.
-        state: Where it begins; copied.
+        constants: Constants of the filter.
+        state: Initial state; copied.
     """
 
     def __init__(self, constants: FilterConstants, state: FilterState) -> None:
@@ -80,7 +82,7 @@ class ReferenceFilter:
         state.silent_s[:] += dt_s
 
     def update_with_imus(self, readings: ImuReadings) -> FloatArray:
-        """Correct by aligned IMUs; what they say of each link, (links, 3, 3) [1/rad²]."""
+        """Update with aligned IMUs; returns each link's information, (links, 3, 3) [1/rad²]."""
         information = np.zeros((len(self.state.heading), 3, 3))
         if len(readings.links) == 0:
             return information
@@ -91,7 +93,7 @@ class ReferenceFilter:
         return information
 
     def update_with_frame(self, frame: CameraFrame) -> tuple[StepResult, FloatArray]:
-        """Correct by a camera's frame and the posture prior; what the frame says of each link."""
+        """Update with a camera's frame and the posture prior; returns the frame's information."""
         state, camera = self.state, self.constants.camera
         view = view_of(camera, state, frame)
         joints = list(camera_groups(camera, state, frame, view))
@@ -144,7 +146,7 @@ class ReferenceFilter:
         spread: FloatArray,
         weights: FloatArray,
     ) -> None:
-        """Move this view's offset towards the residual, and the others' so that the mean stays."""
+        """Move this view's offset to the residual, and the others' so that the mean is kept."""
         state, sensors = self.state, len(self.state.silent_s)
         if sensors < 2:
             return
@@ -181,7 +183,7 @@ class ReferenceFilter:
         state.delay[sensor] = np.clip(delay_s, *DELAYS_S)
 
     def _estimate_shared_offsets(self, sensor: int, view: PlainView) -> None:
-        """Take the waist into its mean; what most likely turns both lines is an offset."""
+        """Update the mean of the waist; a common rotation of both lines is taken as an offset."""
         state, constants = self.state, self.constants.shared_offsets
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
         state.waist_s[0] = min(state.waist_s[0] + gap_s, WAIST_MEMORY_S)
@@ -209,7 +211,7 @@ class ReferenceFilter:
                 state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
 
     def _adapt(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
-        """Smooth the joints' distances; what no camera that is heard finds near, moves more."""
+        """Smooth the joints' NIS; increase the noise of joints far from all active cameras."""
         state, constants = self.state, self.constants
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         state.silent_s[sensor] = 0.0
@@ -226,7 +228,7 @@ class ReferenceFilter:
         state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
 
     def _turn_back(self) -> int:
-        """Turn limbs without IMUs about themselves that are bent the wrong way; how many."""
+        """Rotate wrongly bent limbs without IMUs about their axes; returns their number."""
         state, count = self.state, 0
         half = np.diag([-1.0, -1.0, 1.0])
         for parent, link, sign in hinges(self.constants.posture):
@@ -242,7 +244,7 @@ class ReferenceFilter:
 def robust_update(
     state: FilterState, groups: list[Group], iterations: int, least_weight: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Correct the state; weights and squared innovation distances of the groups."""
+    """Robust measurement update; returns the groups' weights and NIS."""
     H, residual = np.vstack([g.H for g in groups]), np.concatenate([g.residual for g in groups])
     P, weights, distance = state.P, np.ones(len(groups)), np.empty(len(groups))
     starts = np.cumsum([0, *(len(group.residual) for group in groups)])
@@ -271,12 +273,12 @@ def robust_update(
 
 
 def mahalanobis(values: FloatArray, covariance: FloatArray) -> float:
-    """Squared distance [-]."""
+    """Squared Mahalanobis distance [-]."""
     return float(values @ np.linalg.solve(covariance, values))
 
 
 def inject_error(state: FilterState, error: FloatArray) -> None:
-    """Add an error, (n,), to the mean: rotations about map's axes, mountings about the link's."""
+    """Add an error, (n,), to the mean: rotations about map's axes, alignments about the link's."""
     pose, (slides, velocity) = state.pose, columns(state)
     turns = Rotation.from_rotvec(error[3:slides].reshape(-1, 3))
     pose.rotations[:] = (turns * Rotation.from_matrix(pose.rotations)).as_matrix()

@@ -1,7 +1,7 @@
-r"""What IMUs, cameras and posture measure in the default filter, in plain numpy.
+r"""Reference implementation of the default filter's measurement models in plain numpy.
 
-A second implementation of ``pose_core.filter``'s measurement models, written from their equations:
-slow, a group of rows at a time, with nothing of the compiled arithmetic.
+Independent implementation of the equations of ``pose_core.filter``: slow, one group of rows at a
+time, without the compiled arithmetic.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from pose_core.filter.state import FilterState
 from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.streams.samples import FloatArray
 
-FASTEST_JOINT, FASTEST_LINK = 2.0, 6.0  # [m/s], [rad/s] beyond which noise grows no more
+FASTEST_JOINT, FASTEST_LINK = 2.0, 6.0  # [m/s], [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
 SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
 HINGE_DOF = 3.0  # [-]
@@ -29,7 +29,7 @@ HINGE_DOF = 3.0  # [-]
 
 @dataclass(kw_only=True)
 class Group:
-    """One or three rows that share a weight."""
+    """One or three rows with a common weight."""
 
     H: FloatArray  # (d, n)
     residual: FloatArray  # (d,)
@@ -41,7 +41,7 @@ class Group:
 
 @dataclass(kw_only=True)
 class PlainView:
-    """The joints as predicted for the instant at which a frame was captured."""
+    """The joints predicted for a frame's instant of capture."""
 
     tau_s: float
     rotations: FloatArray  # (links, 3, 3)
@@ -57,7 +57,7 @@ class PlainView:
 
 
 def heading_matrix(angle: float) -> FloatArray:
-    """A turn about map's z axis, (3, 3)."""
+    """Rotation about map's z axis, (3, 3)."""
     R: FloatArray = Rotation.from_rotvec([0.0, 0.0, angle]).as_matrix()
     return R
 
@@ -69,7 +69,7 @@ def columns(state: FilterState) -> tuple[int, int]:
 
 
 def link_columns(link: int) -> slice:
-    """A link's rotation in the error; the rates' begin at the velocity's column."""
+    """Columns of a link's rotation in the error; those of its rate follow from the velocity's."""
     return slice(3 + 3 * link, 6 + 3 * link)
 
 
@@ -105,7 +105,7 @@ def imu_groups(
 
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:
-    """The joints when a frame was captured: everything goes back at its present rate."""
+    """The joints at a frame's instant of capture, extrapolated back with the current rates."""
     pose, tau_s = state.pose, frame.late_s
     back = Rotation.from_rotvec(-tau_s * pose.rates)
     rotations = (back * Rotation.from_matrix(pose.rotations)).as_matrix()
@@ -122,7 +122,7 @@ def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) 
 
 
 def levers_of(body: BodyArrays, rotations: FloatArray, slides: FloatArray) -> FloatArray:
-    """What each link adds to each joint, R_l (o_jl + s_jl), (joints, links, 3) [m]."""
+    """Contribution of each link to each joint, R_l (o_jl + s_jl), (joints, links, 3) [m]."""
     offsets = np.array(body.offsets)
     for slide, link in enumerate(body.sliding_links):
         offsets[:, link] += np.outer(body.slides[:, slide], slides[slide])
@@ -130,7 +130,7 @@ def levers_of(body: BodyArrays, rotations: FloatArray, slides: FloatArray) -> Fl
 
 
 def hidden(capsules: Capsules, places: FloatArray, camera: FloatArray) -> FloatArray:
-    """How far the body hides each joint from a camera, (joints,)."""
+    """Degree to which the body hides each joint from a camera, (joints,) [-]."""
     result = np.zeros(len(places))
     for joint, place in enumerate(places):
         sight = place - camera
@@ -144,7 +144,7 @@ def hidden(capsules: Capsules, places: FloatArray, camera: FloatArray) -> FloatA
 
 
 def segments_apart(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> float:
-    """Distance [m] of the segments ab and cd: of their lines if those pass within, or of an end."""
+    """Distance [m] of the segments ab and cd: between their lines, or from an end."""
     directions = np.stack([b - a, c - d], axis=1)
     shares = np.linalg.lstsq(directions, c - a, rcond=None)[0]
     if np.all((shares >= 0.0) & (shares <= 1.0)):
@@ -162,7 +162,7 @@ def point_apart(p: FloatArray, a: FloatArray, b: FloatArray) -> float:
 def camera_groups(
     constants: CameraConstants, state: FilterState, frame: CameraFrame, view: PlainView
 ) -> Iterator[Group]:
-    """The joints that a frame shows."""
+    """Measurements of the joints in a frame."""
     for joint, seen in enumerate(frame.positions):
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
@@ -180,10 +180,10 @@ def camera_groups(
 def joint_regression(
     body: BodyArrays, state: FilterState, view: PlainView, joint: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The line that fits a joint's sigma points best, by filterpy's points and weights.
+    """Statistical linearisation of a joint by filterpy's sigma points and weights.
 
     Returns:
-        H, (3, n); how far the mean lies from the centre, (3,); the covariance about the line.
+        H, (3, n); offset of the mean from the centre, (3,) [m]; covariance of the residuals.
     """
     carriers = body.carriers[joint, : body.carrier_count[joint]]
     spread = np.concatenate([np.arange(3 + 3 * link, 6 + 3 * link) for link in carriers])
@@ -207,7 +207,7 @@ def joint_regression(
 
 
 def is_backed(constants: CameraConstants, state: FilterState, sensor: int, joint: int) -> bool:
-    """Whether another camera, or an IMU on the joint's own link, measures it as well."""
+    """Whether another camera, or an IMU on the joint's link, measures it too."""
     others = np.delete(state.silent_s, sensor)
     link = np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1))[-1]
     return bool(np.any(others < 0.15) or state.imu_column[link] >= 0)
@@ -242,7 +242,7 @@ def joint_noise(
 
 
 def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[Group]:
-    """The prior: hinges, twists, the spine."""
+    """The posture prior: hinges, twists, the spine."""
     posture, rotations = constants.posture, state.pose.rotations
     for parent, link, sign in hinges(posture):
         yield from hinge_groups(posture, state, parent, link, sign)
@@ -266,7 +266,7 @@ def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:
 def hinge_groups(
     posture: PostureConstants, state: FilterState, parent: int, link: int, sign: float
 ) -> Iterator[Group]:
-    """A hinge's plane, and its limit where it is bent the wrong way."""
+    """The plane of a hinge, and its limit if it is bent the wrong way."""
     upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
     rows = []
     for p in (upper[:, 0], upper[:, 2]):
@@ -284,7 +284,7 @@ def hinge_groups(
 def turn(
     state: FilterState, parent: int, link: int, axis: FloatArray, residual: float, variance: float
 ) -> Group:
-    """The turn of a link relative to its parent about an axis in map."""
+    """Measurement of a link's rotation relative to its parent about an axis in map."""
     H = np.zeros((1, len(state.P)))
     H[0, link_columns(link)], H[0, link_columns(parent)] = axis, -axis
     return Group(H=H, residual=np.array([residual]), noise=np.array([[variance]]))

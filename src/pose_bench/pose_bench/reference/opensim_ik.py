@@ -1,7 +1,7 @@
-"""OpenSim's inverse kinematics on the same joints: what a user of that package pays per frame.
+"""OpenSim's inverse kinematics on the same joints, for a comparison of the cost per frame.
 
-The body is the model's: a free root, a pin for each hinge, a gimbal for any other link, and a
-marker for each of the 15 joints.
+The body is that of the model: a free root, a pin joint for each hinge, a gimbal joint for any other
+link, and a marker for each of the 15 joints.
 """
 
 import os
@@ -18,16 +18,16 @@ ACCURACY = 1e-5  # [-] of the assembly, as in OpenSim's own tool
 
 
 class OpenSimIk:
-    """Tracks markers, a frame after the other.
+    """Tracks markers frame by frame.
 
     Args:
         model: The body model.
-        shape: The person's measures.
+        shape: The person's body measures.
         positions: Joints of all frames, shape (frames, 15, 3) [m], z up.
-        rate: Of the frames [Hz].
+        rate: Rate of the frames [Hz].
 
     Raises:
-        ImportError: If the package ``opensim`` is not there.
+        ImportError: If the package ``opensim`` is not installed.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class OpenSimIk:
         environment = dict(os.environ)
         import opensim
 
-        os.environ.update(environment)  # it puts its own paths there, also for other programs
+        os.environ.update(environment)  # the import changes it, also for child processes
         opensim.Logger.setLevelString("error")
         self._rate = rate
         self._model = _make_model(opensim, model, shape)
@@ -57,17 +57,17 @@ class OpenSimIk:
         self._solver.assemble(self._state)
 
     def step(self, frame: int) -> None:
-        """Bring the body to a frame."""
+        """Solve for a frame."""
         self._state.setTime(frame / self._rate)
         self._solver.track(self._state)
 
     def worst_distance(self) -> float:
-        """The largest distance of a marker from where it was seen, in the last frame [m]."""
+        """Largest marker error in the last frame [m]."""
         return max(float(self._solver.computeCurrentMarkerError(joint)) for joint in JOINTS)
 
 
 def _make_model(opensim: Any, model: BodyModel, shape: BodyShape) -> Any:
-    """The body as OpenSim's joints and markers."""
+    """Create the body with OpenSim's joints and markers."""
     made = opensim.Model()
     made.setName("body")
     places = dict(zip(JOINTS, shape.offsets, strict=True))
@@ -83,7 +83,7 @@ def _make_model(opensim: Any, model: BodyModel, shape: BodyShape) -> Any:
             place = opensim.Vec3(*places[link.joint].tolist())
             is_hinge = len(link.dof) == 1
             kind = opensim.PinJoint if is_hinge else opensim.GimbalJoint
-            # A pin turns about its z axis, ours about y.
+            # A pin rotates about its z axis, the hinges here about y.
             turn = opensim.Vec3(np.pi / 2.0, 0.0, 0.0) if is_hinge else none
             joint = kind(f"{name}_joint", bodies[link.parent], place, turn, body, origin, turn)
         made.addJoint(joint)
@@ -96,7 +96,7 @@ def _make_model(opensim: Any, model: BodyModel, shape: BodyShape) -> Any:
 
 
 def _trc(positions: FloatArray, rate: float) -> str:
-    """OpenSim's text file of markers."""
+    """Format OpenSim's text file of markers."""
     frames = len(positions)
     lines = [
         "PathFileType\t4\t(X/Y/Z)\tmarkers.trc",

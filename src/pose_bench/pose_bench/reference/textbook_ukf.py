@@ -1,6 +1,6 @@
-"""The filter of li2020 as one writes it with filterpy: Python ``fx`` and ``hx``, a point at a time.
+"""The filter of li2020 with filterpy: Python functions ``fx`` and ``hx``, one point at a time.
 
-Everything around the sums is filterpy's: sigma points, unscented transform, cross covariance.
+Sigma points, unscented transform and cross covariance are filterpy's.
 """
 
 import numpy as np
@@ -24,13 +24,13 @@ def rodrigues(vector: FloatArray) -> FloatArray:
 
 
 class TextbookFilter:
-    """One person's degrees of freedom and rates, between restarts and bounds of li2020's filter.
+    """One person's degrees of freedom and rates, without restarts and bounds of li2020's filter.
 
     Args:
         model: The body model.
-        shape: The person's measures.
-        R_reference: The rotation that the root's zero rotation vector stands for.
-        parameters: Of the filter.
+        shape: The person's body measures.
+        R_reference: Rotation of the root's zero rotation vector.
+        parameters: Parameters of the filter.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class TextbookFilter:
         ukf = self.ukf
         ukf.compute_process_sigmas(dt_s, self.fx)
         ukf.x, ukf.P = unscented_transform(ukf.sigmas_f, ukf.Wm, ukf.Wc, ukf.Q)
-        # filterpy would draw new points here; li2020 measures with those that were propagated.
+        # filterpy would draw new points here; li2020 uses the propagated ones.
         sigmas_h = np.array([self.hx(point) for point in ukf.sigmas_f])
         zp, S = unscented_transform(sigmas_h, ukf.Wm, ukf.Wc)
         z = measured.reshape(len(measured), -1)

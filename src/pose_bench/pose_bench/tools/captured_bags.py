@@ -1,4 +1,4 @@
-"""The judged suite the way a user runs it: sessions as bags, ``./pose fuse``, its output judged."""
+"""The suite on captured motion by ``./pose fuse``: sessions as bags, its output evaluated."""
 
 import tempfile
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ from pose_bench.captured import (
     truth_of,
     with_imus,
 )
-from pose_bench.captured_suite import KNOWN
+from pose_bench.suite import KNOWN
 from pose_core.api import FloatArray, FusionParameters, ImuSample, SkeletonSample
 from pose_core.errors import PoseError
 from pose_core.joints import JOINTS
@@ -43,7 +43,7 @@ from pose_sim.captured.session import (
 
 
 def through_bags(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
-    """What ``./pose fuse`` makes of a session, judged; the yardstick is run in memory."""
+    """Evaluate ``./pose fuse`` on a session; the baseline is run in memory."""
     session = make_captured_session(spec)
     truth = truth_of(session)
     yardstick = next(method for method in METHODS if method.name == BASELINE)
@@ -80,7 +80,7 @@ def _fused(in_bag: Path, out_bag: Path, method: CapturedMethod) -> tuple[MethodR
 
 
 def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:
-    """Write what a session's sensors say as a bag; where the cameras stand, if that is known."""
+    """Write a session's samples as a bag, with the extrinsics if they are known."""
     with BagWriter(path) as bag:
         make = _Messages(bag.typestore.types)
         if session.spec.condition == KNOWN:
@@ -96,7 +96,7 @@ def write_session(path: Path, session: CapturedSession, *, imus: bool) -> None:
 
 
 class _Messages:
-    """Messages of a typestore from samples."""
+    """Creates messages of a typestore from samples."""
 
     def __init__(self, types: Any) -> None:
         self._types = types

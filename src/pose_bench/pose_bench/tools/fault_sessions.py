@@ -31,11 +31,11 @@ from pose_sim.captured.session import (
 )
 
 NS = 1_000_000_000
-WARM_S = 14.0  # [s] before the first fault: calibrated, measured, IMUs aligned
+WARM_S = 14.0  # [s] before the first fault: calibration, body measures, alignment of IMUs
 SESSION_S = 62.0  # [s] of captured motion
-LEAD_S = 4.0  # [s] from the plan's making to the first frame
-START_S = 900.0  # [s] for which the graph's start is waited for: it may have to compile
-FIRST_DOMAIN, DOMAINS = 1, 101  # above, ports reach into Linux's ephemeral range
+LEAD_S = 4.0  # [s] from the start of the plan to the first frame
+START_S = 900.0  # [s] time limit of the graph's start, which may compile
+FIRST_DOMAIN, DOMAINS = 1, 101  # larger domains use ports of Linux's ephemeral range
 SETUP = MethodSetup(name="default", estimator="default", use_imus=True)
 SIGNALS = {"kill": signal.SIGKILL, "pause": signal.SIGSTOP, "resume": signal.SIGCONT}
 Progress = Callable[[str], None]
@@ -43,19 +43,19 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, kw_only=True)
 class Slot:
-    """A fault and its beginning [s] in a session."""
+    """A fault and its start [s] in a session."""
 
     fault: Fault
     begin_s: float
 
     @property
     def end_s(self) -> float:
-        """Its end [s]."""
+        """The fault's end [s]."""
         return self.begin_s + self.fault.lasts_s
 
 
 def captured_person() -> CapturedSession:
-    """The session that all faults are injected into."""
+    """The session into which all faults are injected."""
     clips = bundled_clips()
     order = np.random.default_rng(5).permutation(len(clips))
     spec = CapturedSpec(
@@ -70,7 +70,7 @@ def captured_person() -> CapturedSession:
 
 
 def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:
-    """Faults one after the other, as many in a session as fit."""
+    """Distribute faults over sessions, one after the other."""
     found: list[list[Slot]] = []
     at_s = SESSION_S
     for fault in faults:
@@ -83,16 +83,16 @@ def sessions(faults: Sequence[Fault]) -> list[list[Slot]]:
 
 
 def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator[Verdict]:
-    """Inject faults; verdicts come session by session.
+    """Inject faults; yields verdicts session by session.
 
     Args:
-        faults: Which.
-        folder: Where the graphs' logs go.
-        say: Is told how it goes.
+        faults: The faults.
+        folder: Folder for the graphs' logs.
+        say: Called with progress messages.
     """
     person = captured_person()
     plan = sessions(faults)
-    # Nobody else's graph on this machine is disturbed, nor heard.
+    # Isolated from other graphs on this machine.
     os.environ["ROS_DOMAIN_ID"] = str(FIRST_DOMAIN + os.getpid() % DOMAINS)
     for number, slots in enumerate(plan):
         names = ", ".join(slot.fault.name for slot in slots)
@@ -144,12 +144,12 @@ def _packets(person: CapturedSession, slots: Sequence[Slot]) -> list[Packet]:
 
 
 def hash_of(name: str) -> int:
-    """A number that a name has in every run."""
+    """Hash of a name, the same in every run."""
     return int.from_bytes(name.encode()[-8:], "little")
 
 
 def _shifted(packets: Sequence[Packet], by_ns: int) -> list[Packet]:
-    """The same with stamps of another start; those that are absolute lies stay."""
+    """Shift the stamps to another start, except for implausible ones."""
     return [
         replace(packet, stamp_ns=packet.stamp_ns + by_ns) if packet.stamp_ns else packet
         for packet in packets
@@ -179,7 +179,7 @@ def _await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Pa
 
 
 def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[], None]]]:
-    """What is done to processes, and when."""
+    """Actions on processes with their times [s]."""
 
     def act(what: Signal) -> Callable[[], None]:
         def do() -> None:
@@ -214,7 +214,7 @@ def truth_of(person: CapturedSession, start_ns: int) -> Truth:
 
 
 def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) -> Poses:
-    """Bodies fused of the undisturbed samples, without what the faults make unusable."""
+    """Bodies fused from the undisturbed samples without the lost sources."""
 
     def is_left(sample: SkeletonSample | ImuSample) -> bool:
         at_s = (sample.stamp_ns - START_NS) / NS

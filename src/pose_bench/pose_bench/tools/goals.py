@@ -24,8 +24,8 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import executable, run_to_end, start, stop
 
-PROBE_S = 4.0  # [s] until the probe listens
-WATCHED_S = 12.0  # [s] for which the graph runs
+PROBE_S = 4.0  # [s] until the probe has started
+WATCHED_S = 12.0  # [s] duration of the graph's run
 LAUNCH_FILE = "capture.launch.yaml"
 PARAMETERS = "/**:\n  ros__parameters:\n    extrinsics_file: {}\n"
 
@@ -37,16 +37,16 @@ LIVE_S = 45.0  # [s] of the live session
 FUSED_S = 7200.0  # [s] of the live session's bag, repeated, for the offline run
 PREDICTION_SEED = 101  # that no parameter was tuned on
 Row = tuple[str, str, str, str]
-"""What, measured, goal, whether it is met."""
+"""Name, measured value, goal, whether it is met."""
 
 
 def first_state_s(session: Path, bag: Path, folder: Path) -> float:
-    """Replay a session's Kinects with places and measures that are known; time to the first state.
+    """Time to the first joint state with known extrinsics and body measures.
 
     Args:
         session: Folder of a synthetic session.
-        bag: What was recorded of it: places and measures are taken from there.
-        folder: Where the files and the log go.
+        bag: Its recording, which has extrinsics and body measures.
+        folder: Folder for the files and the log.
 
     Returns:
         Time [s] from the command's start to the arrival of the first joint state.

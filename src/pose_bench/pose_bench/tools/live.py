@@ -42,8 +42,9 @@ def _latency_table(result: LiveResult) -> TextTable:
         header=["", "median", "99 %", "most"],
         note=f"{states} joint states; {result.missing} instants of the output grid without one. "
         "Stages: the last ten seconds of the reference camera's frames, from the fusion's "
-        "diagnostics; the last stage includes the wait for the next instant of the grid. Two Kinects "
-        f"at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. {machine()}.",
+        "diagnostics; the last stage includes the wait for the next instant of the grid. Two "
+        "Kinects at 30 Hz, nine IMUs at 100 Hz, synthetic, with recorder and calibration. "
+        f"{machine()}.",
     )
     values = np.percentile(result.latency_ms, [50.0, 99.0, 100.0]).tolist()
     name = "stamp of a joint state to its arrival in another process"

@@ -17,16 +17,16 @@ from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, executable, run_to_end, start, stop
 
-LEAD_S = 12.0  # [s] from the session's making to its first frame: all processes start
-STEADY_S = 18.0  # [s] into the session: calibrated, the body measured, the IMUs aligned
-SIMULATED = ("imu_device",)  # no part of the graph: real IMUs come on a cable
+LEAD_S = 12.0  # [s] from the session's start to its first frame, for the start of all processes
+STEADY_S = 18.0  # [s] until calibration, body measures and alignment of IMUs are complete
+SIMULATED = ("imu_device",)  # not part of the graph: replaces the real IMUs
 
 
 @dataclass(frozen=True, kw_only=True)
 class LiveResult:
-    """One run."""
+    """Figures of one run."""
 
-    latency_ms: FloatArray  # (n,) from a joint state's stamp, the instant of the pose, to its arrival
+    latency_ms: FloatArray  # (n,) from a joint state's stamp to its arrival
     missing: int  # stamps of the output grid without a joint state
     stages: dict[str, str]  # median and 99th percentile [ms] by stage, as the fusion reports
     load: dict[str, float]  # [cores] by process
@@ -34,11 +34,11 @@ class LiveResult:
 
 
 def run_live(duration_s: float, folder: Path) -> LiveResult:
-    """Run the demo's graph on a synthetic session and watch it from outside.
+    """Run the demo's graph on a synthetic session and measure it by a probe.
 
     Args:
-        duration_s: Length of the session [s].
-        folder: Where the session, the bag and the log go.
+        duration_s: Duration of the session [s].
+        folder: Folder for the session, the bag and the log.
 
     Returns:
         Latencies, load and memory of its steady part.
@@ -72,7 +72,7 @@ def run_live(duration_s: float, folder: Path) -> LiveResult:
 
 
 def stopped(probe: "subprocess.Popen[str]") -> str:
-    """End the probe; what it has noted, as JSON."""
+    """Stop the probe; returns its JSON output."""
     probe.send_signal(2)
     try:
         output, _ = probe.communicate(timeout=20.0)
@@ -83,7 +83,7 @@ def stopped(probe: "subprocess.Popen[str]") -> str:
 
 
 Usages = tuple[float, dict[str, float], dict[str, float]]
-"""When [s]; CPU time [s] and memory [MB] by process."""
+"""Time [s]; CPU time [s] and memory [MB] by process."""
 
 
 def _usages(root: int) -> Usages:
@@ -107,7 +107,7 @@ def _result(
     steps = np.diff(stamps)
     seconds = after[0] - before[0]
     return LiveResult(
-        latency_ms=(arrived - stamps) * 1e-6,
+        latency_ms=(arrived - stamps).astype(np.float64) * 1e-6,
         missing=int(np.sum(np.rint(steps / np.median(steps)) - 1)),
         stages=noted["stages"],
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},

@@ -25,21 +25,23 @@ from pose_io.topics import imu_topics, sensor_topics
 
 PAUSE_NS = 33_333_333  # [ns] between the end and the next beginning
 STAMP = struct.Struct("<iI")
-STAMP_AT = 4  # [bytes] a message's own stamp comes first, after the encapsulation
+STAMP_AT = 4  # [bytes] offset of a message's stamp, after the encapsulation
 
 
 SUMMARY = "how fast ./pose fuse is on bags of several lengths, and how much memory it takes"
-LOOK_S = 0.2  # [s] between two looks at the memory
+LOOK_S = 0.2  # [s] between measurements of the memory
 
 
 def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> float:
-    """Write a bag of the sensors' messages and the static transforms; its length [s].
+    """Write a bag of the sensors' messages, repeated, and the static transforms.
+
+    Returns its duration [s].
 
     Args:
-        bag: Of at most some minutes: its messages are kept meanwhile.
-        path: The bag to make.
-        times: How often it is played.
-        imus: The IMUs' too.
+        bag: A bag of at most some minutes: its messages are kept in memory.
+        path: The bag to create.
+        times: Number of repetitions.
+        imus: Whether to include the IMUs.
     """
     topics = [*sensor_topics(bag).values(), *(imu_topics(bag).values() if imus else ())]
     messages = [entry for batch in bag.batches(topics) for entry in batch]
@@ -60,7 +62,7 @@ def repeat(bag: BagReader, path: Path, times: int, *, imus: bool = True) -> floa
 
 
 def shifted_by(data: bytes, shift_ns: int) -> bytes:
-    """A message whose own stamps, all alike, are later."""
+    """A serialised message with its stamps, which are all equal, shifted."""
     own = data[STAMP_AT : STAMP_AT + STAMP.size]
     seconds, nanoseconds = STAMP.unpack(own)
     later = divmod(seconds * NS_PER_S + nanoseconds + shift_ns, NS_PER_S)
@@ -99,7 +101,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class FuseCost:
-    """What one run took."""
+    """Cost of one run."""
 
     duration_s: float  # of the bag
     clock_s: float
@@ -112,11 +114,11 @@ def fuse_cost(path: Path, times: int, imus: bool) -> FuseCost:
 
     Args:
         path: The bag.
-        times: How often it is repeated.
-        imus: Whether its IMUs stay in.
+        times: Number of repetitions.
+        imus: Whether to include the IMUs.
 
     Returns:
-        What it took, start-up included.
+        The cost, including start-up.
 
     Raises:
         InputError: If the bag cannot be read or fused.
@@ -160,12 +162,12 @@ def _fused(in_bag: Path, out_bag: Path) -> tuple[float, float, float]:
 
 
 def _memory_mb(root: int) -> float:
-    """What a process and its children have for themselves, what they share counted once."""
+    """Memory of a process and its children [MB], with shared memory counted once."""
     known = (usage(pid) for pid in (root, *descendants(root)))
     return sum(each.memory_mb for each in known if each is not None)
 
 
 def _cpu_of_children_s() -> float:
-    """Of all that have ended until now, and of theirs."""
+    """CPU time of all children that have ended, and of theirs [s]."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime

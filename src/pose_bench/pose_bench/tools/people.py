@@ -21,14 +21,14 @@ SUMMARY = "identity switches of one to six captured people who cross and leave, 
 
 @dataclass(frozen=True, kw_only=True)
 class PeopleScore:
-    """Of one scene."""
+    """Figures of one scene."""
 
     identity: IdentityScore
     frame_s: float  # [s] of computing time, mean over the sensors' frames
 
 
 def make_scene(people: int, seed: int, duration_s: float, *, leaves: bool = True) -> Crowd:
-    """People drawn from the bundled clips before two cameras; the same seed, the same scene."""
+    """A scene with people from the bundled clips before two cameras, determined by the seed."""
     clips = bundled_clips()
     drawn = np.random.default_rng(seed).permutation(len(clips))[:people]
     chosen = tuple(clips[i] for i in drawn)
@@ -36,7 +36,7 @@ def make_scene(people: int, seed: int, duration_s: float, *, leaves: bool = True
 
 
 def score_scene(scene: Crowd) -> PeopleScore:
-    """Assign a scene's skeletons to people, and compare with who they are."""
+    """Assign a scene's skeletons to people, and compare with the true identities."""
     tracker = PeopleTracker(scene.T_map_sensor)
     given: dict[int, int] = {}
     begin_s = time.process_time()

@@ -1,7 +1,7 @@
-"""``./pose bench prediction``: what ``output_rate`` is worth, against the truth of now.
+"""``./pose bench prediction``: benefit of predicting the pose to the current time.
 
-Every ten milliseconds somebody asks for the pose of now. The answer is either the last output, as
-it stands, or the state predicted to now.
+Every ten milliseconds the pose is requested. The result is either the last output, unchanged, or
+the state predicted to the current time; both are compared with the truth at that time.
 """
 
 import argparse
@@ -34,7 +34,7 @@ SEED = 101  # that no parameter was tuned on
 
 @dataclass(frozen=True, kw_only=True)
 class PredictionErrors:
-    """Of one session, over all instants at which the truth is known."""
+    """Errors over all instants of one session with known truth."""
 
     held_deg: float  # RMSE [deg] of the last output, mean over the angles
     predicted_deg: float  # the same of the prediction
@@ -43,7 +43,7 @@ class PredictionErrors:
 
 
 def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErrors:
-    """Feed a session as it arrives, and ask for now at each instant of the judged truth."""
+    """Process a session in the order of arrival, and predict to each instant of the truth."""
     parameters = FusionParameters(
         sensors=session.extrinsics.sensors, use_imus=use_imus, output_rate=0.0
     )
@@ -79,7 +79,7 @@ def prediction_errors(session: BenchSession, *, use_imus: bool) -> PredictionErr
 def _asked(
     session: BenchSession, pipeline: FusionPipeline, stamps_ns: list[int], use_imus: bool
 ) -> Iterator[tuple[int, BodyEstimate, BodyEstimate]]:
-    """Now [ns], the last output and the prediction, at each instant at which there are both."""
+    """Time [ns], last output and prediction, at each instant with both."""
     last: BodyEstimate | None = None
     arriving = iter(zip(session.arrivals_ns, session.samples, strict=True))
     arrival_ns, sample = next(arriving)

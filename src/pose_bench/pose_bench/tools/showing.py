@@ -1,4 +1,4 @@
-"""How every benchmark shows its tables and writes them."""
+"""Printing and writing the tables of benchmarks."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -10,7 +10,7 @@ from pose_node.plain_console import plain_console
 
 
 def show(tables: Sequence[TextTable]) -> None:
-    """Print tables, an empty line after each."""
+    """Print tables, each followed by an empty line."""
     console = plain_console()
     for table in tables:
         console.print(table.rich())
@@ -32,10 +32,10 @@ def document(title: str, tables: Sequence[TextTable]) -> str:
 
 @contextmanager
 def output_folder(folder: Path) -> Iterator[Path]:
-    """A folder to write into, made if need be.
+    """Create a folder if needed, for writing.
 
     Raises:
-        InputError: If it, or anything in it, cannot be written.
+        InputError: If the folder, or a file in it, cannot be written.
     """
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)

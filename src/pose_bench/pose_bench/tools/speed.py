@@ -12,7 +12,7 @@ from pose_bench.tools.showing import document, output_folder, show
 
 SUMMARY = "how long one update takes, against plainly written filters, and how the cost grows"
 FRAMES, SLOW_FRAMES, GROWTH_FRAMES = 2000, 60, 300
-QUICK_SHARE = 20  # of which --quick runs one
+QUICK_SHARE = 20  # one in so many repeats is run by --quick
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,4 +1,4 @@
-"""``./pose bench stream``: whether a robot could follow ``joint_states``."""
+"""``./pose bench stream``: quality of ``joint_states`` as a robot's command."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -85,7 +85,7 @@ def published_stream(path: Path) -> AngleStream:
 
 
 def _deviations(bag: BagReader, topic: str) -> dict[int, FloatArray]:
-    """Standard deviations of the joint angles [rad], by stamp."""
+    """Standard deviations of the joint angles [rad], (d,), by stamp [ns]."""
     estimates = (bag.deserialize(message) for message in bag.messages([topic]))
     return {
         stamp_ns(estimate.header): np.asarray(estimate.position_stddev)[ROOT_DOF:]
@@ -94,7 +94,7 @@ def _deviations(bag: BagReader, topic: str) -> dict[int, FloatArray]:
 
 
 def _limits(bag: BagReader, topic: str) -> dict[str, tuple[float, float]]:
-    """Lower and upper limit [rad] of each joint of the last tree."""
+    """Lower and upper limit [rad] of each joint in the last URDF."""
     texts = [bag.deserialize(message).data for message in bag.messages([topic])]
     if not texts:
         raise InputError(f"the bag has no {topic}: record it too")
@@ -155,7 +155,7 @@ def _rate(arguments: argparse.Namespace) -> float:
 
 
 def measured(arguments: argparse.Namespace) -> Iterator[tuple[str, StreamQuality | None]]:
-    """Each stream's name and figures, None of one that is empty."""
+    """Name and figures of each stream, None for an empty one."""
     rate = _rate(arguments)
     has_others = arguments.recording or arguments.bag
     folders: Sequence[Path | None] = arguments.motion or ([] if has_others else [None])
@@ -190,7 +190,7 @@ def quality_of(
     output_rate: float,
     use_imus: bool,
 ) -> StreamQuality | None:
-    """Fuse samples by the default estimator and judge what is published; None if it is nothing."""
+    """Fuse samples by the default estimator and evaluate the output; None without output."""
     parameters = FusionParameters(
         sensors=extrinsics.sensors, use_imus=use_imus, output_rate=output_rate
     )
@@ -201,7 +201,7 @@ def quality_of(
 
 
 def row_of(name: str, quality: StreamQuality | None) -> list[str]:
-    """A row of the table."""
+    """Cells of a row."""
     if quality is None:
         return [name, "0", *[UNKNOWN] * (len(HEADER) - 2)]
     low, _, high = quality.interval_ms

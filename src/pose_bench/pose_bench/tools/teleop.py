@@ -26,10 +26,10 @@ from pose_sim.captured.session import CapturedSpec, make_captured_session
 SUMMARY = "a simulated robot follows people through the live graph: error, latency, limits, faults"
 LEAD_S = 25.0  # [s] from the graph's start to the session's first frame
 FAULTS = ("kinect_bridge", "fusion", "arm", "simulated_robot")
-"""Executables that are killed, one after the other; the launcher starts them again."""
+"""Executables that are killed, one after the other; the launcher restarts them."""
 FIRST_FAULT_S, BETWEEN_S = 35.0, 10.0  # [s] into the session
-CLIPS = ("directing_traffic", "basketball", "soccer")  # of which the arms move; 40 s of them
-ROUNDS = 3  # of the clips
+CLIPS = ("directing_traffic", "basketball", "soccer")  # clips with arm motion, 40 s
+ROUNDS = 3  # repetitions of the clips
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -95,7 +95,7 @@ def _run(person: str, arguments: argparse.Namespace, folder: Path) -> TeleopScor
 
 
 def _write_captured(path: Path, duration_s: float) -> None:
-    """Captured motion before two cameras, as a recording."""
+    """Write captured motion before two cameras as a recording."""
     clips = tuple(clip for clip in bundled_clips() if clip.name.startswith(CLIPS))
     spec = CapturedSpec(
         name="teleop",
@@ -126,7 +126,7 @@ def _write_captured(path: Path, duration_s: float) -> None:
 
 
 def _kill(root: int, name: str) -> None:
-    """Kill the first process of an executable, as a crash does."""
+    """Kill the first process of an executable, to simulate a crash."""
     for pid in descendants(root):
         found = usage(pid)
         if found is not None and found.name == name:

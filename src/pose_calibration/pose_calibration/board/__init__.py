@@ -1,1 +1,1 @@
-"""Where cameras stand, from images of a board that they see at the same time: li2020 (1)."""
+"""Extrinsics of cameras from simultaneous images of a calibration board: li2020 (1)."""

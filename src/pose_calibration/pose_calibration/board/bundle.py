@@ -1,9 +1,10 @@
-r"""Cameras and boards refined together: the least sum of squared reprojection errors.
+r"""Bundle adjustment of cameras and boards: the smallest sum of squared reprojection errors.
 
 .. math:: \min_{T_c, T_v} \sum_{c, v, k} \rho(\| p_{cvk} - \pi_c(T_c T_v\,P_k) \|^2)
 
 with :math:`T_c` from the reference camera to camera :math:`c`, :math:`T_v` from the board to the
-reference camera at instant :math:`v`, :math:`P_k` the board's corners, :math:`\pi_c` projecting.
+reference camera at instant :math:`v`, :math:`P_k` the board's corners, :math:`\pi_c` the
+projection.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,14 +21,14 @@ from pose_calibration.board.detection import BoardView
 from pose_calibration.board.target import Board
 from pose_core.api import FloatArray
 
-SOFT_PX = 0.3  # [px] beyond which a corner pulls linearly, not squarely
-CORNER_STDDEV_PX = 0.05  # [px] no corner is found better
+SOFT_PX = 0.3  # [px] residual beyond which the loss is linear
+CORNER_STDDEV_PX = 0.05  # [px] lower bound of a corner's standard deviation
 MAX_EVALUATIONS = 60
 
 
 @dataclass(frozen=True, kw_only=True)
 class BundleResult:
-    """What the refinement found."""
+    """Result of the bundle adjustment."""
 
     T_camera_reference: Mapping[str, FloatArray]  # (4, 4) by camera, the reference's an identity
     T_reference_board: FloatArray  # (views, 4, 4)
@@ -38,7 +39,7 @@ class BundleResult:
 
 
 class Bundle:
-    """The problem: who saw which corners when.
+    """The bundle adjustment problem.
 
     Args:
         board: The board.
@@ -65,7 +66,7 @@ class Bundle:
     def solve(
         self, T_camera_reference: Mapping[str, FloatArray], T_reference_board: FloatArray
     ) -> BundleResult:
-        """Refine from a first guess."""
+        """Refine an initial estimate."""
         poses = [T_camera_reference[name] for name in self._names[1:]]
         start = np.concatenate([_vector(T) for T in (*poses, *T_reference_board)])
         found = least_squares(
@@ -119,9 +120,9 @@ class Bundle:
         return csr_matrix((np.concatenate(values), entries), shape=shape)
 
     def _projections(self, x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-        """Of each view: reprojection errors (2 n,) [px], and their derivatives (2 n, 12).
+        """Reprojection errors of each view, (2 n,) [px], and their derivatives, (2 n, 12).
 
-        Derivatives are by the camera's rotation vector and shift, then by the board's.
+        Derivatives are by the camera's rotation vector and translation, then by the board's.
         """
         result = []
         for camera, v, points, pixels in self._views:
@@ -143,12 +144,12 @@ class Bundle:
         }
 
     def _stddev(self, covariance: FloatArray, camera: int, T: FloatArray) -> tuple[float, float]:
-        """Standard deviations of a camera's rotation [rad] and place in the reference [m]."""
+        """Standard deviations of a camera's rotation [rad] and of its position [m]."""
         if camera == 0:
             return 0.0, 0.0
         block = covariance[6 * (camera - 1) : 6 * camera, 6 * (camera - 1) : 6 * camera]
         vector = _vector(T)
-        # place = −Rᵀ t, by numerical differentiation
+        # position = −Rᵀ t, by numerical differentiation
         base = -T[:3, :3].T @ T[:3, 3]
         J = np.zeros((3, 6))
         for i in range(6):

@@ -17,21 +17,21 @@ from pose_core.errors import InputError
 from pose_core.plain_yaml import read_yaml
 
 MODELS = ("plumb_bob", "rational_polynomial", "")
-LEAST_VIEWS = 12  # [-] to estimate intrinsics from
-LEAST_COVERAGE = 0.6  # [-] of the image's cells, to estimate intrinsics from
-FOCUS_STDDEV = 0.004  # [-] of the focal length: what it is wrong by, so is the distance
-LEAST_TILT = np.radians(15.0)  # [rad] between the most different views: frontal ones hide the focus
+LEAST_VIEWS = 12  # [-] views required to estimate intrinsics
+LEAST_COVERAGE = 0.6  # [-] share of the image's cells required to estimate intrinsics
+FOCUS_STDDEV = 0.004  # [-] relative, of the focal length; distances have the same relative error
+LEAST_TILT = np.radians(15.0)  # [rad] largest angle between views; equal views leave the focus open
 
 
 @dataclass(frozen=True, kw_only=True)
 class Camera:
-    """How a camera projects: OpenCV's pinhole model with distortion."""
+    """Projection of a camera: OpenCV's pinhole model with distortion."""
 
     image_size: tuple[int, int]  # width, height [px]
     K: FloatArray  # (3, 3) [px]
     distortion: FloatArray  # (n,) k1 k2 p1 p2 k3 … [-]
-    source: str  # what it was found from, for people
-    focus_stddev: float = 0.0  # [-] of the focal length, relative; 0 if it was given
+    source: str  # origin of the values, for messages
+    focus_stddev: float = 0.0  # [-] relative, of the focal length; 0 if it was given
 
 
 def camera_from_info(message: Any) -> Camera:
@@ -70,9 +70,9 @@ def estimate_camera(name: str, views: Sequence[BoardView], board: Board) -> Came
     """Estimate the intrinsics from many views of the board.
 
     Args:
-        name: The camera's, for the errors.
-        views: All of one image size.
-        board: What they show.
+        name: The camera's name, for errors.
+        views: Views of the board, all of one image size.
+        board: The board.
 
     Raises:
         CalibrationError: If the views do not determine them; the message says what is missing.
@@ -92,7 +92,7 @@ def estimate_camera(name: str, views: Sequence[BoardView], board: Board) -> Came
     objects = [board.corners[view.corners].astype(np.float32) for view in views]
     images = [view.pixels.astype(np.float32) for view in views]
     size = views[0].image_size
-    # A higher order than k2 follows the noise where the board does not reach the corners.
+    # Higher orders than k2 overfit where the board does not reach the image's corners.
     rms, K, D, turns, _, stddev, _, _ = cv2.calibrateCameraExtended(
         objects, images, size, np.eye(3), np.zeros(5), flags=cv2.CALIB_FIX_K3
     )

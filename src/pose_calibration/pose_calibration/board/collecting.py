@@ -1,4 +1,4 @@
-"""Collects views of the board from image streams, until they suffice for a calibration."""
+"""Collection of views of the board from image streams until they suffice for a calibration."""
 
 from collections.abc import Sequence
 
@@ -11,20 +11,20 @@ from pose_calibration.board.target import Board
 from pose_core.counters import Counters
 from pose_core.stamps import NS_PER_S
 
-LOOKED_EVERY_NS = 200_000_000  # [ns] of one camera: finding the board takes a tenth of a second
-STILL_PX = 1.5  # [px] between two images: a board that moves is somewhere else in the other camera
-DIFFERENT = 0.04  # [-] of the image's width, from all views that were kept
-ENOUGH_INSTANTS = 15  # [-] at which a camera and another see the board
-ENOUGH_CELLS = 5  # [-] of the image's 9
-MAX_INSTANTS = 60  # [-] more add time, not accuracy
+LOOKED_EVERY_NS = 200_000_000  # [ns] between processed images of a camera: a detection takes 0.1 s
+STILL_PX = 1.5  # [px] largest motion between images: cameras are not exactly simultaneous
+DIFFERENT = 0.04  # [-] of the image's width: smallest distance to every stored view
+ENOUGH_INSTANTS = 15  # [-] required instants at which a camera and another one see the board
+ENOUGH_CELLS = 5  # [-] required of the image's 9 cells
+MAX_INSTANTS = 60  # [-] more do not increase the accuracy
 
 
 class BoardCollector:
-    """Keeps the instants at which several cameras see the board standing still somewhere new.
+    """Stores instants at which several cameras see the board at rest in a new pose.
 
     Args:
-        board: What to look for.
-        cameras: Their names.
+        board: The board to detect.
+        cameras: The cameras' names.
         max_skew_s: Largest difference [s] of stamps within an instant.
     """
 
@@ -41,7 +41,7 @@ class BoardCollector:
         self._still: dict[str, tuple[int, BoardView]] = {}
 
     def add(self, camera: str, stamp_ns: int, image: GreyImage) -> bool:
-        """Look at an image; whether it completes an instant that is worth keeping."""
+        """Detect the board in an image; returns whether this completes a new instant."""
         self.counters.add("images")
         looked_ns = self._looked_ns.get(camera)
         if looked_ns is not None and 0 <= stamp_ns - looked_ns < LOOKED_EVERY_NS:
@@ -70,7 +70,7 @@ class BoardCollector:
         return self.add_instant(instant)
 
     def add_instant(self, instant: dict[str, BoardView]) -> bool:
-        """Keep an instant unless it is like another one."""
+        """Store an instant unless it is similar to a stored one."""
         if len(self.instants) >= MAX_INSTANTS or any(
             set(instant) <= set(kept) and not any(_differs(instant[c], kept[c]) for c in instant)
             for kept in self.instants
@@ -83,7 +83,7 @@ class BoardCollector:
 
     @property
     def progress(self) -> float:
-        """How much of what is wanted has been seen, 0 to 1."""
+        """Fraction of the required views, 0 to 1."""
         parts = [
             part
             for camera in self.cameras
@@ -96,7 +96,7 @@ class BoardCollector:
 
     @property
     def missing(self) -> str:
-        """What to do next, for people; empty if enough has been seen."""
+        """Instruction to the user; empty if the views suffice."""
         for camera in self.cameras:
             if self._cells(camera) < ENOUGH_CELLS:
                 covered = coverage(self._views(camera))
@@ -120,7 +120,7 @@ class BoardCollector:
 
 
 def _moved(before: BoardView, now: BoardView) -> float:
-    """Median way [px] of the corners that both views show; infinite if there are none."""
+    """Median displacement [px] of the corners in both views; infinite if there are none."""
     common, first, second = np.intersect1d(before.corners, now.corners, return_indices=True)
     if len(common) == 0:
         return np.inf

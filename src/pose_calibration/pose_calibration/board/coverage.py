@@ -1,4 +1,4 @@
-"""Which parts of an image the board has been held in."""
+"""Coverage of an image by views of the board."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -14,30 +14,30 @@ COLUMNS = ("left", "centre", "right")
 
 @dataclass(frozen=True, kw_only=True)
 class Coverage:
-    """The share of a 3 x 3 grid of the image in which corners were seen."""
+    """Cells of a 3 x 3 grid over the image in which corners were detected."""
 
     cells: NDArray[np.bool_]  # (3, 3), rows from the top
 
     @property
     def share(self) -> float:
-        """Of the cells that hold corners [-]."""
+        """Share of the cells that contain corners [-]."""
         return float(self.cells.mean())
 
     @property
     def missing(self) -> list[str]:
-        """The empty cells, in words."""
+        """Descriptions of the empty cells."""
         return [
             f"{ROWS[row]} {COLUMNS[column]}" for row, column in np.argwhere(~self.cells).tolist()
         ]
 
     @property
     def missing_text(self) -> str:
-        """The empty cells in a sentence's words."""
+        """Description of the empty cells as part of a sentence."""
         return "at the " + ", ".join(self.missing) if self.missing else "everywhere"
 
 
 def coverage(views: Iterable[BoardView]) -> Coverage:
-    """Where in the image corners were seen."""
+    """Compute the coverage of an image by the corners of all views."""
     cells = np.zeros((3, 3), bool)
     for view in views:
         share = np.clip(view.pixels / view.image_size, 0.0, 1.0 - 1e-9)

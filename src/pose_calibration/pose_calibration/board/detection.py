@@ -1,4 +1,4 @@
-"""A board's corners in an image."""
+"""Detection of a board's corners in an image."""
 
 from dataclasses import dataclass
 
@@ -9,23 +9,23 @@ from numpy.typing import NDArray
 from pose_calibration.board.target import CHARUCO, Board
 from pose_core.api import FloatArray
 
-LEAST_CORNERS = 6  # [-] seen, to make use of a view
-REFINED_WITHIN = 0.3  # [-] of a square's side in the image: no farther, or neighbours pull
-ENLARGED_BELOW_PX = 1400  # [px] markers of a few pixels a bit are read better in an enlarged image
-NEXT_TO_MARKERS = 0.5  # [-] the same, of the white that a marker leaves in its square
+LEAST_CORNERS = 6  # [-] required in a view
+REFINED_WITHIN = 0.3  # [-] of a square's side: window of the refinement, without neighbours
+ENLARGED_BELOW_PX = 1400  # [px] smaller images are enlarged: small markers are decoded better
+NEXT_TO_MARKERS = 0.5  # [-] the same, of the white margin of a marker in its square
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoardView:
-    """The corners that one camera sees of the board at one instant."""
+    """The board's corners detected by one camera at one instant."""
 
     corners: NDArray[np.intp]  # (n,) indices of the board's corners
-    pixels: FloatArray  # (n, 2) where they are in the image
+    pixels: FloatArray  # (n, 2) [px] positions in the image
     image_size: tuple[int, int]  # width, height [px]
 
 
 class BoardDetector:
-    """Finds the board."""
+    """Detects the board."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -34,13 +34,13 @@ class BoardDetector:
             markers = cv2.aruco.DetectorParameters()
             markers.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
             markers.minMarkerPerimeterRate = 0.01  # a marker of 0.025 m at 2 m has 5 px a side
-            # Noise turns bits of small markers; the neighbours on the board catch what is misread.
+            # Noise flips bits of small markers; wrong ones are rejected by their neighbours.
             markers.errorCorrectionRate = 1.0
             markers.adaptiveThreshWinSizeMin, markers.adaptiveThreshWinSizeMax = 5, 45
             self._charuco = cv2.aruco.CharucoDetector(board.charuco, detectorParams=markers)
 
     def detect(self, image: NDArray[np.uint8]) -> BoardView | None:
-        """Find the board in a grey image, (height, width); None if too little of it is seen."""
+        """Detect the board in a grey image, (height, width); None if too few corners are found."""
         height, width = image.shape
         found = self._numbered(image) if self._charuco else self._checkerboard(image)
         if found is None or len(found[0]) < LEAST_CORNERS:
@@ -48,7 +48,7 @@ class BoardDetector:
         corners, pixels = found
         places = self._board.corners[corners]
         if np.linalg.matrix_rank(places - places[0]) < 2:
-            return None  # a single row of corners fixes no pose
+            return None  # a single row of corners does not determine a pose
         share = NEXT_TO_MARKERS * (1.0 - self._board.parameters.marker)
         refined = _refined(image, pixels, share if self._charuco else REFINED_WITHIN)
         return BoardView(corners=corners, pixels=refined, image_size=(width, height))
@@ -67,7 +67,7 @@ class BoardDetector:
     def _checkerboard(self, image: NDArray[np.uint8]) -> tuple[NDArray[np.intp], FloatArray] | None:
         p = self._board.parameters
         shape = (p.columns - 1, p.rows - 1)
-        flags = cv2.CALIB_CB_NORMALIZE_IMAGE  # corners are refined below, at a third of the time
+        flags = cv2.CALIB_CB_NORMALIZE_IMAGE  # corners are refined below, in a third of the time
         ok, pixels = cv2.findChessboardCornersSB(image, shape, flags=flags)
         if not ok:
             return None
@@ -77,10 +77,10 @@ class BoardDetector:
         return np.arange(self._board.corner_count), grid.reshape(-1, 2)
 
     def _is_turned(self, image: NDArray[np.uint8], grid: FloatArray) -> bool:
-        """Whether the corners come in the order of the board turned by half a turn.
+        """Whether the corners are in the order of the board rotated by 180 degrees.
 
-        The colour of the first square tells, unless columns and rows are both even or both odd:
-        then the board looks alike from both sides and is taken to be upright.
+        It follows from the colour of the first square, unless columns and rows are both even or
+        both odd: then the board is symmetric and assumed to be upright.
         """
         p = self._board.parameters
         if (p.columns + p.rows) % 2 == 0:
@@ -96,7 +96,7 @@ class BoardDetector:
 
 
 def _refined(image: NDArray[np.uint8], pixels: FloatArray, share: float) -> FloatArray:
-    """Corners to a part of a pixel; the window reaches by a share of the squares' side."""
+    """Refine corners to subpixel accuracy; the window is a share of the squares' side."""
     nearest = np.linalg.norm(pixels[:, None] - pixels[None], axis=2)
     np.fill_diagonal(nearest, np.inf)
     half = max(2, round(share * float(np.median(nearest.min(axis=1)))))

@@ -1,4 +1,4 @@
-"""A board's calibration as extrinsics; the world from a board on the floor, or the mounting."""
+"""Extrinsics from a board calibration; ``map`` from a board on the floor, or the mounting."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from pose_core.api import BoardResiduals, Extrinsics
 from pose_core.errors import InputError
 
 ON_FLOOR = "board on the floor"
-FLOOR_STDDEV = np.radians(0.5)  # [rad] of a board on a floor that is not quite level
+FLOOR_STDDEV = np.radians(0.5)  # [rad] of a board on a floor that is not exactly level
 NOBODY = np.empty((0, 15, 3))
 
 
@@ -21,9 +21,9 @@ def board_extrinsics(
     """Extrinsics from the solution of a board calibration.
 
     Args:
-        calibration: Where the cameras stand.
-        mounting: What is known of the reference's mounting.
-        floor_instant: The instant at which the board lay on the floor.
+        calibration: Poses of the cameras.
+        mounting: Known tilt and height of the reference.
+        floor_instant: Index of the instant at which the board lay on the floor.
 
     Raises:
         InputError: If that instant was not used.
@@ -34,7 +34,7 @@ def board_extrinsics(
             reason = calibration.left_out.get(floor_instant, "there is no such view")
             raise InputError(f"view {floor_instant} cannot determine the floor: {reason}")
         T = calibration.T_reference_board[floor_instant]
-        up = -T[:3, 2]  # the board's z points away from who looks at it
+        up = -T[:3, 2]  # the board's z points away from the viewer
         gravity = Gravity(up=up, stddev=float(FLOOR_STDDEV), source=ON_FLOOR)
         mounting = KnownMounting(height=float(-up @ T[:3, 3]))
     floor = estimate_floor(NOBODY, mounting, gravity)

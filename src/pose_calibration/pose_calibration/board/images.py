@@ -12,7 +12,7 @@ from pose_core.errors import InputError
 
 GreyImage = NDArray[np.uint8]
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".pgm")
-BRIGHTEST = 99.0  # [%] of an infrared image's pixels that are not glare
+BRIGHTEST = 99.0  # [%] percentile of an infrared image that becomes white: the rest is glare
 LAYOUTS = {  # type and channels by encoding, sensor_msgs/image_encodings.hpp
     "mono8": (np.uint8, 1),
     "8UC1": (np.uint8, 1),
@@ -31,7 +31,7 @@ def grey_from_message(message: Any) -> GreyImage:
     """The image of a ``sensor_msgs/Image`` or ``CompressedImage`` (of ROS or of rosbags).
 
     Raises:
-        InputError: If it is empty, damaged or of an encoding that is not understood.
+        InputError: If it is empty, damaged or of an unsupported encoding.
     """
     data = np.frombuffer(bytes(message.data), np.uint8)
     if not hasattr(message, "encoding"):
@@ -55,7 +55,7 @@ def grey_from_message(message: Any) -> GreyImage:
 
 
 def to_grey(image: NDArray[Any], order: str = "bgr") -> GreyImage:
-    """Any image as 8-bit grey; deeper ones, as infrared cameras give them, are stretched."""
+    """Convert an image to 8-bit grey; images of higher bit depth (infrared) are rescaled."""
     if image.ndim == 3:
         weights = np.array([0.114, 0.587, 0.299])  # ITU-R BT.601, blue first
         image = image[..., :3] @ (weights if order == "bgr" else weights[::-1])
@@ -79,10 +79,10 @@ def read_grey(path: Path) -> GreyImage:
 
 
 def paired_files(folders: Mapping[str, Path]) -> list[dict[str, Path]]:
-    """Which files of several cameras' folders were taken together.
+    """Simultaneous image files in the folders of several cameras.
 
-    Files of the same name belong together; where no name occurs twice, the folders must hold as
-    many files each, which are paired in the order of their names.
+    Files of the same name are simultaneous; where no name occurs twice, the folders must contain
+    equally many files, which are paired in the order of their names.
 
     Raises:
         InputError: If a folder is missing or empty, or the files cannot be paired.

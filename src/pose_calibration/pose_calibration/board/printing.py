@@ -1,4 +1,4 @@
-"""The board on paper, in true size."""
+"""Printing of the board in true size."""
 
 from pathlib import Path
 
@@ -12,8 +12,8 @@ from pose_calibration.board.target import CHARUCO, PAPERS, Board
 from pose_core.errors import ParameterError, writing
 
 INCH = 0.0254  # [m]
-MARGIN = 0.008  # [m] that printers leave white
-FOOT = 0.020  # [m] for the ruler and the text
+MARGIN = 0.008  # [m] not printed by printers
+FOOT = 0.020  # [m] height of the ruler and the text
 RULER = 0.1  # [m]
 BITS = 6  # [-] cells across a marker of 4 x 4 bits with its border
 
@@ -31,7 +31,7 @@ def print_board(board: Board, path: Path, paper: str) -> None:
 
 
 def board_figure(board: Board, paper: str) -> Figure:
-    """The page, its size that of the paper; landscape where the board is wider than high.
+    """Draw the page in the paper's size; landscape if the board is wider than high.
 
     Raises:
         ParameterError: If the board does not fit.
@@ -86,14 +86,14 @@ def _black_cells(board: Board) -> list[tuple[float, float, float, float]]:
 
 
 def _black_runs(line: list[int]) -> list[tuple[int, int]]:
-    """Begin and end of each stretch of black cells."""
+    """Start and end index of each run of black cells."""
     black = [False, *(value == 0 for value in line), False]
     edges = [i for i in range(len(line) + 1) if black[i] != black[i + 1]]
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def _draw_foot(axes: Axes, board: Board, page: tuple[float, float], paper: str) -> None:
-    """A ruler to check the print with, and what the board is."""
+    """Draw a ruler to check the print's scale, and the board's description."""
     p = board.parameters
     y, x = page[1] - MARGIN - 0.6 * FOOT, 0.5 * (page[0] - RULER)
     axes.plot([x, x + RULER], [y, y], color="black", linewidth=0.6)

@@ -1,4 +1,4 @@
-"""From views of the board to the cameras' places: li2020 (1), then everything refined together."""
+"""Camera poses from views of the board: li2020 (1), then bundle adjustment."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,21 +16,21 @@ from pose_calibration.board.target import Board
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import FloatArray, inverse
 
-LEAST_PAIRS = 4  # [-] instants at which two cameras see the board, to link them
-FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] of one view's word from the median: at least
+LEAST_PAIRS = 4  # [-] common instants required to link two cameras
+FAR_M, FAR = 0.05, np.radians(2.5)  # [m], [rad] smallest distance of an outlier from the median
 FAR_DEVIATIONS = 5.0  # [-] the same, in median absolute deviations
-WORST_PX = 1.0  # [px] RMS of a view above which it may be left out
-WORST_RATIO = 3.0  # [-] and above so many times the median view's
+WORST_PX = 1.0  # [px] RMS above which a view may be left out
+WORST_RATIO = 3.0  # [-] and this multiple of the median view's RMS
 LEFT_OUT_ROUNDS = 3
 ALONE = "seen by only one camera, or none"
 
 Instant = Mapping[str, BoardView]
-"""What the cameras see of the board at one instant, by camera."""
+"""Views of the board at one instant, by camera."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class BoardCalibration:
-    """Where the cameras stand, and how well it is known."""
+    """Poses of the cameras with their uncertainty."""
 
     cameras: Mapping[str, Camera]  # the reference first
     T_reference_camera: Mapping[str, FloatArray]  # (4, 4) by camera
@@ -39,18 +39,18 @@ class BoardCalibration:
     rotation_stddev: Mapping[str, float]  # [rad]
     position_stddev: Mapping[str, float]  # [m]
     coverage: Mapping[str, Coverage]
-    pairs: Mapping[str, int]  # [-] instants used that each camera shares with another
-    left_out: Mapping[int, str] = field(default_factory=dict)  # why, by index of the instant
+    pairs: Mapping[str, int]  # [-] instants used that each camera has in common with another
+    left_out: Mapping[int, str] = field(default_factory=dict)  # reason, by index of the instant
 
 
 def calibrate_board(
     board: Board, instants: Sequence[Instant], cameras: Mapping[str, Camera | None]
 ) -> BoardCalibration:
-    """Find where the cameras stand.
+    """Estimate the poses of the cameras.
 
     Args:
-        board: What they see.
-        instants: What they saw, at each instant by camera.
+        board: The board.
+        instants: Views of the board at each instant, by camera.
         cameras: Intrinsics by camera, the reference first; None to estimate them.
 
     Raises:
@@ -111,7 +111,7 @@ def _check_sizes(instants: Sequence[Instant], cameras: Mapping[str, Camera]) -> 
 
 def _board_pose(board: Board, camera: Camera, view: BoardView) -> FloatArray:
     """``T_camera_board``: li2020's R_l, T_l."""
-    # Two poses of a plane look nearly alike from afar; IPPE gives both, the better one first.
+    # Two poses of a plane are nearly ambiguous from afar; IPPE gives both, the better one first.
     _, turn, shift = cv2.solvePnP(
         board.corners[view.corners],
         view.pixels,
@@ -130,7 +130,7 @@ def _linked(
     T_camera_board: Mapping[tuple[str, int], FloatArray],
     left_out: dict[int, str],
 ) -> dict[str, FloatArray]:
-    """``T_reference_camera`` along the pairs that see the board together most often."""
+    """``T_reference_camera`` along the pairs with the most common instants."""
     instants = sorted({i for _, i in T_camera_board})
     placed = {names[0]: np.eye(4)}
     while len(placed) < len(names):
@@ -201,9 +201,9 @@ def _refine(
 
 
 def _with_focus(result: BundleResult, cameras: Mapping[str, Camera]) -> dict[str, float]:
-    """Deviations of the places [m], with what estimated focal lengths leave open.
+    """Standard deviations of the positions [m], including those of estimated focal lengths.
 
-    A focal length that is wrong by a share puts the board wrong by that share of its distance.
+    A relative error of the focal length is the same relative error of the board's distance.
     """
     distance = float(np.median(np.linalg.norm(result.T_reference_board[:, :3, 3], axis=1)))
     reference, *_ = cameras.values()

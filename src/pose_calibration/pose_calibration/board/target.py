@@ -1,19 +1,18 @@
-"""The board: a checkerboard, or a ChArUco board whose corners carry their own numbers."""
+"""The board: a checkerboard, or a ChArUco board, whose corners are numbered."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import parameter
 
 CHECKERBOARD, CHARUCO = "checkerboard", "charuco"
-# Few, large bits: legible in a depth camera's infrared image. The small one is the beginning of the
-# large one, and its markers differ more.
+# Markers of few, large bits can be decoded in a depth camera's infrared image. The smaller
+# dictionary is the first part of the larger one, and its markers differ more.
 SMALL_DICTIONARY, LARGE_DICTIONARY, SMALL_COUNT = "DICT_4X4_50", "DICT_4X4_250", 50
 OLDEST_OPENCV = (4, 8)
 PAPERS = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "A2": (0.420, 0.594), "A1": (0.594, 0.841)}
@@ -22,7 +21,7 @@ PAPERS = {"A4": (0.210, 0.297), "A3": (0.297, 0.420), "A2": (0.420, 0.594), "A1"
 
 @dataclass(frozen=True, kw_only=True)
 class BoardParameters:
-    """The board's measures."""
+    """Dimensions of the board."""
 
     board: str = parameter(
         CHARUCO,
@@ -41,19 +40,19 @@ class BoardParameters:
     )
 
     def __post_init__(self) -> None:
-        """Refuse boards that look like themselves turned."""
+        """Reject boards that are symmetric under a quarter turn."""
         if self.board == CHECKERBOARD and self.columns == self.rows:
             raise ParameterError(
-                f"columns = rows = {self.rows}: a square checkerboard looks alike from four sides, "
+                f"columns = rows = {self.rows}: a square checkerboard is the same from four sides, "
                 "expected different numbers"
             )
 
 
 class Board:
-    """What is to be found in the images.
+    """Geometry and markers of the board.
 
     Args:
-        parameters: The board's measures.
+        parameters: The board's dimensions.
     """
 
     def __init__(self, parameters: BoardParameters) -> None:
@@ -67,7 +66,7 @@ class Board:
 
     @cached_property
     def charuco(self) -> cv2.aruco.CharucoBoard:
-        """OpenCV's idea of the board."""
+        """The board as OpenCV's object."""
         p = self.parameters
         markers = p.columns * p.rows // 2
         name = SMALL_DICTIONARY if markers <= SMALL_COUNT else LARGE_DICTIONARY
@@ -83,12 +82,12 @@ class Board:
 
     @property
     def corner_count(self) -> int:
-        """Inner corners."""
+        """Number of inner corners."""
         return (self.parameters.columns - 1) * (self.parameters.rows - 1)
 
     @cached_property
     def corners(self) -> FloatArray:
-        """Places of the inner corners [m], (n, 3): x across, y down, z away from the viewer."""
+        """Positions of the inner corners [m], (n, 3): x across, y down, z away from the viewer."""
         p = self.parameters
         y, x = np.mgrid[1 : p.rows, 1 : p.columns] * p.square
         return np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
@@ -98,13 +97,3 @@ class Board:
         """Width and height [m]."""
         p = self.parameters
         return p.columns * p.square, p.rows * p.square
-
-    def pattern(self, pixels: int = 48) -> NDArray[np.uint8]:
-        """The board as an image without margin, ``pixels`` a square, black on white."""
-        p = self.parameters
-        if p.board == CHARUCO:
-            shape = (p.columns * pixels, p.rows * pixels)
-            return np.asarray(self.charuco.generateImage(shape, marginSize=0, borderBits=1))
-        rows, columns = np.mgrid[: p.rows, : p.columns]
-        squares = np.where((rows + columns) % 2 == 0, 0, 255).astype(np.uint8)
-        return np.kron(squares, np.ones((pixels, pixels), np.uint8))

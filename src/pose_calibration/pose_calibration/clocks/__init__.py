@@ -1,1 +1,1 @@
-"""Clock offsets and drifts between sensors, from the motion that all of them see."""
+"""Clock offsets and drifts between sensors, from motion that all of them measure."""

@@ -1,9 +1,9 @@
-r"""A clock's offset and drift from offsets that were measured now and then.
+r"""A clock's offset and drift from offsets measured at several times.
 
 With :math:`o_k` measured at :math:`s_k`, the line :math:`o + d\,(s - s_0)` is fitted by weighted
-least squares, where what quartzes usually do, a drift of :math:`0 \pm 50` ppm, counts as one more
-measurement: a minute tells no drift, an hour does. Older measurements count less, since a drift
-changes with the temperature.
+least squares, with the usual drift of quartzes, :math:`0 \pm 50` ppm, as prior: a drift is
+observable over an hour, not over a minute. Older measurements have smaller weights, since the drift
+changes with temperature.
 """
 
 from collections.abc import Sequence
@@ -14,29 +14,30 @@ import numpy as np
 from pose_core.api import Clock
 from pose_core.stamps import NS_PER_S
 
-DRIFT_STDDEV = 5e-5  # [-] of quartzes that nobody disciplines
-FORGET_S = 1200.0  # [s] after which a measurement counts for 1/e
+DRIFT_STDDEV = 5e-5  # [-] of quartzes without synchronisation
+FORGET_S = 1200.0  # [s] after which a measurement's weight is 1/e
 HUBER = 2.0  # [-] standard deviations
 ITERATIONS = 10
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measured:
-    """An offset that was measured in one stretch of motion."""
+    """An offset measured in one window of motion."""
 
     at_s: float  # [s] by the source's own clock
-    offset_s: float  # [s] how far it was ahead
-    noise_s: float  # [s] standard deviation between one stretch and the next
-    stddev_s: float  # [s] altogether, with what no further stretch averages out
+    offset_s: float  # [s] by which the clock was ahead
+    noise_s: float  # [s] standard deviation between windows
+    stddev_s: float  # [s] total, including errors common to all windows
 
 
 def clock_from(measured: Sequence[Measured], begin_ns: int, systematic_s: float) -> Clock:
-    """The clock that explains the measurements.
+    """Fit a clock to measurements.
 
     Args:
-        measured: One or more.
-        begin_ns: What their stamps are counted from [ns].
-        systematic_s: A deviation [s] that all measurements share, if each states less.
+        measured: One or more measurements.
+        begin_ns: Time zero of their stamps [ns].
+        systematic_s: Standard deviation [s] of the error common to all measurements, used where
+            larger than their own.
     """
     at = np.array([one.at_s for one in measured])
     offset = np.array([one.offset_s for one in measured])

@@ -1,8 +1,8 @@
-r"""The offset between two sensors' clocks, from the motion that both saw.
+r"""The offset between two sensors' clocks, from motion that both measured.
 
-First the shift :math:`\tau` of one sensor's stamps under which what moves quickly in the two views
-differs least, :math:`\min_\tau \overline{| a(s) - R\,b(s + \tau) |^2}`, for all shifts at once by
-the Fourier transform; then each joint's own delay (:mod:`joint_delays`).
+First the shift :math:`\tau` of one sensor's stamps that minimises the difference between the
+high-passed motions in the two views, :math:`\min_\tau \overline{| a(s) - R\,b(s + \tau) |^2}`, for
+all shifts at once by the Fourier transform; then each joint's own delay (:mod:`joint_delays`).
 """
 
 from collections.abc import Sequence
@@ -18,34 +18,34 @@ from pose_core.api import Clock, FloatArray, SkeletonSample, transformed
 from pose_core.stamps import NS_PER_S
 
 GRID_RATE = 50.0  # [Hz] of the search for the shift
-FIT_SHIFTS_S = (0.0, -0.3, 0.3)  # [s] under which the sensors' turn is tried
-COARSE_SLOW_S = 3.0  # [s] differences that last longer count for nothing
-LEAST_WHOLE = 0.8  # [-] of that time, in which a joint must be known
+FIT_SHIFTS_S = (0.0, -0.3, 0.3)  # [s] under which the relative rotation is estimated
+COARSE_SLOW_S = 3.0  # [s] slower differences are filtered out
+LEAST_WHOLE = 0.8  # [-] share of that time in which a joint must be known
 LEAST_OVERLAP_S = 2.0  # [s] of a joint in both views, under every shift
-AMBIGUOUS = 1.1  # [-] of the least difference: another shift that agrees as well leaves it open
-APART_S = 0.15  # [s] a shift nearer to the best one is the same
-BEYOND_S = 0.1  # [s] that are searched beyond the largest offset: a best one there is none
-TOLERANCE_S = 0.02  # [s] by which an offset may exceed the largest one: it is known no better
+AMBIGUOUS = 1.1  # [-] of the least difference: another shift within this factor makes it ambiguous
+APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
+BEYOND_S = 0.1  # [s] searched beyond the largest offset: a minimum there is rejected
+TOLERANCE_S = 0.02  # [s] by which an offset may exceed the largest one: its uncertainty
 MIN_FRAMES = 30  # [-] of each sensor
 REFINEMENTS = 2  # [-] of the offset by the joints' delays
 FINE_REACH_S = 0.08  # [s] about the best shift
-OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: beyond, no offset is better than a wrong one
-SEARCHED_S = 60.0  # [s] of a longer recording: drifting clocks blur the rest
-WINDOW_S = 20.0  # [s] in which a delay is measured, for the drift
+OBSERVABLE_STDDEV_S = 0.017  # [s] half a frame: less certain offsets are not used
+SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
+WINDOW_S = 20.0  # [s] in which a delay is measured, to find the drift
 MOST_WINDOWS = 40  # [-]
 
 
 @dataclass(frozen=True, kw_only=True)
 class ClockOffset:
-    """How far one sensor's clock is ahead of the reference's."""
+    """Offset by which one sensor's clock is ahead of the reference's."""
 
     estimate_s: float  # [s]
-    stddev_s: float  # [s] infinite where too little was seen
-    clock: Clock | None = None  # with its drift; None where too little was seen
+    stddev_s: float  # [s] infinite if the motion does not determine it
+    clock: Clock | None = None  # with its drift; None if the motion does not determine it
 
     @property
     def observable(self) -> bool:
-        """Whether the motion sufficed to determine the offset."""
+        """Whether the motion determines the offset."""
         return self.stddev_s <= OBSERVABLE_STDDEV_S
 
 
@@ -55,16 +55,16 @@ UNKNOWN_OFFSET = ClockOffset(estimate_s=0.0, stddev_s=np.inf)
 def estimate_clock_offset(
     reference: Sequence[SkeletonSample], other: Sequence[SkeletonSample], max_offset_s: float = 0.5
 ) -> ClockOffset:
-    """Find how far another sensor's clock is ahead of the reference's, and what it gains.
+    """Estimate the offset and drift of another sensor's clock relative to the reference's.
 
     Args:
         reference: One person's samples, stamps ascending.
         other: The same person's from the other sensor, stamps ascending.
-        max_offset_s: Largest offset [s] to look for.
+        max_offset_s: Largest offset [s] of the search.
 
     Returns:
-        The offset; of infinite deviation where the person moved too little or was seen too briefly,
-        or where the motion repeats itself so evenly that several shifts agree alike.
+        The offset; its standard deviation is infinite if the person moved too little or was
+        tracked too briefly, or if the motion is so periodic that several shifts agree equally well.
     """
     if min(len(reference), len(other)) < MIN_FRAMES:
         return UNKNOWN_OFFSET
@@ -94,7 +94,7 @@ def estimate_clock_offset(
 
 
 def measure_delay(a: Track, b: Track, offset: float) -> Delay:
-    """What is left of the other's delay after an offset [s] has been taken off."""
+    """The other's remaining delay after an offset [s] has been subtracted."""
     moved = b.at(a.stamps + offset)
     known = np.isfinite(a.positions + moved).all(axis=2)
     try:
@@ -112,9 +112,9 @@ def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
     """The shift [s] of the other's stamps under which the motions agree best; None without one.
 
     Args:
-        a: The reference's view, a minute at most.
-        b: The other's.
-        max_offset_s: Largest shift to look for [s].
+        a: The reference's view, at most a minute.
+        b: The other sensor's view.
+        max_offset_s: Largest shift of the search [s].
     """
     turned = _turned_alike(a, b)
     if turned is None:
@@ -137,7 +137,7 @@ def find_shift(a: Track, b: Track, max_offset_s: float) -> float | None:
 
 
 def _turned_alike(a: Track, b: Track) -> Track | None:
-    """The other's view in the reference's frame, as well as an unknown shift lets it be fitted."""
+    """The other's view transformed to the reference's frame, fitted under the shifts tried."""
     fits = []
     for shift in FIT_SHIFTS_S:
         moved = b.at(a.stamps + shift)
@@ -154,16 +154,16 @@ def _turned_alike(a: Track, b: Track) -> Track | None:
 
 
 def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
-    """Mean squared difference [m²] of quick movements under shifts of -reach to reach samples.
+    """Mean squared difference [m²] of high-passed motion under shifts of -reach to reach samples.
 
-    Where one of them is not known, it does not count (Padfield, 2012, IEEE TIP 21(5), for images).
+    Unknown samples are masked (Padfield, 2012, IEEE TIP 21(5), for images).
 
     Args:
         a: Joints on a grid, (n, 15, 3) [m], NaN where unknown.
         b: The same of the other view.
         reach: Largest shift [samples].
     """
-    # Loads scipy for half a second, which a node that starts should not wait for.
+    # Imported here: scipy takes half a second to load, not at a node's start.
     from scipy import fft
     from scipy.ndimage import uniform_filter1d
 
@@ -172,7 +172,7 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
     for positions in (a, b):
         is_known = np.asarray(np.isfinite(positions).all(axis=2))
         filled = np.where(is_known[..., None], positions, 0.0)
-        # A mean over less than the whole width is another one in the other view.
+        # Moving means over incomplete windows are not comparable between the views.
         is_whole = uniform_filter1d(is_known.astype(float), width, axis=0, mode="constant")
         quick.append(without_slow(filled, is_known, width).reshape(len(positions), -1))
         is_known &= is_whole > LEAST_WHOLE
@@ -193,7 +193,7 @@ def _mean_squares(a: FloatArray, b: FloatArray, reach: int) -> FloatArray:
 
 
 def _liveliest(track: Track, duration_s: float) -> float:
-    """Where the stretch of that length [s] begins in which most moves [s]."""
+    """Start [s] of the window of that duration [s] with the most motion."""
     begin, end = float(track.stamps[0]), float(track.stamps[-1])
     if end - begin <= duration_s:
         return begin
@@ -205,7 +205,7 @@ def _liveliest(track: Track, duration_s: float) -> float:
 
 
 def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measured]:
-    """Delays in windows all over the recording, outwards from where the offset is known."""
+    """Delays in windows over the whole recording, from the known offset outwards."""
     first, last = float(a.stamps[0]), float(a.stamps[-1])
     count = int(np.clip((last - first) // WINDOW_S, 1, MOST_WINDOWS))
     every = (last - first) / count
@@ -224,7 +224,7 @@ def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measur
 
 
 def measure_window(a: Track, b: Track, offset: float) -> Measured | None:
-    """The offset in one stretch, near a known one [s]; None if nothing moves enough in it."""
+    """The offset in one window, near a known one [s]; None if the motion is too small."""
     if len(a.stamps) < MIN_FRAMES:
         return None
     delay = measure_delay(a, b, offset)

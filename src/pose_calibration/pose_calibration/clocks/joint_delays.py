@@ -1,10 +1,10 @@
-r"""How much later one view shows each joint than another: a shift finer than a frame.
+r"""Delay of each joint in one view behind another, with a resolution finer than a frame.
 
 Where two aligned views differ by a delay :math:`\delta` alone, their difference is the joint's
-velocity times it, :math:`a - b \approx v \delta`; so each joint gives :math:`\delta` by linear
-regression. A tracker may follow every joint with a lag of its own, which is no clock's: the joints'
-delays are weighed as samples of one clock's offset, and where they scatter more than two real
-trackers' do, the deviation told grows with it (Birge, 1932, Phys. Rev. 40(2)).
+velocity times the delay, :math:`a - b \approx v \delta`; so each joint gives :math:`\delta` by
+linear regression. A tracker may have a different lag for each joint, which is not the clock's: the
+joints' delays are weighted samples of the clock's offset, and where they scatter more than those of
+two real trackers, the standard deviation is scaled up (Birge, 1932, Phys. Rev. 40(2)).
 """
 
 from dataclasses import dataclass
@@ -14,25 +14,25 @@ import numpy as np
 from pose_calibration.clocks.motion_track import SLOW_S, without_slow
 from pose_core.api import FloatArray
 
-LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; real ones: 0.003
-CORRELATION_S = 0.4  # [s] after which a joint's error is another one
-REACH_S = 0.07  # [s] to either side: a velocity over less is noise, which hides the delay
-FAR = 3.0  # [-] deviations from the median joint beyond which one counts for less
-LEAST_SIGNAL = 0.5  # [-] of a joint's velocities: one that stands still determines no delay
+LAG_SPREAD_S = 0.004  # [s] between two trackers' lags of a joint; measured: 0.003
+CORRELATION_S = 0.4  # [s] correlation time of a joint's error
+REACH_S = 0.07  # [s] half width of the velocity's window: a shorter one is dominated by noise
+FAR = 3.0  # [-] standard deviations from the median joint beyond which a joint's weight drops
+LEAST_SIGNAL = 0.5  # [-] of the velocities' energy; a joint at rest determines no delay
 MIN_SAMPLES = 30  # [-] of a joint
 
 
 @dataclass(frozen=True, kw_only=True)
 class Delay:
-    """How much later the other view is."""
+    """Delay of the other view."""
 
     estimate_s: float  # [s]
-    stddev_s: float  # [s] infinite where nothing moved
-    noise_s: float = np.inf  # [s] of it, what another stretch of motion would give otherwise
+    stddev_s: float  # [s] infinite without motion
+    noise_s: float = np.inf  # [s] part of it that differs between windows of motion
 
 
 def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
-    """Find the delay of one view behind another, both in the same frame.
+    """Estimate the delay of one view behind another, both in the same frame.
 
     Args:
         stamps: Instants [s], ascending, shape (n,).
@@ -50,8 +50,8 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     quick = without_slow(np.where(known[..., None], a - b, 0.0), known, width)
     v = without_slow(np.where(known[..., None], velocity, 0.0), known, width)
     measured = (v**2).sum(axis=(0, 2))
-    # Noise in the velocities would make every delay too small. Independent noise of the two views
-    # gives their difference four times the energy that it gives their mean.
+    # Noise in the velocities biases the delay towards zero (errors in variables). Independent noise
+    # of the two views has four times the energy in their difference that it has in their mean.
     energy = measured - 0.25 * np.where(known[..., None], apart**2, 0.0).sum(axis=(0, 2))
     usable = (known.sum(axis=0) >= MIN_SAMPLES) & (energy > LEAST_SIGNAL * measured)
     if not usable.any():
@@ -59,7 +59,7 @@ def estimate_delay(stamps: FloatArray, a: FloatArray, b: FloatArray) -> Delay:
     energy, quick, v, known = energy[usable], quick[:, usable], v[:, usable], known[:, usable]
     delay = (v * quick).sum(axis=(0, 2)) / energy
     left = (quick - v * delay[:, None]) ** 2
-    # What moves most is tracked worst: the error's weight follows the motion's.
+    # Fast joints are tracked worst: the error is weighted like the motion.
     share = (v**2).sum(axis=2) / measured[usable]
     noise = (left.sum(axis=2) * share).sum(axis=0) / 3.0
     random = noise / energy * max(1.0, CORRELATION_S / step)

@@ -1,4 +1,4 @@
-"""One sensor's joints over time, as the search for clock offsets wants them."""
+"""One sensor's joints over time, prepared for the estimation of clock offsets."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
-MAX_GAP_S = 0.1  # [s] to interpolate across
-SLOW_S = 2.0  # [s] differences that last longer are no delay
+MAX_GAP_S = 0.1  # [s] longest gap that is interpolated
+SLOW_S = 2.0  # [s] slower differences are not due to a delay
 
 
 @dataclass(frozen=True)
@@ -27,13 +27,13 @@ class Track:
         return interpolated(self.stamps, self.positions, stamps)
 
     def between(self, begin_s: float, end_s: float) -> "Track":
-        """The part from one instant [s] to another, which is left out."""
+        """The part from one instant [s] to another, the latter excluded."""
         first, last = np.searchsorted(self.stamps, [begin_s, end_s])
         return Track(self.stamps[first:last], self.positions[first:last])
 
 
 def interpolated(own: FloatArray, values: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Values, whose instants [s] ascend, at other instants; NaN in gaps and outside."""
+    """Interpolate values of ascending instants [s] at other instants; NaN in gaps and outside."""
     after = np.clip(np.searchsorted(own, wanted), 1, len(own) - 1)
     step = own[after] - own[after - 1]
     share = (wanted - own[after - 1]) / step
@@ -44,7 +44,7 @@ def interpolated(own: FloatArray, values: FloatArray, wanted: FloatArray) -> Flo
 
 
 def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
-    """A sensor's samples, stamps ascending, in seconds since an instant; tracked joints alone."""
+    """Track of a sensor's samples, stamps ascending; seconds since ``begin_ns``, TRACKED joints."""
     if not samples:
         return Track(np.empty(0), np.empty((0, len(JOINTS), 3)))
     stamps_ns = np.array([sample.stamp_ns - begin_ns for sample in samples])
@@ -56,8 +56,8 @@ def track_of(samples: Sequence[SkeletonSample], begin_ns: int) -> Track:
 
 
 def without_slow(values: FloatArray, known: NDArray[np.bool_], width: int) -> FloatArray:
-    """Values (n, joints, 3) less their moving mean over the known ones, 0 where unknown."""
-    # Loads scipy for half a second, which a node that starts should not wait for.
+    """High-pass values (n, joints, 3): subtract the moving mean of the known ones; 0 if unknown."""
+    # Imported here: scipy takes half a second to load, not at a node's start.
     from scipy.ndimage import uniform_filter1d
 
     count = uniform_filter1d(known.astype(float), width, axis=0, mode="nearest")
@@ -70,7 +70,7 @@ def _smoothed(stamps: FloatArray, positions: FloatArray) -> Track:
     """Weighted means of neighbouring samples, and of their stamps.
 
     Interpolation halfway between two noisy samples halves the variance of their noise: without
-    smoothing, shifts that lead there for most samples would agree best, whatever the motion.
+    smoothing, the estimate would be biased to shifts of half a sample.
     """
     count = len(stamps) - len(KERNEL) + 1
     if count < 1:

@@ -1,1 +1,1 @@
-"""Where the sensors stand, from the joints that they see in common."""
+"""Extrinsics from joints that several sensors measure."""

@@ -1,8 +1,8 @@
-"""Finds where the sensors stand, from the skeletons that they see at the same time (li2020 (1)).
+"""Extrinsics from simultaneous skeletons of several sensors (li2020 (1)).
 
-The paper finds ``R`` and ``T`` between its two depth cameras with a board that both see; here the
-person's joints take the board's place. Any two sensors that share a view are a link; all sensors
-are then solved together, with the offsets of their trackers' joints (:mod:`joint_refinement`).
+The paper estimates ``R`` and ``T`` between its two depth cameras with a board that both see; here
+the person's joints replace the board. Any two sensors with common frames are linked; all sensors
+are then estimated together, with the offsets of their trackers' joints (:mod:`joint_refinement`).
 """
 
 from collections.abc import Sequence
@@ -23,21 +23,22 @@ from pose_core.joints import JOINTS
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationLimits:
-    """What a calibration has to reach to be believed."""
+    """Quality that a calibration must reach to be accepted."""
 
-    minimum_frames: int = 60  # [-] frames in which two sensors see the person, to link them
+    minimum_frames: int = 60  # [-] common frames required to link two sensors
     rotation_stddev: float = np.radians(1.5)  # [rad] about the least certain axis
     median_residual: float = 0.15  # [m]
     inlier_share: float = 0.5  # [-]
 
 
 class ExtrinsicsCalibrator:
-    """Collects what several sensors see of one person and finds where they stand.
+    """Collects skeletons of one person from several sensors and estimates their extrinsics.
 
     Args:
-        sensors: Their names, the reference first. With a single one, only the floor is found.
-        limits: What the calibration has to reach.
-        mounting: What is known of the reference's mounting.
+        sensors: The sensors' names, the reference first. With a single one, only the floor is
+            estimated.
+        limits: Quality that the calibration must reach.
+        mounting: Known tilt and height of the reference.
     """
 
     def __init__(
@@ -55,32 +56,27 @@ class ExtrinsicsCalibrator:
         self._in_reference = np.empty((0, len(JOINTS), 3))  # all joints of the last solution [m]
 
     @property
-    def frames_in(self) -> int:
-        """Frames that were added."""
-        return self.memory.frames_in
-
-    @property
     def observed_s(self) -> float:
-        """Time [s] for which two sensors saw the person."""
+        """Duration [s] for which two sensors tracked the person."""
         return self.memory.observed_s
 
     @property
     def frames_with(self) -> dict[str, int]:
-        """Frames that each sensor but the reference shares with the one it shares most with."""
+        """Largest number of common frames with another sensor, for each but the reference."""
         shared = self.memory.shared_frames * (1 - np.eye(len(self.sensors), dtype=int))
         return {name: int(shared[i].max()) for i, name in enumerate(self.sensors) if i > 0}
 
     def add(self, frame: AlignedFrame) -> None:
-        """Take what the sensors saw at one instant."""
+        """Add the skeletons of all sensors at one instant."""
         self.memory.add(frame)
 
     def solve(self, *, allow_missing: bool = False, gravity: Gravity | None = None) -> Extrinsics:
-        """Find where the sensors stand.
+        """Estimate the extrinsics.
 
         Args:
-            allow_missing: Leave out sensors that no chain of common views links to the reference,
-                as long as one is linked.
-            gravity: The vertical in the reference's frame, where something but the person tells it.
+            allow_missing: Leave out sensors without a chain of links to the reference, as long as
+                one is linked.
+            gravity: The vertical in the reference's frame, if measured independently of the person.
 
         Raises:
             CalibrationError: If the frames do not determine it; the message says why.
@@ -124,10 +120,10 @@ class ExtrinsicsCalibrator:
         )
 
     def leveled(self, extrinsics: Extrinsics, gravity: Gravity) -> Extrinsics:
-        """The last solution with a vertical that was found only by it.
+        """The last solution with a vertical that was estimated afterwards.
 
         Args:
-            extrinsics: What :meth:`solve` gave last, maybe with clocks.
+            extrinsics: The last result of :meth:`solve`, possibly with clocks.
             gravity: The vertical in the reference's frame.
         """
         floor = estimate_floor(self._in_reference, self._mounting, gravity)
@@ -153,7 +149,7 @@ class ExtrinsicsCalibrator:
         index: int,
         partner_sensor: int,
     ) -> PairResiduals:
-        """How the sensor ``chosen[index]`` agrees with its partner."""
+        """Residuals of the sensor ``chosen[index]`` against its partner."""
         T, partner = refinement.T_reference_sensor, chosen.index(partner_sensor)
         T_partner_sensor = inverse(T[partner]) @ T[index]
         shared = np.isfinite(positions[:, [partner, index]]).all(axis=(1, 3))

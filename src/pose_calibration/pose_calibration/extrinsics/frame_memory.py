@@ -1,4 +1,4 @@
-"""What a calibration remembers: frames of all sensors, spread over the places of the body."""
+"""Frames stored by a calibration, distributed over the positions of the body."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
-CELL_M = 0.3  # [m] size of the cells by which places of the body are counted
+CELL_M = 0.3  # [m] size of the cells of the body's position
 PAUSE_NS = NS_PER_S  # [ns] a longer step between frames is a pause
-KEPT_EVERY_NS = 50_000_000  # [ns] frames closer in time are redundant
-MAX_KEPT_FRAMES = 900  # [-] 45 s of frames
-SPEED_OVER_NS = 150_000_000  # [ns] over which a joint's speed is taken: a shorter way is noise
-CENTRED_WITHIN_NS = 350_000_000  # [ns] two kept frames before to two after, without a gap
-UNKNOWN_SPEED = 0.5  # [m/s] of a joint that was not seen so long before
+KEPT_EVERY_NS = 50_000_000  # [ns] smallest interval between stored frames
+MAX_KEPT_FRAMES = 900  # [-] 45 s
+SPEED_OVER_NS = 150_000_000  # [ns] over which a joint's speed is computed, against noise
+CENTRED_WITHIN_NS = 350_000_000  # [ns] longest span of two stored frames before to two after
+UNKNOWN_SPEED = 0.5  # [m/s] of a joint without an earlier position
 TRUNK = [
     JOINT_INDEX[name]
     for name in ("neck", "torso", "left_shoulder", "right_shoulder", "left_hip", "right_hip")
@@ -27,7 +27,7 @@ TRUNK = [
 
 @dataclass(frozen=True)
 class KeptFrame:
-    """One frame in the memory."""
+    """One stored frame."""
 
     stamp_ns: int
     positions: FloatArray  # (sensors, 15, 3) [m], each in its sensor's frame; NaN if not TRACKED
@@ -35,21 +35,20 @@ class KeptFrame:
 
 
 class FrameMemory:
-    """Keeps frames in which two sensors or more see the person; with one sensor, all it sees.
+    """Stores frames in which two or more sensors track the person; with one sensor, all frames.
 
-    Memory is bounded: where it is full, every other frame goes from the place of the body that has
-    the most, so that a person who stands for an hour and walks for a minute leaves both.
+    Memory is bounded: when it is full, every second frame is removed from the cell of the body's
+    position with most frames, so that long standing does not displace short walking.
 
     Args:
-        sensors: Their names, in the order of the positions.
+        sensors: The sensors' names, in the order of the positions.
     """
 
     def __init__(self, sensors: Sequence[str]) -> None:
         self.sensors = tuple(sensors)
         count = len(self.sensors)
-        self.frames_in = 0
-        self.shared_frames = np.zeros((count, count), int)  # in which two of them share a joint
-        self.observed_s = 0.0  # [s] for which two sensors saw the person
+        self.shared_frames = np.zeros((count, count), int)  # with a common joint
+        self.observed_s = 0.0  # [s] for which two sensors tracked the person
         self._cells: dict[tuple[int, ...], list[KeptFrame]] = {}
         self._kept_count = 0
         self._last_kept_ns: int | None = None
@@ -57,8 +56,7 @@ class FrameMemory:
         self._recent: deque[KeptFrame] = deque()
 
     def add(self, frame: AlignedFrame) -> None:
-        """Take what the sensors saw at one instant."""
-        self.frames_in += 1
+        """Add the skeletons of all sensors at one instant."""
         positions = self._tracked_positions(frame)
         speeds = self._speeds_so_far(frame.stamp_ns, positions)
         is_known = np.asarray(np.isfinite(positions).all(axis=2))  # (sensors, joints)
@@ -77,7 +75,7 @@ class FrameMemory:
         self._keep(KeptFrame(frame.stamp_ns, positions, speeds), together)
 
     def frames(self) -> list[KeptFrame]:
-        """All kept frames in the order of time."""
+        """All stored frames in the order of time."""
         kept = (frame for cell in self._cells.values() for frame in cell)
         frames = sorted(kept, key=lambda frame: frame.stamp_ns)
         return [
@@ -99,7 +97,7 @@ class FrameMemory:
         return positions
 
     def _speeds_so_far(self, stamp_ns: int, positions: FloatArray) -> FloatArray:
-        """How fast each joint has moved [m/s] until now, (15,)."""
+        """Speed of each joint [m/s] up to now, (15,)."""
         recent, now = self._recent, KeptFrame(stamp_ns, positions, np.empty(0))
         if recent and not 0 < stamp_ns - recent[-1].stamp_ns < PAUSE_NS:
             recent.clear()
@@ -124,7 +122,7 @@ class FrameMemory:
 
 
 def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
-    """How fast each joint moved [m/s] between two frames, mean over the sensors, (15,)."""
+    """Speed of each joint [m/s] between two frames, mean over the sensors, (15,)."""
     if after.stamp_ns == before_ns:
         return np.full(len(JOINTS), UNKNOWN_SPEED)
     ways = nan_mean(np.linalg.norm(after.positions - before, axis=2))
@@ -133,5 +131,5 @@ def _speeds(before_ns: int, before: FloatArray, after: KeptFrame) -> FloatArray:
 
 
 def _with_others(shared: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which sensors share a joint with another one, (sensors,)."""
+    """Mask of the sensors that have a joint in common with another one, (sensors,)."""
     return np.asarray((shared & ~np.eye(len(shared), dtype=bool)).any(axis=1))

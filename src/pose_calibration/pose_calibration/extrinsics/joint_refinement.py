@@ -1,19 +1,19 @@
-r"""All sensors' places and all joints' view offsets at once, by nonlinear least squares.
+r"""Joint estimation of all sensors' poses and all joints' view offsets, by least squares.
 
-A tracker does not see a joint where it is: it sees flesh in front of it, and believes each joint
-to lie somewhat off in the body, in every view otherwise. With :math:`z` a joint as sensor
-:math:`s` gives it, :math:`\hat z` its direction from the sensor, :math:`d_j` the depth of flesh
-and :math:`b_{s,j}` the offset in axes that turn with the body, its place in the reference frame is
+A tracker measures the surface in front of a joint, and has a systematic offset of each joint in the
+body, different in every view. With :math:`z` the position of a joint measured by sensor :math:`s`,
+:math:`\hat z` its direction from the sensor, :math:`d_j` the depth of soft tissue and
+:math:`b_{s,j}` the offset in axes fixed to the body, its position in the reference frame is
 
 .. math:: x_{s,j} = T_s (z_{s,j} + d_j \hat z_{s,j}) - R_{body} b_{s,j}
 
-The cost is the scatter of :math:`x_{s,j}` about the sensors' weighted mean, which stands for the
-unknown true joint, with priors on :math:`d` and :math:`b`. A person who never turns leaves
-:math:`b` and :math:`T` confounded: the covariance says so.
+The cost is the scatter of :math:`x_{s,j}` about the sensors' weighted mean, which replaces the
+unknown true joint, with priors on :math:`d` and :math:`b`. If the person never turns, :math:`b` and
+:math:`T` cannot be separated: the covariance shows it.
 
-A sample weighs by the error to be expected of it: trackers are late and imprecise where a joint
-moves, and guess where the body is turned away from the sensor. On a synthetic subject (six
-motions, four seeds each, 30 s) these weights halved the error of the rotation.
+Each sample is weighted by its expected error: trackers lag and are imprecise where a joint moves,
+and infer joints where the body faces away from the sensor. On a synthetic subject (six motions,
+four seeds each, 30 s) these weights halved the error of the rotation.
 """
 
 from dataclasses import dataclass
@@ -27,19 +27,19 @@ from pose_core.body.kinematics import rotation_from_vector, skew
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 OFFSET_STDDEV_M = 0.012  # [m] prior of an offset in the body, per axis and sensor
-DEPTH_M = 0.015  # [m] prior of the flesh in front of a joint
+DEPTH_M = 0.015  # [m] prior mean of the soft tissue in front of a joint
 DEPTH_STDDEV_M = 0.01  # [m]
-STILL_ERROR_M = 0.007  # [m] of a joint at rest, in a body that faces the sensor
-SPEED_ERROR_S = 0.1  # [m] per [m/s], what a joint's speed adds
-TURNED_ERROR_M = 0.1  # [m] what a body adds that stands sideways to the sensor
+STILL_ERROR_M = 0.007  # [m] of a joint at rest, body facing the sensor
+SPEED_ERROR_S = 0.1  # [m] per [m/s] of a joint's speed
+TURNED_ERROR_M = 0.1  # [m] added if the body stands sideways to the sensor
 MAX_TURNED = 1.5  # [-] 1 sideways, 2 from behind
-LEAST_WEIGHT = 0.01  # [-] of an outlier in the mean that others are compared with
-LEAST_TOTAL = 1e-9  # [1/m²] instead of 0, where nobody saw a joint
-LEAST_SCALE = 0.5  # [-] of the errors found to those expected
-OPTIMISM = 2.4  # [-] true over formal errors, on synthetic subjects: slow errors are few, not many
-VOXEL_M = 0.1  # [m] a joint within one voxel, body turned alike, errs alike
+LEAST_WEIGHT = 0.01  # [-] of an outlier in the mean of the other sensors
+LEAST_TOTAL = 1e-9  # [1/m²] replaces 0 where no sensor measured a joint
+LEAST_SCALE = 0.5  # [-] lower bound of the ratio of measured to expected errors
+OPTIMISM = 2.4  # [-] true over formal errors, on synthetic subjects: errors are correlated
+VOXEL_M = 0.1  # [m] samples of a joint in one voxel at equal heading have correlated errors
 HEADING_BIN = np.radians(20.0)  # [rad]
-VOXEL_OBSERVATIONS = 16.0  # [-] what a voxel's samples count for at most, together
+VOXEL_OBSERVATIONS = 16.0  # [-] largest number of independent samples in a voxel
 MAX_ITERATIONS = 30
 CONVERGED = 1e-6  # [m, rad] largest step of a pose that ends the iteration
 COLUMNS = 10  # [-] per sensor and joint: pose 6, offset 3, depth 1
@@ -47,22 +47,21 @@ COLUMNS = 10  # [-] per sensor and joint: pose 6, offset 3, depth 1
 
 @dataclass(frozen=True, kw_only=True)
 class Refinement:
-    """Where the sensors stand and what their trackers get wrong."""
+    """Poses of the sensors and systematic errors of their trackers."""
 
     T_reference_sensor: FloatArray  # (sensors, 4, 4), the first an identity
     offsets: FloatArray  # (sensors, 15, 3) [m] in the body's axes: x forward, y left, z up
-    depths: FloatArray  # (15,) [m] of flesh in front of each joint
     rotation_stddev: FloatArray  # (sensors,) [rad] about the least certain axis
     position_stddev: FloatArray  # (sensors,) [m] along the least certain axis
-    weights: FloatArray  # (frames, sensors, 15) [-] robust, 0 for outliers and what was not seen
+    weights: FloatArray  # (frames, sensors, 15) [-] robust; 0 for outliers and unknown joints
 
 
 def body_axes(positions: FloatArray) -> FloatArray:
-    """``R_reference_body`` that turns with the body about its usual upright, shape (n, 3, 3).
+    """``R_reference_body``: the body's heading about its mean vertical axis, shape (n, 3, 3).
 
     Args:
-        positions: Mean joints [m] over the sensors, shape (n, 15, 3), NaN where unknown. Frames in
-            which no heading is seen are given that of the nearest frame before them.
+        positions: Mean joints [m] over the sensors, shape (n, 15, 3), NaN where unknown. Frames
+            without a heading get that of the nearest earlier frame.
     """
     at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
     trunk = at["neck"] - 0.5 * (at["left_hip"] + at["right_hip"])
@@ -82,20 +81,20 @@ def body_axes(positions: FloatArray) -> FloatArray:
 
 
 class JointRefinement:
-    """Gauss-Newton on all sensors' poses, offsets and depths.
+    """Gauss-Newton estimation of all sensors' poses, offsets and depths.
 
     Args:
         positions: Joints [m], each in its sensor's frame, shape (frames, sensors, 15, 3), NaN where
             not tracked.
-        speeds: How fast each joint moves [m/s], shape (frames, 15).
-        T_reference_sensor: Where the sensors roughly stand, shape (sensors, 4, 4).
+        speeds: Speed of each joint [m/s], shape (frames, 15).
+        T_reference_sensor: Initial poses of the sensors, shape (sensors, 4, 4).
     """
 
     def __init__(
         self, positions: FloatArray, speeds: FloatArray, T_reference_sensor: FloatArray
     ) -> None:
         is_known = np.isfinite(positions).all(axis=3)
-        is_known &= (is_known.sum(axis=1) >= 2)[:, None]  # one view alone agrees with itself
+        is_known &= (is_known.sum(axis=1) >= 2)[:, None]  # at least two views are needed to compare
         self._is_known = is_known
         self._z = np.where(is_known[..., None], positions, 0.0)
         length = np.linalg.norm(self._z, axis=3, keepdims=True)
@@ -113,13 +112,13 @@ class JointRefinement:
         self._centre = mean[is_known.any(axis=1)].mean(axis=0)
         self._robust = is_known.astype(float)
         self._scale = 1.0
-        # How a joint's places change with the state: what is always alike is filled in once.
+        # Jacobian of a joint's positions by the state: constant entries are filled in once.
         self._J = np.zeros((len(JOINTS), count, len(is_known), 3, COLUMNS))
         self._J[..., 3:6] = np.eye(3)
         self._J[..., 6:9] = -self._axes
 
     def solve(self) -> Refinement:
-        """Iterate to the least cost."""
+        """Iterate to the minimum of the cost."""
         self._reweight()
         for _ in range(MAX_ITERATIONS):
             H, gradient = self._normal_equations()
@@ -133,14 +132,13 @@ class JointRefinement:
         return Refinement(
             T_reference_sensor=self._T,
             offsets=self._offsets,
-            depths=self._depths,
             rotation_stddev=stddev[:, 0],
             position_stddev=stddev[:, 1],
             weights=self._robust,
         )
 
     def _stddev(self, covariance: FloatArray, s: int) -> tuple[float, float]:
-        """Standard deviations of a sensor's rotation [rad] and of its place [m]."""
+        """Standard deviations of a sensor's rotation [rad] and of its position [m]."""
         if s == 0:
             return 0.0, 0.0
         block = covariance[6 * (s - 1) : 6 * s, 6 * (s - 1) : 6 * s]
@@ -152,7 +150,7 @@ class JointRefinement:
         )
 
     def _places(self) -> FloatArray:
-        """Every sensor's word on every joint, in the reference frame, (frames, sensors, 15, 3)."""
+        """Joint positions of every sensor in the reference frame, (frames, sensors, 15, 3)."""
         corrected = self._z + self._depths[:, None] * self._sight
         moved = np.stack([transformed(T, corrected[:, s]) for s, T in enumerate(self._T)], axis=1)
         bias = self._offsets.reshape(-1, 3) @ self._axes.transpose(0, 2, 1)
@@ -164,7 +162,7 @@ class JointRefinement:
         return (weights[..., None] * self._places()).sum(axis=1) / total[..., None]
 
     def _expected_variance(self, speeds: FloatArray) -> FloatArray:
-        """Variance [m²] to be expected of each sample, (frames, sensors, 15)."""
+        """Expected variance [m²] of each sample, (frames, sensors, 15)."""
         forward = np.einsum("sji,tj->tsi", self._T[:, :3, :3], self._axes[:, :, 0])
         count = np.maximum(self._is_known.sum(axis=2), 1)[..., None]
         sight = np.where(self._is_known[..., None], self._sight, 0.0).sum(axis=2) / count
@@ -173,7 +171,7 @@ class JointRefinement:
         return STILL_ERROR_M**2 + moving + ((TURNED_ERROR_M * turned**2) ** 2)[..., None]
 
     def _reweight(self) -> None:
-        """Tukey's weights of each view's distance to the others' mean, and the errors' scale."""
+        """Update Tukey's weights from each view's distance to the others' mean, and the scale."""
         places = self._places()
         w = np.maximum(self._robust, LEAST_WEIGHT) / self._variance * self._is_known
         of_others = np.maximum(w.sum(axis=1, keepdims=True) - w, 1e-12)
@@ -255,7 +253,7 @@ class JointRefinement:
 def observation_share(
     positions: FloatArray, axes: FloatArray, is_known: NDArray[np.bool_]
 ) -> FloatArray:
-    """What one sample counts for [-], shape (frames, 15): a voxel's samples err alike.
+    """Weight of each sample [-], shape (frames, 15): samples in a voxel are correlated.
 
     Args:
         positions: Joints [m], (frames, 15, 3).

@@ -1,7 +1,7 @@
-"""Where the sensors stand, roughly: pair by pair, then along the pairs that see most together.
+"""Initial extrinsics: pairwise, then along the pairs with the most common frames.
 
-A tracker that sees a person from behind takes it for one who faces it, and calls the left right:
-such frames are found and their sides exchanged before anything else is made of them.
+A tracker that sees a person from behind assumes that the person faces it, and swaps left and right:
+such frames are detected and corrected first.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from pose_calibration.rigid_transform import (
     RobustFit,
     estimate_rigid_transform_robustly,
 )
-from pose_core.api import FloatArray, inverse, transformed
+from pose_core.api import FloatArray, transformed
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS
 
@@ -25,26 +25,26 @@ OTHER_SIDE = [
 """Index of each joint's mirror image."""
 LATERAL = [index for index, other in enumerate(OTHER_SIDE) if other != index]
 MIDDLE = [index for index, other in enumerate(OTHER_SIDE) if other == index]
-FLIPPED_BELOW = 0.6  # [-] of the distance as labelled: exchanged sides agree that much better
-FLIPPED_ABOVE_M = 0.08  # [m] a smaller distance as labelled needs no exchange
-ROUNDS = 3  # [-] of fitting and exchanging
+FLIPPED_BELOW = 0.6  # [-] largest ratio of the distances with swapped and with original sides
+FLIPPED_ABOVE_M = 0.08  # [m] below this distance with original sides nothing is swapped
+ROUNDS = 3  # [-] iterations of fitting and swapping
 
 
 @dataclass(frozen=True, kw_only=True)
 class PairFit:
-    """How one sensor stands to another."""
+    """Transform between two sensors."""
 
     T_target_source: FloatArray  # (4, 4)
     fit: RobustFit
 
 
 def exchanged(positions: FloatArray, flipped: NDArray[np.bool_]) -> FloatArray:
-    """Skeletons (n, 15, 3) with left and right exchanged where ``flipped`` (n,)."""
+    """Skeletons (n, 15, 3) with left and right swapped where ``flipped`` (n,)."""
     return np.where(flipped[:, None, None], positions[:, OTHER_SIDE], positions)
 
 
 def find_flips(view: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
-    """Frames in which another view has left and right the wrong way round, (n,).
+    """Mask of the frames in which another view has left and right swapped, (n,).
 
     Args:
         view: Joints [m], (n, 15, 3), NaN where unknown.
@@ -59,17 +59,17 @@ def find_flips(view: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
 
 
 def fit_pair(target: FloatArray, source: FloatArray) -> tuple[PairFit, NDArray[np.bool_]]:
-    """Fit one view to another, exchanging sides where that agrees better.
+    """Fit one view to another, with left and right swapped where that agrees better.
 
-    Two beginnings are tried, all joints and the midline alone, which knows no sides; the one that
-    ends with the smaller median distance counts.
+    Two initial fits are tried, from all joints and from the midline, which has no sides; the one
+    that ends with the smaller median distance is returned.
 
     Args:
         target: Joints [m] in the target's frame, (n, 15, 3), NaN where unknown.
         source: The same in the source's frame.
 
     Returns:
-        The fit and which of the source's frames had their sides exchanged.
+        The fit and a mask of the source's frames whose sides were swapped, (n,).
 
     Raises:
         CalibrationError: If the joints do not determine it.
@@ -85,7 +85,7 @@ def fit_pair(target: FloatArray, source: FloatArray) -> tuple[PairFit, NDArray[n
         if best is None or _median(found[0]) < 0.9 * _median(best[0]):
             best = found
         if not best[1].any() and np.mean(best[0].fit.weights > 0.0) > 0.9:
-            break  # nothing flipped, hardly an outlier: no other beginning can be better
+            break  # nothing swapped, hardly an outlier: the other initial fit cannot be better
     if best is None:
         raise failure or CalibrationError("found no matched joints")
     return best
@@ -94,16 +94,16 @@ def fit_pair(target: FloatArray, source: FloatArray) -> tuple[PairFit, NDArray[n
 def spanning_transforms(
     positions: FloatArray, shared_frames: NDArray[np.int_], minimum_frames: int
 ) -> tuple[dict[int, FloatArray], dict[int, int], FloatArray]:
-    """Place every sensor that is linked to the first, along the pairs that share most frames.
+    """Poses of all sensors linked to the first, along the pairs with the most common frames.
 
     Args:
         positions: Joints [m], each in its sensor's frame, (frames, sensors, 15, 3).
-        shared_frames: In how many frames two sensors see the person, (sensors, sensors).
-        minimum_frames: Pairs that share fewer are no link.
+        shared_frames: Number of common frames of each pair, (sensors, sensors).
+        minimum_frames: Common frames required for a link.
 
     Returns:
-        ``T_first_sensor`` by index of the sensors that could be placed; the sensor that each was
-        placed by; and the positions with exchanged sides made good.
+        ``T_first_sensor`` by index of the linked sensors; the partner of each sensor; and the
+        positions with swapped sides corrected.
 
     Raises:
         CalibrationError: If a linked pair does not determine its transform.
@@ -125,11 +125,6 @@ def spanning_transforms(
         positions[:, b] = exchanged(positions[:, b], flipped)
         placed[b] = placed[a] @ found.T_target_source
         partner[b] = a
-
-
-def relative(placed: dict[int, FloatArray], target: int, source: int) -> FloatArray:
-    """``T_target_source`` of two placed sensors."""
-    return inverse(placed[target]) @ placed[source]
 
 
 def _fit_from(

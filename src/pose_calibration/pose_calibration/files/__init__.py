@@ -1,1 +1,1 @@
-"""The file of a session's calibration."""
+"""Reading and writing the file of a session's calibration."""

@@ -1,11 +1,11 @@
-"""The section ``body`` of a session's file: the person's measures.
+"""The section ``body`` of a session's file: the person's body measures.
 
 .. code-block:: yaml
 
     body:
       body_model: default
-      bone_lengths: {left_knee: 0.431, ...}  # [m] from the joint before, for people
-      offsets: {left_knee: [0.0, 0.0, -0.431], ...}  # [m] in the axes of the link it is fixed in
+      bone_lengths: {left_knee: 0.431, ...}  # [m] from the parent joint, for information
+      offsets: {left_knee: [0.0, 0.0, -0.431], ...}  # [m] in the axes of the joint's link
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from pose_core.joints import JOINT_INDEX, JOINTS
 
 
 def body_document(body: SessionBody) -> dict[str, Any]:
-    """Measures as plain values."""
+    """Body measures as plain values."""
     lengths = body.shape.bone_lengths()
     return {
         "body_model": body.model,
@@ -36,10 +36,10 @@ def body_document(body: SessionBody) -> dict[str, Any]:
 
 
 def read_body(path: Path, section: Any) -> SessionBody | None:
-    """The measures in a session's document; None if it has no such section.
+    """Read the body measures of a session's document; None if it has no such section.
 
     Raises:
-        InputError: If the section is not what it should be.
+        InputError: If the section is invalid.
     """
     if section is None:
         return None

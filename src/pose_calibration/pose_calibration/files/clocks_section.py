@@ -9,7 +9,7 @@ from pose_calibration.files.file_values import rounded
 from pose_core.api import IMUS, Clock, Clocks
 from pose_core.errors import InputError
 
-LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times a bad quartz
+LARGEST_DRIFT_PPM = 1000.0  # [ppm] twenty times that of a bad quartz
 PPM = 1e-6
 
 
@@ -30,7 +30,7 @@ def clocks_document(clocks: Clocks) -> dict[str, Any]:
 def read_clocks(
     path: Path, document: Mapping[Any, Any], sensors: Sequence[str]
 ) -> dict[str, Clock]:
-    """The clocks in a session's document, also in one of an older version.
+    """Read the clocks of a session's document, also of an older version.
 
     Args:
         path: The file, for messages.
@@ -38,7 +38,7 @@ def read_clocks(
         sensors: The file's sensors, the reference first.
 
     Raises:
-        InputError: If an entry is of an unknown source, or not what it should be.
+        InputError: If an entry is of an unknown source, or invalid.
     """
     if document.get("version") in (1, 2):  # an offset without drift, in each sensor's entry
         entries = document.get("sensors") or {}
@@ -57,8 +57,8 @@ def _clock(path: Path, name: Any, entry: Any, sensors: Sequence[str]) -> Clock:
     known = [*sensors[1:], IMUS]
     if name not in known:
         raise InputError(
-            f"{path}: clocks name {name!r}, expected some of {', '.join(known)}: the clock of "
-            f"'{sensors[0]}' is the one that others are compared with"
+            f"{path}: clocks has {name!r}, expected some of {', '.join(known)}: the clock of "
+            f"'{sensors[0]}' is the reference"
         )
     where = f"clocks/{name}"
     if not isinstance(entry, Mapping):

@@ -13,14 +13,14 @@
         translation: [1.52, -0.04, 0.61]
         rotation: [0.01, -0.38, 0.02, 0.92]
         residuals: {frames: 1843, median: 0.032, ...}
-    clocks:  # how far each source's clock is ahead of the reference's, at its own stamp at_ns
+    clocks:  # offset of each source's clock ahead of the reference's, at its own stamp at_ns
       right: {offset_ns: 21500000, drift_ppm: 0.0, at_ns: 1700000012345678900, stddev_ms: 2.1}
-    view_offsets:  # [m] where trackers see joints, in the body's axes
+    view_offsets:  # [m] systematic offsets of trackers' joints, in the body's axes
       left: {head: [0.004, -0.002, 0.011], ...}
     body: {...}  # the person's measures, see body_section
-    imus: {...}  # how each IMU is strapped on, see :mod:`pose_calibration.imus.section`
+    imus: {...}  # sensor-to-segment alignments, see :mod:`pose_calibration.imus.section`
 
-``residuals`` and what the map came from are for people: a file by hand does without.
+``residuals`` and the map's ``source`` are for information: a file written by hand may omit them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -47,21 +47,21 @@ from pose_core.private_file import write_private
 VERSION = 3
 READABLE = (1, 2, 3)  # 1 had no view offsets and no sections, 2 offsets but no clocks
 OWN_KEYS = ("version", "reference", "date", "map", "sensors", "clocks", "view_offsets")
-SECTIONS = ("body", "imus")  # that others keep; there may be more
-ALIKE = 0.8  # [-] of difflib: a key that like to a known one is a slip
+SECTIONS = ("body", "imus")  # written by other modules; there may be more
+ALIKE = 0.8  # [-] similarity (difflib) to a known key above which a key is a typing error
 METRE_DIGITS = 6
 QUATERNION_DIGITS = 9
 
 
 def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
-    """Write a calibration, whole or not at all; the same one always gives the same bytes.
+    """Write a calibration atomically; the same one always gives the same bytes.
 
     Other sections of a file that is replaced are kept.
 
     Args:
         path: The file; one that exists is replaced.
         extrinsics: The calibration.
-        date: When it was made; left out if empty.
+        date: Date of the calibration; left out if empty.
 
     Raises:
         InputError: If it cannot be written.
@@ -73,7 +73,7 @@ def save_extrinsics(path: Path, extrinsics: Extrinsics, date: str = "") -> None:
 
 
 def write_document(path: Path, document: Mapping[str, Any]) -> None:
-    """Write a session's document, whole or not at all.
+    """Write a session's document atomically.
 
     Raises:
         InputError: If it cannot be written.
@@ -84,7 +84,7 @@ def write_document(path: Path, document: Mapping[str, Any]) -> None:
 
 
 def read_document(path: Path) -> Mapping[Any, Any]:
-    """Read a session's document: a mapping of a version that is understood.
+    """Read a session's document: a mapping of a supported version.
 
     Raises:
         InputError: If the file is missing or not such a file.
@@ -107,7 +107,7 @@ def _sections_of(path: Path) -> dict[str, Any]:
     try:
         document = read_document(path)
     except InputError:
-        return {}  # whatever it was, it is no session
+        return {}  # the old file is not a session: it is replaced
     return {str(key): value for key, value in document.items() if key not in OWN_KEYS}
 
 
@@ -147,7 +147,7 @@ def load_extrinsics(path: Path) -> Extrinsics:
 
 
 def _check_keys(path: Path, document: Mapping[Any, Any]) -> None:
-    """Refuse what is nearly a key: a slip would be left out in silence."""
+    """Reject keys similar to a known one: a typing error would be ignored silently."""
     known = [*OWN_KEYS, *SECTIONS]
     for key in map(str, document):
         meant = get_close_matches(key, known, n=1, cutoff=ALIKE)
@@ -156,10 +156,10 @@ def _check_keys(path: Path, document: Mapping[Any, Any]) -> None:
 
 
 def load_extrinsics_of(path: Path, sensors: Sequence[str]) -> Extrinsics:
-    """Read a calibration of certain sensors, the reference first.
+    """Read a calibration and check its sensors, the reference first.
 
     Raises:
-        InputError: If the file is missing, is not such a file, or is of other sensors.
+        InputError: If the file is missing, is not such a file, or has other sensors.
     """
     extrinsics = load_extrinsics(path)
     if extrinsics.reference != sensors[0] or set(extrinsics.sensors) != set(sensors):

@@ -1,4 +1,4 @@
-"""Numbers and rotations as a session's file holds them."""
+"""Conversion of numbers and rotations to and from a session's file."""
 
 from typing import Any
 
@@ -10,16 +10,16 @@ from pose_core.finite_numbers import finite_numbers
 from pose_core.kernels.rotations import matrix_of_quaternion
 from pose_core.kernels.rotations import quaternion as quaternion_of
 
-UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's length, for numbers rounded by hand
+UNIT_TOLERANCE = 1e-3  # [-] of a quaternion's norm, for numbers rounded by hand
 
 
 def rounded(value: float, digits: int) -> float:
-    """A number short enough for people; never a negative zero."""
+    """Round a number; never to a negative zero."""
     return round(float(value), digits) + 0.0
 
 
 def quaternion_values(R: FloatArray, digits: int) -> list[float]:
-    """A rotation as the quaternion x, y, z, w: of the two that mean the same, one."""
+    """A rotation as a quaternion x, y, z, w with a unique sign."""
     quaternion = np.empty(4)
     quaternion_of(np.ascontiguousarray(R, float), quaternion)
     return [rounded(value, digits) for value in quaternion]
@@ -29,12 +29,12 @@ def read_vector(what: str, value: Any, count: int) -> FloatArray:
     """Numbers from a file.
 
     Args:
-        what: Names the value in the message.
-        value: What the file has.
-        count: How many numbers it must be.
+        what: Name of the value in the message.
+        value: The file's value.
+        count: Expected count of numbers.
 
     Raises:
-        InputError: If it is anything else.
+        InputError: If it is not such a list.
     """
     numbers = finite_numbers(value, count)
     if numbers is None:

@@ -1,18 +1,18 @@
-r"""The world frame ``map``, from what is known of standing and walking people.
+r"""Estimation of the world frame ``map`` from standing and walking persons.
 
 ``map`` has z up and the floor at z = 0; x is the horizontal part of the reference sensor's
 viewing direction, and the origin lies on the floor below the reference sensor.
 
-Up comes from the person's own upright stance, then from the heights of the standing feet, which lie
-on a plane. With :math:`h` the height of a foot at the horizontal place :math:`(x, y)` along the
-first guess of up:
+The vertical follows from the person's upright stance, then from the heights of the standing feet,
+which lie on a plane. With :math:`h` the height of a foot at the horizontal position :math:`(x, y)`
+along the initial vertical:
 
 .. math:: h = a x + b y + c
 
-and :math:`(a, b)` is weighted against the body's word, which is :math:`(0, 0)`, by the inverse
-covariances: feet that stay in one place leave the body's word, feet that walk about correct it.
-On two-view recordings from a height of 1 m with a level sensor, the body alone is wrong by 1 degree
-and the feet alone by 2, since an ankle's height is seen wrong with the distance.
+and :math:`(a, b)` is combined with the body's estimate :math:`(0, 0)` by the inverse covariances:
+feet at one place leave the body's estimate, feet of a walking person correct it. On two-view
+recordings from a height of 1 m with a level sensor, the error of the body alone is 1 degree and of
+the feet alone 2, since the error of an ankle's height depends on the distance.
 """
 
 from dataclasses import dataclass
@@ -25,19 +25,19 @@ from pose_core.api import FloatArray, FloorEstimate
 from pose_core.joints import JOINT_INDEX
 
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
-FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height from place to place
+FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height between positions
 ANKLE_HEIGHT_STDDEV_M = 0.02  # [m] between people, shoes and sensors
-FOOT_SLOPE_STDDEV = np.radians(2.0)  # [rad] ankles are seen too high or low with the distance
-WEAK_PRIOR = np.radians(20.0)  # [rad] where the feet alone leave the slope open
+FOOT_SLOPE_STDDEV = np.radians(2.0)  # [rad] systematic error of ankle heights with the distance
+WEAK_PRIOR = np.radians(20.0)  # [rad] of the slope, if the feet alone do not determine it
 BODY_STDDEV = np.radians(1.5)  # [rad] of a standing person's long axis from the vertical
-LEVEL_STDDEV = np.radians(10.0)  # [rad] of a sensor that nothing is known of
-MAX_TILT = np.radians(60.0)  # [rad] of the sensor: what lies down is no upright person
+LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
+MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
 STRAIGHT_KNEE = np.radians(25.0)  # [rad] flexion up to which a leg is straight
 UPRIGHT_TRUNK = np.radians(20.0)  # [rad] between trunk and legs
-FEET_COUNT_BELOW = 0.85  # [-] of the body's standard deviation, with which feet earn a mention
+FEET_COUNT_BELOW = 0.85  # [-] of the body's deviation, below which feet are named as a source
 MIN_UPRIGHT_FRAMES = 15  # [-]
-CELL_M = 0.25  # [m] feet within one cell of the floor count as one observation
-HUBER_M = 0.04  # [m] heights further off are feet in the air or wrong joints
+CELL_M = 0.25  # [m] feet in one cell of the floor count as one observation
+HUBER_M = 0.04  # [m] larger deviations are feet in the air or wrong joints
 ITERATIONS = 20
 
 KNOWN_MOUNTING = "known mounting"
@@ -48,7 +48,7 @@ LEVEL_SENSOR = "sensor assumed level"
 
 @dataclass(frozen=True, kw_only=True)
 class KnownMounting:
-    """What is known of the reference sensor's mounting; None where it is to be estimated."""
+    """Known tilt and height of the reference sensor; None where they are estimated."""
 
     tilt: float | None = None  # [rad] of the viewing direction, positive downwards
     height: float | None = None  # [m] above the floor
@@ -59,12 +59,12 @@ def estimate_floor(
     mounting: KnownMounting | None = None,
     gravity: Gravity | None = None,
 ) -> FloorEstimate:
-    """Find ``map`` from skeletons.
+    """Estimate ``map`` from skeletons.
 
     Args:
         positions: Joints [m] in the reference sensor's optical frame, shape (..., 15, 3), NaN where
-            unknown, in any order. The sensor is taken to stand upright, tilted up to 60 degrees.
-        mounting: What is known; it overrides what would be estimated.
+            unknown, in any order. The sensor is assumed to be upright, tilted up to 60 degrees.
+        mounting: Known values, which replace the estimates.
         gravity: The vertical from another source; it replaces the estimate from the body.
 
     Raises:
@@ -110,12 +110,12 @@ def _height(sole: float, sole_stddev: float, mounting: KnownMounting) -> tuple[f
     if mounting.height is not None:
         return mounting.height, 0.0
     if not np.isfinite(sole):
-        return 1.0, np.inf  # nobody's feet were seen: a table's height
+        return 1.0, np.inf  # no feet were measured: the height of a table
     return ANKLE_HEIGHT_M - sole, float(np.hypot(sole_stddev, ANKLE_HEIGHT_STDDEV_M))
 
 
 def _upright_directions(positions: FloatArray) -> FloatArray:
-    """Long axes of the body where it stands straight, unit vectors, shape (n, 3)."""
+    """Long axes of the body in upright frames, unit vectors, shape (n, 3)."""
     at = {name: positions[:, index] for name, index in JOINT_INDEX.items()}
     hips = 0.5 * (at["left_hip"] + at["right_hip"])
     feet = 0.5 * (at["left_foot"] + at["right_foot"])
@@ -132,14 +132,14 @@ def _upright_directions(positions: FloatArray) -> FloatArray:
 
 
 def _angle(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Angle [rad] between vectors; NaN, and so below no limit, where one is unknown."""
+    """Angle [rad] between vectors; NaN where one is unknown."""
     lengths = np.linalg.norm(a, axis=-1) * np.linalg.norm(b, axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.arccos(np.clip((a * b).sum(axis=-1) / lengths, -1.0, 1.0))
 
 
 def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
-    """The foot of each frame that is lower, which is the one that stands, shape (n, 3)."""
+    """The lower foot of each frame, which is the standing one, shape (n, 3)."""
     known = np.isfinite(feet).all(axis=(1, 2))
     feet = feet[known]
     return feet[np.arange(len(feet)), np.argmin(feet @ up, axis=1)]
@@ -148,10 +148,10 @@ def _lower_feet(feet: FloatArray, up: FloatArray) -> FloatArray:
 def _plane(
     standing: FloatArray, up: FloatArray, up_stddev: float
 ) -> tuple[FloatArray, float, float, float]:
-    """The floor that standing feet span, weighted against a first guess of its normal.
+    """The plane of the standing feet, with an initial estimate of its normal as prior.
 
     Returns:
-        Its normal, the feet's height along it as seen from the sensor [m], the standard deviations
+        Its normal, the feet's height along it relative to the sensor [m], the standard deviations
         of the normal [rad] and of that height [m].
     """
     R_level_reference = _map_frame(up, 0.0)[:3, :3]

@@ -1,4 +1,4 @@
-"""The vertical from an accelerometer or from IMUs instead of the person's stance."""
+"""The vertical from an accelerometer, which replaces the estimate from the person's stance."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,8 @@ from pose_core.api import FloatArray
 
 ACCELEROMETER = "the sensor's accelerometer"
 STANDARD_GRAVITY = 9.80665  # [m/s²] (CGPM 1901)
-GRAVITY_TOLERANCE = 0.5  # [m/s²] a sensor that stands still measures gravity alone
-ACCELEROMETER_STDDEV = np.radians(0.5)  # [rad] of a bias of 0.08 m/s², which no averaging removes
+GRAVITY_TOLERANCE = 0.5  # [m/s²] a sensor at rest measures gravity only
+ACCELEROMETER_STDDEV = np.radians(0.5)  # [rad] from a bias of 0.08 m/s², which averaging leaves
 MIN_READINGS = 50  # [-]
 
 
@@ -23,9 +23,9 @@ class Gravity:
 
 
 class AccelerometerGravity:
-    """Up from the accelerometer of a sensor that stands still.
+    """The vertical from the accelerometer of a sensor at rest.
 
-    Readings that are no gravity alone, because somebody touches the sensor, are left out.
+    Measurements that differ from gravity, because the sensor is moved, are left out.
     """
 
     def __init__(self) -> None:
@@ -34,7 +34,7 @@ class AccelerometerGravity:
         self._sum = np.zeros(3)
 
     def add(self, acceleration: FloatArray) -> None:
-        """Take a reading, (3,) [m/s²] in the sensor's optical frame; at rest it points up."""
+        """Add a measurement, (3,) [m/s²] in the sensor's optical frame; at rest it points up."""
         if not abs(float(np.linalg.norm(acceleration)) - STANDARD_GRAVITY) < GRAVITY_TOLERANCE:
             self.left_out += 1
             return
@@ -42,7 +42,7 @@ class AccelerometerGravity:
         self._sum += acceleration
 
     def gravity(self) -> Gravity | None:
-        """Up in the sensor's frame; ``None`` before enough readings."""
+        """Up in the sensor's frame; ``None`` before enough measurements."""
         length = float(np.linalg.norm(self._sum))
         if self.readings < MIN_READINGS or length == 0.0:
             return None

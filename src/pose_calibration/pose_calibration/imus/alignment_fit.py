@@ -9,16 +9,16 @@ The unknowns are every IMU's :math:`y, d, M`, the cameras' bias :math:`b` of its
 axis, which turns with the body, and the heading :math:`\psi` of the N-pose. The measurements are
 
 - the N-pose, :math:`R(0) = R_z(\psi)`: it gives the alignment's tilt, by gravity;
-- the long axes that the cameras measure, :math:`R\,e_z + b = a`: they give the heading;
+- the long axes measured by the cameras, :math:`R\,e_z + b = a`: they give the heading;
 - the lines of shoulders and hips, :math:`R\,e_y = l`;
-- knees, hinges that both neighbours carry: :math:`R_{thigh}\,e_y = R_{shank}\,e_y`;
-- elbows, about whose hinge the forearm bends while it turns about itself:
+- knees, hinges common to both segments: :math:`R_{thigh}\,e_y = R_{shank}\,e_y`;
+- elbows, whose hinge is orthogonal to the forearm's long axis:
   :math:`(R_{upper}\,e_y) \cdot (R_{forearm}\,e_z) = 0`.
 
 The last two need no camera (Seel, Schauer and Raisch (2012), IEEE MSC, for the hinge; Laidig,
 Müller and Seel (2017), Current Directions in Biomedical Engineering 3(2), for the elbow).
-Gauss-Newton with Huber's weights; the inverse of the normal matrix is the uncertainty, so an axis
-that no motion has excited keeps the value of the N-pose.
+Gauss-Newton with Huber's weights; the inverse of the normal matrix is the covariance. An axis that
+no motion has excited keeps the value from the N-pose.
 """
 
 import math
@@ -33,24 +33,24 @@ from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray, SensorToSegment
 from pose_core.joints import SIDES
 
-AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction as the cameras see it
+AXIS_STDDEV = math.radians(5.0)  # [rad] of a limb's direction measured by the cameras
 TRUNK_STDDEV = math.radians(8.0)  # [rad] the same of the trunk, which bends
-LAG_S = 0.1  # [s] by which a tracker may lag behind a limb that turns
+LAG_S = 0.1  # [s] lag of a tracker behind a rotating limb
 BIAS_STDDEV = math.radians(4.0)  # [rad] of b
 LINE_STDDEV = math.radians(10.0)  # [rad] of the shoulders' and the hips' line
 HINGE_STDDEV = math.radians(2.0)  # [rad] of a knee
-ELBOW_STDDEV = math.radians(3.0)  # [rad] of an elbow's right angle
-TILT_STDDEV = math.radians(3.0)  # [rad] by which people deviate from the N-pose
-ARM_TILT_STDDEV = math.radians(8.0)  # [rad] the same of arms, which hang aside and bent
-TURN_STDDEV = math.radians(8.0)  # [rad] the same about the vertical: toes and palms turned
-STAND_HEADING_STDDEV = math.radians(8.0)  # [rad] of ψ as the cameras see it
+ELBOW_STDDEV = math.radians(3.0)  # [rad] of the right angle between an elbow's axis and the forearm
+TILT_STDDEV = math.radians(3.0)  # [rad] of a segment's inclination in the N-pose
+ARM_TILT_STDDEV = math.radians(8.0)  # [rad] the same of arms, which are slightly abducted and bent
+TURN_STDDEV = math.radians(8.0)  # [rad] of a segment's rotation about the vertical in the N-pose
+STAND_HEADING_STDDEV = math.radians(8.0)  # [rad] of ψ measured by the cameras
 DRIFT_STDDEV = math.radians(1.0) / 60.0  # [rad/s] of d
-CORRELATION_S = 0.8  # [s] over which errors stay alike
-LIMIT = 2.0  # [-] standard deviations beyond which a residual counts no more (Huber)
+CORRELATION_S = 0.8  # [s] correlation time of the errors
+LIMIT = 2.0  # [-] standard deviations, Huber's threshold
 ITERATIONS = 30
 CONVERGED = 1e-5  # [rad] a smaller step ends the iteration
-OWN = 8  # [-] unknowns of an IMU: y, d, the alignment's turn (3), b (3)
-MOVING = slice(0, 5)  # y, d, the alignment: what moves the segment
+OWN = 8  # [-] unknowns of an IMU: y, d, the alignment's rotation (3), b (3)
+MOVING = slice(0, 5)  # y, d, the alignment: unknowns of the segment's orientation
 ARMS = ("upper_arm", "forearm")
 TRUNK = ("pelvis", "torso", "head")
 X, Y, Z = np.eye(3)
@@ -65,14 +65,14 @@ class _Measured:
     columns: NDArray[np.intp]  # (c,) the unknowns it depends on
     residual: FloatArray  # (m, r)
     jacobian: FloatArray  # (m, r, c)
-    share: float = 1.0  # [-] of an independent measurement that one instant is
+    share: float = 1.0  # [-] independent measurements per instant
 
 
 def fit_alignments(observations: ImuObservations) -> dict[str, SensorToSegment]:
     """Estimate the alignments of all IMUs that had samples during the N-pose, by segment.
 
     Args:
-        observations: Of an N-pose and the motion after it.
+        observations: Measurements of an N-pose and the motion after it.
     """
     fit = _Fit(observations)
     for _ in range(ITERATIONS):
@@ -82,12 +82,12 @@ def fit_alignments(observations: ImuObservations) -> dict[str, SensorToSegment]:
 
 
 def axis_stddev(segment: str) -> float:
-    """Standard deviation [rad] of a segment's long axis as the cameras see it at rest."""
+    """Standard deviation [rad] of a segment's long axis measured by the cameras at rest."""
     return TRUNK_STDDEV if segment in TRUNK else AXIS_STDDEV
 
 
 class _Fit:
-    """The unknowns, and one step of the iteration."""
+    """State of the Gauss-Newton iteration."""
 
     def __init__(self, o: ImuObservations) -> None:
         self._o = o
@@ -128,7 +128,7 @@ class _Fit:
         return float(np.abs(np.delete(own, 1, axis=1)).max())
 
     def alignments(self) -> dict[str, SensorToSegment]:
-        """The result."""
+        """The alignments by segment."""
         stddev = np.sqrt(np.diag(np.linalg.inv(self._normal)))[:-1].reshape(-1, OWN)[:, 2:5]
         bias = np.einsum("nij,sj->nsi", self._o.R_map_heading, self._b)
         miss = self._rotations()[..., 2] + bias - self._o.long_axis[:, self._rows]
@@ -143,7 +143,7 @@ class _Fit:
         }
 
     def _rotations(self) -> FloatArray:
-        """Every segment's rotation in map at all instants, (n, s, 3, 3)."""
+        """Orientation of every segment in map at all instants, (n, s, 3, 3)."""
         heading = self._y + self._d * self._o.times_s[:, None]
         return np.asarray(_about_z(heading) @ self._R_ws @ self._M)
 
@@ -199,7 +199,7 @@ class _Fit:
         tilt = ARM_TILT_STDDEV if self._segments[i].endswith(ARMS) else TILT_STDDEV
         stddev = np.array([tilt, tilt, TURN_STDDEV])
         R = _about_z(self._y[i] - self._psi) @ self._R_ws_neutral[i] @ self._M[i]
-        up = R[2]  # where turns of the world about the vertical appear in the segment
+        up = R[2]  # the vertical in the segment's axes
         jacobian = np.column_stack([up, np.eye(3), -up]) / stddev[:, None]
         columns = np.append(self._columns(i, slice(0, OWN))[[0, 2, 3, 4]], len(self._normal) - 1)
         residual = Rotation.from_matrix(R).as_rotvec() / stddev
@@ -214,7 +214,7 @@ class _Fit:
         return _Measured(columns=columns, residual=residual[None], jacobian=jacobian[None])
 
     def _axis_jacobian(self, R: FloatArray, axis: FloatArray) -> FloatArray:
-        """Change of R axis, by y, d and a turn of the alignment: (n, 3, 5)."""
+        """Jacobian of R axis by y, d and a rotation of the alignment: (n, 3, 5)."""
         a = R @ axis
         by_heading = np.stack([-a[:, 1], a[:, 0], np.zeros(len(a))], axis=1)
         by_alignment = R @ np.cross(np.eye(3), axis).T  # R (m x axis)
@@ -226,7 +226,7 @@ class _Fit:
 
 
 def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatArray) -> _Measured:
-    """The known ones of residuals at successive instants, which are correlated in time."""
+    """Select the known residuals; successive instants are correlated."""
     known = np.isfinite(residual).all(axis=1) & np.isfinite(jacobian).all(axis=(1, 2))
     return _Measured(
         columns=columns,
@@ -237,7 +237,7 @@ def _repeated(columns: NDArray[np.intp], residual: FloatArray, jacobian: FloatAr
 
 
 def _about_z(angle: FloatArray | float) -> FloatArray:
-    """Rotation matrices of turns [rad] about z, shape (...) to (..., 3, 3)."""
+    """Rotation matrices of angles [rad] about z, shape (...) to (..., 3, 3)."""
     angle = np.asarray(angle, float)
     c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
     rows = ((c, -s, zero), (s, c, zero), (zero, zero, zero + 1.0))
@@ -250,7 +250,7 @@ def _mean_rotation(matrices: FloatArray) -> FloatArray:
 
 
 def _turn_between(first: FloatArray, second: FloatArray) -> float:
-    """Turn [rad] about z that brings directions (n, 3) onto others; 0 if none is known."""
+    """Rotation [rad] about z that maps directions (n, 3) onto others; 0 if none is known."""
     horizontal = [each[:, 0] + 1j * each[:, 1] for each in (first, second)]
     return float(np.angle(np.nansum(horizontal[1] * np.conj(horizontal[0]))))
 

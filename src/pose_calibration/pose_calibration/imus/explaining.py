@@ -1,13 +1,13 @@
-r"""How well each IMU's motion explains what the cameras see of each segment.
+r"""Detection of exchanged and inverted IMUs: fit of each IMU's motion to each segment's.
 
 In the N-pose every segment is upright, so the sensor's axis that was vertical then,
-:math:`u = R_{ws}(0)^T e_z`, is the long axis of whatever segment it sits on. It explains a segment
-whose long axis the cameras see as :math:`a(t)` if one turn :math:`y` of the sensor's world gives
-:math:`a(t) = R_z(y)\,R_{ws}(t)\,u`. What is left is summed in units of its variance,
+:math:`u = R_{ws}(0)^T e_z`, is the long axis of the segment that carries it. It fits a segment
+whose measured long axis is :math:`a(t)` if a heading :math:`y` of the sensor's world gives
+:math:`a(t) = R_z(y)\,R_{ws}(t)\,u`. The residuals are summed in units of their variance,
 
 .. math:: \chi^2 = \min_y \sum_t \frac{\Delta t}{T} \min(|a - R_z(y) R_{ws} u|^2 / \sigma^2, c^2)
 
-so that differences between segments are twice a logarithm of their likelihoods' ratio.
+so that differences between segments are twice their log-likelihood ratio.
 """
 
 import math
@@ -20,24 +20,24 @@ from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
 from pose_core.api import FloatArray
 
 TURNS = np.radians(np.arange(0.0, 360.0, 3.0))
-CAP = 4.0  # [-] standard deviations beyond which a difference counts no more: joints get lost
-CLEARLY = 15.0  # [-] of chi-square by which another explanation must be better
-SHARE = 1.0 / CORRELATION_S * PERIOD_NS * 1e-9  # [-] of a measurement that one instant is
-LEAST_INSTANTS = 30  # [-] seen by both
-MIRRORED = np.array([-1.0, 1.0, 1.0])  # what a world whose z points down makes of u
+CAP = 4.0  # [-] standard deviations at which a residual is capped: trackers lose joints
+CLEARLY = 15.0  # [-] of chi-square, by which another assignment must be better
+SHARE = 1.0 / CORRELATION_S * PERIOD_NS * 1e-9  # [-] independent measurements per instant
+LEAST_INSTANTS = 30  # [-] measured by both
+MIRRORED = np.array([-1.0, 1.0, 1.0])  # effect of a world whose z points down on u
 
 
 @dataclass(frozen=True, kw_only=True)
 class Explanations:
-    """What every sensor leaves unexplained of every segment."""
+    """Chi-square of every sensor on every segment."""
 
     segments: tuple[str, ...]
     chi_square: FloatArray  # (s, s): sensor, segment; NaN unknown
-    upside_down: FloatArray  # (s,) of each sensor on its own segment, its world upside down
+    upside_down: FloatArray  # (s,) each sensor on its own segment, with its world inverted
 
     @property
     def swapped(self) -> list[tuple[str, str]]:
-        """Pairs of segments whose sensors explain each other's segment clearly better."""
+        """Pairs of segments whose sensors fit each other's segment clearly better."""
         return [
             (self.segments[i], self.segments[j])
             for i, j in self._pairs()
@@ -46,13 +46,13 @@ class Explanations:
 
     @property
     def upside_down_worlds(self) -> list[str]:
-        """Segments whose sensor explains them clearly better with its world upside down."""
+        """Segments whose sensor fits clearly better with its world inverted."""
         gain = np.diag(self.chi_square) - self.upside_down
         return [name for name, each in zip(self.segments, gain, strict=True) if each > CLEARLY]
 
     @property
     def alike(self) -> list[tuple[str, str]]:
-        """Pairs of segments that have moved too much alike to notice an exchange."""
+        """Pairs of segments whose motions are too similar to detect an exchange."""
         return [
             (self.segments[i], self.segments[j])
             for i, j in self._pairs()
@@ -69,7 +69,7 @@ class Explanations:
 
 
 def explain(observations: ImuObservations) -> Explanations:
-    """Compare every sensor with every segment that carries one."""
+    """Compute the chi-square of every sensor on every segment that carries one."""
     o, count = observations, len(observations.segments)
     chi_square, upside_down = np.full((count, count), np.nan), np.full(count, np.nan)
     for i in range(count):
@@ -91,7 +91,7 @@ def _upright_axis(o: ImuObservations, i: int) -> FloatArray:
 
 
 def _unexplained(o: ImuObservations, axis: FloatArray, sensor: int, segment: int) -> float:
-    """Chi-square that a sensor's axis leaves of a segment's; NaN if seldom seen."""
+    """Chi-square of a sensor's axis on a segment's; NaN with too few instants."""
     segment_axis = o.long_axis[:, segment]
     known = np.isfinite(axis[:, 0]) & np.isfinite(segment_axis[:, 0])
     if np.count_nonzero(known) < LEAST_INSTANTS:

@@ -1,4 +1,4 @@
-"""What the IMUs' calibration still wants of the person, in plain words."""
+"""Instructions to the person during the calibration of the IMUs."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,11 +16,11 @@ MOVES = {
     "head": "nod, then look to both sides",
 }
 TURN_UNSEEN = ("forearm", "torso", "pelvis", "head")
-"""Segments whose turn about themselves is the N-pose's: no motion shows it much better."""
+"""Segments whose rotation about the long axis comes from the N-pose: motion hardly improves it."""
 
 
 def wanted_stddev(segment: str, alignment: SensorToSegment) -> float:
-    """The largest deviation [rad] about an axis that motion could make smaller."""
+    """Largest standard deviation [rad] about an axis that motion can reduce."""
     shown = 2 if _part(segment)[1] in TURN_UNSEEN else 3
     return float(np.max(alignment.stddev[:shown]))
 
@@ -30,12 +30,12 @@ def what_is_missing(
     alike: Sequence[tuple[str, str]],
     enough: float,
 ) -> tuple[str, float]:
-    """What would help most now, and how much of what is wanted has been reached.
+    """The most useful next movement, and the progress.
 
     Args:
-        alignments: As far as they are known.
-        alike: Pairs of segments that have moved alike so far.
-        enough: Deviation [rad] that suffices.
+        alignments: The alignments so far.
+        alike: Pairs of segments with similar motions so far.
+        enough: Standard deviation [rad] that suffices.
 
     Returns:
         A sentence, empty if nothing is missing; and the progress, 0 to 1.
@@ -54,7 +54,7 @@ def what_is_missing(
 
 
 def how_to_move(segment: str) -> str:
-    """What excites a segment's sensor."""
+    """Instruction for a movement that excites a segment's sensor."""
     side, part = _part(segment)
     return MOVES[part].format(side=f"{side} " if side else "")
 

@@ -1,4 +1,4 @@
-"""The IMUs' calibration, live and offline: stand, move, done."""
+"""Sensor-to-segment calibration of IMUs, live and offline: N-pose, then motion."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,30 +23,30 @@ from pose_core.api import (
 )
 from pose_core.joints import SEGMENTS
 
-LEAST_HEARD = 0.8  # [-] of the time
-MOVED = math.radians(25.0)  # [rad] that a segment must have turned for its sensor to show it
-UNMOVED = math.radians(6.0)  # [rad] that a sensor which lies on the table turns at most
-MOST = 95.0  # [%] percentile that stands for the largest angle
+LEAST_SAMPLED = 0.8  # [-] required share of the time with samples
+MOVED = math.radians(25.0)  # [rad] rotation of a segment from which on its sensor must rotate
+UNMOVED = math.radians(6.0)  # [rad] largest rotation of a sensor that is not worn
+MOST = 95.0  # [%] percentile used as the largest angle
 ALIKE, OPPOSITE = 0.5, -0.5  # [-] cosines between sensors' axes along the body
-LEAST_TO_COMPARE = 4  # [-] sensors, to compare one with the others
+LEAST_TO_COMPARE = 4  # [-] sensors required to compare one with the others
 
 
 ATTEMPT_EVERY_S = 2.0  # [s] of motion
-STOOD = 0.2  # [-] of the progress that the N-pose is
+STOOD = 0.2  # [-] share of the N-pose in the progress
 STAND = "stand still, upright, arms hanging, palms to the thighs, for 2 s"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """Something about the sensors of some segments."""
+    """A fault or remark about the sensors of some segments."""
 
     segments: tuple[str, ...]
     text: str
-    is_fault: bool  # else it is only worth knowing
+    is_fault: bool  # otherwise a remark
 
 
 def faults_of(observations: ImuObservations, explanations: Explanations) -> list[Finding]:
-    """What makes a sensor useless as it is."""
+    """Faults that make a sensor unusable."""
     found = [*_silent(observations), *_unmoved(observations)]
     named = {segment for finding in found for segment in finding.segments}
     for first, second in explanations.swapped:
@@ -68,7 +68,7 @@ def faults_of(observations: ImuObservations, explanations: Explanations) -> list
 
 
 def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
-    """What is unusual, and taken into account: sensors the other way up than the others."""
+    """Unusual but accepted mountings: sensors inverted relative to the others."""
     if len(alignments) < LEAST_TO_COMPARE:
         return []
     names = list(alignments)
@@ -90,7 +90,7 @@ def remarks_on(alignments: Mapping[str, SensorToSegment]) -> list[Finding]:
 
 
 def uncertain(alignments: Mapping[str, SensorToSegment], enough: float) -> list[Finding]:
-    """Alignments less certain than ``enough`` [rad] that motion could have made more certain."""
+    """Alignments with standard deviations above ``enough`` [rad] that motion could reduce."""
     return [
         Finding(
             segments=(segment,),
@@ -110,7 +110,7 @@ def _silent(o: ImuObservations) -> list[Finding]:
     for segment, share, then in zip(o.segments, heard, standing, strict=True):
         if then == 0.0:
             text = f"the sensor of {segment} was silent while you stood still"
-        elif share < LEAST_HEARD:
+        elif share < LEAST_SAMPLED:
             text = f"the sensor of {segment} sent samples only {share:.0%} of the time"
         else:
             continue
@@ -142,7 +142,7 @@ def _unmoved(o: ImuObservations) -> list[Finding]:
 
 
 class Phase(Enum):
-    """What the person does."""
+    """Phase of the calibration."""
 
     STAND = "stand"
     MOVE = "move"
@@ -165,14 +165,14 @@ class ImuCalibrationResult:
 
 
 class ImuCalibration:
-    """Collects samples of cameras and IMUs until the alignments are known well enough.
+    """Collects samples of cameras and IMUs until the alignments are certain enough.
 
     Args:
-        parameters: See the class.
-        extrinsics: Where the Kinects are.
+        parameters: See :class:`ImuCalibrationParameters`.
+        extrinsics: Poses of the Kinects.
 
     Raises:
-        CalibrationError: If a segment that must be worn is none of the body's.
+        CalibrationError: If a required segment is not part of the body model.
     """
 
     def __init__(self, parameters: ImuCalibrationParameters, extrinsics: Extrinsics) -> None:
@@ -228,10 +228,10 @@ class ImuCalibration:
             self.phase = Phase.DONE
 
     def finish(self) -> ImuCalibrationResult:
-        """The result of all there was: the recording has ended, or the time is up.
+        """The result from all samples, at the end of the recording or of the time.
 
         Raises:
-            CalibrationError: If the person did not stand neutrally, or did not move long enough.
+            CalibrationError: If there was no N-pose, or too little motion after it.
         """
         if self.phase is not Phase.DONE:
             self.solve()
@@ -250,14 +250,14 @@ class ImuCalibration:
 
     @property
     def progress(self) -> float:
-        """How much of what is wanted has been seen, 0 to 1."""
+        """Progress of the calibration, 0 to 1."""
         if self.phase is Phase.STAND:
             return 0.0
         return 1.0 if self.phase is Phase.DONE else STOOD + (1.0 - STOOD) * self._progress
 
     @property
     def missing(self) -> str:
-        """What the person should do now; empty if nothing."""
+        """Instruction to the person; empty if there is none."""
         if self.phase is Phase.DONE:
             return ""
         if self.phase is Phase.STAND:

@@ -32,10 +32,10 @@ from pose_core.session.n_pose import (
 )
 from pose_core.stamps import NS_PER_S
 
-PERIOD_NS = NS_PER_S // 10  # [ns] between two instants that are kept
-MOST_INSTANTS = 1200  # [-] that are kept of the motion: two minutes, the latest
-LATEST_NS = NS_PER_S // 20  # [ns] sensors that are this far apart still show the same pose
-STILL_RATE = 0.25  # [rad/s] an IMU that turns faster is not still
+PERIOD_NS = NS_PER_S // 10  # [ns] between stored instants
+MOST_INSTANTS = 1200  # [-] stored of the motion: the latest two minutes
+LATEST_NS = NS_PER_S // 20  # [ns] largest difference of stamps within an instant
+STILL_RATE = 0.25  # [rad/s] largest angular velocity of an IMU at rest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,27 +49,27 @@ class Instant:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuObservations:
-    """n instants of s IMUs as arrays; NaN where something was not seen or heard."""
+    """n instants of s IMUs as arrays; NaN where a measurement is missing."""
 
     segments: tuple[str, ...]
     times_s: FloatArray  # (n,) [s] since the middle of the N-pose
     R_world_sensor: FloatArray  # (n, s, 3, 3)
     rate: FloatArray  # (n, s) [rad/s]
-    long_axis: FloatArray  # (n, s, 3) z of the segment in map, as the cameras see it
+    long_axis: FloatArray  # (n, s, 3) z of the segment in map, measured by the cameras
     line: FloatArray  # (n, s, 3) y of trunk and pelvis in map: shoulders' and hips' lines
-    R_map_heading: FloatArray  # (n, 3, 3) the body's heading, as the cameras see it
+    R_map_heading: FloatArray  # (n, 3, 3) the body's heading, measured by the cameras
     is_neutral: NDArray[np.bool_]  # (n,) during the N-pose
     neutral_heading: float  # [rad] of the body in map, in the N-pose
 
 
 class ObservationRecorder:
-    """Waits for the N-pose and records the observations of it and of the motion afterwards.
+    """Detects the N-pose and records measurements during it and the motion afterwards.
 
     Args:
         sensors: The Kinects' names.
-        extrinsics: Where they are, and how their clocks stand.
-        model: The body model: which links the segments are.
-        camera_delay_s: How late joints are against their stamps [s].
+        extrinsics: Poses and clocks of the Kinects.
+        model: The body model, which gives the segments' links.
+        camera_delay_s: Delay of joints behind their stamps [s].
     """
 
     def __init__(
@@ -93,7 +93,6 @@ class ObservationRecorder:
         self._moving: deque[Instant] = deque(maxlen=MOST_INSTANTS)
         self._kept_ns = 0
         self.stand: NPose | None = None
-        self.rejected_imu_samples = 0
 
     @property
     def segments(self) -> tuple[str, ...]:
@@ -102,21 +101,21 @@ class ObservationRecorder:
 
     @property
     def moved_s(self) -> float:
-        """Time [s] that has been kept since the N-pose."""
+        """Duration [s] recorded since the N-pose."""
         return len(self._moving) * PERIOD_NS / NS_PER_S
 
     @property
     def joints(self) -> FloatArray:
-        """Mean of the sensors' tracked joints in map now, shape (15, 3) [m]; NaN elsewhere."""
+        """Current mean of the sensors' tracked joints in map [m], shape (15, 3); NaN if unknown."""
         return nan_mean(self._views)
 
     def add_imu(self, block: ImuBlock) -> None:
-        """Take IMUs' samples."""
+        """Add samples of IMUs."""
         block = self._rates.checked(block_on_reference_clock(block, self._clocks))
-        self.rejected_imu_samples += self._tracks.add(block)
+        self._tracks.add(block)
 
     def add_skeleton(self, sample: SkeletonSample) -> None:
-        """Take one sensor's view of the person."""
+        """Add one sensor's skeleton of the person."""
         if sample.sensor not in self._placed:
             return
         sample = on_reference_clock(sample, self._clocks)
@@ -145,7 +144,7 @@ class ObservationRecorder:
             self._standing.popleft()
 
     def _watch(self, sample: SkeletonSample, positions: FloatArray, index: int) -> None:
-        """Detect the N-pose, in which the IMUs are still too."""
+        """Detect the N-pose, during which the IMUs must be at rest too."""
         views = np.full_like(self._views, np.nan)
         state = np.zeros(views.shape[:2], np.uint8)
         views[index], state[index] = positions, sample.tracking_state
@@ -159,7 +158,7 @@ class ObservationRecorder:
 
     @property
     def is_still(self) -> bool:
-        """Whether the IMUs turn slowly, and have lately."""
+        """Whether all IMUs have recent samples and rotate slowly."""
         rates = [
             float(np.linalg.norm(reading.angular_velocity))
             for instant in self._standing
@@ -168,7 +167,7 @@ class ObservationRecorder:
         return bool(rates) and float(np.percentile(rates, 90.0)) < STILL_RATE
 
     def posture(self) -> str:
-        """Why the pose is no N-pose, in plain words; empty if it is one."""
+        """Reason why the pose is not an N-pose; empty if it is one."""
         joints = self.joints
         unseen = [name for name, row in JOINT_INDEX.items() if np.isnan(joints[row, 0])]
         if unseen:
@@ -184,7 +183,7 @@ class ObservationRecorder:
         return ""
 
     def observations(self) -> ImuObservations | None:
-        """All that was kept since the N-pose; None before it."""
+        """All measurements since the N-pose; None before it."""
         if self.stand is None:
             return None
         instants = [*self._standing, *self._moving]
@@ -199,7 +198,7 @@ class ObservationRecorder:
                     R_world_sensor[k, i] = instant.readings[segment].R_world_sensor
                     rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
             R_map_heading[k] = heading_axes(nan_mean(instant.views))
-            # Each tracker's bias of the joints is known from the N-pose.
+            # Each tracker's bias of the joints is estimated in the N-pose.
             joints = nan_mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
             _fill_axes(axis_observer, segments, joints, axes[:, k])
         stamps = np.array([instant.stamp_ns for instant in instants], np.int64)

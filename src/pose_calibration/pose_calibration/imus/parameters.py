@@ -1,4 +1,4 @@
-"""What a user may set of the IMUs' calibration."""
+"""Parameters of the IMUs' calibration."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from pose_core.parameters import NAME_ENDING, parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ImuCalibrationParameters:
-    """Parameters of ``./pose calibrate imu``, live and offline alike."""
+    """Parameters of ``./pose calibrate imu``, live and offline."""
 
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects, the reference first", pattern=NAME_ENDING

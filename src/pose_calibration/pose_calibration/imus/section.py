@@ -8,7 +8,7 @@
         left_thigh:
           rotation: [0.12, -0.03, 0.61, 0.78]  # R_sensor_segment, quaternion x, y, z, w
           stddev_deg: [1.2, 0.9, 2.4]  # about the segment's x, y, z
-          residual_deg: 5.1  # RMS between where cameras and sensor see the segment point
+          residual_deg: 5.1  # RMS angle between the segment's directions by cameras and sensor
 """
 
 from collections.abc import Mapping
@@ -35,10 +35,10 @@ LARGEST_STDDEV_DEG = 180.0
 
 
 def save_alignments(path: Path, alignments: SensorsToSegments) -> None:
-    """Write the section into a session's file, which must exist; the rest of it stays.
+    """Write the section into an existing session's file; other sections are kept.
 
     Raises:
-        InputError: If the file is no session or cannot be written.
+        InputError: If the file is not a session or cannot be written.
     """
     write_document(path, {**read_document(path), NAME: alignments_document(alignments)})
 
@@ -62,7 +62,7 @@ def load_alignments(path: Path) -> SensorsToSegments | None:
     """Read the section; None if the file has none.
 
     Raises:
-        InputError: If the file is no session, or the section is not what it should be.
+        InputError: If the file is not a session, or the section is invalid.
     """
     section = read_document(path).get(NAME)
     if section is None:
@@ -71,10 +71,10 @@ def load_alignments(path: Path) -> SensorsToSegments | None:
 
 
 def read_alignments(where: str, section: Any) -> SensorsToSegments:
-    """The alignments of the section's content.
+    """Parse the section's content.
 
     Raises:
-        InputError: If it is not what it should be.
+        InputError: If it is invalid.
     """
     if not isinstance(section, Mapping):
         raise InputError(f"{where} is {section!r}, expected a mapping")
@@ -94,13 +94,13 @@ def read_alignments(where: str, section: Any) -> SensorsToSegments:
 
 
 def load_alignments_if_any(imus_file: str, extrinsics_file: str) -> tuple[str, SensorsToSegments]:
-    """The alignments that a session's file has: of the first file that is named, if it exists.
+    """Read the alignments of the first named session's file, if it exists.
 
     Returns:
-        The file's name, empty if none is named; and its alignments, none if it has none.
+        The file's name, empty if none is named; and its alignments, which may be empty.
 
     Raises:
-        InputError: If the file exists, but is not what it should be.
+        InputError: If the file exists, but is invalid.
     """
     name = imus_file or extrinsics_file
     if not name or not Path(name).expanduser().exists():
@@ -115,7 +115,7 @@ def _alignment(where: str, entry: Any) -> SensorToSegment:
     stddev = read_vector(f"{where}: stddev_deg", entry.get("stddev_deg"), 3)
     if not ((stddev > 0.0) & (stddev <= LARGEST_STDDEV_DEG)).all():
         raise InputError(f"{where}: stddev_deg is {stddev.tolist()}, expected (0, 180]")
-    residual = entry.get("residual_deg")  # for people
+    residual = entry.get("residual_deg")  # for information
     return SensorToSegment(
         R_sensor_segment=R_sensor_segment,
         stddev=np.radians(stddev),

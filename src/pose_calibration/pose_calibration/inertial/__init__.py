@@ -1,1 +1,1 @@
-"""Clock offset and vertical from body-worn IMUs."""
+"""Estimation of clock offset and vertical from body-worn IMUs."""

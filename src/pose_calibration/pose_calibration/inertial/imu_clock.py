@@ -1,8 +1,8 @@
-"""What body-worn IMUs add to a calibration: their clock, and the vertical.
+"""Calibration results from body-worn IMUs: the offset of their clock, and the vertical.
 
-A tracker is late; how late cannot be told from how a clock is set. So what a tracker's delay can
-explain is left to the fusion, which finds each tracker's delay where there are IMUs. Only beyond
-that is the IMUs' clock taken to be set otherwise, and the trackers to be late as most are.
+A tracker's delay and a clock offset cannot be separated. An offset within the range of trackers'
+delays is left to the fusion, which estimates each tracker's delay from IMUs. A larger offset is
+attributed to the IMUs' clock, with a typical delay of the trackers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,10 +23,10 @@ from pose_calibration.inertial.imu_motion import (
 )
 from pose_core.api import Clock, Extrinsics, SkeletonSample, on_reference_clock
 
-TRACKER_DELAY_S = 0.04  # [s] of trackers' joints behind their stamps, where a clock is off, too
-TRACKER_DELAYS_S = (-0.02, 0.15)  # [s] that the fusion finds (pose_core.filter.adaptation)
-SEARCHED_S = 60.0  # [s] of a longer recording: drifting clocks blur the rest
-WINDOW_S = 30.0  # [s] in which a delay is measured, for the drift
+TRACKER_DELAY_S = 0.04  # [s] typical delay of trackers' joints behind their stamps
+TRACKER_DELAYS_S = (-0.02, 0.15)  # [s] range that the fusion estimates (pose_core.filter)
+SEARCHED_S = 60.0  # [s] used of a longer recording: a drift blurs the minimum
+WINDOW_S = 30.0  # [s] in which a delay is measured, to find the drift
 MOST_WINDOWS = 20  # [-]
 NEAR_S = 0.1  # [s] about a known offset
 
@@ -36,13 +36,13 @@ class ImuFindings:
     """Estimates from body-worn IMUs."""
 
     offset_s: float  # [s] by which their clock is ahead
-    offset_stddev_s: float  # [s] infinite where nothing was to be seen
-    clock: Clock | None  # None where a tracker's delay explains the offset
-    gravity: Gravity | None  # None where an upright body is as certain
+    offset_stddev_s: float  # [s] infinite if the motion does not determine it
+    clock: Clock | None  # None if the offset may be a tracker's delay
+    gravity: Gravity | None  # None if the upright body is as certain
 
 
 def is_clocks(offset_s: float) -> bool:
-    """Whether an offset of the IMUs' clock [s] is more than a tracker's delay explains."""
+    """Whether an offset of the IMUs' clock [s] is outside the range of trackers' delays."""
     shortest, longest = TRACKER_DELAYS_S
     return not shortest <= TRACKER_DELAY_S - offset_s <= longest
 
@@ -53,13 +53,13 @@ def imu_findings(
     memory: ImuMemory,
     max_offset_s: float,
 ) -> ImuFindings:
-    """Compare the IMUs with what the cameras see.
+    """Compare the IMUs with the cameras' skeletons.
 
     Args:
-        extrinsics: Where the sensors stand, with their clocks.
-        skeletons: One person's samples by sensor, stamps ascending and as they came.
+        extrinsics: Poses and clocks of the sensors.
+        skeletons: One person's samples by sensor, stamps ascending and uncorrected.
         memory: The IMUs' orientations.
-        max_offset_s: Largest offset [s] to look for.
+        max_offset_s: Largest offset [s] of the search.
     """
     begin_ns = min(ones[0].stamp_ns for ones in skeletons.values() if ones)
     views = _views(extrinsics, skeletons, begin_ns)
@@ -86,7 +86,7 @@ def imu_findings(
 def measure_imu_window(
     views: Sequence[View], verticals: Mapping[str, ImuVertical], delay_s: float
 ) -> Measured | None:
-    """The IMUs' offset in one stretch, near a known delay [s]; None if nothing moves enough."""
+    """The IMUs' offset in one window, near a known delay [s]; None if the motion is too small."""
     delay = measure_imu_delay(views, verticals, NEAR_S, delay_s)
     if not np.isfinite(delay.stddev_s):
         return None
@@ -102,7 +102,7 @@ def measure_imu_window(
 def _views(
     extrinsics: Extrinsics, skeletons: Mapping[str, Sequence[SkeletonSample]], begin_ns: int
 ) -> list[View]:
-    """What each sensor sees, on the reference's clock."""
+    """Views of all sensors, on the reference's clock."""
     return [
         View(
             track_of([on_reference_clock(one, extrinsics.clocks) for one in ones], begin_ns),
@@ -133,7 +133,7 @@ def _over_time(
 
 
 def _middle(views: Sequence[View]) -> float:
-    """Where the middle minute of what was seen begins [s]."""
+    """Start [s] of the middle minute of the views."""
     first = min(float(view.track.stamps[0]) for view in views if len(view.track.stamps))
     last = max(float(view.track.stamps[-1]) for view in views if len(view.track.stamps))
     return max(first, 0.5 * (first + last - SEARCHED_S))

@@ -1,4 +1,4 @@
-r"""The vertical in the reference sensor's frame, from IMUs on the limbs that it sees.
+r"""The vertical in the reference sensor's frame, from IMUs on limbs that it tracks.
 
 With :math:`u` the vertical and :math:`b` a bone's direction in the camera's frame, and :math:`g`
 the vertical and :math:`a` the same bone in the IMU's, for all instants
@@ -7,10 +7,10 @@ the vertical and :math:`a` the same bone in the IMU's, for all instants
 
 where :math:`c` is the tracker's constant bias of that limb's inclination, and :math:`e` the part
 of the bias that changes with the limb's direction, the same in all sensors. There is one :math:`u`,
-one :math:`e` a limb, and one :math:`a` and :math:`c` a limb and view. Gauss-Newton with Tukey's
-weights estimates them, with priors on :math:`u`, from the person's upright stance, on :math:`c` and
-on :math:`e`. Neither headings nor the alignments of the IMUs need be known, but several limbs must
-have pointed elsewhere than down.
+one :math:`e` per limb, and one :math:`a` and :math:`c` per limb and view. They are estimated by
+Gauss-Newton with Tukey's weights and priors on :math:`u`, from the person's upright stance, on
+:math:`c` and on :math:`e`. Headings and alignments of the IMUs are not needed, but several limbs
+must change their inclination.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,15 +26,15 @@ from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 
 BODY_IMUS = "upright body and body-worn IMUs"
-RATE = 10.0  # [Hz] of the instants that are compared
+RATE = 10.0  # [Hz] of the instants used
 LEAST_SAMPLES = 50  # [-] of a limb
 ITERATIONS = 15
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
-FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own tilt, which no more motion betters
+FLOOR_STDDEV = np.radians(0.5)  # [rad] of the IMUs' own inclination, a lower bound
 LIMB_STDDEV = 0.05  # [-] of a limb's constant bias: 1.5 cm of 30 cm
 LIMB_SLOPE_STDDEV = 0.08  # [-] of the part that changes with its direction: 1.7 cm at either end
-OPTIMISM = 2.0  # [-] true over formal errors: a limb's slow errors are few, not many
-IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without them, with which they earn a mention
+OPTIMISM = 2.0  # [-] true over formal errors: a limb's errors are correlated
+IMUS_COUNT_BELOW = 0.85  # [-] of the deviation without IMUs, below which they are used
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class _Limb:
 
 @dataclass
 class _State:
-    """The unknowns."""
+    """The unknowns of the estimation."""
 
     up: FloatArray  # (3,) unit vector
     slopes: FloatArray  # (segments, 3) [-]
@@ -56,7 +56,7 @@ class _State:
     biases: FloatArray  # (limbs,) [-]
 
     def move(self, step: FloatArray) -> None:
-        """Add a step: 2 of the vertical, 3 a segment, 3 a limb."""
+        """Add a step: 2 values of the vertical, 3 per segment, 3 per limb."""
         middle = 2 + self.slopes.size
         self.up = _unit(self.up + _tangents(self.up) @ step[:2])
         self.slopes = self.slopes + step[2:middle].reshape(-1, 3)
@@ -76,14 +76,14 @@ def gravity_from_imus(
     """Estimate the vertical in the reference's frame.
 
     Args:
-        views: Joints measured by each camera, with the vertical as known without the IMUs.
+        views: Joints measured by each camera, with the vertical estimated without the IMUs.
         turns: ``R_reference_sensor`` of each, (3, 3).
         verticals: The vertical in each IMU, by segment.
-        delay_s: How much later the IMUs' stamps are for the same pose [s].
-        up_stddev: Deviation [rad] of the vertical as it is known without the IMUs.
+        delay_s: Delay of the IMUs' stamps for the same pose [s].
+        up_stddev: Standard deviation [rad] of the vertical estimated without the IMUs.
 
     Returns:
-        The vertical in the reference's frame; None if the limbs' motion adds nothing to it.
+        The vertical in the reference's frame; None if the limbs' motion does not improve it.
     """
     limbs = [
         limb
@@ -177,7 +177,7 @@ def _normal_equations(
 
 
 def _tangents(v: FloatArray) -> FloatArray:
-    """Two unit vectors across a unit vector, (3, 2)."""
+    """Two unit vectors orthogonal to a unit vector and each other, (3, 2)."""
     other = np.eye(3)[int(np.argmin(np.abs(v)))]
     first = _unit(np.cross(v, other))
     return np.column_stack([first, np.cross(v, first)])

@@ -3,8 +3,8 @@ r"""Time offset between cameras and body-worn IMUs, from the inclination of the 
 Both measure a limb's inclination: a camera as :math:`u \cdot b(t)`, with :math:`u` the vertical and
 :math:`b` the bone's direction in its frame; an IMU on the limb as :math:`a \cdot g(t)`, with
 :math:`g` the vertical in the sensor and :math:`a` the bone's direction there. The unknown :math:`a`
-is constant, and no heading is needed. The time offset is the shift under which a linear combination
-of :math:`g` explains :math:`u \cdot b` best:
+is constant, and no heading is needed. The time offset is the shift under which a linear
+combination of :math:`g` fits :math:`u \cdot b` best:
 
 .. math:: \min_{\tau} \sum_{limbs} n \log \min_a \sum_t (u \cdot b(t) - a \cdot g(t + \tau))^2
 """
@@ -23,30 +23,30 @@ from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
 GRID_RATE = 50.0  # [Hz]
 LEAST_S = 4.0  # [s] of a limb in view
 LEAST_SWING = 0.03  # [-] standard deviation of a limb's high-passed inclination
-DECISIVE = 6.0  # [-] in twice the log-likelihood, by which the best shift must beat others
-APART_S = 0.15  # [s] a shift nearer to the best one is the same
-MOST_POINTING = 0.7  # [-] cosine between a limb and the line of sight: beyond, it is badly measured
-LEAST_EXPLAINED = 0.5  # [-] of the variance of a limb's inclination, by the IMU
-OWN_REACH_S = 0.2  # [s] to either side of the common shift, in which each limb has its own
-LAG_FLOOR_S = 0.012  # [s] between the lags of limbs that are measured well
+DECISIVE = 6.0  # [-] twice the log-likelihood ratio required between the best shift and others
+APART_S = 0.15  # [s] shifts closer than this to the best one count as the same
+MOST_POINTING = 0.7  # [-] largest cosine between a limb and the line of sight
+LEAST_EXPLAINED = 0.5  # [-] share of the inclination's variance that the IMU must explain
+OWN_REACH_S = 0.2  # [s] half width of the search for each limb's shift about the common one
+LAG_FLOOR_S = 0.012  # [s] scatter of the lags of limbs that are measured well
 UNEXPLAINED_LAG_S = (
     0.1  # [s] times what the IMU does not explain: a limb measured badly is measured late
 )
-LEAST_LIMBS = 3  # [-] in all views together: one may be badly measured
-TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag from one motion to another
-FINE = 3  # [-] steps of the grid to either side that a parabola is laid through
+LEAST_LIMBS = 3  # [-] in all views together, since one may be measured badly
+TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
+FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
 JUMP_BACK_NS = 1_000_000_000  # [ns]
-EVERY_NS = 19_000_000  # [ns] samples closer in time are redundant
-LEAST_LATE = 0.7  # [-] of the limbs' weight is later than the tracker's own lag
+EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
+LEAST_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean
 UP = np.array([0.0, 0.0, 1.0])
 
 
 class ImuMemory:
-    """Orientations of each IMU, thinned.
+    """Orientations of each IMU at a reduced rate.
 
     Args:
-        reach_ns: How far back [ns]; what is older is forgotten.
+        reach_ns: Duration stored [ns]; older samples are dropped.
     """
 
     def __init__(self, reach_ns: int = 2**62) -> None:
@@ -56,7 +56,7 @@ class ImuMemory:
 
     @property
     def segments(self) -> tuple[str, ...]:
-        """Segments whose IMU has samples and that a camera can see."""
+        """Segments with IMU samples that cameras can measure."""
         return tuple(sorted(self._stamps))
 
     def add(self, block: ImuBlock) -> None:
@@ -72,7 +72,7 @@ class ImuMemory:
         if stamps and -JUMP_BACK_NS < stamp_ns - stamps[-1] < EVERY_NS:
             return
         if stamps and stamp_ns < stamps[-1]:
-            stamps.clear()  # the clock was set back, or a recording begins anew
+            stamps.clear()  # the clock was set back, or a recording restarted
             quaternions.clear()
         stamps.append(stamp_ns)
         quaternions.append(quaternion)
@@ -82,7 +82,7 @@ class ImuMemory:
 
     def verticals(self, begin_ns: int) -> dict[str, "ImuVertical"]:
         """Vertical in each IMU's frame, by segment; stamps in seconds since ``begin_ns``."""
-        # Loads scipy for half a second, which a node that starts should not wait for.
+        # Imported here: scipy takes half a second to load, not at a node's start.
         from scipy.spatial.transform import Rotation
 
         return {
@@ -111,7 +111,7 @@ class ImuVertical:
 class View:
     """Joints that one camera measured."""
 
-    track: Track  # joints in its frame, stamps put on the reference's clock
+    track: Track  # joints in its frame, stamps on the reference's clock
     up: FloatArray  # (3,) the vertical in the camera's frame
 
 
@@ -119,7 +119,7 @@ class View:
 class _Limb:
     """One limb in one view, and the IMU on it, on a grid."""
 
-    misfit: FloatArray  # (shifts,) sum of squares that no direction explains, mean of the samples
+    misfit: FloatArray  # (shifts,) mean squared residual of the best direction
     count: float  # [-] independent samples
     energy: float  # [1/s²] mean square rate of the explained inclination
 
@@ -130,7 +130,7 @@ def measure_imu_delay(
     reach_s: float,
     centre_s: float = 0.0,
 ) -> Delay:
-    """Estimate how much later the IMUs' stamps are than the views', for the same pose.
+    """Estimate the delay of the IMUs' stamps behind the views' for the same pose.
 
     Args:
         views: Joints measured by each camera.
@@ -221,7 +221,7 @@ def _without_slow(values: FloatArray, known: NDArray[np.bool_]) -> FloatArray:
 
 
 def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float] | None:
-    """A limb's own shift near the common one and its variance [s, s²]; ``None`` if undetermined."""
+    """A limb's own shift near the common one and its variance [s, s²]; None if undetermined."""
     reach = round(OWN_REACH_S * GRID_RATE)
     first, last = max(best - reach, FINE), min(best + reach + 1, len(shifts) - FINE)
     own = first + int(np.argmin(limb.misfit[first:last]))
@@ -240,7 +240,7 @@ def _own_shift(limb: _Limb, shifts: FloatArray, best: int) -> tuple[float, float
 
 
 def _combined(found: FloatArray) -> Delay:
-    """Weighted quantile of the limbs' shifts, shape (n, 2): a badly measured limb is later only."""
+    """Weighted quantile of the limbs' shifts, shape (n, 2): errors of limbs are always delays."""
     shift, random = found[np.argsort(found[:, 0])].T
     weight = 1.0 / (random + LAG_FLOOR_S**2)
     share = (np.cumsum(weight) - 0.5 * weight) / weight.sum()

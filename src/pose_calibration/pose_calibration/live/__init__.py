@@ -1,1 +1,1 @@
-"""Calibration while the sensors run, and its supervision."""
+"""Live calibration and its monitoring."""

@@ -1,8 +1,8 @@
-"""The sources' clocks after the calibration: their drift, and steps when somebody sets one.
+"""Tracking of the sources' clocks after the calibration: drift, and steps when a clock is set.
 
 Every ten seconds the offsets are measured in the last twenty seconds, near their last values, and
-a line is fitted to the measurements. If the offset is not found there, the whole range is searched.
-An offset that is found elsewhere twice means that somebody set the clock: older measurements are
+a line is fitted to the measurements. If no offset is found there, the whole range is searched.
+If an offset far from the line is found twice, the clock has been set: older measurements are
 dropped.
 """
 
@@ -26,17 +26,17 @@ from pose_core.stamps import NS_PER_S
 
 EVERY_NS = 10 * NS_PER_S
 WINDOW_NS = 20 * NS_PER_S
-MOST_MEASURED = 120  # [-] twenty minutes of them
-STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file counts for nothing
-STRAYS = 2  # [-] times that an offset is found elsewhere before it is believed
+MOST_MEASURED = 120  # [-] twenty minutes
+STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file is not used
+STRAYS = 2  # [-] successive outliers from which on a step is assumed
 
 
 class ClockTracker:
     """Tracks the offset and drift of all sources' clocks.
 
     Args:
-        extrinsics: Where the sensors stand, and the clocks to begin with.
-        max_offset_s: Largest offset [s] to look for.
+        extrinsics: Poses of the sensors, and the initial clocks.
+        max_offset_s: Largest offset [s] of the search.
     """
 
     def __init__(self, extrinsics: Extrinsics, max_offset_s: float) -> None:
@@ -50,7 +50,7 @@ class ClockTracker:
         self._due_ns = 0
 
     def add(self, sample: SkeletonSample, imus: ImuMemory) -> Clocks | None:
-        """Add a sample, stamped by its own clock; returns the clocks when they were measured."""
+        """Add a sample, stamped by its own clock; returns the clocks after each measurement."""
         if sample.sensor not in self._samples:
             return None
         recent = self._samples[sample.sensor]
@@ -73,14 +73,14 @@ class ClockTracker:
         return self.clocks
 
     def _begin_anew(self) -> None:
-        """Drop all samples: a clock was set back, or a recording loops."""
+        """Drop all samples after a clock was set back, or a recording restarted."""
         for recent in self._samples.values():
             recent.clear()
         self._measured.clear()
         self._begin_ns = None
 
     def _remember_known(self, now_ns: int) -> None:
-        """Use what the calibration has just measured as the first measurement."""
+        """Use the calibration's result as the first measurement."""
         for source, clock in self.clocks.items():
             if abs(clock.at_ns - now_ns) < STALE_NS and clock.stddev_s > 0.0:
                 known = Measured(
@@ -105,7 +105,7 @@ class ClockTracker:
             self._measure_imus(begin_ns, imus)
 
     def _known_s(self, name: str) -> float:
-        """How far a source's clock is ahead now [s]; 0 if nothing is known."""
+        """Offset [s] by which a source's clock is ahead now; 0 if unknown."""
         clock = self.clocks.get(name)
         if clock is None:
             measured = self._measured.get(name)

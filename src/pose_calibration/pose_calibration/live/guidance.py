@@ -1,4 +1,4 @@
-"""What a calibration still wants of the person who walks before the sensors."""
+"""Instructions to the person during the calibration of the extrinsics."""
 
 from collections.abc import Sequence
 
@@ -10,8 +10,8 @@ from pose_core.api import Extrinsics, FloatArray, transformed
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX
 
-WANTED_WAY_M = 0.6  # [m] from side to side, and from near to far
-WANTED_TURN = np.radians(60.0)  # [rad] of the body's headings
+WANTED_WAY_M = 0.6  # [m] wanted range of the person's positions, sideways and in depth
+WANTED_TURN = np.radians(60.0)  # [rad] wanted range of the body's headings
 
 
 def what_is_missing(
@@ -21,14 +21,14 @@ def what_is_missing(
     enough_rotation: float,
     enough_position: float,
 ) -> tuple[str, float]:
-    """What would help most now, and how much of what is wanted has been reached.
+    """The most useful next movement, and the progress.
 
     Args:
         extrinsics: The calibration so far.
-        frames: What was seen.
+        frames: Stored frames.
         sensors: All sensors, in the order of the frames' positions.
-        enough_rotation: Deviation [rad] of a rotation that suffices.
-        enough_position: Deviation [m] of a place that suffices.
+        enough_rotation: Standard deviation [rad] of a rotation that suffices.
+        enough_position: Standard deviation [m] of a position that suffices.
 
     Returns:
         A sentence, empty if nothing is missing; and the progress, 0 to 1.
@@ -56,7 +56,7 @@ def what_is_missing(
 
 
 def _advice(extrinsics: Extrinsics, frames: Sequence[KeptFrame], sensors: Sequence[str]) -> str:
-    """Which part of the volume, or which turn, has been seen least."""
+    """Instruction to cover the position or heading with the smallest range so far."""
     places = np.stack(
         [
             [

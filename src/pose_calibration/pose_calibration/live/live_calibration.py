@@ -1,4 +1,4 @@
-"""Calibration while the person moves: a first solution soon, then refined and watched over."""
+"""Live calibration while the person moves: a first solution, its refinement, and monitoring."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -31,33 +31,33 @@ from pose_core.api import (
 from pose_core.counters import Counters
 
 ATTEMPT_EVERY_S = 1.0  # [s] of common view
-NEXT_AFTER = 2.0  # [-] times the common view of this solution comes the next
-NEXT_WITHIN_S = 8.0  # [s] of common view, at the latest: nobody should walk on for nothing
-SAME_OFFSET_NS = 2_000_000  # [ns] a smaller change is none
-CHANGED_NS = 500_000  # [ns] of change before a clock is published again
-IMU_REACH_NS = 90_000_000_000  # [ns] of IMU samples that are kept
+NEXT_AFTER = 2.0  # [-] ratio of the common view between successive solutions
+NEXT_WITHIN_S = 8.0  # [s] largest common view between successive solutions
+SAME_OFFSET_NS = 2_000_000  # [ns] smaller changes are ignored
+CHANGED_NS = 500_000  # [ns] change from which on a clock is published again
+IMU_REACH_NS = 90_000_000_000  # [ns] duration of stored IMU samples
 
 
 class CalibrationState(Enum):
-    """How far the calibration is."""
+    """State of the calibration."""
 
     COLLECTING = "collecting"
-    CALIBRATED = "calibrated"  # and still collecting, for the refinement
+    CALIBRATED = "calibrated"  # still collecting, for the refinement
     REFINED = "refined"
     LOADED = "loaded"  # from a file
 
 
 class LiveCalibration:
-    """Collects skeletons until they give a calibration, and returns it.
+    """Collects skeletons until they determine a calibration.
 
-    The first solution comes as soon as ``minimum_duration`` of common view determines the sensors'
-    places and clocks. It is refined whenever as much again has been seen, until it is good enough
-    or ``collect_duration`` is over. Sensors that nobody has walked before yet join later. From then
-    on a watchdog compares the views until :meth:`restart`.
+    The first solution follows as soon as ``minimum_duration`` of common view determines the
+    sensors' poses and clocks. It is refined each time the common view has doubled, until it is
+    certain enough or ``collect_duration`` is over. Sensors without common view are added
+    later. From then on a watchdog compares the views until :meth:`restart`.
 
     Args:
-        parameters: See the class.
-        known: A calibration to keep instead of finding one.
+        parameters: See :class:`LiveCalibrationParameters`.
+        known: A calibration to use instead of estimating one.
     """
 
     def __init__(
@@ -77,13 +77,13 @@ class LiveCalibration:
             self._watch(known)
 
     def restart(self) -> None:
-        """Forget what was seen and find a new calibration; the old one holds until then."""
+        """Drop all samples and estimate a new calibration; the old one is valid until then."""
         self.state = CalibrationState.COLLECTING
         self.selector.restart()
         self._begin()
 
     def restart_time(self) -> None:
-        """Stamps begin anew, as when a bag loops: samples are forgotten, a calibration is kept."""
+        """Handle restarted stamps, as when a bag loops: drop all samples, keep the calibration."""
         self.restart()
         if self.extrinsics is not None:
             self.state = CalibrationState.LOADED
@@ -103,7 +103,7 @@ class LiveCalibration:
         self._watchdog: Watchdog | None = None
 
     def _use_clocks(self, clocks: Clocks) -> None:
-        """Align by these clocks from now on, and all that was seen again."""
+        """Align by these clocks from now on, and realign the stored samples."""
         parameters = self.parameters
         self._clocks = clocks
         self.aligner = self._make_aligner()
@@ -124,17 +124,17 @@ class LiveCalibration:
 
     @property
     def is_finished(self) -> bool:
-        """Whether nothing more is collected."""
+        """Whether the collection has ended."""
         return self.state in (CalibrationState.REFINED, CalibrationState.LOADED)
 
     @property
     def progress(self) -> float:
-        """How much of what is wanted has been seen, 0 to 1."""
+        """Progress of the calibration, 0 to 1."""
         return 1.0 if self.is_finished else self._progress
 
     @property
     def missing(self) -> str:
-        """What the person should do next; empty if nothing."""
+        """Instruction to the person; empty if there is none."""
         if self.is_finished:
             return ""
         if self.state is CalibrationState.CALIBRATED:
@@ -151,12 +151,12 @@ class LiveCalibration:
 
     @property
     def status(self) -> str:
-        """The state, for people: what is missing, or what was reached."""
+        """The state as a sentence: what is missing, or the accuracy reached."""
         if self.moved is not None:
             return f"{self.state.value}, but {self.moved}: calibrate again"
         if self.state is CalibrationState.COLLECTING:
             if self.selector.is_waiting:
-                return "collecting: several people are seen, finding one whose views agree"
+                return "collecting: several people are detected, searching one whose views agree"
             return f"collecting: {self.missing}"
         residuals = {} if self.extrinsics is None else self.extrinsics.residuals
         reached = [
@@ -168,7 +168,7 @@ class LiveCalibration:
         return f"{text}; {self.missing}" if self.missing else text
 
     def add_acceleration(self, acceleration: FloatArray) -> None:
-        """Take the reference's own accelerometer, (3,) [m/s²] in its optical frame."""
+        """Add a measurement of the reference's accelerometer, (3,) [m/s²] in its optical frame."""
         self.accelerometer.add(acceleration)
 
     def add_imus(self, block: ImuBlock) -> None:
@@ -176,7 +176,7 @@ class LiveCalibration:
         self.imu_memory.add(block)
 
     def take_clocks(self) -> Clocks | None:
-        """The clocks, once after each time that they were found to have moved."""
+        """The clocks, once after each change; None without a change."""
         clocks, self._new_clocks = self._new_clocks, None
         return clocks
 
@@ -191,19 +191,19 @@ class LiveCalibration:
             self.extrinsics = replace(self.extrinsics, clocks=self._clocks)
 
     def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
-        """Take all that a sensor saw in one frame; returns a new calibration, if this gives one."""
+        """Add all persons of one sensor's frame; returns the calibration if it is new."""
         if self.is_finished and not self.parameters.watch:
             return None
         samples = self.selector.select(persons)
         if persons and self.selector.is_waiting:
             samples = self.selector.match(persons[0].stamp_ns)
             if samples and not self.is_finished:
-                self._begin()  # with what one person did: until now it was not known who is who
+                self._begin()  # restart with one person's samples: identities were unknown
         given = [self._add(sample) for sample in samples]
         return next((each for each in reversed(given) if each is not None), None)
 
     def _add(self, sample: SkeletonSample) -> Extrinsics | None:
-        """Take a sample of the person."""
+        """Add a sample of the person."""
         if self.is_finished and not self.parameters.watch:
             return None
         self._track_clocks(sample)
@@ -222,7 +222,7 @@ class LiveCalibration:
 
     @property
     def displacement(self) -> dict[str, float]:
-        """How far each view is from the others' [m], as the watchdog sees it."""
+        """Displacement of each view from the others [m], measured by the watchdog."""
         return {} if self._watchdog is None else dict(self._watchdog.displacement)
 
     def _watch(self, extrinsics: Extrinsics) -> None:
@@ -265,7 +265,7 @@ class LiveCalibration:
         return self.calibrator.solve(allow_missing=True, gravity=self.accelerometer.gravity())
 
     def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
-        """The calibration with what body-worn IMUs add to it, where there are any."""
+        """Add the results of body-worn IMUs to the calibration, if there are any."""
         if not self.imu_memory.segments:
             return extrinsics
         by_sensor = self._memory.by_sensor()
@@ -305,7 +305,7 @@ class LiveCalibration:
             self._attempt_at_s = min(next_s, later_s)
 
     def _find_clocks(self) -> bool:
-        """Find the clocks' offsets in what was seen; whether they have changed what was aligned."""
+        """Estimate the clocks' offsets; returns whether the alignment in time has changed."""
         by_sensor = self._memory.by_sensor()
         reference, *others = self.parameters.sensors
         self.clock_offsets = {

@@ -1,4 +1,4 @@
-"""What a running calibration remembers of the sensors' frames: the last of them, as they came."""
+"""Storage of the sensors' latest samples during a live calibration."""
 
 from collections import deque
 
@@ -14,11 +14,11 @@ class SampleMemory:
         self._samples: deque[SkeletonSample] = deque(maxlen=LONGEST)
 
     def add(self, sample: SkeletonSample) -> None:
-        """Remember a sample."""
+        """Store a sample."""
         self._samples.append(sample)
 
     def clear(self) -> None:
-        """Forget them all."""
+        """Drop all samples."""
         self._samples.clear()
 
     @property
@@ -34,7 +34,7 @@ class SampleMemory:
         return by_sensor
 
     def aligned(self, aligner: TimeAligner, clocks: Clocks) -> list[AlignedFrame]:
-        """All of them at common instants, by these clocks."""
+        """All samples aligned at common instants by these clocks."""
         corrected = [on_reference_clock(sample, clocks) for sample in self._samples]
         corrected.sort(key=lambda sample: sample.stamp_ns)
         return [frame for sample in corrected for frame in aligner.add(sample)]

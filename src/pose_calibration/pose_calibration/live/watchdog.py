@@ -1,11 +1,11 @@
-"""Notices when a sensor has been moved after the calibration.
+"""Detection of sensors that were moved after the calibration.
 
-Every second, the displacement of each sensor's view from the others' is taken: the median over all
-joints. A person may stand or walk wherever they like: all views move alike. When a tripod is
-bumped, its view steps aside and stays there: by the camera's shift, or its turn times the distance.
-The mean of the last four seconds is compared with what such means were before. On recordings of
-persons who walk before two Kinects this finds two to four times as many steps of 2 cm or 1 degree
-as single seconds, and raises fewer false alarms.
+Every second, the displacement of each sensor's view from the others' is computed: the median over
+all joints. It does not depend on where a person stands or walks. When a tripod is moved, its view
+has a lasting step: the camera's translation, or its rotation times the distance. The mean of the
+last four seconds is compared with earlier such means. On recordings of persons who walk before two
+Kinects this detects two to four times as many steps of 2 cm or 1 degree as single seconds do, with
+fewer false alarms.
 """
 
 from collections import deque
@@ -19,35 +19,34 @@ from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
 LEAST_FRAMES = 8  # [-] in a block
-BASELINE_BLOCKS = 30  # [-] that the newest ones are compared with
+BASELINE_BLOCKS = 30  # [-] with which the newest ones are compared
 LEAST_BASELINE = 12  # [-] before anything is reported
 NEWEST_BLOCKS = 4  # [-] that must agree
-LEAST_SHARE = 0.5  # [-] of their mean step, that every one of them has taken
-MOVED_M = 0.012  # [m] by which their mean steps aside: 2 cm, less its noise
-DEVIATIONS = 6.0  # [-] of the scatter of such means before, where that is more
+LEAST_SHARE = 0.5  # [-] of their mean step, required of every one
+MOVED_M = 0.012  # [m] smallest mean step that is reported: 2 cm, less its noise
+DEVIATIONS = 6.0  # [-] smallest step in standard deviations of earlier means
 SCATTER = 1.4826  # [-] standard deviation of a Gaussian over its median absolute deviation
-WRONG_M = 0.08  # [m] of a whole baseline: the calibration never fitted
+WRONG_M = 0.08  # [m] displacement of a whole baseline: the calibration was wrong from the start
 
 
 @dataclass(frozen=True, kw_only=True)
 class Moved:
-    """What the watchdog noticed."""
+    """A detected motion of a sensor."""
 
-    sensors: tuple[str, ...]  # which one, or both of two
-    distance: float  # [m] by which the view has stepped aside
-    threshold: float  # [m]
+    sensors: tuple[str, ...]  # the moved one; of two sensors, both
+    distance: float  # [m] displacement of the view
 
     def __str__(self) -> str:
-        """For people."""
+        """Message to the user."""
         who = " or ".join(f"'{name}'" for name in self.sensors)
         return f"{who} has been moved: its view is {self.distance * 100.0:.1f} cm off"
 
 
 class Watchdog:
-    """Compares the views.
+    """Compares the sensors' views.
 
     Args:
-        extrinsics: The calibration to watch over.
+        extrinsics: The calibration to monitor.
     """
 
     def __init__(self, extrinsics: Extrinsics) -> None:
@@ -59,7 +58,7 @@ class Watchdog:
 
     @property
     def displacement(self) -> Mapping[str, float]:
-        """How far each view is from the others' now [m], by sensor; empty at first."""
+        """Current displacement of each view from the others [m], by sensor; empty at first."""
         if not self._blocks:
             return {}
         distance = np.linalg.norm(self._blocks[-1], axis=1)
@@ -70,7 +69,7 @@ class Watchdog:
         }
 
     def add(self, frame: AlignedFrame) -> Moved | None:
-        """Take an instant; what has been noticed, if a second is over."""
+        """Add an instant; at the end of each second, returns a detected motion."""
         end_ns = self._block_end_ns
         if end_ns is None or not -BLOCK_NS <= frame.stamp_ns - end_ns < BLOCK_NS:
             self._frames.clear()  # the first frame, or after a pause
@@ -89,7 +88,7 @@ class Watchdog:
         return noticed
 
     def _displacement(self, frame: AlignedFrame) -> FloatArray:
-        """Each view's joints less the mean of the others', median over joints, (sensors, 3)."""
+        """Median over joints of each view's difference to the others' mean [m], (sensors, 3)."""
         places = np.full((len(self._sensors), 15, 3), np.nan)
         for index, name in enumerate(self._sensors):
             sample = frame.samples.get(name)
@@ -114,28 +113,26 @@ class Watchdog:
         mean = steps.mean(axis=0)
         step = np.linalg.norm(mean, axis=1)
         along = (steps * mean).sum(axis=2) / np.maximum(step, 1e-9)
-        lasting = along.min(axis=0) > LEAST_SHARE * step  # one wild second does not
+        lasting = along.min(axis=0) > LEAST_SHARE * step  # not an outlier of one second
         beyond = np.nan_to_num(step / threshold, nan=0.0) * lasting
         if beyond.max() < 1.0:
             wrong = np.nan_to_num(np.linalg.norm(baseline, axis=1) / np.maximum(WRONG_M, threshold))
             if wrong.max() < 1.0:
                 return None
-            return self._moved(wrong, np.linalg.norm(baseline, axis=1), threshold)
-        return self._moved(beyond, step, threshold)
+            return self._moved(wrong, np.linalg.norm(baseline, axis=1))
+        return self._moved(beyond, step)
 
-    def _moved(self, share: FloatArray, distance: FloatArray, threshold: FloatArray) -> Moved:
+    def _moved(self, share: FloatArray, distance: FloatArray) -> Moved:
         worst = int(np.argmax(share))
-        # Of two views either may have moved; of three, the one that moved is farthest off.
+        # Of two views either may have moved; of three, the moved one has the largest displacement.
         sensors = self._sensors if len(self._sensors) == 2 else (self._sensors[worst],)
-        return Moved(
-            sensors=sensors, distance=float(distance[worst]), threshold=float(threshold[worst])
-        )
+        return Moved(sensors=sensors, distance=float(distance[worst]))
 
 
 def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
     """Standard deviation [m] of the mean of four blocks in a row, along the worst axis, (sensors,).
 
-    Not below that of four independent ones: thirty blocks have few rows of four.
+    At least that of four independent blocks, since thirty blocks have few rows of four.
     """
     rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
     of_means, of_blocks = (
@@ -145,7 +142,7 @@ def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
 
 
 def _median(values: FloatArray) -> FloatArray:
-    """Median along the first axis without NaN; NaN where there is nothing else."""
+    """Median along the first axis, ignoring NaN; NaN where all values are NaN."""
     known = np.isfinite(values)
     some = known.any(axis=0)
     filled = np.where(some, np.where(known, values, np.nan), 0.0)

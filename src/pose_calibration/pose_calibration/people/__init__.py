@@ -1,1 +1,1 @@
-"""Several people before sensors whose places are not known yet."""
+"""Several people before sensors with unknown extrinsics."""

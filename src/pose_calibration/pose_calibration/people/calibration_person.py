@@ -1,4 +1,4 @@
-"""Whom to calibrate with: the person whose views in the sensors agree."""
+"""Choice of the person used for calibration: the one whose views in the sensors agree."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,26 +10,26 @@ from pose_core.api import Extrinsics, PeopleTracker, SkeletonSample
 from pose_core.counters import Counters
 
 REMEMBERED = 2_400  # [frames] 40 s of two sensors
-GONE_S = 6.0  # [s] after which somebody else is calibrated with
-MATCHED_EVERY_S = 5.0  # [s] of several people in view, after which they are matched anew
+GONE_S = 6.0  # [s] of absence after which another person is chosen
+MATCHED_EVERY_S = 5.0  # [s] of several people in view after which they are matched again
 
 Frame = Sequence[SkeletonSample]
 
 
 @dataclass(frozen=True, kw_only=True)
 class MatchedPeople:
-    """Who is who in all sensors together."""
+    """Persons identified across all sensors."""
 
-    tracker: PeopleTracker  # in the reference's frame, roughly
-    samples: Mapping[int, list[SkeletonSample]]  # by person; seen longest by two sensors first
+    tracker: PeopleTracker  # in the reference's frame, approximately
+    samples: Mapping[int, list[SkeletonSample]]  # by person; longest common view first
 
 
 def match_people(frames: Iterable[Frame], sensors: Sequence[str]) -> MatchedPeople:
-    """Find who is who in sensors of which it is not known how they stand.
+    """Identify persons across sensors with unknown extrinsics.
 
     Args:
-        frames: Of all sensors, each sensor's in the order of time.
-        sensors: Their names, the reference first.
+        frames: Frames of all sensors, each sensor's in the order of time.
+        sensors: The sensors' names, the reference first.
     """
     by_sensor: dict[str, list[Frame]] = {name: [] for name in sensors}
     for frame in frames:
@@ -53,24 +53,24 @@ def match_people(frames: Iterable[Frame], sensors: Sequence[str]) -> MatchedPeop
 
 
 def only_person(frames: Iterable[Frame]) -> bool:
-    """Whether no frame shows more than one."""
+    """Whether no frame has more than one person."""
     return all(len(frame) <= 1 for frame in frames)
 
 
 def with_id(frame: Frame, person: str) -> list[SkeletonSample]:
-    """Who has this id in a frame."""
+    """The persons with this id in a frame."""
     return [sample for sample in frame if sample.person == person][:1]
 
 
 class CalibrationPerson:
-    """Finds the person to calibrate with while frames come in.
+    """Selects, frame by frame, the person used for calibration.
 
-    While every frame shows one person at most, that is the one. From the first frame with several
-    on, frames are held until the views of one person have been matched.
+    While every frame has at most one person, that person is selected. From the first frame with
+    several on, frames are stored until the views of one person have been matched.
 
     Args:
-        sensors: Their names, the reference first.
-        person: The id, in all sensors, of the person; empty: found as above.
+        sensors: The sensors' names, the reference first.
+        person: The person's id in all sensors; if empty, selected as above.
     """
 
     def __init__(self, sensors: Sequence[str], person: str = "") -> None:
@@ -88,27 +88,27 @@ class CalibrationPerson:
 
     @property
     def is_waiting(self) -> bool:
-        """Whether there are several people, and it is not known yet who is who."""
+        """Whether there are several people whose views are not matched yet."""
         return self._is_several and self._tracker is None
 
     def follow(self, person: str) -> None:
-        """From now on calibrate with the person of this id; empty: with whose views agree."""
+        """Select the person of this id from now on; if empty, the one whose views agree."""
         self.person = person
         self.restart()
 
     def restart(self) -> None:
-        """Forget who was seen."""
+        """Drop all persons."""
         self._held.clear()
         self._extrinsics = self._tracker = self._next_match_ns = None
         self._is_several = False
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
-        """It is known by now how the sensors stand."""
+        """Use estimated extrinsics to identify persons from now on."""
         self._extrinsics = extrinsics
         self._held.clear()
 
     def select(self, frame: Frame) -> list[SkeletonSample]:
-        """The person's samples of a frame; none while it is not known who it is."""
+        """The person's samples of a frame; none while the person is not identified."""
         if not frame:
             self.counters.add("nobody_seen")
             return []
@@ -136,11 +136,11 @@ class CalibrationPerson:
         return list(frame)
 
     def match(self, stamp_ns: int) -> list[SkeletonSample]:
-        """Match the views of those who were seen until now, if it is time.
+        """Match the views of all persons so far, at most every :data:`MATCHED_EVERY_S`.
 
         Returns:
-            One person's samples of all the while, to begin the calibration anew with; none if
-            nobody's views agree.
+            All samples of one person, with which to restart the calibration; none if no person's
+            views agree.
         """
         if not self.is_waiting or self._next_match_ns is None or stamp_ns < self._next_match_ns:
             return []
@@ -155,7 +155,7 @@ class CalibrationPerson:
         return sorted(matched.samples[self._number], key=attrgetter("stamp_ns"))
 
     def _tracked(self, tracker: PeopleTracker, frame: Frame) -> list[SkeletonSample]:
-        """The person's samples; once they have gone for long, somebody else's."""
+        """The person's samples; after a long absence, another person's."""
         assigned = tracker.add(frame)
         chosen = tracker.track(self._number)
         if chosen is None or chosen.unseen_s(tracker.newest_ns) > GONE_S:
@@ -164,7 +164,7 @@ class CalibrationPerson:
 
 
 def _in_common(samples: Sequence[SkeletonSample]) -> int:
-    """In how many frames of a sensor the person is seen, that at least one other one sees too."""
+    """Number of a sensor's frames with the person that another sensor has in common."""
     counts: Mapping[str, int] = {
         name: sum(sample.sensor == name for sample in samples)
         for name in {sample.sensor for sample in samples}

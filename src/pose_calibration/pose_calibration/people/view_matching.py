@@ -1,9 +1,9 @@
-"""Which persons of two sensors are one, where it is not known how the sensors stand.
+"""Matching of persons between two sensors with unknown extrinsics.
 
-Each pair of a person in one view and a person in the other is a hypothesis: were they one, the
-rigid transform that fits their joints best would be the sensors'. Two people move differently, so
-a wrong pair fits badly; and where two stand still, the transform of a wrong pair explains nobody
-else. The hypothesis counts that explains most of what both sensors see.
+Each pair of a person in one view and a person in the other is a hypothesis: if they are the same
+person, the rigid transform that fits their joints best is the sensors' transform. Different people
+move differently, so a wrong pair has a bad fit; if both stand still, the transform of a wrong pair
+does not fit the other persons. The hypothesis that agrees with most joints of all persons is used.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,13 @@ from pose_core.api import (
 )
 from pose_core.joints import JOINTS
 
-SHIFTS_S = (0.0, -0.2, 0.2, -0.4, 0.4)  # [s] between the sensors' clocks, that are tried
-INSTANTS = 150  # [-] of a pair's common time, that are looked at
-LEAST_COMMON = 40  # [-] of them, in which both are seen
-SAME_M = 0.3  # [m] median distance of the joints of one person in both views
-LEAST_S = 1.0  # [s] for which somebody is seen
-BEST = 12  # [-] hypotheses that are compared by how much they explain
-STILL_FACTOR = 0.1  # [m] of travel that counts as much as none
+SHIFTS_S = (0.0, -0.2, 0.2, -0.4, 0.4)  # [s] tried offsets between the sensors' clocks
+INSTANTS = 150  # [-] evaluated of a pair's common time
+LEAST_COMMON = 40  # [-] required of them with both persons
+SAME_M = 0.3  # [m] largest median distance of one person's joints in both views
+LEAST_S = 1.0  # [s] shortest presence of a person
+BEST = 12  # [-] hypotheses that are evaluated on all persons
+STILL_FACTOR = 0.1  # [m] travel added to every person's, so that those at rest count a little
 
 Views = Mapping[int, Sequence[SkeletonSample]]
 """One sensor's samples by person, as numbered in that sensor's own view."""
@@ -37,16 +37,16 @@ Views = Mapping[int, Sequence[SkeletonSample]]
 
 @dataclass(frozen=True, kw_only=True)
 class Hypothesis:
-    """How a sensor stands to another if two views are of one person."""
+    """Transform between two sensors if two views are of the same person."""
 
     T_target_source: FloatArray  # (4, 4)
     shift_s: float  # [s] by which the source's stamps are later
     median: float  # [m] distance of the joints
-    explained: float = 0.0  # [-] instants of joints' agreement, of everybody
+    explained: float = 0.0  # [-] agreeing joints over all persons' instants, weighted by travel
 
 
 def views_of_sensor(frames: Sequence[Sequence[SkeletonSample]]) -> dict[int, list[SkeletonSample]]:
-    """Who is who in one sensor's frames alone; people seen for a moment are left out."""
+    """Persons in one sensor's frames; those present for a short time are left out."""
     by_person: dict[int, list[SkeletonSample]] = {}
     if frames:
         tracker = PeopleTracker({frames[0][0].sensor: np.eye(4)})
@@ -61,11 +61,11 @@ def views_of_sensor(frames: Sequence[Sequence[SkeletonSample]]) -> dict[int, lis
 
 
 def match_views(target: Views, source: Views) -> Hypothesis | None:
-    """Find how two sensors stand, from everybody that they see; None if nobody agrees.
+    """Estimate the transform between two sensors from all persons; None if no pair agrees.
 
     Args:
-        target: The one sensor's samples by person, stamps ascending.
-        source: The other one's.
+        target: The first sensor's samples by person, stamps ascending.
+        source: The second sensor's samples.
     """
     if not target or not source:
         return None
@@ -86,10 +86,10 @@ def match_views(target: Views, source: Views) -> Hypothesis | None:
 def rough_places(
     views: Mapping[str, Views], reference: str
 ) -> tuple[dict[str, FloatArray], Clocks]:
-    """Roughly how the sensors stand to the reference, and their clocks.
+    """Approximate poses of the sensors in the reference's frame, and their clocks.
 
-    Sensors are joined one after the other to the one that explains most with them; those that
-    nobody links are left out.
+    Sensors are linked one after the other to the one with the best hypothesis; those without a
+    hypothesis are left out.
     """
     placed: dict[str, FloatArray] = {reference: np.eye(4)}
     shifts_s = {reference: 0.0}
@@ -114,7 +114,7 @@ def rough_places(
 
 
 def _hypothesis(a: Track, b: Track) -> Hypothesis | None:
-    """The transform under which two views agree best, under any of the shifts."""
+    """The transform and shift under which two views agree best."""
     best: Hypothesis | None = None
     if min(len(a.stamps), len(b.stamps)) < LEAST_COMMON:
         return None
@@ -142,7 +142,7 @@ def _common_instants(a: Track, b: Track, shift_s: float) -> FloatArray:
 
 
 def _explained(hypothesis: Hypothesis, targets: Sequence[Track], sources: Sequence[Track]) -> float:
-    """In how many joints both sensors agree, over the instants of everybody; travel counts."""
+    """Number of agreeing joints over the instants of all persons, weighted by their travel."""
     total = 0.0
     for a in targets:
         scores = []
@@ -161,6 +161,6 @@ def _explained(hypothesis: Hypothesis, targets: Sequence[Track], sources: Sequen
 
 
 def _travel(positions: FloatArray) -> float:
-    """How far the joints are spread over the room [m]: who stands still determines nothing."""
+    """Spatial spread of a person's joints over time [m]: a person at rest determines little."""
     known = positions[np.isfinite(positions).all(axis=2)]
     return STILL_FACTOR + float(np.sqrt(np.var(known, axis=0).sum())) if len(known) else 0.0

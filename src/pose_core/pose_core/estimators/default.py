@@ -202,7 +202,7 @@ class DefaultEstimator(StepwiseEstimator):
     ) -> StepResult | None:
         """Update the state with all measurements of an observation; None if this failed."""
         assert self._state is not None
-        self._alignments.hear(observation.stamp_ns, observation.readings, self._state)
+        self._alignments.register(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
             readings = self._alignments.readings(observation.readings)
             if not self._update_with_imus(self._constants, self._state, readings, information[1]):

@@ -17,7 +17,7 @@ from pose_core.fusion.pose_block import TimedPose
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.stamps import NS_PER_S
 
-ORDERED_NS = NS_PER_S // 4  # frames that are no later are processed in the order of their stamps
+ORDERED_NS = NS_PER_S // 4  # frames at most this late are processed in stamp order
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
 CHUNK_NS = NS_PER_S  # published together
 

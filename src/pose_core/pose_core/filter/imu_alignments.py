@@ -1,4 +1,4 @@
-"""All IMUs of one body: which are aligned, which are not and why, and what gathers meanwhile."""
+"""Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,12 +16,12 @@ from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.stamps import NS_PER_S
 
 SOLVE_PERIOD_NS = NS_PER_S // 2
-CONTRADICTED_S = 0.5  # [s] after which an IMU that the cameras contradict is aligned anew
-LONGEST_STEP_S = 0.1  # [s] that one instant stands for
-NORTHLESS = 1.0  # [rad] of an IMU's own heading, from which on it may begin anew anywhere
-LONGEST_GAP_NS = 3 * NS_PER_S // 10  # after which it may have
-LEAST_OTHERS = 2  # [-] aligned IMUs that agree on north
-AGREE = 0.6  # [rad] about their mean
+CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU is realigned
+LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
+NORTHLESS = 1.0  # [rad] heading uncertainty above which a restart changes an IMU's heading
+LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
+LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
+AGREE = 0.6  # [rad] largest deviation of their headings from the mean
 
 
 @dataclass(kw_only=True)
@@ -30,22 +30,21 @@ class _Worn:
     use: ImuUse
     alignment: SegmentAlignment
     knows_north: bool = False
-    heard_ns: int | None = None
-    slips: int = 0  # that it has been set aside for
-    mounting: SensorToSegment | None = field(default=None)  # before its world began anew
+    last_ns: int | None = None
+    slips: int = 0  # number of slips handled so far
+    former_alignment: SensorToSegment | None = field(default=None)  # alignment before a restart
 
 
 class ImuAlignments:
-    """Aligns each IMU with its link and hands the aligned ones' readings to the filter.
+    """Aligns each IMU with its link and passes the aligned ones' measurements to the filter.
 
     Args:
-        model: The body model: which link a segment is.
-        tuning: Of the alignment.
+        model: The body model, which gives the segments' links.
     """
 
-    def __init__(self, model: BodyModel, tuning: AlignmentTuning | None = None) -> None:
+    def __init__(self, model: BodyModel) -> None:
         self._model = model
-        self._tuning = tuning or AlignmentTuning()
+        self._tuning = AlignmentTuning()
         self._worn: dict[str, _Worn] = {}
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
@@ -53,39 +52,34 @@ class ImuAlignments:
 
     @property
     def uses(self) -> tuple[ImuUse, ...]:
-        """What becomes of each IMU that was heard, by segment's name."""
+        """State of each IMU with samples, sorted by segment."""
         return tuple(self._worn[name].use for name in sorted(self._worn))
 
     def use_sensor_to_segment(self, alignments: Mapping[str, SensorToSegment]) -> None:
-        """Take how IMUs sit from a calibration; headings are still found from motion."""
+        """Use alignments of a calibration; headings are still estimated from motion."""
         self._sensor_to_segment = dict(alignments)
 
     def sensor_to_segment(self, state: FilterState) -> dict[str, SensorToSegment]:
-        """How each aligned IMU sits on its segment, as the filter knows it."""
+        """The filter's estimate of each aligned IMU's alignment, by segment."""
         return {
-            segment: self._mounting(worn, state)
+            segment: self._alignment_of(worn, state)
             for segment, worn in self._worn.items()
             if worn.use.is_aligned
         }
 
     def restart(self) -> None:
-        """A new filter knows no alignment; what was gathered stays."""
+        """Reset the alignments for a new filter; collected measurements are kept."""
         self._observed_ns = None
         for worn in self._worn.values():
             worn.use.is_aligned = False
 
-    def aligned_links(self, states: ImuStates) -> list[int]:
-        """The links of the aligned IMUs among those that say something."""
-        worn = [self._worn_on(segment) for segment in states.segments]
-        return [each.link for each in worn if each is not None and each.use.is_aligned]
-
-    def hear(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
-        """Note who says something; one that slipped, or whose world began anew, is aligned anew.
+    def register(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
+        """Register measurements; an IMU that slipped or restarted is realigned.
 
         Args:
             stamp_ns: The instant [ns].
-            states: All IMUs' readings.
-            state: The filter's, before it takes them.
+            states: Measurements of all IMUs.
+            state: State of the filter before the update.
         """
         for row, segment in enumerate(states.segments):
             worn = self._worn_on(segment)
@@ -97,15 +91,15 @@ class ImuAlignments:
             worn.use.readings += 1
             worn.use.used += worn.use.is_aligned
             worn.knows_north = bool(states.stddev[row, 2] < NORTHLESS)
-            gap_ns = 0 if worn.heard_ns is None else stamp_ns - worn.heard_ns
-            worn.heard_ns = stamp_ns
+            gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
+            worn.last_ns = stamp_ns
             if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
                 if worn.use.is_aligned:
-                    worn.mounting = self._mounting(worn, state)
+                    worn.former_alignment = self._alignment_of(worn, state)
                 self._set_aside(worn, state)
 
     def readings(self, states: ImuStates) -> ImuReadings:
-        """Those of the aligned IMUs, as the filter takes them."""
+        """Measurements of the aligned IMUs for the filter."""
         rows, links = [], []
         for row, segment in enumerate(states.segments):
             worn = self._worn_on(segment)
@@ -127,12 +121,12 @@ class ImuAlignments:
         )
 
     def observe(self, stamp_ns: int, states: ImuStates, state: FilterState) -> FilterState:
-        """Learn from one instant; the state with the IMUs that were aligned by it.
+        """Collect one instant for the alignment; returns the state with newly aligned IMUs.
 
         Args:
             stamp_ns: The instant [ns].
-            states: All IMUs' readings.
-            state: The filter's, after the cameras' frame.
+            states: Measurements of all IMUs.
+            state: State of the filter after the update with the cameras' frame.
         """
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
@@ -159,14 +153,14 @@ class ImuAlignments:
             state = self._solve(stamp_ns, states.segments, state)
         return state
 
-    def _solve(self, stamp_ns: int, heard: Sequence[str], state: FilterState) -> FilterState:
-        """Align those that have been seen to move enough; tell how well the others are known."""
-        for segment in heard:
+    def _solve(self, stamp_ns: int, segments: Sequence[str], state: FilterState) -> FilterState:
+        """Align IMUs with sufficient motion; store the uncertainty of the others."""
+        for segment in segments:
             worn = self._worn_on(segment)
             if worn is None:
                 continue
             if not worn.use.is_aligned:
-                known = worn.mounting or self._sensor_to_segment.get(segment)
+                known = worn.former_alignment or self._sensor_to_segment.get(segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
                 worn.use.is_unlike = worn.alignment.is_unlike
                 if found is None:
@@ -184,7 +178,7 @@ class ImuAlignments:
         return state
 
     def _check(self, worn: _Worn, state: FilterState) -> None:
-        """Align an IMU anew that the cameras contradict; its parent's first, if that has one."""
+        """Realign an IMU that the cameras contradict, after its parent's."""
         if state.contradicted_s[worn.link] < CONTRADICTED_S:
             return
         if self._is_parent_contradicted(worn, state):
@@ -193,19 +187,19 @@ class ImuAlignments:
 
     @staticmethod
     def _has_slipped(worn: _Worn, states: ImuStates) -> bool:
-        """Whether an IMU has slipped since it was last set aside."""
+        """Whether an IMU has slipped since its last realignment."""
         return states.slips.get(worn.use.segment, 0) > worn.slips
 
     def _forget(self, worn: _Worn, state: FilterState) -> None:
-        """Set aside an IMU that sits otherwise than it did, or is another one by now."""
+        """Discard an IMU's alignment after it slipped or was exchanged."""
         worn.use.contradictions += 1
-        worn.mounting = None
+        worn.former_alignment = None
         self._sensor_to_segment.pop(worn.use.segment, None)
         state.contradicted_s[worn.link] = 0.0
         self._set_aside(worn, state)
 
     def _set_aside(self, worn: _Worn, state: FilterState) -> None:
-        """Use an IMU no more until it is aligned anew."""
+        """Exclude an IMU until it is realigned."""
         worn.use.is_aligned = False
         worn.alignment.clear()
         column = int(state.imu_column[worn.link])
@@ -215,7 +209,7 @@ class ImuAlignments:
             state.P[:, own] = 0.0
 
     def _north(self, worn: _Worn, state: FilterState) -> float | None:
-        """Heading [rad] of the world that this IMU shares with aligned ones; None: not known."""
+        """Heading [rad] of the world common to this IMU and aligned ones; None if unknown."""
         others = [
             state.heading[each.link]
             for each in self._worn.values()
@@ -228,7 +222,7 @@ class ImuAlignments:
         return float(mean) if np.median(apart) < AGREE else None
 
     def _is_parent_contradicted(self, worn: _Worn, state: FilterState) -> bool:
-        """Whether the parent link has an aligned IMU that is under suspicion itself."""
+        """Whether the parent link has an aligned IMU that is contradicted too."""
         parent = self._model.links[self._model.link_names[worn.link]].parent
         if parent is None:
             return False
@@ -237,8 +231,8 @@ class ImuAlignments:
         return has_imu and bool(state.contradicted_s[above] > 0.5 * CONTRADICTED_S)
 
     @staticmethod
-    def _mounting(worn: _Worn, state: FilterState) -> SensorToSegment:
-        """How the filter knows an aligned IMU to sit."""
+    def _alignment_of(worn: _Worn, state: FilterState) -> SensorToSegment:
+        """The filter's estimate of an aligned IMU's alignment."""
         column = int(state.imu_column[worn.link])
         variance = np.diag(state.P)[column : column + 3]
         return SensorToSegment(
@@ -255,7 +249,7 @@ class ImuAlignments:
         worn.use.heading_stddev = float(np.sqrt(max(variance[3], 0.0)))
 
     def _worn_on(self, segment: str) -> _Worn | None:
-        """What is known of a segment's IMU; None if the model has no link for it."""
+        """Entry of a segment's IMU; None if the model has no link for it."""
         worn = self._worn.get(segment)
         if worn is None:
             link_name = self._model.segments.get(segment)

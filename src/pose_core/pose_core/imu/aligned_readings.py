@@ -101,11 +101,7 @@ def aligned_reading(state: ImuState, alignment: Alignment) -> SegmentReading:
     R_z = np.empty((3, 3))
     exponential(0.0, 0.0, alignment.heading, R_z)
     R_map_sensor = R_z @ state.R_world_sensor
-    own = np.sqrt(np.diag(alignment.covariance))
-    tilt, heading = float(max(own[0], own[1])), float(own[3])
     return SegmentReading(
         R_map_segment=R_map_sensor @ alignment.R_sensor_link,
         angular_velocity=R_map_sensor @ state.angular_velocity,
-        stddev=np.hypot(state.stddev, [tilt, tilt, heading]),
-        age_s=state.age_s,
     )

@@ -11,5 +11,3 @@ class SegmentReading:
 
     R_map_segment: FloatArray  # (3, 3)
     angular_velocity: FloatArray  # (3,) [rad/s] in map
-    stddev: FloatArray  # (3,) [rad] about map's axes: of the tilt, of the heading
-    age_s: float = 0.0  # [s] for which it is extrapolated by the gyroscope

@@ -69,10 +69,7 @@ class GraphListener(Node):
         statuses = sorted(self._statuses.values(), key=lambda status: status.name)
         latencies = np.array(self._latencies)
         return GraphSnapshot(
-            topics=tuple(
-                watch.status(now_ns, self.count_publishers(name))
-                for name, watch in sorted(self._watches.items())
-            ),
+            topics=tuple(watch.status(now_ns) for _, watch in sorted(self._watches.items())),
             nodes=tuple(sorted(set(self._other_nodes()))),
             statuses=tuple(statuses),
             tracked={name: watch.share(now_ns) for name, watch in sorted(self._tracking.items())},

@@ -1,7 +1,6 @@
-"""``./pose calibrate``: the tool that the first argument names; without a name, the one for a bag.
+"""``./pose calibrate``: runs the tool named by the first argument; without a name, that for a bag.
 
-Each is imported only when it is wanted: all of them together take seconds to load, which a person
-who waits to walk before the sensors should not have to.
+Only the selected tool is imported: all of them together take seconds to load.
 """
 
 import sys

@@ -1,7 +1,7 @@
-"""``./pose calibrate IN_BAG -o extrinsics.yaml``: where the sensors of a session stand.
+"""``./pose calibrate IN_BAG -o extrinsics.yaml``: extrinsics of a session's sensors.
 
-``./pose calibrate board`` does it with images of a board, ``./pose calibrate live`` with the
-running sensors. ``./pose calibrate imu`` finds how the IMUs sit on the body.
+``./pose calibrate board`` uses images of a board, ``./pose calibrate live`` the running sensors;
+``./pose calibrate imu`` estimates the sensor-to-segment alignment of IMUs.
 """
 
 import argparse
@@ -60,7 +60,7 @@ def choose_sensors(bag: BagReader, wanted: Sequence[str] | None) -> tuple[str, .
     """
     found = tuple(sensor_topics(bag))
     if not found:
-        BagFrames(bag)  # says what is missing
+        BagFrames(bag)  # raises an error that names what is missing
     missing = [name for name in wanted or () if name not in found]
     if missing:
         raise InputError(
@@ -108,7 +108,7 @@ def calibrate_bag(
 
 
 def agreement_table(session: SessionCalibration) -> Table:
-    """How well each sensor agrees with the reference, before and after, and joint by joint."""
+    """Agreement of each sensor with the reference, before and after, and by joint."""
     residuals = session.extrinsics.residuals
     table = Table(title=f"agreement with '{session.extrinsics.reference}'", show_edge=False)
     table.add_column("")
@@ -149,7 +149,7 @@ def _ahead(session: SessionCalibration, sensor: str) -> str:
 
 
 def imus_line(session: SessionCalibration) -> str:
-    """One line about the IMUs' clock; empty where there are none."""
+    """One line about the IMUs' clock; empty without IMUs."""
     imus = session.imus
     if imus is None:
         return ""
@@ -163,12 +163,12 @@ def imus_line(session: SessionCalibration) -> str:
 
 
 def people_line(session: SessionCalibration) -> str:
-    """One line about whom of several people it was found with."""
+    """One line about the person used, if there were several."""
     return f"{session.people} people at once: calibrated with the one whose views agree longest"
 
 
 def floor_line(session: SessionCalibration) -> str:
-    """One line about how the world frame was found."""
+    """One line about the floor and the vertical."""
     floor = session.extrinsics.floor
     if floor is None:
         return ""

@@ -1,4 +1,4 @@
-"""``./pose calibrate board``: where cameras stand, from images of a board; prints the board too.
+"""``./pose calibrate board``: extrinsics of cameras from images of a board; prints the board too.
 
 ./pose calibrate board --print board.pdf                       the board, to be printed at 100 %
 ./pose calibrate board left=DIR right=DIR -o extrinsics.yaml   from folders of images
@@ -35,12 +35,12 @@ ENDS = {"first": 0, "last": -1}
 
 
 class Found:
-    """What a source of images gave."""
+    """Views of the board from a source of images."""
 
     def __init__(self) -> None:
         self.instants: list[dict[str, BoardView]] = []
-        self.names: list[str] = []  # of the instants
-        self.cameras: dict[str, Camera] = {}  # announced with the images
+        self.names: list[str] = []  # names of the instants
+        self.cameras: dict[str, Camera] = {}  # intrinsics published with the images
         self.images: dict[str, int] = {}
 
 
@@ -90,7 +90,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def named(entries: Sequence[str], what: str) -> dict[str, Path]:
-    """``NAME=PATH`` arguments.
+    """Parse ``NAME=PATH`` arguments.
 
     Raises:
         InputError: If one is not of this form, or a name occurs twice.
@@ -99,7 +99,7 @@ def named(entries: Sequence[str], what: str) -> dict[str, Path]:
     for entry in entries:
         name, equals, path = entry.partition("=")
         if not equals or not name or not path or name in result:
-            raise InputError(f"'{entry}' is no {what}: expected NAME=PATH, each name once")
+            raise InputError(f"'{entry}' is not a {what}: expected NAME=PATH, each name once")
         result[name] = Path(path)
     return result
 
@@ -190,7 +190,7 @@ def look_live(arguments: argparse.Namespace, board: Board, bar: Progress) -> Fou
 
 
 def result_table(calibration: BoardCalibration, extrinsics: Extrinsics) -> Table:
-    """What was found of each camera, and how well."""
+    """Pose of each camera with its uncertainty."""
     reference = extrinsics.reference
     table = Table(title=f"cameras, seen from '{reference}'", show_edge=False)
     for heading in ("camera", "views", "image covered", "distance", "known to", "intrinsics"):
@@ -212,7 +212,7 @@ def result_table(calibration: BoardCalibration, extrinsics: Extrinsics) -> Table
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """The tool."""
+    """Run the tool."""
     board = Board(from_arguments(BoardParameters, arguments))
     if arguments.print is not None:
         from pose_calibration.board.printing import print_board  # slow to load
@@ -248,7 +248,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _look(
     arguments: argparse.Namespace, board: Board, bar: Progress
 ) -> tuple[Sequence[str], Found]:
-    """The cameras' names, the reference first, and what was found."""
+    """The cameras' names, the reference first, and the views of the board."""
     if arguments.live:
         if len(set(arguments.live)) < 2 or arguments.source:
             raise InputError("--live wants two or more different cameras, and no other source")

@@ -1,4 +1,4 @@
-"""``./pose calibrate imu [IN_BAG] -o FILE``: how the IMUs sit. Stand still, move, done.
+"""``./pose calibrate imu [IN_BAG] -o FILE``: sensor-to-segment alignment. Stand still, then move.
 
 With the running sensors, or on a bag of such a session.
 """
@@ -27,7 +27,7 @@ from pose_io.clock_messages import read_clocks
 from pose_io.topics import sensor_topics
 from pose_node.plain_console import progress_bar
 
-UNKNOWN = np.radians(45.0)  # [rad] of a deviation that says nothing
+UNKNOWN = np.radians(45.0)  # [rad] standard deviation from which on an alignment is unknown
 Show = Callable[[float, str], None]
 
 
@@ -57,12 +57,12 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def known_extrinsics(path: Path, sensors: tuple[str, ...]) -> Extrinsics | None:
-    """Where the Kinects are, by the session's file; None if there is no such file yet."""
+    """Extrinsics from the session's file; None if there is no such file."""
     return load_extrinsics_of(path, sensors) if path.exists() else None
 
 
 def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extrinsics:
-    """Where the Kinects are, by the bag's transforms, else by its motion."""
+    """Extrinsics from the bag's transforms, else from its motion."""
     sensors, placed = parameters.sensors, read_extrinsics(bag)
     if all(sensor in placed for sensor in sensors):
         found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
@@ -103,7 +103,7 @@ def calibrate_bag(
 
 
 def residual_table(result: ImuCalibrationResult) -> Table:
-    """How well each sensor's place is known, and how well it agrees with the cameras."""
+    """Uncertainty of each alignment, and its agreement with the cameras."""
     table = Table(title="uncertainty of each IMU's alignment", show_edge=False)
     table.add_column("segment")
     for heading in ("tilt", "turn", "against the cameras"):
@@ -136,7 +136,7 @@ def _run_with_progress(work: Callable[[Show], ImuCalibrationResult]) -> ImuCalib
 
 
 def _report(result: ImuCalibrationResult, keep_going: bool) -> None:
-    """Say what was found, and stop where a sensor is at fault."""
+    """Print the result; raise an error if a sensor has a fault."""
     console = Console(soft_wrap=True)
     console.print(residual_table(result))
     for finding in (*result.faults, *result.remarks):

@@ -1,4 +1,4 @@
-"""``./pose calibrate live -o FILE``: walk before the running sensors until it is done."""
+"""``./pose calibrate live -o FILE``: calibration while a person walks before the sensors."""
 
 import argparse
 from pathlib import Path

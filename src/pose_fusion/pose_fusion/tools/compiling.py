@@ -1,4 +1,4 @@
-"""Says how far the estimator's compilation is, which the very first start waits for."""
+"""Progress of the estimator's compilation at the first start."""
 
 import threading
 from collections.abc import Iterator
@@ -10,16 +10,16 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from pose_core.api import BodyModel, warm_up
 from pose_core.kernels.compiling import COMPILED_FOLDER
 
-LOOK_S = 0.5  # [s] between looks at what has been compiled
+LOOK_S = 0.5  # [s] between updates of the progress
 
 
 def prepare_visibly(estimator: str, model: BodyModel, console: Console) -> None:
-    """Have an estimator's kernels ready; show progress if they have to be compiled first.
+    """Load an estimator's kernels; show progress if they are compiled first.
 
     Args:
-        estimator: Its name.
+        estimator: Name of the estimator.
         model: The body model.
-        console: Where to show it.
+        console: Console for the progress.
     """
     if _compiled():
         warm_up(estimator, model)
@@ -29,7 +29,7 @@ def prepare_visibly(estimator: str, model: BodyModel, console: Console) -> None:
 
 
 def _compiled() -> int:
-    """How many kernels there are, compiled for this machine."""
+    """Number of kernels in the cache, compiled for this machine."""
     return sum(1 for _ in COMPILED_FOLDER.rglob("*.nbi"))
 
 

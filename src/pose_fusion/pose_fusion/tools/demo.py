@@ -1,4 +1,4 @@
-"""``demo``: the whole chain, live, on a synthetic subject or on a recording."""
+"""``demo``: the whole live graph on a synthetic subject or on a recording."""
 
 import argparse
 import contextlib
@@ -25,8 +25,8 @@ from pose_node.command_line import run_tool
 
 OUT = Path("out")  # under the current directory
 SYNTHETIC_S = 45.0  # [s] default length of a synthetic session
-RECORDING_S = 60.0  # [s] default length that a recording is replayed for
-GENERATING = 0.06  # [-] first guess: time to make a session over its length
+RECORDING_S = 60.0  # [s] default duration replayed of a recording
+GENERATING = 0.06  # [-] initial estimate: time to generate a session over its duration
 
 
 def main() -> None:
@@ -35,7 +35,7 @@ def main() -> None:
 
 
 def run() -> int:
-    """Run the demo; its exit code."""
+    """Run the demo; returns its exit code."""
     options = _parser().parse_args()
     console = Console(highlight=False, soft_wrap=True)
     if options.recording is None:
@@ -46,7 +46,7 @@ def run() -> int:
 
 
 def inspect_recording(path: Path) -> dict[str, Any]:
-    """What ``inspect`` says of a recording that the demo can use.
+    """Summary of a recording by ``inspect``, checked for the demo.
 
     Raises:
         InputError: If it cannot be read, or holds fewer than two sensors.
@@ -73,11 +73,11 @@ def _demo(options: argparse.Namespace, recording: dict[str, Any] | None, console
         else:
             finished = _run_recording(options, recording, folder, console)
     except GraphError:
-        raise  # its output tells why
+        raise  # its output has the reason
     except BaseException as error:
         shutil.rmtree(folder, ignore_errors=True)
         with contextlib.suppress(OSError):
-            OUT.rmdir()  # if it was made for this, and is empty
+            OUT.rmdir()  # if it is empty
         if isinstance(error, KeyboardInterrupt):
             console.print("interrupted: everything is stopped, nothing is left")
         raise
@@ -120,14 +120,14 @@ def _run_synthetic(options: argparse.Namespace, folder: Path, console: Console) 
 
 
 def _subject(options: argparse.Namespace) -> str:
-    """What is in front of the sensors, for people."""
+    """Description of the subject."""
     if options.motion is None:
         return f"synthetic subject, {options.choreography}, seed {options.seed}"
     return f"captured motion {options.motion.name}, simulated sensors, seed {options.seed}"
 
 
 def _generate(options: argparse.Namespace, duration_s: float, session: Path, lead_s: float) -> int:
-    """Make the synthetic session; the moment [ns] it begins at, far enough ahead."""
+    """Generate the synthetic session; returns its start [ns], at least ``lead_s`` ahead."""
     making_s = GENERATING * duration_s
     while True:
         begin = time.monotonic()
@@ -139,7 +139,7 @@ def _generate(options: argparse.Namespace, duration_s: float, session: Path, lea
         run_to_end([executable("pose_sim", "generate"), *words, "-o", session])
         if start_at_ns - time.time_ns() >= 0.8 * lead_s * NS_PER_S:
             return start_at_ns
-        # The truth carries these stamps: a slower machine has to begin later, so once more.
+        # The truth has these stamps: on a slow machine, repeat with a later start.
         making_s = 1.5 * (time.monotonic() - begin)
         shutil.rmtree(session)
 
@@ -185,16 +185,16 @@ def _run_recording(
 
 
 def _shown(options: argparse.Namespace) -> dict[str, str]:
-    """Arguments of the launch file: the page, and the robot that follows."""
+    """Arguments of the launch file for the page and the robot."""
     shown = {"view": str(options.view or options.teleop).lower()}
     if options.teleop:
-        # The robot stands where the bodies to compare with would.
+        # The robot is at the position of the bodies for comparison.
         shown |= {"teleop": "true", "compare": "false", "bodies": "[subject]"}
     return shown
 
 
 def _output_folder(options: argparse.Namespace) -> Path:
-    """The folder to make: the given one, or the first free name under ``out``."""
+    """The folder to create: the given one, or the first free name under ``out``."""
     if options.output is not None:
         given: Path = options.output
         if given.exists():

@@ -1,4 +1,4 @@
-"""The processes of the demo: tools that run to their end, the graph, the monitor."""
+"""The processes of the demo: tools, the graph, the monitor."""
 
 import json
 import os
@@ -17,7 +17,7 @@ from pose_core.errors import InputError, PoseError
 from pose_node.child_process import end_with_parent
 
 OUR_NODE = re.compile(r"/lib/(?:kinect_bridge|imu_bridge|pose_fusion)/\S+ .*--ros-args")
-STOP_S = 20.0  # [s] the launcher itself ends what does not listen, well before this
+STOP_S = 20.0  # [s] longer than the launcher needs to kill hanging processes
 
 
 class GraphError(PoseError):
@@ -40,7 +40,7 @@ def executable(package: str, name: str) -> Path:
 
 
 def start(command: Sequence[str | Path], **options: object) -> "subprocess.Popen[str]":
-    """Start a process that Ctrl-C in the terminal does not reach, and that ends with us."""
+    """Start a process that does not receive the terminal's Ctrl-C and ends with this process."""
     return subprocess.Popen(  # type: ignore[call-overload]
         [str(word) for word in command],
         stdin=subprocess.DEVNULL,
@@ -53,7 +53,7 @@ def start(command: Sequence[str | Path], **options: object) -> "subprocess.Popen
 
 
 def stop(process: "subprocess.Popen[str]", patience_s: float = STOP_S) -> int:
-    """Interrupt a process, wait for it, and kill it if it does not end; its exit code."""
+    """Interrupt a process, and kill it if it does not end; returns its exit code."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)
     try:
@@ -64,7 +64,7 @@ def stop(process: "subprocess.Popen[str]", patience_s: float = STOP_S) -> int:
 
 
 def run_to_end(command: Sequence[str | Path]) -> str:
-    """Run a tool to its end; what it printed.
+    """Run a tool to its end; returns its output.
 
     Raises:
         InputError: If it failed, with its own last line.
@@ -82,20 +82,20 @@ def run_to_end(command: Sequence[str | Path]) -> str:
 
 @dataclass
 class NodeStatus:
-    """What a node last said of itself."""
+    """The last report of a node."""
 
     level: int = 0
     message: str = ""
     values: dict[str, str] = field(default_factory=dict)
 
     def count(self, name: str) -> int:
-        """One of its counts; 0 if it has none of that name."""
+        """Value of a counter; 0 if there is none of that name."""
         text = self.values.get(name, "0")
         return int(text) if text.lstrip("-").isdigit() else 0
 
 
 class Monitor:
-    """Watches ``/diagnostics`` in a process of its own; :attr:`nodes` is always current."""
+    """Monitors ``/diagnostics`` in another process; :attr:`nodes` is always current."""
 
     def __init__(self) -> None:
         self.nodes: dict[str, NodeStatus] = {}
@@ -109,7 +109,7 @@ class Monitor:
         self._reader.start()
 
     def stop(self) -> None:
-        """End the process."""
+        """Stop the process."""
         stop(self._process)
         self._reader.join(timeout=2.0)
 
@@ -121,7 +121,7 @@ class Monitor:
                 self.is_ready.set()
                 continue
             status = NodeStatus(content["level"], content["message"], content["values"])
-            # A new dict: readers of the old one iterate undisturbed.
+            # A new dict, so that other threads can iterate over the old one.
             self.nodes = {**self.nodes, content["name"]: status}
 
 
@@ -131,7 +131,7 @@ class LiveGraph:
     Args:
         launch_file: Its name or path.
         arguments: The file's arguments.
-        log: Where the output of all nodes goes.
+        log: File for the output of all nodes.
     """
 
     def __init__(self, launch_file: str, arguments: dict[str, str], log: Path) -> None:
@@ -156,7 +156,7 @@ class LiveGraph:
         return self
 
     def __exit__(self, *_: object) -> None:
-        # Nothing may keep the processes alive, not even one more Ctrl-C.
+        # The processes must end, also if Ctrl-C is pressed again.
         before = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
             self._stop_all()
@@ -171,16 +171,16 @@ class LiveGraph:
 
     @property
     def nodes(self) -> dict[str, NodeStatus]:
-        """What each node last said."""
+        """The last report of each node."""
         return self.monitor.nodes if self.monitor else {}
 
     def planned_nodes(self) -> list[str]:
-        """Names of the graph's nodes that report to ``/diagnostics``: those of our packages."""
+        """Names of the graph's nodes that report to ``/diagnostics``: those of this project."""
         lines = run_to_end([*self._command, "--print"]).splitlines()
         return [line.split(":")[0] for line in lines if OUR_NODE.search(line)]
 
     def check(self) -> None:
-        """See that the graph runs.
+        """Check that the graph runs.
 
         Raises:
             GraphError: If it has ended, or a process of it has died.
@@ -202,7 +202,7 @@ class LiveGraph:
             raise self._error("the graph did not stop cleanly", text)
 
     def finish(self) -> None:
-        """Stop a graph whose processes may have died meanwhile."""
+        """Stop a graph whose processes may have died already."""
         self._stop_all()
 
     def _stop_all(self) -> int:
@@ -212,7 +212,7 @@ class LiveGraph:
         return code
 
     def _error(self, what: str, text: str) -> GraphError:
-        """With the line that tells most: an error, else a process that failed, else the last."""
+        """Create an error with the best line: an error, a failed process, or the last."""
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         marks = ("error: ", "Error: ", " has died (", "failed: ")
         marked = [line for mark in marks for line in lines if mark in line] or lines[-1:]
@@ -225,12 +225,12 @@ class DemoRun:
     """A finished run of the graph."""
 
     folder: Path
-    subject: str  # what was in front of the sensors, for people
-    nodes: Mapping[str, NodeStatus]  # what each node said last
+    subject: str  # description of the subject
+    nodes: Mapping[str, NodeStatus]  # the last report of each node
 
     @property
     def bag(self) -> Path:
-        """The bag that the recorder wrote."""
+        """The recorded bag."""
         return self.folder / "bag"
 
 

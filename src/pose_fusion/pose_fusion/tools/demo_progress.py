@@ -9,9 +9,9 @@ from rich.table import Column
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, NodeStatus
 
-TAIL_S = 1.5  # [s] for the last frames to pass through the graph, and to be recorded
+TAIL_S = 1.5  # [s] for processing and recording the last frames
 POLL_S = 0.2  # [s]
-PLAIN_LINE_S = 10.0  # [s] between lines where no terminal shows the bar
+PLAIN_LINE_S = 10.0  # [s] between lines without a terminal
 
 
 def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Console) -> None:
@@ -19,12 +19,12 @@ def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Consol
 
     Args:
         graph: The running graph.
-        start_at_ns: When [ns] its input begins.
-        duration_s: How long [s] its input lasts.
-        console: Where to show it.
+        start_at_ns: Start of its input [ns].
+        duration_s: Duration of its input [s].
+        console: Console for the progress.
 
     Raises:
-        GraphError: If the graph fails meanwhile.
+        GraphError: If the graph fails.
     """
     columns = (
         TextColumn("{task.description}", table_column=Column(no_wrap=True, min_width=8)),
@@ -54,18 +54,18 @@ def watch(graph: LiveGraph, start_at_ns: int, duration_s: float, console: Consol
 
 
 def describe(nodes: dict[str, NodeStatus], passed_s: float, duration_s: float) -> tuple[str, str]:
-    """What happens, and the counts so far.
+    """Current phase, and the counts so far.
 
     Args:
-        nodes: What each node last said, by name.
-        passed_s: Time [s] since the input began; negative before.
-        duration_s: Length [s] of the input.
+        nodes: The last report of each node, by name.
+        passed_s: Time [s] since the input's start; negative before.
+        duration_s: Duration [s] of the input.
     """
     if passed_s < 0.0:
         return f"starting, {len(nodes)} nodes are up", ""
     frames = sum(node.count("frames_published") for node in nodes.values())
     out = sum(node.count("estimates") for node in nodes.values())
-    # At the end the devices fall silent, as they should.
+    # At the end silent devices are expected.
     is_over = passed_s > duration_s
     complaints = [
         f"{name.lstrip('/')}: {node.message}"

@@ -1,4 +1,4 @@
-"""What the demo prints and leaves when its graph has stopped: tables, plots, counts."""
+"""Report of the demo: tables, plots, counts."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -41,7 +41,7 @@ TRUTH_NAMESPACE = "/truth"
 
 
 def draw_robot(bag: BagReader, run: DemoRun, console: Console) -> tuple[str, ...]:
-    """Draw and describe the robot's motion; the plot's name, nothing if there was no robot."""
+    """Plot and describe the robot's motion; returns the plot's name, empty without a robot."""
     topics = {"person": TARGET, "command": COMMAND, "robot": ROBOT}
     found = {name: read_joint_motion(bag, topic) for name, topic in topics.items()}
     motions = {name: each for name, each in found.items() if each is not None}
@@ -94,7 +94,7 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
 
 
 def report_recording(run: DemoRun, console: Console) -> None:
-    """Say what a run without a reference tells: agreement of the views, bones, gaps, plots.
+    """Report a run without a reference: agreement of the views, bones, gaps, plots.
 
     Raises:
         GraphError: If no fused skeletons came out.
@@ -129,7 +129,7 @@ def _methods(bag: BagReader, run: DemoRun) -> dict[str, SkeletonSeries]:
 def _print_counts(
     bag: BagReader, run: DemoRun, methods: Mapping[str, SkeletonSeries], console: Console
 ) -> None:
-    """Frames in and out, what was lost, latency."""
+    """Print frames in and out, losses and latency."""
     sensors = {name: each for name, each in methods.items() if name not in (MEAN, FUSED)}
     console.print()
     for name in sensors:
@@ -154,7 +154,7 @@ def _print_counts(
 
 
 def _stages(run: DemoRun) -> str:
-    """How long the reference sensor's frames took to each stage."""
+    """Latency of the reference sensor's frames up to each stage."""
     return "; ".join(
         f"{name.replace('_', ' ')} {node.values[STAGE + name]}"
         for path, node in run.nodes.items()
@@ -175,13 +175,13 @@ def _sensor_text(bag: BagReader, run: DemoRun, name: str) -> str:
         ),
         default=0,
     )
-    # The bridge last reported up to a second before the end: recorded may be more.
+    # The bridge's last report may be a second old: more frames may be recorded.
     lost = max(published - recorded, 0)
     return f"{recorded + lost} frames in, {lost or 'none'} lost on the way to the bag"
 
 
 def _alignment(run: DemoRun, imus: int) -> str:
-    """How many IMUs had a part in the result."""
+    """Number of aligned IMUs."""
     reports = [node.values.get("imus_aligned", "") for node in run.nodes.values()]
     aligned = [name for text in reports for name in text.split(", ") if name not in ("", "none")]
     text = f"{len(aligned)} of {imus} aligned with their segments"
@@ -191,7 +191,7 @@ def _alignment(run: DemoRun, imus: int) -> str:
 
 
 def _losses(run: DemoRun) -> str:
-    """What the IMUs' bridge counted beside good frames."""
+    """Lost and corrupted frames counted by the IMUs' bridge."""
     lost = garbled = 0
     for node in run.nodes.values():
         lost += sum(node.count(key) for key in node.values if key.endswith(".lost"))

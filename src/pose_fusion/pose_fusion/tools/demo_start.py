@@ -1,4 +1,4 @@
-"""When the demo's input begins: once every node is up, on a slow machine too."""
+"""Start of the demo's input after all nodes are up."""
 
 import os
 import shutil
@@ -12,19 +12,19 @@ from rich.console import Console
 from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import LiveGraph, Monitor
 
-PROCESSES = 8  # that start at once: launcher, bridges, devices, calibration, fusion, recorder
-WEIGHT = 3.0  # [-] a node of the graph imports more than the one that is timed
-REPORT_S = 1.0  # [s] until a node that is up says so in /diagnostics
-SPARE_S = 1.0  # [s] between the last node's first sign of life, at most, and the first frame
+PROCESSES = 8  # started together: launcher, bridges, devices, calibration, fusion, recorder
+WEIGHT = 3.0  # [-] start-up time of a node of the graph relative to the measured process
+REPORT_S = 1.0  # [s] until a started node reports in /diagnostics
+SPARE_S = 1.0  # [s] smallest time between the last node's first report and the first frame
 LONGEST_LEAD_S = 60.0  # [s]
 POLL_S = 0.1  # [s]
 
 Prepare = Callable[[float], tuple[int, dict[str, str]]]
-"""From a lead [s]: when the input begins [ns], and the launch file's arguments for that."""
+"""Function of a lead [s] that returns the input's start [ns] and the launch file's arguments."""
 
 
 def first_lead_s() -> float:
-    """How long all processes should take to start [s], judged by how long one takes."""
+    """Expected start-up time of all processes [s], from that of one."""
     begin = time.monotonic()
     monitor = Monitor()
     try:
@@ -37,7 +37,7 @@ def first_lead_s() -> float:
 
 
 def ready_estimator(console: Console) -> None:
-    """Compile the estimator where nothing is compiled yet: longer than nodes are waited for."""
+    """Compile the estimator if needed, which takes longer than the time limit of nodes."""
     with console.status("preparing the estimator; it is compiled at the first start on a machine"):
         from pose_core.api import (
             FusionParameters,  # takes a second to load
@@ -53,20 +53,20 @@ def ready_estimator(console: Console) -> None:
 def started_graph(
     launch_file: str, prepare: Prepare, folder: Path, lead_s: float, console: Console
 ) -> Iterator[tuple[LiveGraph, int]]:
-    """Start a graph whose nodes are all up before its input begins.
+    """Start a graph whose nodes are all up before its input starts.
 
-    Where they are not, it is stopped and started again with twice the time, up to a minute; after
-    that the input begins all the same, and who was late is said.
+    If they are not, the graph is restarted with twice the time, up to a minute; after that the
+    input starts anyway, and the missing nodes are named.
 
     Args:
         launch_file: The graph.
-        prepare: Makes the input ready.
-        folder: Where bag and log go.
-        lead_s: Time [s] to give the nodes at first.
-        console: Where to say what happens.
+        prepare: Prepares the input.
+        folder: Folder for bag and log.
+        lead_s: Initial time limit of the nodes [s].
+        console: Console for messages.
 
     Yields:
-        The running graph, and when its input begins [ns].
+        The running graph, and the input's start [ns].
     """
     while True:
         start_at_ns, arguments = prepare(lead_s)
@@ -83,10 +83,10 @@ def started_graph(
 
 
 def wait_until_up(graph: LiveGraph, deadline_ns: int, console: Console) -> list[str]:
-    """Wait until every node has reported to ``/diagnostics``; those that have not by then.
+    """Wait until every node has reported to ``/diagnostics``; returns the missing nodes.
 
     Raises:
-        GraphError: If the graph fails meanwhile.
+        GraphError: If the graph fails.
     """
     planned = graph.planned_nodes()
     with console.status("starting") as status:

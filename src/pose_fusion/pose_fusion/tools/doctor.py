@@ -1,4 +1,4 @@
-"""``./pose doctor``: what is wrong with the machine, the graph and the devices, and what to do."""
+"""``./pose doctor``: faults of the machine, the graph and the devices, with remedies."""
 
 import argparse
 import json
@@ -20,7 +20,7 @@ from pose_io.bags import open_bag
 from pose_node.command_line import run_tool
 from pose_node.plain_console import plain_console, progress_bar
 
-LISTEN_S = 4.0  # [s] diagnostics come once a second
+LISTEN_S = 4.0  # [s] diagnostics are published once per second
 MARKS = {
     Verdict.OK: Text("✓", "green"),
     Verdict.NOTE: Text("!", "yellow"),
@@ -29,17 +29,18 @@ MARKS = {
 
 
 def doctor_bag(bag: Path, output: Path | None) -> int:
-    """Say what a bag lacks, and write it anew if somewhere to write it to is given.
+    """Report the faults of a bag, and write a repaired bag if ``output`` is given.
 
     Args:
-        bag: A rosbag2 folder or an ``.mcap`` file; it stays as it is.
-        output: The folder to make.
+        bag: A rosbag2 folder or an ``.mcap`` file, which is not changed.
+        output: The folder to create.
 
     Returns:
-        The exit code: 0 if the bag is whole, or has been mended.
+        The exit code: 0 if the bag is intact, or has been repaired.
 
     Raises:
-        InputError: If there is no such bag, nothing can be saved, or it cannot be written.
+        InputError: If there is no such bag, it has no intact messages, or the output cannot be
+            written.
     """
     if not bag.exists():
         raise InputError(f"found no bag at {bag}: expected a rosbag2 folder or an .mcap file")
@@ -63,7 +64,7 @@ def doctor_bag(bag: Path, output: Path | None) -> int:
 
 
 def findings(file: Path, condition: Condition, lacks_metadata: bool) -> list[str]:
-    """What is wrong with a bag, one line a finding."""
+    """Faults of a bag, one line each."""
     lines = []
     if not condition.ends:
         lost = condition.size - condition.whole
@@ -110,13 +111,13 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
 
 
 def look_at_graph(duration_s: float) -> list[Finding]:
-    """Findings of the running graph, or why it cannot be seen."""
+    """Findings of the running graph, or the reason why there is no access to it."""
     try:
-        # ROS takes a second to load, and may be what is broken.
+        # Imported here: ROS takes a second to load, and its installation may be broken.
         from pose_fusion.nodes.listener import listen
 
         return graph_findings(listen(duration_s))
-    except Exception as error:  # whatever a broken installation raises
+    except Exception as error:  # a broken installation may raise any exception
         reason = " ".join(str(error).split()) or type(error).__name__
         return [
             GRAPH.wrong(
@@ -128,7 +129,7 @@ def look_at_graph(duration_s: float) -> list[Finding]:
 
 
 def as_table(findings: Sequence[Finding]) -> Table:
-    """One line a finding, its remedy below."""
+    """One line per finding, with its remedy below."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), show_header=False)
     for _ in range(3):
         table.add_column(overflow="fold")
@@ -144,7 +145,7 @@ def as_table(findings: Sequence[Finding]) -> Table:
 
 
 def run() -> int:
-    """The tool; its exit code."""
+    """Run the tool; returns its exit code."""
     options = parse_arguments()
     if options.bag is not None:
         return doctor_bag(options.bag, options.output)

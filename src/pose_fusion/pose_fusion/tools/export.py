@@ -1,4 +1,4 @@
-"""``./pose export BAG --to FORMAT -o FILE``: a recorded motion for other programs."""
+"""``./pose export BAG --to FORMAT -o FILE``: converts a recorded motion for other programs."""
 
 import argparse
 import os
@@ -76,7 +76,7 @@ def _rate(text: str) -> float:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file, whole or not at all.
+    """Write a file atomically.
 
     Raises:
         InputError: If it cannot be written.
@@ -100,7 +100,7 @@ def write_whole(path: Path, content: bytes) -> None:
 def summary(
     recorded: BodyMotion, written: BodyMotion, arguments: argparse.Namespace, rate: float
 ) -> list[str]:
-    """What was written, and what a reader of it has to know."""
+    """Summary of the written file, with its limitations."""
     duration_s = float(written.times_s[-1])
     exporter = EXPORTERS[arguments.to]
     own = written is recorded
@@ -124,7 +124,7 @@ def summary(
 
 
 def run() -> int | None:
-    """The tool; returns the exit status."""
+    """Run the tool; returns the exit status."""
     arguments = parse_arguments()
     recordings = recordings_under(arguments.bag)
     if recordings:

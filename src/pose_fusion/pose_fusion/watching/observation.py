@@ -23,7 +23,6 @@ class TopicStatus:
     rate: float  # [Hz]
     age_s: float | None  # [s] since the last message; None: there was none
     latency_s: float | None  # [s] median from a message's stamp to its arrival here
-    publishers: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +63,7 @@ class TopicWatch:
         self._last_ns = now_ns
         self._forget(now_ns)
 
-    def status(self, now_ns: int, publishers: int) -> TopicStatus:
+    def status(self, now_ns: int) -> TopicStatus:
         """The topic's state now."""
         self._forget(now_ns)
         latencies = np.array([latency for _, latency in self._arrivals])
@@ -75,7 +74,6 @@ class TopicWatch:
             rate=self._rate(now_ns),
             age_s=age_s,
             latency_s=float(np.median(latencies)) if len(latencies) else None,
-            publishers=publishers,
         )
 
     def _rate(self, now_ns: int) -> float:

@@ -13,14 +13,14 @@ _read_imus = type_specialised(read_imus)
 
 
 def imu_block(datas: Mapping[str, Sequence[bytes]]) -> tuple[ImuBlock, NDArray[np.intp]]:
-    """Messages as rows, one segment's after the other's, each in the order given.
+    """Read messages as rows, segment after segment, each in the order given.
 
     Args:
         datas: Serialised messages by segment.
 
     Returns:
-        The rows, and which messages they are, counted through all segments: those that say no
-        orientation are left out, and those whose variances are no numbers.
+        The rows, and the indices of their messages, counted over all segments, shape (n,).
+        Messages without an orientation or with variances that are NaN are left out.
     """
     every = [data for of_one in datas.values() for data in of_one]
     count = len(every)

@@ -1,4 +1,4 @@
-"""Numbers out of serialised messages, and into them."""
+"""Kernels that read numbers from serialised messages (CDR) and write numbers into them."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from pose_core.api import FloatArray
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.stamps import NS_PER_S
 
-HEADER_SIZE = 4  # [bytes] of CDR's encapsulation, the second of which tells the byte order
+HEADER_SIZE = 4  # [bytes] of CDR's encapsulation; the second gives the byte order
 STAMP_SIZE = 8  # [bytes] seconds and nanoseconds, of four each
 LENGTH_SIZE = 4  # [bytes] before a string
 NUMBER_SIZE = 8  # [bytes] of a float, at a multiple of that
@@ -19,15 +19,15 @@ IMU_RATE = 13
 IMU_RATE_COVARIANCE = 16
 IMU_ACCELERATION = 25
 IMU_ACCELERATION_COVARIANCE = 28
-STRONGEST = 4000.0  # [m/s²] likewise no accelerometer, per axis
+STRONGEST = 4000.0  # [m/s²] no accelerometer measures as much, per axis
 FASTEST_RATE = 200.0  # [rad/s] no gyroscope measures as much, per axis
-LONGEST_RANGE = 100.0  # [m] no sensor sees as far: not a position
-SHORTEST, LONGEST = 0.9, 1.1  # [-] length of what is a quaternion
+LONGEST_RANGE = 100.0  # [m] beyond the range of any sensor: not a position
+SHORTEST, LONGEST = 0.9, 1.1  # [-] accepted norm of a quaternion
 
 
 @compiled
 def integer(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
-    """The number of four bytes at a place, without sign."""
+    """The unsigned integer of four bytes at an offset."""
     value = 0
     for k in range(4):
         value = value * 256 + data[at + 3 - k if is_little else at + k]
@@ -36,14 +36,14 @@ def integer(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
 
 @compiled
 def stamp_at(data: NDArray[np.uint8], at: int, is_little: bool) -> int:
-    """The stamp at a place [ns]."""
+    """The stamp [ns] at an offset."""
     seconds = integer(data, at, is_little)
     return seconds * NS_PER_S + integer(data, at + STAMP_SIZE // 2, is_little)
 
 
 @compiled
 def copy_numbers(data: NDArray[np.uint8], at: int, is_little: bool, out: NDArray[np.uint8]) -> None:
-    """Copy the bytes of some numbers as this machine has them, the lowest first."""
+    """Copy the bytes of 8-byte numbers into little-endian order."""
     for k in range(len(out)):
         out[k] = data[at + k] if is_little else data[at + (k ^ (NUMBER_SIZE - 1))]
 
@@ -59,17 +59,17 @@ def read_imus(
     linear_acceleration: FloatArray,
     says_something: NDArray[np.bool_],
 ) -> None:
-    """Messages of ``sensor_msgs/Imu``, n of them.
+    """Read n messages of ``sensor_msgs/Imu``.
 
     Args:
-        data: Their bytes.
-        ends: Where each ends, (n,).
+        data: The bytes of all messages, one after the other.
+        ends: End offset of each message, (n,).
         stamps_ns: Filled, (n,) [ns].
         orientation: Filled, (n, 4).
         orientation_stddev: Filled, (n, 3) [rad].
-        angular_velocity: Filled, (n, 3) [rad/s]; NaN where the message says none.
-        linear_acceleration: Filled, (n, 3) [m/s²]; NaN where the message says none.
-        says_something: Filled, (n,): whether it has an orientation, and numbers that can be.
+        angular_velocity: Filled, (n, 3) [rad/s]; NaN where the message has none.
+        linear_acceleration: Filled, (n, 3) [m/s²]; NaN where the message has none.
+        says_something: Filled, (n,): whether the message has an orientation and valid numbers.
     """
     raw = np.empty(NUMBER_SIZE * IMU_NUMBERS, np.uint8)
     values = raw.view(np.float64)
@@ -97,7 +97,7 @@ def read_imus(
             is_known &= np.isfinite(variance)
         read_angular_velocity(values, angular_velocity[row])
         read_acceleration(values, linear_acceleration[row])
-        # REP 145: a first element of −1 says that there is no orientation.
+        # REP 145: a first element of −1 means that there is no orientation.
         has_orientation = values[IMU_VARIANCE[0]] != -1.0
         is_quaternion = SHORTEST**2 < squared < LONGEST**2
         says_something[row] = has_orientation and is_quaternion and is_known
@@ -105,7 +105,7 @@ def read_imus(
 
 @compiled
 def read_angular_velocity(values: FloatArray, out: FloatArray) -> None:
-    """The angular velocity among a message's numbers; NaN where it says none, or what cannot be."""
+    """Read a message's angular velocity [rad/s]; NaN if it has none, or an impossible one."""
     is_known = values[IMU_RATE_COVARIANCE] != -1.0  # REP 145
     for k in range(3):
         out[k] = values[IMU_RATE + k]
@@ -116,8 +116,8 @@ def read_angular_velocity(values: FloatArray, out: FloatArray) -> None:
 
 @compiled
 def read_acceleration(values: FloatArray, out: FloatArray) -> None:
-    """The acceleration among a message's numbers; NaN where it says none, or what cannot be."""
-    # REP 145 has −1 for it; drivers that know none leave zeros, which nothing but a fall makes.
+    """Read a message's acceleration [m/s²]; NaN if it has none, or an impossible one."""
+    # REP 145 has −1 for none; drivers without one send zeros, which only free fall measures.
     is_known, is_any = values[IMU_ACCELERATION_COVARIANCE] != -1.0, False
     for k in range(3):
         out[k] = values[IMU_ACCELERATION + k]
@@ -136,13 +136,13 @@ def clean_joints(
     positions: FloatArray,
     tracking_state: NDArray[np.uint8],
 ) -> None:
-    """Joints as sensors give them, brought to ours; what is no position is NaN, not tracked.
+    """Map a sensor's joints to the 15 joints; invalid positions become NaN and NOT_TRACKED.
 
     Args:
         xyz: Positions, (n, k, 3) [m].
         states: Values of ``TrackingState``, (n, k).
-        named: Which of the k are ours, (m,).
-        joints: And which of ours they are, (m,).
+        named: Indices of the sensor's joints that are mapped, (m,).
+        joints: Index of each among the 15 joints, (m,).
         positions: Filled, (n, joints, 3) [m].
         tracking_state: Filled, (n, joints).
     """
@@ -152,7 +152,7 @@ def clean_joints(
         for k in range(len(named)):
             x, y, z = xyz[row, named[k]]
             is_place = abs(x) < LONGEST_RANGE and abs(y) < LONGEST_RANGE and abs(z) < LONGEST_RANGE
-            # Trackers send (0, 0, 0) for what they have lost.
+            # Trackers send (0, 0, 0) for joints that they have lost.
             if not is_place or (x == 0.0 and y == 0.0 and z == 0.0):  # nor a NaN
                 continue
             if states[row, named[k]] == 0:
@@ -164,14 +164,14 @@ def clean_joints(
 
 
 class PersonPlaces(NamedTuple):
-    """Where one person's numbers stand in a skeletons' message [bytes], and whose they are."""
+    """Offsets [bytes] of one person's numbers in a ``SkeletonArray``, and their joints."""
 
     stamp: int
     positions: int
     states: int
-    length: int  # of the joints that the message names
-    named: NDArray[np.int64]  # (m,) which of these are ours
-    joints: NDArray[np.int64]  # (m,) and which of ours they are
+    length: int  # number of joints that the message names
+    named: NDArray[np.int64]  # (m,) indices of those that are mapped
+    joints: NDArray[np.int64]  # (m,) index of each among the 15 joints
 
 
 @compiled_in_place
@@ -181,11 +181,11 @@ def have_form(
     texts: NDArray[np.uint8],
     fits: NDArray[np.bool_],
 ) -> int:
-    """Which messages have these bytes at these places; how many.
+    """Find the messages that have given bytes at given offsets; returns their number.
 
     Args:
         rows: The messages, (n, bytes).
-        fixed: The places, (k,).
+        fixed: The offsets, (k,).
         texts: The bytes, (k,).
         fits: Filled, (n,).
     """
@@ -210,12 +210,12 @@ def read_person(
     tracking_state: NDArray[np.uint8],
     highest: NDArray[np.uint8],
 ) -> None:
-    """One person's joints, brought to ours; what is no position is NaN, not tracked.
+    """Read one person's joints; invalid positions become NaN and NOT_TRACKED.
 
     Args:
         rows: n messages of one form, (n, bytes).
-        places: Where the numbers stand.
-        is_little: Whether their lowest bytes come first.
+        places: Offsets of the numbers.
+        is_little: Whether the numbers are little-endian.
         stamps_ns: Filled, (n,) [ns].
         positions: Filled, (n, joints, 3) [m].
         tracking_state: Filled, (n, joints), values of ``TrackingState``.
@@ -248,18 +248,18 @@ def fill_rows(
     uint8: NDArray[np.uint8],
     rows: NDArray[np.uint8],
 ) -> None:
-    """Copies of a message with other numbers, n of them.
+    """Write n copies of a message with other numbers.
 
     Args:
-        template: Its bytes, as many as a multiple of eight, numbers where their sizes fit.
-        stamp_places: Where stamps stand, in units of four bytes.
-        float64_places: Where floats stand, (k,), in units of eight bytes.
-        float32_places: Those of half the size, (l,), in units of four.
-        uint8_places: Bytes, (m,).
+        template: Its bytes, padded to a multiple of eight; each number is aligned to its size.
+        stamp_places: Offsets of the stamps, in units of four bytes.
+        float64_places: Offsets of the float64 numbers, (k,), in units of eight bytes.
+        float32_places: Offsets of the float32 numbers, (l,), in units of four bytes.
+        uint8_places: Offsets of the bytes, (m,).
         stamps_ns: (n,) [ns].
-        float64: (n, k), or (n, 0): they stay.
-        float32: (n, l), or likewise.
-        uint8: (n, m), or likewise.
+        float64: (n, k); (n, 0) leaves the template's numbers.
+        float32: (n, l), or (n, 0).
+        uint8: (n, m), or (n, 0).
         rows: Filled, (n, bytes).
     """
     for index in range(len(rows)):

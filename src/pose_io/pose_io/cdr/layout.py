@@ -1,7 +1,7 @@
-"""Where the numbers of a serialised message lie, found by walking over its bytes once.
+"""Offsets of the numbers in a serialised message, found in one pass over its bytes.
 
-CDR (OMG DDSI-RTPS, plain encoding): four bytes of encapsulation, the second of which tells the byte
-order; then every number aligned to its size, counted from there. A string or a sequence begins with
+CDR (OMG DDSI-RTPS, plain encoding): four bytes of encapsulation, the second gives the byte order;
+then every number is aligned to its size, counted from there. A string or a sequence begins with
 its length, four bytes.
 """
 
@@ -14,7 +14,7 @@ from pose_io.cdr.kernels import HEADER_SIZE
 
 
 class Walker:
-    """Goes through a message field by field.
+    """Reads a message field by field.
 
     Args:
         data: The message's bytes.
@@ -32,7 +32,7 @@ class Walker:
         self.fixed = np.zeros(len(self._body), np.bool_)  # bytes of strings and lengths
 
     def skip(self, size: int, count: int = 1) -> int:
-        """Pass over numbers of ``size`` bytes; where they begin."""
+        """Skip numbers of ``size`` bytes; returns the offset of the first."""
         start = self.at + -self.at % size if count else self.at
         self.at = start + size * count
         if self.at > len(self._body):
@@ -42,18 +42,20 @@ class Walker:
         return start
 
     def length(self) -> int:
-        """The length of a string or a sequence."""
+        """Read the length of a string or a sequence."""
         start = self.skip(4)
         self.fixed[start : self.at] = True
         (value,) = self._length.unpack_from(self._body, start)
         return int(value)
 
     def string(self) -> str:
-        """A string."""
+        """Read a string."""
         size = self.length()
         start = self.skip(1, size)
         self.fixed[start : self.at] = True
         try:
             return bytes(self._body[start : self.at]).rstrip(b"\0").decode()
         except (UnicodeDecodeError, error) as problem:
-            raise InputError(f"a {self._what} holds a text that is none: {problem}") from problem
+            raise InputError(
+                f"a {self._what} contains a string that is not UTF-8: {problem}"
+            ) from problem

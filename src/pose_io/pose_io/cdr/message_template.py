@@ -1,7 +1,7 @@
-"""Serialised messages of which only the numbers change: those are written where they lie.
+"""Serialised messages of which only the numbers change: numbers are overwritten in place.
 
-A message whose strings and sequences keep their lengths has its numbers at the same bytes every
-time. They are found once, by the rules of CDR (OMG DDSI-RTPS, plain little-endian encoding: every
+A message whose strings and sequences have constant lengths has its numbers at constant offsets.
+The offsets are found once, by the rules of CDR (OMG DDSI-RTPS, plain little-endian encoding: every
 number aligned to its size, counted from after the four bytes of the encapsulation header).
 """
 
@@ -27,10 +27,10 @@ SIZES = {
 
 
 class MessageTemplate:
-    """One message's bytes and where its numbers lie.
+    """One message's bytes and the offsets of its numbers.
 
     Args:
-        message: As rosbags has it; its strings and the lengths of its sequences stay.
+        message: A rosbags message; its strings and the lengths of its sequences are kept.
         typestore: Definitions of the messages.
     """
 
@@ -60,17 +60,17 @@ class MessageTemplate:
         self._seconds = (begin + np.array(self._places["stamp"], int)) // 4
 
     def change_only(self, float64: NDArray[np.bool_], float32: NDArray[np.bool_]) -> None:
-        """Leave the other numbers: :meth:`fill` takes these alone, shapes (k,) and (l,)."""
+        """Select the numbers that :meth:`fill` replaces, masks of shapes (k,) and (l,)."""
         self._float64, self._float32 = self._float64[float64], self._float32[float32]
 
     @property
     def float64(self) -> FloatArray:
-        """The message's own numbers, in the order of its fields."""
+        """The message's float64 numbers, in the order of its fields."""
         return np.asarray(self._row.view("<f8")[self._float64])
 
     @property
     def float32(self) -> NDArray[np.float32]:
-        """Likewise."""
+        """The message's float32 numbers, in the order of its fields."""
         return np.asarray(self._row.view("<f4")[self._float32])
 
     def fill(
@@ -83,16 +83,16 @@ class MessageTemplate:
         """The bytes of n messages with other numbers, shape (n, bytes).
 
         Args:
-            stamps_ns: Of all their headers that bear a stamp [ns], shape (n,).
-            float64: All of them, in the order of the fields, shape (n, k).
-            float32: Likewise; None leaves them.
-            uint8: Likewise.
+            stamps_ns: Stamp of every header whose stamp is not zero [ns], shape (n,).
+            float64: The float64 numbers, in the order of the fields, shape (n, k).
+            float32: The float32 numbers, shape (n, l); None leaves them.
+            uint8: The bytes, shape (n, m); None leaves them.
 
         Raises:
             ValueError: If there are more or fewer numbers than places for them.
         """
         count = len(stamps_ns)
-        # The kernel does not look where it writes.
+        # The kernel does not check array bounds.
         given = ((float64, self._float64), (float32, self._float32), (uint8, self._uint8))
         for numbers, places in given:
             if numbers is not None and numbers.shape != (count, len(places)):
@@ -113,9 +113,9 @@ class MessageTemplate:
         return rows[:, MARGIN : self._end]
 
     def _walk_message(self, message: Any, at: int) -> int:
-        """Note the places of a message's numbers; returns where it ends."""
+        """Store the offsets of a message's numbers; returns its end."""
         msgtype = message.__msgtype__
-        if msgtype == TIME and (message.sec or message.nanosec):  # a zero one means none
+        if msgtype == TIME and (message.sec or message.nanosec):  # zero means no stamp
             self._places["stamp"].append(at + -at % 4)
         for name, description in self._typestore.fielddefs[msgtype][1]:
             at = self._walk(getattr(message, name), description, at)

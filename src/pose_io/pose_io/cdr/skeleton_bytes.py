@@ -1,7 +1,7 @@
-"""Persons from the bytes of ``pose_msgs/SkeletonArray``, many messages at once.
+"""Persons read from the bytes of ``pose_msgs/SkeletonArray``, many messages at once.
 
-A tracker's messages are alike but for their numbers: as long, and with the same names. Where the
-numbers lie is found once for each such form.
+A tracker's messages have the same length and names, and differ in their numbers only. The offsets
+of the numbers are found once for each such form.
 """
 
 from collections import defaultdict
@@ -26,8 +26,8 @@ from pose_io.cdr.layout import Walker
 
 WHAT = "pose_msgs/msg/SkeletonArray"
 BEST_STATE = int(max(TrackingState))
-FORMS_KEPT = 16  # persons come and go; their ids need not be remembered for ever
-FORM_BYTES_KEPT = 4_194_304  # [bytes] of all forms, whatever lengths and names arrive
+FORMS_KEPT = 16  # bounds the memory: persons leave, and new ids arrive
+FORM_BYTES_KEPT = 4_194_304  # [bytes] of all stored forms
 MAX_MESSAGE = 262_144  # [bytes] 200 persons of 25 joints
 
 Persons = list[SkeletonSample]
@@ -37,7 +37,7 @@ _have_form, _read_person = type_specialised(have_form), type_specialised(read_pe
 @dataclass(frozen=True, kw_only=True)
 class _Form:
     is_little: bool
-    fixed: NDArray[np.int64]  # places of the bytes that are alike
+    fixed: NDArray[np.int64]  # offsets of the constant bytes
     texts: NDArray[np.uint8]  # those bytes
     persons: tuple[tuple[str, PersonPlaces], ...]  # by their ids
 
@@ -51,9 +51,9 @@ class SkeletonReader:
         self._form_bytes = 0
 
     def read(self, datas: Sequence[bytes]) -> list[Persons | InputError]:
-        """The persons of each message, or what is wrong with it.
+        """The persons of each message, or its error.
 
-        What a message does not name or place is NaN and not tracked.
+        Joints that a message does not contain are NaN and NOT_TRACKED.
         """
         result: list[Persons | InputError] = [[] for _ in datas]
         by_length: dict[int, list[int]] = defaultdict(list)
@@ -182,12 +182,12 @@ def read_joints(
 
     Args:
         rows: The messages, shape (n, bytes).
-        places: Where the numbers stand.
-        is_little: Whether their lowest bytes come first.
+        places: Offsets of the numbers.
+        is_little: Whether the numbers are little-endian.
 
     Returns:
-        Stamps, shape (n,) [ns], positions, shape (n, 15, 3) [m], and states, shape (n, 15), of our
-        joints; and the highest state of any in the message, shape (n,).
+        Stamps, shape (n,) [ns], positions, shape (n, 15, 3) [m], and states, shape (n, 15), of the
+        15 joints; and the highest state of any joint in the message, shape (n,).
     """
     count = len(rows)
     stamps_ns, highest = np.empty(count, np.int64), np.empty(count, np.uint8)
@@ -203,13 +203,13 @@ def our_joints(
     named: NDArray[np.int64],
     joints: NDArray[np.int64],
 ) -> tuple[FloatArray, NDArray[np.uint8]]:
-    """Joints as sensors give them, brought to our 15; what is no position is NaN, not tracked.
+    """Map a sensor's joints to the 15 joints; invalid positions become NaN and NOT_TRACKED.
 
     Args:
         xyz: Positions, shape (n, k, 3) [m].
         states: Values of :class:`TrackingState`, shape (n, k).
-        named: Which of the k are ours, shape (m,).
-        joints: And which of ours they are, shape (m,).
+        named: Indices of the sensor's joints that are mapped, shape (m,).
+        joints: Index of each among the 15 joints, shape (m,).
 
     Returns:
         Positions, shape (n, 15, 3) [m], and states, shape (n, 15).

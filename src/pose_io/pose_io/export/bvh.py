@@ -34,7 +34,7 @@ def bvh_text(motion: BodyMotion, rate: float) -> str:
 
 
 def _joint(model: BodyModel, offsets_cm: FloatArray, link: Link, depth: int) -> list[str]:
-    """A link and all below it, in the order of :func:`_channels`."""
+    """Lines of a link and its descendants, in the order of :func:`_channels`."""
     indent, inner = "\t" * depth, "\t" * (depth + 1)
     is_root = link.joint is None
     offset = np.zeros(3) if link.joint is None else offsets_cm[JOINT_INDEX[link.joint]]
@@ -74,7 +74,7 @@ def _channels(motion: BodyMotion) -> FloatArray:
 
 
 def _order(link: Link) -> str:
-    """The axes that a link turns about, in turn; then those that it does not turn about."""
+    """The rotation axes of a link in their order, then the remaining axes."""
     used = "".join(_axis(dof)[0] for dof in link.dof)
     return used + "".join(axis for axis in AXES if axis not in used)
 

@@ -1,4 +1,4 @@
-"""C3D (c3d.org): the joints as points [mm] in ``map``, z up; the library of that name writes it."""
+"""C3D (c3d.org): the joints as points [mm] in ``map``, z up, written by the library c3d."""
 
 import io
 import warnings
@@ -11,7 +11,7 @@ from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
 
 MM = 1000.0  # [mm/m]
-UNKNOWN = -1.0  # residual of a point that was not seen
+UNKNOWN = -1.0  # residual of a point that is not known
 
 
 def c3d_bytes(motion: BodyMotion, rate: float) -> bytes:
@@ -28,7 +28,7 @@ def c3d_bytes(motion: BodyMotion, rate: float) -> bytes:
         writer.add_frames([(frame, no_analog)])
     buffer = io.BytesIO()
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "No analog data")  # there is none, rightly
+        warnings.filterwarnings("ignore", "No analog data")  # there is no analogue data
         writer.write(buffer)
     return buffer.getvalue()
 

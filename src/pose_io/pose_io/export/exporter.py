@@ -1,4 +1,4 @@
-"""What an exporter is: a motion in, a file's content out."""
+"""Definition of an exporter: a function from a motion to a file's content."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from pose_io.export.motion import BodyMotion
 
 @dataclass(frozen=True, kw_only=True)
 class ExportOptions:
-    """What a format may ask of the command line."""
+    """Options of the command line that a format may use."""
 
     file_name: str = "motion"  # of the file that is written, with its ending
     rate: float = 30.0  # [Hz] of the motion, where it is constant
@@ -17,10 +17,10 @@ class ExportOptions:
 
 @dataclass(frozen=True, kw_only=True)
 class Exporter:
-    """One format."""
+    """An export format."""
 
-    doc: str  # one line for people
+    doc: str  # one line for ``--help``
     content: Callable[[BodyMotion, ExportOptions], bytes]
-    constant_rate: bool = True  # it gets the motion at one; else each instant keeps its stamp
-    fills_gaps: bool = False  # it cannot leave out what is not known: gaps are interpolated
-    rigid_bones: bool = False  # it cannot hold bones whose length changes
+    constant_rate: bool = True  # it needs a constant rate; else each instant keeps its stamp
+    fills_gaps: bool = False  # it cannot represent missing values: gaps are interpolated
+    rigid_bones: bool = False  # it cannot represent bones whose length changes

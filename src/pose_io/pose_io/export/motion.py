@@ -1,4 +1,4 @@
-"""A person's recorded motion, whole: degrees of freedom, joints, links, at increasing instants."""
+"""A person's recorded motion: degrees of freedom, joints and links at increasing instants."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ from pose_io.topics import body_topic
 
 SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
 BODIES = "/humans/bodies/"
-COMPARED = ("_kinect", "_imu")  # of the bodies that are fused beside one for comparison
+COMPARED = ("_kinect", "_imu")  # suffixes of bodies fused from one kind of sensor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,24 +57,24 @@ class BodyMotion:
 
     @cached_property
     def pose(self) -> BodyPose:
-        """Links and joints of the rigid body that the degrees of freedom move."""
+        """Links and joints of the rigid body model at the degrees of freedom."""
         return ForwardKinematics(self.model, self.offsets).pose(self.dof)
 
     @property
     def mean_rate(self) -> float:
-        """Instants a second [Hz], gaps left out."""
+        """Mean rate of the instants [Hz], without gaps."""
         steps_ns = np.diff(self.stamps_ns)
         usual = steps_ns <= MAX_GAP_S * NS_PER_S
         return NS_PER_S / float(np.mean(steps_ns[usual] if usual.any() else steps_ns))
 
     @property
     def rigid_residual(self) -> float:
-        """Largest distance [m] of a joint from its place in the rigid body; 0 of none."""
+        """Largest distance [m] between a joint and its position in the rigid body; 0 if none."""
         distance = np.linalg.norm(self.pose.positions - self.joints, axis=2)
         return float(np.nanmax(distance, initial=0.0))
 
     def _snapped(self, stamps_ns: IntArray) -> IntArray:
-        """Instants that all but coincide with a recorded one, moved onto it."""
+        """Move instants within 10 µs of a recorded one onto it."""
         after = np.clip(np.searchsorted(self.stamps_ns, stamps_ns), 1, len(self) - 1)
         near = np.stack([self.stamps_ns[after - 1], self.stamps_ns[after]])
         distance = np.abs(near - stamps_ns)
@@ -85,7 +85,7 @@ class BodyMotion:
         """The motion at a constant rate [Hz], from the first instant to the last.
 
         Joints are NaN in gaps of more than 0.15 s; degrees of freedom are interpolated across
-        them and marked, for formats that know no missing frames.
+        them and marked, for formats that cannot represent missing frames.
         """
         step_ns = NS_PER_S / rate
         count = int((self.stamps_ns[-1] - self.stamps_ns[0]) / step_ns + 1e-6) + 1
@@ -128,7 +128,7 @@ def read_motion(
     Args:
         bag: An open bag with ``estimate`` and ``skeleton`` of a person.
         body: The person's id; the only one if empty.
-        progress: Called now and then with the share that has been read.
+        progress: Called from time to time with the fraction read, 0 to 1.
         model: The body model; if None the bundled one with the bag's joint angles.
 
     Raises:
@@ -161,9 +161,9 @@ def chosen_body(bag: BagReader, body: str) -> str:
     """The id of the person to export.
 
     Args:
-        bag: What holds the estimates.
-        body: The id that was asked for; empty: the only one, not counting those that the viewer
-            has fused from one kind of sensor alone for comparison.
+        bag: A bag with estimates.
+        body: The requested id; if empty the only one, not counting those that the viewer has
+            fused from one kind of sensor for comparison.
 
     Raises:
         InputError: If there is no such person, or none, or several to choose from.
@@ -243,7 +243,7 @@ def _assemble(
 
 
 def _bridged(dof: FloatArray) -> FloatArray:
-    """The degrees of freedom, (n, d), with those that were not known (NaN) interpolated."""
+    """Degrees of freedom, shape (n, d), with unknown ones (NaN) interpolated."""
     rows = np.arange(len(dof))
     for column in dof.T:
         known = np.isfinite(column)
@@ -253,10 +253,10 @@ def _bridged(dof: FloatArray) -> FloatArray:
 
 
 def measure_offsets(model: BodyModel, dof: FloatArray, joints: FloatArray) -> FloatArray:
-    """Each joint's median place in the axes of its link, shape (15, 3) [m].
+    """Median position of each joint in the axes of its link [m], shape (15, 3).
 
     Args:
-        model: Which joint is fixed where.
+        model: The body model, which gives the link of each joint.
         dof: Degrees of freedom, shape (n, d).
         joints: Positions [m] in map, shape (n, 15, 3).
     """

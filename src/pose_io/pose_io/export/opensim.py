@@ -23,9 +23,9 @@ def trc_text(motion: BodyMotion, rate: float, name: str) -> str:
     """The joints as markers [mm] in OpenSim's ground; unknown ones are left empty.
 
     Args:
-        motion: At the constant rate.
-        rate: [Hz]
-        name: The file's name, which the format repeats inside.
+        motion: A motion at the constant rate.
+        rate: The rate [Hz].
+        name: The file's name, which the format's header contains.
     """
     count = len(motion)
     points = motion.joints @ R_opensim_map.T * MM
@@ -43,18 +43,18 @@ def trc_text(motion: BodyMotion, rate: float, name: str) -> str:
     rows = zip(motion.times_s, points.reshape(count, -1), strict=True)
     for number, (time_s, row) in enumerate(rows, start=1):
         cells = ("" if np.isnan(value) else f"{value:.4f}" for value in row)
-        # OpenSim takes a last empty cell for none at all, unless a tab ends the row.
+        # OpenSim ignores an empty last cell unless the row ends with a tab.
         lines.append("\t".join([str(number), f"{time_s:.6f}", *cells, ""]))
     return "\n".join(lines) + "\n"
 
 
 def mot_text(motion: BodyMotion, model: OpenSimModel, name: str) -> str:
-    """The joint angles [deg] and the pelvis' place [m], by OpenSim's names and signs.
+    """The joint angles [deg] and the pelvis' position [m], with OpenSim's names and signs.
 
     Args:
         motion: At a constant rate.
-        model: The model whose conventions to follow.
-        name: What OpenSim shows as the motion's name.
+        model: The model whose conventions are used.
+        name: The motion's name in OpenSim.
     """
     columns = {"time": motion.times_s, **coordinates(motion, model)}
     header = [
@@ -83,4 +83,4 @@ TRC = Exporter(
     doc="joints as markers, for OpenSim",
     content=lambda motion, options: trc_text(motion, options.rate, options.file_name).encode(),
 )
-MOT = Exporter(doc="joint angles by OpenSim's names and signs", content=_mot, fills_gaps=True)
+MOT = Exporter(doc="joint angles with OpenSim's names and signs", content=_mot, fills_gaps=True)

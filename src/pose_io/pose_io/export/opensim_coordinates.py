@@ -1,9 +1,9 @@
-r"""Our degrees of freedom as the coordinates of OpenSim's models.
+r"""Conversion of the degrees of freedom to the coordinates of OpenSim's models.
 
 OpenSim's ground has x forward, y up, z to the right: :math:`p_{os} = (x, z, -y)` of a point in
-``map``. Its ball joints turn about z, then x, then y, each moved by the turns before, which is the
-order of ours: angles carry over one by one, some with the other sign. Rajagopal2016 and gait2392
-name them alike, save that gait2392's knee is negative when bent and that it has no arms.
+``map``. Its ball joints rotate about z, then x, then y (intrinsic), in the same order as the joints
+here: each angle is converted by itself, some with the opposite sign. Rajagopal2016 and gait2392
+have the same names; gait2392's knee is negative when bent, and it has no arms.
 
 References:
     Rajagopal et al. (2016), IEEE Trans. Biomed. Eng. 63(10), model Rajagopal2016.osim;
@@ -21,9 +21,9 @@ from pose_core.joints import SIDES
 from pose_io.export.motion import BodyMotion
 
 R_opensim_map = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""Turns vectors of ``map`` into OpenSim's ground."""
+"""Rotates vectors from ``map`` into OpenSim's ground frame."""
 
-LIMBS = {  # ours: theirs, sign
+LIMBS = {  # joint angle: OpenSim's name, sign
     "hip_flexion": ("hip_flexion", 1.0),
     "hip_abduction": ("hip_adduction", -1.0),
     "hip_rotation": ("hip_rotation", 1.0),
@@ -43,7 +43,7 @@ PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_
 
 @dataclass(frozen=True, kw_only=True)
 class OpenSimModel:
-    """How a model differs from the others."""
+    """Parameters in which OpenSim's models differ."""
 
     hips_in_pelvis: tuple[float, float, float]  # [m] midway between the hips, in its pelvis' axes
     knee_sign: float = 1.0  # of a bent knee
@@ -56,7 +56,7 @@ OPENSIM_MODELS: Mapping[str, OpenSimModel] = {
 
 
 def coordinate_map(model: OpenSimModel) -> dict[str, tuple[str, float]]:
-    """OpenSim's name and sign of each joint angle of ours that it has."""
+    """OpenSim's name and sign of each joint angle that the model has."""
     names = dict(WAIST)
     for side in SIDES:
         for ours, (theirs, sign) in LIMBS.items():
@@ -68,7 +68,7 @@ def coordinate_map(model: OpenSimModel) -> dict[str, tuple[str, float]]:
 def coordinates(motion: BodyMotion, model: OpenSimModel) -> dict[str, FloatArray]:
     """Every coordinate by OpenSim's name, in [deg] or [m], shape (n,) each.
 
-    Joint angles that OpenSim's models lack (the neck's) keep our names and signs.
+    Joint angles that OpenSim's models lack (the neck's) keep their names and signs.
     """
     columns = _pelvis(motion, model)
     names = coordinate_map(model)
@@ -79,7 +79,7 @@ def coordinates(motion: BodyMotion, model: OpenSimModel) -> dict[str, FloatArray
 
 
 def _pelvis(motion: BodyMotion, model: OpenSimModel) -> dict[str, FloatArray]:
-    """Tilt about z, list about x, rotation about y; the place of the model's pelvis."""
+    """Tilt about z, list about x, rotation about y; position of the model's pelvis."""
     R_map_body = Rotation.from_rotvec(motion.dof[:, 3:6]).as_matrix()
     R_ground_pelvis = R_opensim_map @ R_map_body @ R_opensim_map.T
     angles = Rotation.from_matrix(R_ground_pelvis).as_euler("ZXY")

@@ -1,4 +1,4 @@
-"""The formats that a motion is exported in: one module a format, one line a format here."""
+"""Export formats: one module per format, one line per format here."""
 
 from pose_io.export import bvh, c3d_file, opensim, tables
 from pose_io.export.exporter import Exporter
@@ -11,4 +11,4 @@ EXPORTERS: dict[str, Exporter] = {
     "csv": tables.CSV,
     "json": tables.JSON_LINES,
 }
-"""By the name that ``./pose export --to`` takes."""
+"""Exporters by the name that ``./pose export --to`` accepts."""

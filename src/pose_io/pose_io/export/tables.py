@@ -14,13 +14,13 @@ from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, JOINTS
 from pose_io.export.exporter import Exporter
 from pose_io.export.motion import BodyMotion
+from pose_io.static_transforms import WORLD_FRAME
 
-METRES = 3  # the first degrees of freedom are lengths
-WORLD_FRAME = "map"
+METRES = 3  # number of leading degrees of freedom that are lengths
 
 
 def csv_text(motion: BodyMotion) -> str:
-    """One row an instant; each column's name ends in its unit.
+    """One row per instant; each column's name ends in its unit.
 
     ``stamp_ns``, ``time_s``; every degree of freedom and its standard deviation; joint positions;
     segment poses (quaternion x, y, z, w).
@@ -58,7 +58,7 @@ def csv_text(motion: BodyMotion) -> str:
 
 
 def json_lines_text(motion: BodyMotion) -> str:
-    """One JSON object a line: where each segment is, and how it is turned, in ``map``.
+    """One JSON object per line: position and orientation of each segment in ``map``.
 
     Instants that are interpolated across a gap of the recording are left out.
     """
@@ -87,8 +87,8 @@ def json_lines_text(motion: BodyMotion) -> str:
 def segment_poses(motion: BodyMotion) -> dict[str, tuple[FloatArray, FloatArray]]:
     """Position [m], (n, 3), and quaternion x, y, z, w, (n, 4), of each segment in map.
 
-    A segment's origin is the joint that it turns about, that of the root midway between the hips.
-    Several segments may be one link of the body model, such as pelvis and torso of a rigid trunk.
+    A segment's origin is the joint about which it rotates; the root's is midway between the hips.
+    Several segments may belong to one link, such as pelvis and torso of a rigid trunk.
     """
     poses = {}
     for segment, link_name in motion.model.segments.items():
@@ -100,7 +100,7 @@ def segment_poses(motion: BodyMotion) -> dict[str, tuple[FloatArray, FloatArray]
 
 
 def _continuous(quaternions: FloatArray) -> FloatArray:
-    """The same rotations without changes of sign from one to the next, shape (n, 4)."""
+    """The same rotations without sign changes between successive quaternions, shape (n, 4)."""
     flips = np.sign(np.sum(quaternions[1:] * quaternions[:-1], axis=1))
     flips[flips == 0.0] = 1.0
     return quaternions * np.concatenate([[1.0], np.cumprod(flips)])[:, None]

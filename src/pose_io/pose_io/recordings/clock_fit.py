@@ -1,21 +1,21 @@
-r"""A sensor's own clock, mapped onto the host's.
+r"""Mapping of a sensor's clock onto the host's.
 
 The frame captured at the sensor's time :math:`s_i` arrives at the host's time
 
 .. math:: h_i = s_i\,(1 + k) + b + d_i, \qquad d_i \ge 0                                  \tag{1}
 
 with the offset :math:`b`, the drift :math:`k` and a delay that is never negative: transmission,
-waiting for the host's next tick, and whatever queue has built up, which may grow to seconds and
-drain again. Delays being one-sided, no mean or median finds the line; the fastest frames do:
+waiting for the host's next tick, and queueing, which may grow to seconds and shrink again. As
+delays are one-sided, a mean or median is biased; the line follows from the fastest frames:
 
 .. math:: \min_{b, k} \sum_i d_i \quad\text{subject to}\quad d_i \ge 0,\; |k| \le k_{\max} \tag{2}
 
 which is Moon, Skelly, Towsley (1999), *Estimation and removal of clock skew from network delay
-measurements*, IEEE INFOCOM, with the drift bounded by what crystals do. The capture stamp is
-:math:`h_i - d_i`; a delay that all frames share stays in :math:`b`, invisible.
+measurements*, IEEE INFOCOM, with the drift bounded by crystals' tolerance. The capture stamp is
+:math:`h_i - d_i`; a delay common to all frames is part of :math:`b` and cannot be observed.
 
 A clock that is reset or set, the sensor's or the host's, begins a new epoch: a jump of
-:math:`h - s` beyond any queue. Each epoch has a line of its own.
+:math:`h - s` larger than any queueing delay. Each epoch has a line of its own.
 """
 
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ import numpy as np
 from pose_io.recordings.joint_maps import FloatArray
 from pose_io.recordings.recording import StampArray
 
-MAX_DRIFT = 200e-6  # [-] two crystals of 100 ppm, running apart
+MAX_DRIFT = 200e-6  # [-] two crystals of 100 ppm with opposite errors
 JUMP_NS = 5_000_000_000  # [ns] queues of 2 s occur in real recordings
-SUPPORT = 3  # [-] frames that must lie near the line, or its lowest is an outlier
-SUPPORT_NS = 50_000_000  # [ns] how near: one and a half frames at 30 Hz
+SUPPORT = 3  # [-] frames required near the line, else its lowest frame is an outlier
+SUPPORT_NS = 50_000_000  # [ns] distance that counts as near: one and a half frames at 30 Hz
 MAX_OUTLIERS = 0.05  # [-] share of an epoch's frames
 GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 ITERATIONS = 60  # of the search for the drift: to 1e-16
@@ -36,7 +36,7 @@ ITERATIONS = 60  # of the search for the drift: to 1e-16
 
 @dataclass(frozen=True, kw_only=True)
 class ClockFit:
-    """Capture stamps on the host's clock, and what was found on the way."""
+    """Capture stamps on the host's clock, with the parameters of the fit."""
 
     capture_ns: StampArray  # (m,) [ns] on the host's clock
     delay_ns: StampArray  # (m,) [ns] d of (1); negative for outliers alone
@@ -45,7 +45,7 @@ class ClockFit:
     outliers: int  # frames that arrived before the line, left out of (2)
 
     def summary(self) -> dict[str, object]:
-        """What a person wants to know of it."""
+        """Summary of the fit for reports."""
         longest = int(np.bincount(self.epoch).argmax())
         median, late, latest = np.quantile(self.delay_ns * 1e-6, [0.5, 0.95, 1.0])
         return {
@@ -87,7 +87,7 @@ def fit_clock(sensor_ns: StampArray, host_ns: StampArray) -> ClockFit:
 
 
 def _epochs(offset_ns: StampArray) -> StampArray:
-    """Number the epochs; one that a glitch interrupted goes on after it."""
+    """Number the epochs; an epoch interrupted by a glitch continues after it."""
     epoch = np.empty(len(offset_ns), dtype=np.int64)
     latest: list[int] = []  # each epoch's last offset
     for i, offset in enumerate(offset_ns.tolist()):

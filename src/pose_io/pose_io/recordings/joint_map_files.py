@@ -1,7 +1,7 @@
-"""Joint maps as data: the shipped ones by name, users' own by path; the README has the format.
+"""Reading joint maps: shipped ones by name, users' own by path; the README has the format.
 
-``like: NAME`` begins with a shipped map; what the file gives then replaces what that has, and the
-entries of ``map`` one by one.
+``like: NAME`` starts from a shipped map; the file's keys replace those of the shipped map, and its
+entries of ``map`` replace single entries.
 """
 
 from collections.abc import Mapping
@@ -31,7 +31,7 @@ DIRECTIONS = {  # in the optical frame: x right, y down, z forward
     "backward": (0, 0, -1),
 }
 MAX_JOINTS = 128
-MAX_SOURCES = 8  # of one joint
+MAX_SOURCES = 8  # maximum number of source joints for one joint
 MAX_NAME = 64  # [characters]
 
 
@@ -39,7 +39,7 @@ def find_joint_map(name_or_path: str) -> JointMap:
     """A shipped map by its name, or a user's own by its path.
 
     Raises:
-        InputError: If there is none, or it is not what it should be.
+        InputError: If it does not exist, or is not a valid joint map.
     """
     if name_or_path in SHIPPED:
         return shipped_joint_map(name_or_path)
@@ -60,7 +60,7 @@ def shipped_joint_map(name: str) -> JointMap:
 
 
 def _with_base(path: Path, depth: int = 0) -> dict[str, Any]:
-    """The file's values on top of those of the map that it is like."""
+    """The file's values merged into those of its base map."""
     document = read_yaml(path, "the joint map")
     if not isinstance(document, dict):
         raise InputError(f"{path} holds no joint map: expected the keys {', '.join(KEYS)}")
@@ -71,7 +71,7 @@ def _with_base(path: Path, depth: int = 0) -> dict[str, Any]:
     if base is None:
         return document
     if base not in SHIPPED or depth > len(SHIPPED):
-        raise InputError(f"{path}: like = {base!r} is none of the maps {', '.join(SHIPPED)}")
+        raise InputError(f"{path}: like = {base!r} is not one of the maps {', '.join(SHIPPED)}")
     below = _with_base(FOLDER / f"{base}.yaml", depth + 1)
     joint_map = document.get("map", {})
     if isinstance(joint_map, dict):
@@ -80,7 +80,7 @@ def _with_base(path: Path, depth: int = 0) -> dict[str, Any]:
 
 
 def _make(path: Path, document: Mapping[str, Any]) -> JointMap:
-    """Check all values and put them together."""
+    """Validate the values and create the map."""
     sources = _sources(path, document.get("map"))
     joints = _joints(path, document.get("joints"), sources)
     named = {
@@ -122,7 +122,7 @@ def _sources(path: Path, value: Any) -> dict[str, list[str | int]]:
 
 
 def _joints(path: Path, value: Any, sources: Mapping[str, list[str | int]]) -> tuple[str, ...]:
-    """The source's joints; where the file does not list them, those that the map names."""
+    """The source's joints; if the file does not list them, those that the map names."""
     used = [each for values in sources.values() for each in values]
     if value is None:
         highest = max((each for each in used if isinstance(each, int)), default=-1)
@@ -155,7 +155,7 @@ def _name(path: Path, ours: str, theirs: str | int, joints: tuple[str, ...]) -> 
 
 
 def _rotation(path: Path, value: Any) -> FloatArray:
-    """The matrix whose columns say where the source's x, y and z point in the optical frame."""
+    """The matrix whose columns are the source's x, y and z axes in the optical frame."""
     names = [str(value.get(axis)) for axis in "xyz"] if isinstance(value, dict) else [""]
     if not set(names) <= set(DIRECTIONS):
         raise InputError(
@@ -175,7 +175,7 @@ def _confidence(path: Path, value: Any) -> ConfidenceLevels | None:
     levels = finite_numbers([given.get("inferred"), given.get("tracked")], 2)
     if levels is None or levels[0] > levels[1]:
         raise InputError(
-            f"{path}: confidence = {value!r}: expected the least values that count, for example "
-            "'{inferred: 1, tracked: 2}'"
+            f"{path}: confidence = {value!r}: expected the smallest value of each state, for "
+            "example '{inferred: 1, tracked: 2}'"
         )
     return ConfidenceLevels(inferred=float(levels[0]), tracked=float(levels[1]))

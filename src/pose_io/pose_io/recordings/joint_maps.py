@@ -1,14 +1,14 @@
-"""From a source's skeleton to the 15 joints in a REP 103 optical frame.
+"""Mapping of a source's skeleton to the 15 joints in a REP 103 optical frame.
 
 A position ``p_source`` in the source's axes and unit becomes
 ``p_optical = unit_m * R_optical_source @ p_source`` [m], x right, y down, z forward.
 
-One of our joints is one of the source's, or the mean of some. Where a source offers a choice, the
-shipped maps take the point that ends a rigid segment, so that bone lengths are constant and alike
-across sensors:
+Each of the 15 joints is a joint of the source, or the mean of some. Where a source offers a choice,
+the shipped maps use the point at the end of a rigid segment, so that bone lengths are constant and
+equal across sensors:
 
 - ``hand`` is the wrist and ``foot`` the ankle: a bent wrist or ankle then changes neither the
-  length of forearm and shank nor the angle of elbow and knee. The toes, for one, lie 9 cm in
+  length of forearm and shank nor the angle of elbow and knee. The toes, for example, lie 9 cm in
   front of the ankle and would turn the shank by 12 degrees. NiTE2 has no such choice: its forearm
   ends in the palm and is about 7 cm longer.
 - ``neck`` is the point between the shoulders where the arms hang, as NiTE2 has it and Kinect v1
@@ -36,7 +36,7 @@ StateArray = NDArray[np.uint8]
 
 @dataclass(frozen=True, kw_only=True)
 class ConfidenceLevels:
-    """From which confidence on a joint counts as what, in the source's own scale."""
+    """Confidence thresholds of the tracking states, in the source's own scale."""
 
     inferred: float
     tracked: float
@@ -44,14 +44,14 @@ class ConfidenceLevels:
 
 @dataclass(frozen=True, kw_only=True)
 class JointMap:
-    """How one source's skeleton becomes the 15 joints."""
+    """Map from one source's skeleton to the 15 joints."""
 
     sensor: str
     joints: tuple[str, ...]  # the source's names, in the order of its indices
-    sources: Mapping[str, tuple[str, ...]]  # for some of the 15: the joints whose mean it is
+    sources: Mapping[str, tuple[str, ...]]  # source joints averaged, by joint
     R_optical_sdk: FloatArray  # (3, 3) [-], a reflection if the source's axes are left-handed
     unit_m: float  # [m] per unit of the source
-    confidence: ConfidenceLevels | None = None  # None: every joint that has a place is tracked
+    confidence: ConfidenceLevels | None = None  # None: every joint with a position is tracked
 
     def convert(
         self, positions: FloatArray, tracking_state: StateArray
@@ -64,9 +64,9 @@ class JointMap:
             tracking_state: Values of ``TrackingState``, shape (..., n).
 
         Returns:
-            Positions [m], shape (..., 15, 3), and states, shape (..., 15): a mean is tracked as
-            badly as the worst of its sources, and NaN if one of them is missing. A joint that the
-            map lacks is NaN and not tracked.
+            Positions [m], shape (..., 15, 3), and states, shape (..., 15): a mean has the
+            worst state of its sources, and is NaN if one of them is missing. A joint that the map
+            lacks is NaN and NOT_TRACKED.
         """
         index, weight, is_mapped = self._gathering
         mean = (weight[..., None] * positions[..., index, :]).sum(axis=-2)
@@ -76,14 +76,14 @@ class JointMap:
         return self.unit_m * mean @ self.R_optical_sdk.T, state
 
     def states(self, confidence: FloatArray | None) -> StateArray:
-        """What confidences mean.
+        """Tracking states from confidences.
 
         Args:
-            confidence: In the source's scale, any shape; NaN where the source does not say. None:
-                it says nothing of any joint.
+            confidence: In the source's scale, any shape; NaN where unknown. None if the source
+            has no confidences.
 
         Returns:
-            Values of ``TrackingState``; what the source does not say counts as tracked.
+            Values of ``TrackingState``; a joint of unknown confidence counts as tracked.
         """
         if confidence is None:
             return np.full(len(self.joints), TrackingState.TRACKED, dtype=np.uint8)
@@ -95,12 +95,12 @@ class JointMap:
 
     @cached_property
     def index(self) -> Mapping[str, int]:
-        """Where each of the source's joints stands."""
+        """Index of each of the source's joints by name."""
         return {name: i for i, name in enumerate(self.joints)}
 
     @cached_property
     def _gathering(self) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.bool_]]:
-        """Indices and weights of the means, both (15, k), and which of the 15 there are."""
+        """Indices and weights of the means, both (15, k), and a mask of the mapped joints (15,)."""
         width = max(len(names) for names in self.sources.values())
         index = np.zeros((len(JOINTS), width), dtype=np.int64)
         weight = np.zeros((len(JOINTS), width))
@@ -113,7 +113,7 @@ class JointMap:
 
 
 def mark_missing(positions: FloatArray, tracking_state: StateArray) -> None:
-    """Make positions and states agree, in place: a joint that lacks one has neither.
+    """Set, in place, joints without a position or state to NaN and NOT_TRACKED.
 
     Args:
         positions: Shape (..., 3).

@@ -1,7 +1,7 @@
-"""A recording of skeletons as plain frozen values, one stream a sensor.
+"""A recording of skeletons as frozen values, one stream per sensor.
 
-Nothing is judged here: frames are as they stand in the file. Which of them have a usable stamp is
-the business of :mod:`pose_io.recordings.timeline`.
+Frames are unchanged from the file; :mod:`pose_io.recordings.timeline` selects those with a usable
+stamp.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ StampArray = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class SensorStream:
-    """What one sensor saw: m frames, r rows, a row being one person in one frame."""
+    """One sensor's data: m frames, r rows; a row is one person in one frame."""
 
     name: str
     host_time_ns: StampArray  # (m,) [ns] arrival on the host's clock
@@ -36,28 +36,28 @@ class SensorStream:
 
     @property
     def persons(self) -> tuple[str, ...]:
-        """Everybody the sensor saw, in order of appearance."""
+        """The ids of all persons, in order of appearance."""
         return tuple(dict.fromkeys(self.person))
 
     def rows(self, frame: int) -> range:
-        """The rows of a frame, one a person; none if the sensor saw nobody."""
+        """The rows of a frame, one per person; empty if the frame has no persons."""
         return range(int(self.row_start[frame]), int(self.row_start[frame + 1]))
 
     def joint_counts(self) -> dict[str, int]:
-        """How many joints the sensor tracked, inferred and did not track, over all rows."""
+        """Number of joints by tracking state, over all rows."""
         counts = np.bincount(self.tracking_state.ravel(), minlength=len(TrackingState))
         return {state.name.lower(): int(counts[state]) for state in reversed(TrackingState)}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """What a file holds: the streams of its sensors on one host clock."""
+    """Content of a recording: the streams of its sensors on one host clock."""
 
     source: str  # the file, for messages
     format: str
     streams: tuple[SensorStream, ...]  # in order of appearance
-    time_zero_ns: int  # [ns] host time that counts as the recording's beginning
-    comments: tuple[str, ...] = field(default=())  # what the file says of itself
+    time_zero_ns: int  # [ns] host time of the recording's beginning
+    comments: tuple[str, ...] = field(default=())  # comment lines of the file
 
     def stream(self, sensor: str) -> SensorStream:
         """Find a stream by its name, or by its index as a string.
@@ -87,16 +87,16 @@ def make_stream(
     positions: FloatArray,
     tracking_state: StateArray,
 ) -> SensorStream:
-    """Group rows, one a person, into frames.
+    """Group rows, one per person, into frames.
 
-    Rows with the same stamps are one frame, wherever they stand; frames keep the order of first
-    appearance. A joint without a position or NOT_TRACKED becomes both, NaN and NOT_TRACKED.
+    Rows with equal stamps are one frame, also if they are not adjacent; frames are in the order of
+    first appearance. A joint without a position, or NOT_TRACKED, becomes NaN and NOT_TRACKED.
 
     Args:
         name: The sensor.
         host_time_ns: Arrival [ns], r values.
         sensor_time_ns: Capture on the sensor's own clock [ns], r values, or None.
-        person: Who, r ids; an empty one says that the sensor saw nobody in that frame.
+        person: Person ids, r values; an empty id is a frame without persons.
         positions: In the sensor's optical frame [m], shape (r, 15, 3).
         tracking_state: Values of ``TrackingState``, shape (r, 15).
     """
@@ -136,10 +136,10 @@ def make_recording(
     time_zero_ns: int | None = None,
     comments: Sequence[str] = (),
 ) -> Recording:
-    """Put streams together; time zero is the earliest host time unless given.
+    """Create a recording; time zero is the earliest host time unless given.
 
     Raises:
-        InputError: If there is not one frame.
+        InputError: If there are no frames.
     """
     values = tuple(streams)
     if not any(len(stream) for stream in values):

@@ -1,7 +1,7 @@
-"""A recording of skeletons as a bag: what the bridges would have published, without the waiting.
+"""Conversion of a recording of skeletons to the bag that the bridges would have recorded.
 
 Stamps are those of the live bridges: capture on the host's clock, mapped by
-:mod:`pose_io.recordings.timeline`. A recording whose clock is no UNIX time begins at 2001-09-09.
+:mod:`pose_io.recordings.timeline`. A recording without UNIX time begins at 2001-09-09.
 """
 
 import re
@@ -20,7 +20,7 @@ from pose_io.recordings.timeline import make_timeline
 
 ARRAY = "pose_msgs/msg/SkeletonArray"
 USUAL_NAMES = ("left", "right")
-NAME = re.compile(r"[A-Za-z0-9]\w*", re.ASCII)  # what can stand in a topic
+NAME = re.compile(r"[A-Za-z0-9]\w*", re.ASCII)  # names that a topic may contain
 EARLIEST_NS = 10**9 * NS_PER_S  # [ns] before this, a host's clock is no UNIX time
 LATEST_NS = 2**31 * NS_PER_S  # [ns] that a stamp can hold
 
@@ -44,9 +44,10 @@ def write_recording_bag(recording: Recording, path: Path) -> None:
 
 
 def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
-    """What sensors are called in topics: as in the recording, if all those names can be.
+    """Names of the sensors in topics: those of the recording, if all are valid in topics.
 
-    Others, such as addresses, become ``left``, ``right``, ``sensor_2``, in the file's order.
+    Otherwise, for example for addresses, they become ``left``, ``right``, ``sensor_2``, in the
+    file's order.
     """
     if all(NAME.fullmatch(name) for name in names):
         return tuple(names)

@@ -1,7 +1,7 @@
 """The stamps of a stream's frames, strictly increasing, on the host's clock.
 
-Frames that repeat or run backwards are left out and counted; where the sensor's own clock is
-known, frames that arrived out of order are put back in order.
+Repeated frames and frames with decreasing stamps are left out and counted; where the sensor's own
+clock is known, frames that arrived out of order are sorted.
 """
 
 from bisect import bisect_left
@@ -22,7 +22,7 @@ IndexArray = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class Timeline:
-    """Which frames of a stream count, and when each was captured."""
+    """The usable frames of a stream and their capture stamps."""
 
     frame: IndexArray  # (k,) indices into the stream, in order of time
     time_ns: StampArray  # (k,) [ns] capture on the host's clock, strictly increasing
@@ -30,11 +30,11 @@ class Timeline:
     fit: ClockFit | None  # of the sensor's clock, if it was used
 
     def __len__(self) -> int:
-        """The number of frames that count."""
+        """The number of usable frames."""
         return len(self.frame)
 
     def gaps(self, longer_than_s: float) -> list[tuple[int, float]]:
-        """Where nothing came for long: the time of the frame before [ns] and the length [s]."""
+        """Gaps in the stream: the stamp of the frame before each [ns] and its duration [s]."""
         interval_s = np.diff(self.time_ns) * 1e-9
         return [
             (int(self.time_ns[i]), float(interval_s[i]))
@@ -43,12 +43,12 @@ class Timeline:
 
 
 def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
-    """Give a stream's frames their stamps.
+    """Compute the capture stamps of a stream's frames.
 
     Args:
         stream: The frames.
         clock: ``sensor`` keeps the spacing of the sensor's own clock, mapped onto the host's
-            (the host's where the recording has no other); ``host`` takes the time of arrival.
+            (the host's where the recording has no other); ``host`` uses the time of arrival.
     """
     counts = Counters("frames_repeated", "frames_out_of_order", "frames_reordered")
     order = np.arange(len(stream))
@@ -72,7 +72,7 @@ def make_timeline(stream: SensorStream, clock: str = SENSOR) -> Timeline:
 
 
 def _without_repeated(epoch: IndexArray, sensor_ns: StampArray) -> IndexArray:
-    """The first showing of each sensor frame, in order of arrival."""
+    """Indices of the first occurrence of each sensor frame, in order of arrival."""
     _, first = np.unique(np.column_stack([epoch, sensor_ns]), axis=0, return_index=True)
     return np.sort(first)
 
@@ -98,7 +98,7 @@ def _without_late(
 def _sorted_in_epochs(
     order: IndexArray, epoch: IndexArray, sensor_ns: StampArray, counts: Counters
 ) -> IndexArray:
-    """Sort each epoch's frames by its clock, among the places that the epoch has."""
+    """Sort each epoch's frames by the sensor's clock, within the epoch's positions."""
     counts.add("frames_reordered", int(_is_late(order, epoch, sensor_ns).sum()))
     result = order.copy()
     for number in np.unique(epoch):
@@ -111,7 +111,7 @@ def _sorted_in_epochs(
 def _longest_increasing(values: StampArray) -> IndexArray:
     """Indices of the longest strictly increasing subsequence.
 
-    One stamp far ahead must not cost all frames after it: this keeps the most.
+    Keeps the largest number of frames: a single stamp far ahead does not exclude those after it.
     """
     tails: list[int] = []  # the smallest value that ends a subsequence of each length
     ends: list[int] = []  # and its index

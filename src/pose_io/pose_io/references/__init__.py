@@ -1,1 +1,1 @@
-"""Readers of what a recording is compared with: bags, Vicon CSV, C3D, TRC, MOT."""
+"""Readers of reference measurements: bags, Vicon CSV, C3D, TRC, MOT."""

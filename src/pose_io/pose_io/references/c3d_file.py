@@ -28,7 +28,7 @@ def read_c3d(path: Path) -> MarkerSeries:
             frames = [np.array(points[:, :4]) for _, points, _ in reader.read_frames(copy=False)]
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
-    except Exception as error:  # whatever the parser meets in damaged bytes
+    except Exception as error:  # damaged bytes may raise any exception
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise InputError(f"{path} is not a readable C3D file: {reason}") from error
     if not labels or not frames or not rate > 0.0:
@@ -49,4 +49,4 @@ def read_c3d(path: Path) -> MarkerSeries:
 def _unit(reader: Any) -> str:
     parameter = reader.get("POINT:UNITS")
     text = "" if parameter is None else str(parameter.string_value)
-    return text.strip().lower() or "mm"  # c3d.org: millimetres where nothing is said
+    return text.strip().lower() or "mm"  # c3d.org: millimetres if the file has no unit

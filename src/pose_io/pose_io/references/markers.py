@@ -1,6 +1,6 @@
-"""Markers of optical motion capture, made the 15 joint centres (docs/references.md).
+"""The 15 joint centres from markers of optical motion capture (docs/references.md).
 
-A label that names a joint centre is taken as that. Otherwise the centre follows from the skin
+A label that names a joint centre is used as such. Otherwise the centre follows from the skin
 markers of the Plug-in Gait set: hips by Harrington et al. (2007), knees and ankles by the chord
 construction of Davis et al. (1991), shoulders by Rab et al. (2002).
 """
@@ -41,7 +41,7 @@ class MarkerSeries:
 
 
 def plain(label: str) -> str:
-    """A label as the tables have it: without the subject's prefix, small letters and digits."""
+    """Normalise a label: without the subject's prefix, lower-case letters and digits only."""
     return re.sub(r"[^a-z0-9]", "", label.rpartition(":")[2].lower())
 
 
@@ -53,7 +53,7 @@ def skeleton_of_markers(markers: MarkerSeries, source: str) -> SkeletonSeries:
         source: The file's name, for errors.
 
     Raises:
-        InputError: If the trunk, which every angle is measured in, does not follow from them.
+        InputError: If they do not determine the trunk, in whose axes all angles are measured.
     """
     builder = _JointCentres(markers)
     positions = np.full((len(markers.stamps_ns), len(JOINTS), 3), np.nan)
@@ -80,7 +80,7 @@ def skeleton_of_markers(markers: MarkerSeries, source: str) -> SkeletonSeries:
 
 
 class _JointCentres:
-    """Builds joint centres, those nearer to the trunk first."""
+    """Computes joint centres, from the trunk outwards."""
 
     def __init__(self, markers: MarkerSeries) -> None:
         self._markers = markers
@@ -139,7 +139,7 @@ class _JointCentres:
     def _hinge(
         self, above: FloatArray, lateral: str, wand: str, joint: str, s: str, outward: FloatArray
     ) -> FloatArray:
-        """A hinge's centre: between its two markers, else by the chord from the lateral one."""
+        """Centre of a hinge: midpoint of its two markers, else by the lateral one's chord."""
         marker = self._mean((lateral,))
         medial = self._mean([name.format(s=s) for name in MEDIAL[joint]], first=True)
         beside = self._mean((wand,))
@@ -169,7 +169,7 @@ class _JointCentres:
         return self._named(labels, built)
 
     def _named(self, labels: Iterable[str], built: FloatArray) -> FloatArray:
-        """The point that is labelled as this joint, else what was built."""
+        """The point labelled as this joint, else the computed centre."""
         for label in labels:
             if label in self._markers.positions:
                 return self._markers.positions[label]
@@ -178,7 +178,7 @@ class _JointCentres:
     def _mean(
         self, labels: Iterable[str], *, all_of: bool = False, first: bool = False
     ) -> FloatArray:
-        """Mean of the markers that there are; NaN where one is hidden, and where there are none."""
+        """Mean of the available markers; NaN where one is hidden, or if there are none."""
         labels = list(labels)
         found = [self._markers.positions[m] for m in labels if m in self._markers.positions]
         if not found or (all_of and len(found) < len(labels)):
@@ -189,10 +189,10 @@ class _JointCentres:
 def _chord(
     above: FloatArray, marker: FloatArray, beside: FloatArray, offset_m: float
 ) -> FloatArray:
-    """Centre at a distance from its marker, in the plane of three points, (n, 3) [m] each.
+    """Joint centre at a distance from its marker, in the plane of three points, (n, 3) [m] each.
 
-    Davis et al. (1991), Hum Mov Sci 10:575: seen from the centre, the joint above and the marker
-    are at a right angle; the centre is on the side away from the point beside.
+    Davis et al. (1991), Hum Mov Sci 10:575: the directions from the centre to the joint above and
+    to the marker are orthogonal; the centre is on the opposite side from the point ``beside``.
     """
     limb = above - marker
     length = np.linalg.norm(limb, axis=1, keepdims=True)

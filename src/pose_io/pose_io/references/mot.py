@@ -23,7 +23,7 @@ def read_mot(path: Path) -> Reference:
     """Read the angles of a MOT file.
 
     Raises:
-        InputError: If it is none, or holds none of the angles.
+        InputError: If it is not a MOT file, or contains none of the angles.
     """
     columns, in_degrees = _table(path)
     stamps_ns = np.round(1e9 * columns["time"]).astype(np.int64)

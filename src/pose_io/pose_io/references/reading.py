@@ -1,4 +1,4 @@
-"""A reference of any kind, by what its path is."""
+"""Reading a reference of any kind, recognised by its path."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from pose_core.errors import InputError
 from pose_io.bag_samples import read_body_series
 from pose_io.bags import BAG_SUFFIXES, BagReader, open_bag
 from pose_io.references.c3d_file import read_c3d
-from pose_io.references.markers import MarkerSeries, skeleton_of_markers
+from pose_io.references.markers import skeleton_of_markers
 from pose_io.references.mot import read_mot
 from pose_io.references.reference import Reference, reference_of_skeleton
 from pose_io.references.trc import read_trc
@@ -15,21 +15,21 @@ from pose_io.references.vicon_csv import read_vicon_csv
 from pose_io.topics import body_topic
 
 TRUTH_NAMESPACE = "/truth"
-ABOUT_TOPIC = "/truth/about"  # says that the subject is synthetic
+ABOUT_TOPIC = "/truth/about"  # present if the subject is synthetic
 MARKER_READERS = {".csv": read_vicon_csv, ".c3d": read_c3d, ".trc": read_trc}
 ANGLE_READERS = {".mot": read_mot, ".sto": read_mot}
-UIPRMD_NAME = "_positions.txt"  # of a repetition of the public data set of that name
+UIPRMD_NAME = "_positions.txt"  # ending of a repetition's file of that public data set
 
 
 def read_reference(path: Path) -> Reference:
-    """Read what a recording is to be compared with.
+    """Read the reference that a recording is compared with.
 
     Args:
         path: A bag with a body's skeleton (the truth of a synthetic subject, or a fused one), a
             Vicon CSV, a C3D, TRC, MOT or STO file.
 
     Raises:
-        InputError: If it is none of these, or damaged; the message is one line.
+        InputError: If it is none of these, or damaged.
     """
     if not path.exists():
         raise InputError(f"found no reference at {path}")
@@ -40,7 +40,8 @@ def read_reference(path: Path) -> Reference:
     if suffix in ANGLE_READERS:
         return ANGLE_READERS[suffix](path)
     if suffix in MARKER_READERS:
-        return reference_of_markers(MARKER_READERS[suffix](path), path)
+        markers = MARKER_READERS[suffix](path)
+        return reference_of_skeleton(path.name, skeleton_of_markers(markers, str(path)))
     if UIPRMD_NAME in path.name:
         return read_uiprmd(path)
     known = ", ".join([*MARKER_READERS, *ANGLE_READERS])
@@ -48,10 +49,10 @@ def read_reference(path: Path) -> Reference:
 
 
 def reference_of_bag(bag: BagReader) -> Reference:
-    """The truth that a bag holds, else its fused skeleton.
+    """The true skeleton in a bag of a synthetic subject, else its fused skeleton.
 
     Raises:
-        InputError: If it holds neither.
+        InputError: If the bag contains neither.
     """
     is_truth = body_topic(bag, "skeleton", namespace=TRUTH_NAMESPACE) is not None
     skeleton = read_body_series(bag, namespace=TRUTH_NAMESPACE if is_truth else "")
@@ -60,8 +61,3 @@ def reference_of_bag(bag: BagReader) -> Reference:
         skeleton,
         synthetic=is_truth and ABOUT_TOPIC in bag.topics,
     )
-
-
-def reference_of_markers(markers: MarkerSeries, path: Path) -> Reference:
-    """A reference of labelled points."""
-    return reference_of_skeleton(path.name, skeleton_of_markers(markers, str(path)))

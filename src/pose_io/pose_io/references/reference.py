@@ -1,4 +1,4 @@
-"""What a recording is compared with."""
+"""Reference measurements that a recording is compared with."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -9,28 +9,28 @@ from pose_core.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Reference:
-    """The angles to compare with and, unless the file holds angles alone, the joints."""
+    """Reference joint angles and, unless the file has angles only, joint positions."""
 
-    name: str  # what it is, for people
+    name: str  # description for reports
     synthetic: bool  # whether the subject is a simulated one
     angles: AngleSeries
-    skeleton: SkeletonSeries | None  # None where the reference knows angles alone
-    notes: tuple[str, ...] = ()  # what was assumed in reading it
+    skeleton: SkeletonSeries | None  # None if the reference has angles only
+    notes: tuple[str, ...] = ()  # assumptions made in reading it
 
     @property
     def stamps_ns(self) -> IntArray:
-        """The instants [ns] at which its angles are known, shape (n,)."""
+        """The instants [ns] of the angles, shape (n,)."""
         return self.angles.stamps_ns
 
     def between(self, begin_ns: int, end_ns: int) -> "Reference":
-        """What it knows from one instant [ns] to another, both included."""
+        """The part from one instant [ns] to another, both included."""
         skeleton = None if self.skeleton is None else self.skeleton.between(begin_ns, end_ns)
         return replace(self, angles=self.angles.between(begin_ns, end_ns), skeleton=skeleton)
 
     def shifted(self, shift_ns: int) -> "Reference":
         """The reference with ``shift_ns`` [ns] added to its stamps."""
         skeleton = self.skeleton
-        if skeleton is not None:  # by whole nanoseconds: seconds since 1970 are too many for floats
+        if skeleton is not None:  # in integers: seconds since 1970 lose precision as floats
             skeleton = replace(skeleton, stamps_ns=skeleton.stamps_ns + shift_ns)
         return replace(self, angles=self.angles.shifted(shift_ns), skeleton=skeleton)
 
@@ -38,7 +38,7 @@ class Reference:
 def reference_of_skeleton(
     name: str, skeleton: SkeletonSeries, *, synthetic: bool = False
 ) -> Reference:
-    """A reference that knows the joints."""
+    """A reference with joint positions."""
     return Reference(
         name=name, synthetic=synthetic, angles=angle_series(skeleton), skeleton=skeleton
     )
@@ -62,7 +62,7 @@ def numbers_of(path: Path, line: int, cells: list[str]) -> list[float]:
     """The numbers of a row, NaN for an empty cell.
 
     Raises:
-        InputError: If a cell holds something else; the message names the line.
+        InputError: If a cell is not a number; the message names the line.
     """
     try:
         return [float(cell) if cell.strip() else float("nan") for cell in cells]

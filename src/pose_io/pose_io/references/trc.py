@@ -15,7 +15,7 @@ def read_trc(path: Path) -> MarkerSeries:
     """Read a TRC file.
 
     Raises:
-        InputError: If it is none.
+        InputError: If it is not a TRC file.
     """
     lines = text_of(path).splitlines()
     if len(lines) <= HEADER_LINES or not lines[0].startswith("PathFileType"):

@@ -4,9 +4,9 @@ Vakanski, Jun, Paul, Baker (2018), A Data Set of Human Body Movements for Physic
 Exercises, Data 3(1):2. A row of ``…_positions.txt`` is a frame at 100 Hz, without a header: the
 markers of :data:`MARKERS` [mm], z up.
 
-Joint centres follow from the markers as in :mod:`pose_io.references.markers`, and
-all angles are measured on them, as on every other skeleton. The Vicon's own angles are left alone:
-its hip flexion is that against the pelvis, ours that against the trunk, which bends further.
+Joint centres follow from the markers as in :mod:`pose_io.references.markers`, and all angles are
+computed from them, as for every other skeleton. The Vicon's own angles are not used: its hip
+flexion is relative to the pelvis, here it is relative to the trunk, which bends further.
 """
 
 from pathlib import Path
@@ -34,11 +34,11 @@ def read_uiprmd(path: Path) -> Reference:
     """Read a repetition's file of positions.
 
     Raises:
-        InputError: If it is not what it should be.
+        InputError: If it is not such a file.
     """
     markers = read_numbers(path, COLUMNS, "39 markers × 3").reshape(-1, len(MARKERS), 3)
     positions = 0.001 * markers
-    positions[np.all(markers == 0.0, axis=2)] = np.nan  # not seen
+    positions[np.all(markers == 0.0, axis=2)] = np.nan  # hidden marker
     skeleton = skeleton_of_markers(
         MarkerSeries(
             stamps_ns=np.rint(np.arange(len(markers)) * (1e9 / RATE)).astype(np.int64),

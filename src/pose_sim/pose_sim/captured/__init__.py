@@ -1,4 +1,4 @@
-"""Captured people before simulated sensors: motion of real people, seen by virtual trackers.
+"""Captured motion of real people, measured by simulated sensors.
 
-The motion is captured, the sensors are simulated: figures from it are called that.
+Figures from it must be labelled: captured motion, simulated sensors.
 """

@@ -1,4 +1,4 @@
-"""The 32 joints of Azure Kinect's body tracking, made of the 15 that captured people have."""
+"""The 32 joints of Azure Kinect's body tracking, computed from the 15 of captured motion."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ _LETTER = {"left": "LEFT", "right": "RIGHT"}
 
 
 def _mixtures() -> dict[str, dict[str, float]]:
-    """Joint of the SDK: weights of ours, which add up to 1."""
+    """Weights of the 15 joints, which add up to 1, by joint of the SDK."""
     hips = {"left_hip": 0.5, "right_hip": 0.5}
     mixed = {
         "PELVIS": hips,
@@ -50,17 +50,17 @@ for _row, _name in enumerate(_JOINTS):
     for _joint, _weight in _mixtures()[_name].items():
         _WEIGHTS[_row, JOINT_INDEX[_joint]] = _weight
 NEAREST = np.argmax(_WEIGHTS, axis=1)
-"""Which of our 15 joints each of the 32 is nearest to."""
+"""Index of the nearest of the 15 joints to each of the 32."""
 
 
 def azure_joints(positions: FloatArray) -> FloatArray:
-    """The 32 joints of people, (n, 15, 3) to (n, 32, 3) [m]."""
+    """Compute the 32 joints from the 15, (n, 15, 3) to (n, 32, 3) [m]."""
     joints: FloatArray = _WEIGHTS @ positions
     return joints
 
 
 def as_published(optical: FloatArray) -> FloatArray:
-    """What ``kinect_bridge``'s source ``markers`` makes of the 32, (n, 32, 3) to (n, 15, 3) [m]."""
+    """Map the 32 joints as ``kinect_bridge``'s source ``markers``, (n, 32, 3) to (n, 15, 3) [m]."""
     joint_map = shipped_joint_map(MAP)
     positions, _ = joint_map.convert(optical, joint_map.states(None)[None].repeat(len(optical), 0))
     return positions

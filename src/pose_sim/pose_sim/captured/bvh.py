@@ -1,8 +1,8 @@
-"""Captured motion from BVH files, as 15 joints and the segments' rotations.
+"""Reading captured motion from BVH files: 15 joints and the segments' rotations.
 
-Names of CMU's, Mixamo's and most other conversions are known (``LeftUpLeg``, ``LeftHip``,
-``mixamorig:LeftArm`` …). The unit is the one of which a leg comes out nearest to a person's. A BVH
-file's y points up and its z forward: ``(x, y, z)_map = (z, x, y)_bvh``.
+The joint names of CMU, Mixamo and most other conversions are known (``LeftUpLeg``, ``LeftHip``,
+``mixamorig:LeftArm`` …). The unit is the one for which the leg's length is nearest to a person's. A
+BVH file's y points up and its z forward: ``(x, y, z)_map = (z, x, y)_bvh``.
 """
 
 import gzip
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import bvhio
 
 UNITS_M = (1.0, 0.01, 0.001, 0.0254, 0.0564444)  # [m] m, cm, mm, inch, CMU's skeletons (ASF)
-LEG_M = 0.83  # [m] thigh and shank of a grown person
+LEG_M = 0.83  # [m] thigh and shank of an adult
 ANKLE_HEIGHT = 0.08  # [m] of the lowest one in the whole clip
-LONGEST_STEP = 0.1  # [m] first frames that lie farther from the next are rest poses
+LONGEST_STEP = 0.1  # [m] first frames with a larger distance to the next are rest poses
 PLACES = {
     "hip": ("upleg", "hip", "thigh", "upperleg"),
     "knee": ("leg", "knee", "shin", "lowerleg", "calf"),
@@ -35,7 +35,7 @@ PLACES = {
     "elbow": ("forearm", "elbow", "lowarm", "lowerarm"),
     "hand": ("hand", "wrist"),
 }
-"""Our joint: what files call the joint there, without its side, the likeliest first."""
+"""Names of each joint in files, without the side, the most common first."""
 LIMB_SEGMENTS = {
     "upper_arm": "shoulder",
     "forearm": "elbow",
@@ -49,7 +49,7 @@ R_MAP_BVH = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
 
 def is_bvh(path: Path) -> bool:
-    """Whether a file's name says that it is BVH, compressed or not."""
+    """Whether a file's name is that of a BVH file, compressed or not."""
     return path.name.removesuffix(".gz").endswith(".bvh")
 
 
@@ -57,7 +57,7 @@ def read_bvh(path: Path) -> Clip:
     """Read a BVH file (``.bvh`` or ``.bvh.gz``).
 
     Raises:
-        InputError: If it is none, or lacks a joint.
+        InputError: If it is not a BVH file, or lacks a joint.
     """
     skeleton = _Skeleton(path)
     positions = skeleton.joints()
@@ -88,14 +88,14 @@ class _Skeleton:
         self.frame_s = float(container.FrameTime)
         self.rotations: dict[str, FloatArray] = {}  # (n, 3, 3) by name
         self._positions: dict[str, FloatArray] = {}  # (n, 3)
-        self._ends: dict[str, FloatArray] = {}  # (3,) of joints that carry none
+        self._ends: dict[str, FloatArray] = {}  # (3,) of joints without children
         self._parent: dict[str, str] = {}
         if container.FrameCount < 2:
             raise InputError(f"{path} holds {container.FrameCount} frames: expected a motion")
         self._add(container.Root, None)
 
     def _add(self, joint: "bvhio.BvhJoint", parent: str | None) -> None:
-        """Forward kinematics of a joint and all that hangs on it."""
+        """Forward kinematics of a joint and its descendants."""
         quaternions = np.array([[*each.Rotation] for each in joint.Keyframes])  # w first
         turn = Rotation.from_quat(quaternions[:, [1, 2, 3, 0]]).as_matrix()
         place = np.array([[*each.Position] for each in joint.Keyframes])
@@ -119,7 +119,7 @@ class _Skeleton:
             for joint, names in PLACES.items()
         }
         found["neck"] = self._positions[neck]
-        # The middle of the head, where a file says how far it reaches.
+        # The middle of the head, if the file has the head's end.
         reach = 0.5 * self._ends.get(head, np.zeros(3))
         found["head"] = self._positions[head] + self.rotations[head] @ reach
         middle = 0.25 * (found["left_hip"] + found["right_hip"]) + 0.5 * found["neck"]
@@ -129,7 +129,7 @@ class _Skeleton:
         return np.stack([found[name] for name in JOINTS], axis=1)
 
     def segments(self) -> dict[str, str]:
-        """The file's joint that turns each segment."""
+        """The file's joint that rotates each segment."""
         neck = self._named("", NECKS)
         return {
             "pelvis": self._named("", ROOTS),
@@ -165,7 +165,7 @@ def _plain(name: str) -> str:
 
 
 def _parsed(path: Path) -> "bvhio.BvhContainer":
-    import bvhio  # and glm, which nothing else here wants
+    import bvhio  # imported here: only BVH files need it and glm
 
     try:
         raw = path.read_bytes()
@@ -177,18 +177,18 @@ def _parsed(path: Path) -> "bvhio.BvhContainer":
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
     except (SyntaxError, ValueError, IndexError, EOFError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is no BVH file: {error}") from error
+        raise InputError(f"{path} is not a BVH file: {error}") from error
 
 
 def _unit(positions: FloatArray) -> float:
-    """What makes metres of a file's unit."""
+    """The file's unit [m]."""
     chain = [JOINTS.index(f"left_{name}") for name in ("hip", "knee", "foot")]
     leg = np.linalg.norm(np.diff(positions[:, chain], axis=1), axis=2).sum(axis=1)
     return min(UNITS_M, key=lambda unit: abs(np.log(unit * np.median(leg) / LEG_M)))
 
 
 def _first_of_motion(positions: FloatArray) -> int:
-    """The frame after rest poses that some files begin with."""
+    """Index of the first frame after the rest poses at the beginning of some files."""
     step = np.linalg.norm(np.diff(positions[:5], axis=0), axis=2).max(axis=1)
     jumps = np.flatnonzero(step > LONGEST_STEP)
     return int(jumps[-1]) + 1 if len(jumps) else 0

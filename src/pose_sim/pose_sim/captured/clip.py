@@ -27,13 +27,13 @@ class Clip:
 def resampled(
     name: str, times: FloatArray, positions: FloatArray, rotations: Mapping[str, Rotation]
 ) -> Clip:
-    """A clip of motion at any rate.
+    """Resample motion of any rate to a clip.
 
     Args:
-        name: Of the clip.
-        times: Of the frames, from zero [s], (m,).
-        positions: Of the joints, (m, 15, 3) [m].
-        rotations: Of each segment: world from segment, m each.
+        name: Name of the clip.
+        times: Times of the frames, from zero [s], (m,).
+        positions: Joint positions, (m, 15, 3) [m].
+        rotations: Rotation of each segment, world from segment, m each.
     """
     grid = np.arange(int(times[-1] * RATE + 1e-6) + 1) / RATE
     grid = np.minimum(grid, times[-1])

@@ -1,4 +1,4 @@
-"""Clips of captured motion: reading them, chaining them to sessions, turning the person quickly.
+"""Clips of captured motion: reading, concatenating to sessions, adding quick turns.
 
 A clip is a ``.npz`` file: ``t`` (n,) [s] at 60 Hz, ``joints`` (15 names), ``positions``
 (n, 15, 3) [m], ``segments`` (s names) and ``rotations`` (n, s, 4) quaternions x y z w, world from
@@ -21,9 +21,9 @@ from pose_sim.captured.clip import RATE, Clip
 from pose_sim.rotations import FloatArray
 
 BLEND_S = 0.5  # [s] between two clips
-SHORTEST_S = 0.5  # [s] of a clip that is worth chaining
+SHORTEST_S = 0.5  # [s] shortest clip that is used
 SPINS_DEG = (90.0, 180.0, 270.0, 360.0)
-SPIN_S = (0.8, 2.0)  # [s] how long a spin takes
+SPIN_S = (0.8, 2.0)  # [s] duration of a spin
 REST_S = (1.5, 5.0)  # [s] between two spins
 
 
@@ -31,7 +31,7 @@ def read_clip(path: Path) -> Clip:
     """Read a clip, ``.npz``, ``.bvh`` or ``.bvh.gz``.
 
     Raises:
-        InputError: If the file is none.
+        InputError: If the file is not a clip.
     """
     if is_bvh(path):
         return read_bvh(path)
@@ -44,7 +44,7 @@ def read_clip(path: Path) -> Clip:
             segments = [str(name) for name in data["segments"]]
     except (OSError, KeyError, ValueError) as error:
         raise InputError(
-            f"{path} is no clip of captured motion ({error}): expected an .npz with joints, "
+            f"{path} is not a clip of captured motion ({error}): expected an .npz with joints, "
             "positions, segments and rotations"
         ) from error
     rotations = {name: Rotation.from_quat(quaternions[:, i]) for i, name in enumerate(segments)}
@@ -62,11 +62,11 @@ def bundled_clips() -> list[Path]:
 
 
 def chain(clips: Sequence[Clip], duration_s: float) -> Clip:
-    """Clips one after the other: each is turned and moved to where the one before ends.
+    """Concatenate clips: each is rotated and moved to the end of the previous one.
 
     Args:
-        clips: One at least; in between, :data:`BLEND_S` seconds are interpolated.
-        duration_s: Length at most [s]; the result is centred about the origin.
+        clips: One or more; :data:`BLEND_S` seconds between them are interpolated.
+        duration_s: Largest duration [s]; the result is centred about the origin.
     """
     whole = clips[0]
     for clip in clips[1:]:
@@ -104,7 +104,7 @@ def _joined(first: Clip, second: Clip) -> Clip:
 
 
 def spun(clip: Clip, rng: np.random.Generator) -> Clip:
-    """The same motion by somebody who now and then spins about the vertical."""
+    """The same motion with occasional spins about the vertical."""
     count = len(clip)
     yaw = np.zeros(count)
     at = round(4.0 * RATE)

@@ -1,8 +1,8 @@
-"""Several captured people before two cameras, who cross, hide one another, leave and come back.
+"""Several captured persons before two cameras, who cross, occlude each other, leave and return.
 
-Each moves as they were captured, but on a path of their own through the room. A camera loses whom
-another person hides; whoever appears again has their former id, a new one, or that of the person
-who hid them: what a tracker's ids are worth.
+Each performs captured motion along a separate path through the room. A camera loses an occluded
+person; a person who reappears has the former id, a new one, or that of the occluding person, which
+simulates the identity switches of trackers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,50 +20,47 @@ from pose_sim.captured.session import SENSORS, looking_at, stamp_of
 from pose_sim.captured.trackers import TRACKERS, TrackerFrames, at, track
 from pose_sim.rotations import FloatArray
 
-ROOM_M = 1.7  # [m] half the side of the square that people walk in
-WAY_M = 0.45  # [m] at which two people step aside for each other
+ROOM_M = 1.7  # [m] half the side of the square in which people walk
+WAY_M = 0.45  # [m] distance at which two people avoid each other
 SPEED = (0.6, 1.4)  # [m/s]
-AWAY_S = (1.0, 5.0)  # [s] of an absence
-HIDES_M = 0.3  # [m] beside the line of sight to a person's middle, that another person hides
-APPEARS_S = 0.15  # [s] in view before a tracker sees somebody again
-SCALES = (0.86, 1.08)  # [-] sizes of the people, of the captured one's
+AWAY_S = (1.0, 5.0)  # [s] duration of an absence
+HIDES_M = 0.3  # [m] half width of a person who occludes another
+APPEARS_S = 0.15  # [s] in view before a tracker detects a person again
+SCALES = (0.86, 1.08)  # [-] range of the people's sizes, relative to the captured person
 CAMERA_DISTANCE = 3.6  # [m] from the middle of the room
-KEEPS_ID, NEW_ID = 0.5, 0.3  # [-] share of the returns; in the rest, the other one's id
+KEEPS_ID, NEW_ID = 0.5, 0.3  # [-] shares of the returns; in the rest, the occluding person's id
 
 
 @dataclass(frozen=True, kw_only=True)
 class CrowdSpec:
-    """Which scene."""
+    """Definition of a scene."""
 
-    clips: tuple[Path, ...]  # one a person
+    clips: tuple[Path, ...]  # one per person
     seed: int
     duration_s: float = 60.0
     tracker: str = "mixed"
-    leaves: bool = True  # people leave the room now and then
-    one_size: bool = False  # all of them are equally large
+    leaves: bool = True  # whether people leave the room
+    one_size: bool = False  # whether all people have the same size
 
 
 @dataclass(frozen=True, kw_only=True)
 class CrowdFrame:
-    """All that one camera sees at one instant, and who it is."""
+    """All persons in one camera's frame, with their true identities."""
 
     persons: tuple[SkeletonSample, ...]
-    truth: tuple[int, ...]  # index of each one
+    truth: tuple[int, ...]  # index of each person
 
 
 @dataclass(frozen=True, kw_only=True)
 class Crowd:
-    """Measurements of the cameras, and the truth."""
+    """Measurements of the cameras, and the ground truth."""
 
-    spec: CrowdSpec
     T_map_sensor: Mapping[str, FloatArray]  # (4, 4)
-    people: Sequence[Clip]  # on their paths
     frames: Sequence[CrowdFrame]  # in the order of their stamps
-    absences: Sequence[NDArray[np.bool_]]  # of each person, at :data:`RATE`
 
 
 def make_crowd(spec: CrowdSpec) -> Crowd:
-    """Make a scene; the same spec gives the same one."""
+    """Simulate a scene; the same spec gives the same result."""
     rng = np.random.default_rng(spec.seed)
     count = round(spec.duration_s * RATE)
     paths = _paths(len(spec.clips), count, rng)
@@ -85,7 +82,7 @@ def make_crowd(spec: CrowdSpec) -> Crowd:
         for frame in _camera_frames(spec, sensor, place, people, absences, rng)
     ]
     frames.sort(key=lambda frame: frame.persons[0].stamp_ns)
-    return Crowd(spec=spec, T_map_sensor=places, people=people, frames=frames, absences=absences)
+    return Crowd(T_map_sensor=places, frames=frames)
 
 
 def _camera_place(index: int, rng: np.random.Generator) -> FloatArray:
@@ -96,7 +93,7 @@ def _camera_place(index: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
-    """Places on the floor, (people, count, 2) [m]: from goal to goal, around one another."""
+    """Positions on the floor, (people, count, 2) [m]: between random goals, avoiding each other."""
     place = rng.uniform(-ROOM_M, ROOM_M, (people, 2))
     goal = rng.uniform(-ROOM_M, ROOM_M, (people, 2))
     speed = rng.uniform(*SPEED, people)
@@ -116,7 +113,7 @@ def _paths(people: int, count: int, rng: np.random.Generator) -> FloatArray:
 
 
 def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
-    """The motion carried along a path, (m, 2) [m], facing where it leads."""
+    """The motion moved along a path, (m, 2) [m], facing its direction."""
     reps = -(-len(path) // len(clip))
     positions = np.concatenate([clip.positions, clip.positions[::-1]] * reps)[: len(path)] * scale
     step = np.gradient(path, axis=0)
@@ -134,7 +131,7 @@ def _on_path(clip: Clip, path: FloatArray, scale: float) -> Clip:
 
 
 def _absences(count: int, rng: np.random.Generator) -> NDArray[np.bool_]:
-    """When somebody is not in the room, (count,)."""
+    """Mask of a person's absences, (count,)."""
     away = np.zeros(count, bool)
     start = round(rng.uniform(5.0, 15.0) * RATE)
     while start < count - 6 * RATE:
@@ -152,10 +149,10 @@ def _camera_frames(
     absences: Sequence[NDArray[np.bool_]],
     rng: np.random.Generator,
 ) -> list[CrowdFrame]:
-    """What one camera sees of everybody, frame by frame."""
+    """Frames of one camera with all visible persons."""
     model = TRACKERS[spec.tracker]
     seed = int(rng.integers(2**31))
-    # Frames count as of the first person's instants: others are off by up to one frame.
+    # Frames are stamped by the first person's instants: others differ by up to one frame.
     seen = [
         track(clip.positions, place, model, np.random.default_rng([seed, 0, i]))
         for i, clip in enumerate(people)
@@ -193,7 +190,7 @@ def _sample(
 def _hiders(
     middles: FloatArray, camera: FloatArray, visible: NDArray[np.bool_]
 ) -> NDArray[np.int_]:
-    """Who hides each person from a camera; (people, frames), -1: nobody."""
+    """Index of the person who occludes each person from a camera, (people, frames); -1 if none."""
     sight = middles - camera
     distance = np.linalg.norm(sight[..., :2], axis=2)
     hider = np.full(distance.shape, -1)
@@ -202,14 +199,14 @@ def _hiders(
             if i == j:
                 continue
             cross = sight[i, :, 0] * sight[j, :, 1] - sight[i, :, 1] * sight[j, :, 0]
-            beside = np.abs(cross) / distance[i]  # of the one before, from the line to the other
+            beside = np.abs(cross) / distance[i]  # of the nearer person from the line of sight
             hides = (distance[j] < distance[i]) & (beside < HIDES_M) & visible[j]
             hider[i, hides & visible[i]] = j
     return hider
 
 
 class _Ids:
-    """A tracker's ids of those it sees."""
+    """Simulated ids of a tracker."""
 
     def __init__(self, people: int, rng: np.random.Generator) -> None:
         self._names = [""] * people
@@ -220,7 +217,7 @@ class _Ids:
         self._next = 1
 
     def named(self, in_view: NDArray[np.bool_], hider: NDArray[np.int_]) -> list[str]:
-        """The id of each person who is seen at this instant, empty of the others."""
+        """The id of each person in view at this instant, empty for the others."""
         for i, sees in enumerate(in_view.tolist()):
             self._in_view[i] = self._in_view[i] + 1 if sees else 0
             if hider[i] >= 0:

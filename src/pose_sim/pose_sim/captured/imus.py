@@ -1,4 +1,4 @@
-"""Virtual IMUs on captured people: orientations as a bridge publishes them, crooked, drifting."""
+"""Virtual IMUs on captured people: orientations with misalignment, drift and noise."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,8 +22,8 @@ NINE = (
     "right_thigh",
     "right_shank",
 )
-"""Where nine IMUs are worn."""
-DIFFERENCE_S = 0.004  # [s] over which rates are taken
+"""Segments of nine IMUs."""
+DIFFERENCE_S = 0.004  # [s] over which angular velocities are computed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class ImuModel:
     """One kind of IMU and how it is worn; sizes are standard deviations."""
 
     rate: float = 100.0  # [Hz]
-    crooked: float = 0.44  # [rad] at most, beyond the source's own segment axes
+    crooked: float = 0.44  # [rad] largest misalignment with the source's segment axes
     field: float = 0.25  # [rad] of each IMU's heading about the common one
     heading_walk: float = 0.0015  # [rad/√s]
     tilt: float = 0.015  # [rad], slowly changing
@@ -41,13 +41,12 @@ class ImuModel:
 
 @dataclass(frozen=True, kw_only=True)
 class ImuStream:
-    """What one IMU gives: n samples."""
+    """Samples of one IMU, n of them."""
 
     segment: str
     stamps_s: FloatArray  # (n,) [s]
     orientation: FloatArray  # (n, 4) quaternion x, y, z, w: world from sensor
     angular_velocity: FloatArray  # (n, 3) [rad/s] in the sensor's frame
-    heading: FloatArray  # (n,) [rad] true heading of map in the IMU's world
 
 
 def wear(
@@ -91,5 +90,4 @@ def _stream(
         stamps_s=stamps,
         orientation=(world * sensor).as_quat(),
         angular_velocity=gyroscope + 0.01 * rng.standard_normal(shape),
-        heading=heading,
     )

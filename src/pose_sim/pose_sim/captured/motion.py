@@ -1,4 +1,4 @@
-"""Captured motion as the virtual devices of a session folder see it."""
+"""Captured motion as input of the virtual devices of a session folder."""
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
@@ -13,7 +13,7 @@ from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.motion import GRID_RATE, Motion
 from pose_sim.rotations import FloatArray
 
-SMOOTHED = 1.2  # [-] frames: positions are rounded, and IMUs feel their second derivative
+SMOOTHED = 1.2  # [-] frames, smoothing: IMUs measure the second derivative of rounded positions
 ORIGINS = {
     "torso": "torso",
     "head": "neck",
@@ -30,20 +30,19 @@ ORIGINS = {
         }.items()
     },
 }
-"""The joint at which each segment begins; the pelvis between the hips."""
+"""The proximal joint of each segment; for the pelvis midway between the hips."""
 
 
 def motion_of(clip: Clip, duration: float, *, place: tuple[float, float], facing: float) -> Motion:
-    """A clip's motion on the grid of the virtual devices, forth and back until it is long enough.
+    """A clip's motion on the grid of the virtual devices, repeated forwards and backwards.
 
-    What the clip does not know, how limbs turn about themselves as the body model defines it, is
-    NaN in the motion's angles.
+    Axial rotations of limbs, which the clip does not define, are NaN in the motion's angles.
 
     Args:
-        clip: Of the whole body.
-        duration: Length [s].
-        place: Where the motion's middle comes to lie, x and y [m] in map.
-        facing: Where the person looks at first [rad], about z from map's x.
+        clip: Motion of the whole body.
+        duration: Duration [s].
+        place: Position of the motion's middle, x and y [m] in map.
+        facing: Initial heading [rad], about z from map's x.
     """
     rows = np.arange(int(np.ceil(duration * RATE)) + 1) % (2 * len(clip) - 2)
     rows = np.minimum(rows, 2 * len(clip) - 2 - rows)

@@ -1,9 +1,9 @@
-"""Errors of a real skeleton tracker, played again on another person's motion.
+"""Errors of a real skeleton tracker, applied to another person's motion.
 
-``uiprmd_residuals.npz`` holds what a Kinect v2 got wrong against a Vicon in UI-PRMD (see
-``tables/README.md``): each joint's error over time, in axes that turn with the person, and the
-posture meanwhile. A person's errors are pieces of it that begin in a posture like the person's, so
-that they keep their correlation in time, between joints, and with posture.
+``uiprmd_residuals.npz`` contains the errors of a Kinect v2 relative to a Vicon in UI-PRMD (see
+``tables/README.md``): each joint's error over time in axes fixed to the person, and the posture. A
+person's errors are resampled as pieces that start in a posture similar to the person's, which
+preserves their correlation in time, between joints, and with posture.
 """
 
 from dataclasses import dataclass
@@ -17,25 +17,25 @@ from pose_core.joints import JOINT_INDEX
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.rotations import FloatArray, about_z
 
-PIECE_S = (0.6, 1.5)  # [s] length of a piece
-BLEND_S = 0.2  # [s] in which one passes into the next
-CANDIDATES = 12  # [-] moments of the nearest posture, one of which is drawn
+PIECE_S = (0.6, 1.5)  # [s] duration of a piece
+BLEND_S = 0.2  # [s] cross-fade between pieces
+CANDIDATES = 12  # [-] rows of the nearest postures, one of which is drawn
 MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResidualTable:
-    """Repetitions of movements one after the other, n rows."""
+    """Residuals of repeated movements, concatenated to n rows."""
 
     rate: float  # [Hz]
     postures: FloatArray  # (n, 15, 3) [m] joints from the middle of the hips, x to the front
-    residuals: FloatArray  # (n, 15, 3) [m] what the tracker adds, in the same axes
+    residuals: FloatArray  # (n, 15, 3) [m] errors of the tracker, in the same axes
     last: NDArray[np.int64]  # (n,) row at which the repetition ends
 
 
 @cache
 def residual_table() -> ResidualTable:
-    """The table that comes with the package, and its mirror image."""
+    """The package's table and its mirror image."""
     path = resources.files("pose_sim.captured") / "tables" / "uiprmd_residuals.npz"
     with path.open("rb") as file, np.load(file) as data:
         scale = 0.001  # [m] per unit of the file
@@ -52,7 +52,7 @@ def residual_table() -> ResidualTable:
 
 
 def mirrored(vectors: FloatArray) -> FloatArray:
-    """Left and right exchanged, (n, 15, 3), in axes that turn with the person."""
+    """Mirror vectors left to right, (n, 15, 3), in axes fixed to the person."""
     order = [
         JOINT_INDEX[name.replace("left", "#").replace("right", "left").replace("#", "right")]
         for name in JOINT_INDEX
@@ -61,26 +61,26 @@ def mirrored(vectors: FloatArray) -> FloatArray:
 
 
 def posture_axes(positions: FloatArray) -> FloatArray:
-    """Axes that turn with the person's heading, ``R_map_person``, (n, 15, 3) to (n, 3, 3)."""
+    """Axes of the person's heading, ``R_map_person``, (n, 15, 3) to (n, 3, 3)."""
     return about_z(heading(positions))
 
 
 def postures_of(positions: FloatArray) -> FloatArray:
-    """Joints from the middle of the hips in the person's axes, (n, 15, 3) [m]."""
+    """Joints relative to the middle of the hips in the person's axes, (n, 15, 3) [m]."""
     relative = positions - mid_hip(positions)[:, None]
     return relative @ posture_axes(positions)
 
 
 def resampled_residuals(positions: FloatArray, rate: float, rng: np.random.Generator) -> FloatArray:
-    """A person's errors.
+    """Resample tracker errors for a person's motion.
 
     Args:
         positions: True joints in map, (n, 15, 3) [m].
-        rate: Of the frames [Hz].
-        rng: Which pieces.
+        rate: Rate of the frames [Hz].
+        rng: Random generator that draws the pieces.
 
     Returns:
-        What a tracker adds, in map, (n, 15, 3) [m].
+        The tracker's errors in map, (n, 15, 3) [m].
     """
     table = residual_table()
     postures = postures_of(positions)
@@ -95,25 +95,25 @@ def resampled_residuals(positions: FloatArray, rate: float, rng: np.random.Gener
         rows = row + np.arange(stop - at) * table.rate / rate
         piece = _between(table, np.minimum(rows, table.last[row]))
         share = np.ones(stop - at)
-        if at > 0:  # the last frames of the piece before are passed over gently
+        if at > 0:  # cross-fade with the last frames of the previous piece
             share[:blend] = np.linspace(0.0, 1.0, blend + 2)[1:-1][: stop - at]
         errors[at:stop] = (1.0 - share[:, None, None]) * errors[at:stop]
         errors[at:stop] += share[:, None, None] * piece
-        if stop < len(positions):  # hold the last error under the next piece's beginning
+        if stop < len(positions):  # hold the last error during the cross-fade with the next piece
             errors[stop : stop + blend] = piece[-1]
         at = stop
     return np.einsum("nij,nkj->nki", posture_axes(positions), errors)
 
 
 def _begin(table: ResidualTable, posture: FloatArray, rng: np.random.Generator) -> int:
-    """A row of about the same posture."""
+    """Draw a row of a similar posture."""
     distance = np.linalg.norm(table.postures - posture, axis=2).sum(axis=1)
     nearest = np.argpartition(distance, CANDIDATES)[:CANDIDATES]
     return int(rng.choice(nearest))
 
 
 def _between(table: ResidualTable, rows: FloatArray) -> FloatArray:
-    """Residuals at rows that are no integers."""
+    """Residuals interpolated at fractional rows."""
     low = np.floor(rows).astype(np.int64)
     share = (rows - low)[:, None, None]
     above = np.minimum(low + 1, len(table.residuals) - 1)

@@ -16,24 +16,24 @@ from pose_sim.rotations import FloatArray
 START_NS = 1_700_000_000_000_000_000
 """Stamp [ns] of a session's time zero."""
 SENSORS = ("left", "right")
-APART_DEG = (45.0, 95.0)  # between the cameras, seen from the person
-HEIGHT_M = (1.0, 1.6)  # of a camera
-LEAST_DISTANCE, BEYOND_REACH = 3.0, 1.3  # [m] of a camera
+APART_DEG = (45.0, 95.0)  # [deg] angle between the cameras' directions from the person
+HEIGHT_M = (1.0, 1.6)  # [m] height of a camera
+LEAST_DISTANCE, BEYOND_REACH = 3.0, 1.3  # [m] distance of a camera
 
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedSpec:
-    """Which session."""
+    """Definition of a session."""
 
     name: str
     clips: tuple[Path, ...]
     trackers: tuple[str, str]  # of the two cameras
-    spins: bool  # whether the person spins now and then
+    spins: bool  # whether the person spins occasionally
     seed: int
     duration_s: float = 45.0
-    condition: str = "known"  # what is known of the cameras, for whoever judges
+    condition: str = "known"  # prior knowledge of the cameras, for the evaluation
     delays_s: tuple[float, float] | None = None  # [s] of the trackers; None: each model's own
-    clock_offset_s: float = 0.0  # [s] how far the right camera's clock is ahead
+    clock_offset_s: float = 0.0  # [s] by which the right camera's clock is ahead
     worn: tuple[str, ...] = NINE  # segments with an IMU
 
     @property
@@ -46,13 +46,13 @@ class CapturedSpec:
 
     @property
     def mean_delay_s(self) -> float:
-        """Of the two trackers [s]."""
+        """Mean delay of the two trackers [s]."""
         return 0.5 * sum(model.delay for model in self.models)
 
 
 @dataclass(frozen=True, kw_only=True)
 class CapturedSession:
-    """Measurements of two cameras and the IMUs, and the truth."""
+    """Measurements of two cameras and the IMUs, and the ground truth."""
 
     spec: CapturedSpec
     clip: Clip
@@ -65,7 +65,7 @@ class CapturedSession:
         return [sample for _, sample in self.arrivals(imus=imus)]
 
     def arrivals(self, *, imus: bool) -> list[tuple[int, SkeletonSample | ImuSample]]:
-        """The samples, each with when it arrives [ns]: a clock that is ahead delays nothing."""
+        """The samples with their times of arrival [ns], which do not depend on clock offsets."""
         timed: list[tuple[int, SkeletonSample | ImuSample]] = []
         for sensor, frames in self.frames.items():
             ahead_s = self.spec.clock_offset_s if sensor == SENSORS[1] else 0.0
@@ -97,7 +97,7 @@ def stamp_of(seconds: float) -> int:
 
 
 def make_captured_session(spec: CapturedSpec) -> CapturedSession:
-    """Make a session; the same spec gives the same one."""
+    """Simulate a session; the same spec gives the same result."""
     rng = np.random.default_rng(spec.seed)
     clip = chain([read_clip(path) for path in spec.clips], spec.duration_s)
     if spec.spins:

@@ -1,7 +1,7 @@
-"""Skeleton trackers that see a captured person: offsets, hidden joints, delays, gross errors.
+"""Simulated skeleton trackers on captured motion: offsets, hidden joints, delays, gross errors.
 
-None of them is the model that the default estimator has of a tracker: offsets turn with the
-person and wander, a hidden joint wanders by a decimetre and is often still called tracked.
+None of them equals the default estimator's measurement model: offsets rotate with the person and
+drift; a hidden joint drifts by a decimetre and often still has the state TRACKED.
 """
 
 from dataclasses import dataclass
@@ -20,31 +20,31 @@ from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
 from pose_sim.rotations import FloatArray
 
-HEIGHT = 1.7  # [m] of the body whose parts hide joints
-DECISION_S = 0.5  # [s] for which a tracker keeps its opinion of a joint
+HEIGHT = 1.7  # [m] height of the body model for occlusions
+DECISION_S = 0.5  # [s] for which a joint's tracking state is constant
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerModel:
-    """One tracker; sizes are standard deviations per axis."""
+    """Parameters of a tracker; errors are standard deviations per axis."""
 
     constant_offset: float = 0.015  # [m] of each joint
     slow_offset: float = 0.012  # [m]
     slow_s: float = 5.0  # [s] time constant of it
     white: float = 0.006  # [m]
-    hidden_error: float = 0.14  # [m] wander of a hidden joint
+    hidden_error: float = 0.14  # [m] drift of a hidden joint
     hidden_s: float = 0.6  # [s] time constant of it
-    hidden_called_tracked: float = 0.4  # [-] share
-    has_confidence: bool = True  # otherwise every joint is called tracked
-    facing: float = 0.0  # [-] how much worse offsets are from behind
-    gross_share: float = 0.0  # [-] of single joints that are anywhere within half a metre
+    hidden_called_tracked: float = 0.4  # [-] share of hidden joints with the state TRACKED
+    has_confidence: bool = True  # otherwise every joint is TRACKED
+    facing: float = 0.0  # [-] relative increase of the offsets from behind
+    gross_share: float = 0.0  # [-] share of joints with errors of up to half a metre
     delay: float = 0.0  # [s]
     rate: float = 30.0  # [Hz]
     jitter: float = 0.002  # [s] of stamps
     smoothing: float = 0.0  # [s] time constant of the tracker's own filter
-    slowest_rate: float = 0.0  # [Hz] to which it falls now and then; 0: never below its rate
-    has_32_joints: bool = False  # Azure Kinect's, which a joint map makes 15 of
-    real_residuals: bool = False  # UI-PRMD's in place of the offsets
+    slowest_rate: float = 0.0  # [Hz] lowest rate of temporary drops; 0: constant rate
+    has_32_joints: bool = False  # Azure Kinect's joints, mapped to 15 by a joint map
+    real_residuals: bool = False  # residuals of UI-PRMD instead of the offsets
 
 
 TRACKERS = {
@@ -68,16 +68,16 @@ TRACKERS = {
     ),
     "uneven": TrackerModel(gross_share=0.01, hidden_called_tracked=0.8, slowest_rate=15.0),
 }
-"""By name."""
+"""Tracker models by name."""
 TUNED_ON = ("mixed", "late", "slow", "smoothing", "calm")
 """Tracker models on which tuning is allowed."""
 JUDGED_ON = tuple(name for name in TRACKERS if name not in TUNED_ON)
-"""Those that it has not seen."""
+"""Held-out tracker models, for evaluation."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerFrames:
-    """What a tracker gives: n frames."""
+    """Frames of a tracker, n of them."""
 
     stamps_s: FloatArray  # (n,) [s]
     positions: FloatArray  # (n, 15, 3) [m] in the camera's optical frame
@@ -87,13 +87,13 @@ class TrackerFrames:
 def track(
     positions: FloatArray, T_map_camera: FloatArray, model: TrackerModel, rng: np.random.Generator
 ) -> TrackerFrames:
-    """Let a tracker see a person.
+    """Simulate a tracker's measurements of a person.
 
     Args:
         positions: True joints in map at :data:`RATE`, (m, 15, 3) [m].
-        T_map_camera: The camera's place, (4, 4).
-        model: The tracker.
-        rng: Source of everything random.
+        T_map_camera: The camera's pose, (4, 4).
+        model: The tracker's parameters.
+        rng: Random generator.
     """
     times = np.arange(len(positions)) / RATE
     stamps = _stamps(times[-1], model, rng)
@@ -125,11 +125,11 @@ def track(
 
 
 def _stamps(end_s: float, model: TrackerModel, rng: np.random.Generator) -> FloatArray:
-    """When frames are stamped, up to the session's end [s]."""
+    """Stamps of the frames up to the session's end [s]."""
     first = rng.uniform(0.0, 1.0 / model.rate) + model.delay + 0.05
     stamps = np.arange(first, end_s, 1.0 / model.rate)
     if model.slowest_rate:
-        # A tracker that is short of time leaves frames out, for a while.
+        # An overloaded tracker skips frames for some time.
         busy = ndtr(slow(stamps.shape, 1.0, model.rate, rng))
         left_out = (busy > 0.6) & (rng.random(len(stamps)) > model.slowest_rate / model.rate)
         stamps = stamps[~left_out]
@@ -139,7 +139,7 @@ def _stamps(end_s: float, model: TrackerModel, rng: np.random.Generator) -> Floa
 def _states(
     covered: FloatArray, model: TrackerModel, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
-    """What the tracker calls the joints, (n, 15)."""
+    """Tracking states of the joints, (n, 15)."""
     state = np.full(covered.shape, int(TrackingState.TRACKED), np.uint8)
     if model.has_confidence:
         opinion = ndtr(slow(covered.shape, DECISION_S, model.rate, rng))
@@ -163,7 +163,7 @@ def _offsets(
     model: TrackerModel,
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Where the tracker believes its joints to lie in the body; they turn with its heading."""
+    """Offsets of the joints in the body [m], rotated with its heading."""
     shape = len(true), joints, 3
     offset = model.constant_offset * rng.standard_normal((1, joints, 3))
     offset = offset + model.slow_offset * slow(shape, model.slow_s, model.rate, rng)

@@ -1,1 +1,1 @@
-"""Command-line tools: a session's files, the virtual serial device, the noise table."""
+"""Command-line tools: a session's files, the virtual serial device, the table of noise."""

@@ -29,7 +29,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def run() -> None:
-    """Read the command line, measure, print."""
+    """Parse the command line, evaluate the presets and print the table."""
     arguments = make_parser().parse_args()
     columns = []
     for preset in arguments.noise:

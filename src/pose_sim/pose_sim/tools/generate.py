@@ -1,4 +1,4 @@
-"""Make a session of the synthetic subject: the files that the virtual devices replay."""
+"""Generate a session of the synthetic subject: the files that the virtual devices replay."""
 
 import argparse
 import sys
@@ -59,7 +59,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def run() -> None:
-    """Read the command line, make the session, write it."""
+    """Parse the command line, generate the session and write it."""
     arguments = make_parser().parse_args()
     overrides = read_overrides(arguments.params) if arguments.params else None
     settings = settings_of(arguments.noise, overrides)
@@ -68,7 +68,7 @@ def run() -> None:
             f"seed = {arguments.seed}, start-at = {arguments.start_at} ns: neither may be negative"
         )
     if arguments.start_at > LATEST_NS:
-        raise InputError(f"start-at = {arguments.start_at} ns is no UNIX time [ns]: `date +%s%N`")
+        raise InputError(f"start-at = {arguments.start_at} ns is not UNIX time [ns]: `date +%s%N`")
     clip = read_clip(arguments.motion) if arguments.motion else None
     name = clip.name if clip else arguments.choreography
     session = make_session(name, arguments.duration, arguments.seed, settings, clip)

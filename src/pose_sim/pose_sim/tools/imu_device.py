@@ -34,13 +34,13 @@ def make_parser() -> argparse.ArgumentParser:
         type=Path,
         required=True,
         metavar="PATH",
-        help="name under which to find it; with one sensor a port, PATH_SEGMENT",
+        help="path of the link to the terminal; with one sensor per port, PATH_SEGMENT",
     )
     parser.add_argument(
         "--device",
         choices=tuple(DEVICES),
         default="star",
-        help="kind of device: the star network's sink, or one sensor a port (default: %(default)s)",
+        help="kind of device: the star network's sink, or a sensor per port (default: %(default)s)",
     )
     parser.add_argument(
         "--nodes-file", type=Path, metavar="PATH", help="write a nodes file for imu_bridge here"
@@ -77,7 +77,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def run() -> int:
-    """Read the command line, send the session."""
+    """Parse the command line and send the session."""
     arguments = make_parser().parse_args()
     _check(arguments)
     stop_signals: list[int] = []
@@ -115,7 +115,7 @@ def run() -> int:
         f"imu_device: {'finished' if all(s.finished for s in sent) else 'stopped'}: "
         f"{sum(s.sent for s in sent)} of {len(frames.due_ns)} synthetic frames sent; of all, "
         f"{sum(t.lost for t in transmissions.values())} lost and "
-        f"{sum(t.corrupted for t in transmissions.values())} garbled on the air, "
+        f"{sum(t.corrupted for t in transmissions.values())} corrupted by the radio link, "
         f"{sum(s.skipped for s in sent)} past already; "
         f"{sum(t.counters['bytes_unread'] for t in terminals)} bytes unread"
     )
@@ -127,7 +127,7 @@ def _transmit_all(
     start_ns: int,
     stopped: Callable[[], bool],
 ) -> list[Sent]:
-    """Send on all ports at once."""
+    """Send on all ports in parallel."""
     pairs = list(ports)
     with ThreadPoolExecutor(len(pairs)) as pool:
         futures = [

@@ -1,1 +1,1 @@
-"""The nodes; ROS begins here."""
+"""The nodes: the only modules, with ``conversions``, that import ROS."""

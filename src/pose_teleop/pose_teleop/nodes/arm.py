@@ -1,4 +1,4 @@
-"""The node: a robot's arm follows a person's, within limits, and stops when it should."""
+"""The node ``arm``: a robot's arm follows a person's within limits, and stops at faults."""
 
 import time
 from collections import deque
@@ -34,15 +34,15 @@ from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.supervisor import State
 
-LATE_SHARE = 1.5  # [-] of a period without joint states, after which the timer steps
+LATE_SHARE = 1.5  # [periods] without joint states after which the timer computes a step
 
 
 class DeadManInput:
-    """Listens to the input that the parameters name.
+    """Subscribes to the dead-man input selected by the parameters.
 
     Args:
-        node: The node that listens.
-        parameters: The node's.
+        node: The node that subscribes.
+        parameters: The node's parameters.
     """
 
     def __init__(self, node: Node, parameters: ArmParameters) -> None:
@@ -56,7 +56,7 @@ class DeadManInput:
 
     @property
     def is_held(self) -> bool:
-        """Whether it has been held until now; without an input it always is."""
+        """Whether the input is held; always True without an input."""
         if self._kind == "none":
             return True
         heard = self._pressed_ns
@@ -74,13 +74,13 @@ class DeadManInput:
 
 
 class ArmNode(Node):
-    """Steps an :class:`ArmController` with every joint states, or by itself if none come.
+    """Steps an :class:`ArmController` at each joint states message, or by a timer without them.
 
     Args:
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If the robot or a parameter is not what it should be.
+        PoseError: If the robot or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -1,4 +1,4 @@
-"""Where the fusion publishes a person."""
+"""Names of the topics of a person."""
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
@@ -9,5 +9,5 @@ LATCHED = QoSProfile(
 
 
 def body_topic(body: str, name: str) -> str:
-    """A topic of a body; relative, so that a namespace holds all of a graph."""
+    """A topic of a body; relative, so that a namespace applies to it."""
     return f"humans/bodies/{body}/{name}"

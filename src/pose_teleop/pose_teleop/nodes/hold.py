@@ -1,4 +1,4 @@
-"""The node: holds the dead-man input for as long as it runs; for simulations."""
+"""The node ``hold``: holds the dead-man input while it runs; for simulations."""
 
 from typing import Any
 

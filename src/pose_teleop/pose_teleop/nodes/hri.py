@@ -1,4 +1,4 @@
-"""The node: the person as REP 155 has it, for the tools of ROS4HRI."""
+"""The node ``hri``: publishes the person by REP 155, for the tools of ROS4HRI."""
 
 from functools import partial
 from typing import Any
@@ -22,7 +22,7 @@ from pose_teleop.human_model import HumanAngles, human_urdf, joint_offsets
 from pose_teleop.nodes.bodies import LATCHED, NEWEST, body_topic
 from pose_teleop.parameters import HriParameters
 
-LOOK_S = 0.1  # [s] between looks for a person who has gone
+LOOK_S = 0.1  # [s] between checks whether the person is tracked
 
 
 class HriNode(Node):
@@ -32,7 +32,7 @@ class HriNode(Node):
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If hri_msgs is not installed, or a parameter is not what it should be.
+        PoseError: If hri_msgs is not installed, or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -86,7 +86,7 @@ class HriNode(Node):
         self._urdf.publish(String(data=human_urdf(offsets, self._settings.id)))
 
     def _on_tf(self, message: TFMessage) -> None:
-        """The root under the model's name; the frames below it are its state publisher's."""
+        """Publish the root frame under the model's name; robot_state_publisher adds the others."""
         transforms = message.transforms
         if transforms and transforms[0].child_frame_id == f"body_{self._settings.subject}":
             root = transforms[0]
@@ -94,7 +94,7 @@ class HriNode(Node):
             self._tf.publish(TFMessage(transforms=[root]))
 
     def _look(self) -> None:
-        """Announce who is tracked, when that changes."""
+        """Publish the list of tracked bodies when it changes."""
         now_ns = int(self.get_clock().now().nanoseconds)
         heard = self._heard_ns
         is_there = heard is not None and now_ns - heard < self._settings.timeout * NS_PER_S

@@ -1,4 +1,4 @@
-"""The node: the whole body as the named poses that humanoid retargeters take."""
+"""The node ``retarget``: publishes the whole body as named poses for humanoid retargeters."""
 
 from typing import Any
 
@@ -24,13 +24,13 @@ TF_QOS = QoSProfile(depth=20, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class RetargetNode(Node):
-    """Turns the person's frames into SMPL's 24 joints.
+    """Converts the person's frames to SMPL's 24 joints.
 
     Args:
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If the message's type is not installed, or a parameter is not what it should be.
+        PoseError: If the message's type is not installed, or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -1,4 +1,4 @@
-"""The node: a robot's arm that is simulated; it listens as a joint trajectory controller does."""
+"""The node ``simulated_robot``: a simulated arm with a joint trajectory controller's interface."""
 
 import time
 from typing import Any
@@ -25,9 +25,9 @@ from pose_teleop.robot_dynamics import STEP_S, SimulatedArm
 from pose_teleop.robot_files import load_robot
 
 DRAWN_S = 0.04  # [s] between transforms of its links
-CELL_M = 0.012  # [m] details of its shape that are kept
-ROOT = "robot"  # its frame, and the prefix of its links'
-LONGEST_S = 0.1  # [s] of a pause of the process that is made up for
+CELL_M = 0.012  # [m] resolution of its meshes
+ROOT = "robot"  # its root frame, and the prefix of its links' frames
+LONGEST_S = 0.1  # [s] longest pause of the process that is simulated afterwards
 
 
 class SimulatedRobot(Node):
@@ -37,7 +37,7 @@ class SimulatedRobot(Node):
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If the robot or a parameter is not what it should be.
+        PoseError: If the robot or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:

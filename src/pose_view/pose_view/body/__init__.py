@@ -1,1 +1,1 @@
-"""A drawn body: parts of the right size at the right place, joints in the right colour."""
+"""A drawn body: meshes of its parts and marks of its joints."""

@@ -1,7 +1,7 @@
-"""The balls on a drawn body's joints: their colour says the source, size and paleness how certain.
+"""Balls at a drawn body's joints: colour shows the source, size and paleness the uncertainty.
 
-A joint's degrees of freedom are those that place it: of the limb it ends, and where nothing else
-does, of the joint itself.
+A joint's degrees of freedom are those that determine its position: of the limb that it ends, else
+of the joint itself.
 """
 
 from collections.abc import Mapping
@@ -15,7 +15,7 @@ from pose_view.body.measures import BodyMeasures
 from pose_view.body.mesh import Mesh, ellipsoid
 from pose_view.snapshot import BodySnapshot, DofSnapshot
 
-# Okabe and Ito (2008): told apart by colour-blind eyes too.
+# Okabe and Ito (2008): distinguishable with any colour vision.
 COLORS: Mapping[str, tuple[int, int, int]] = {
     "tracked": (0, 114, 178),
     "inferred": (230, 159, 0),
@@ -32,7 +32,7 @@ PALE = np.array([238.0, 238.0, 238.0])
 CERTAIN, UNCERTAIN = np.radians(2.0), np.radians(20.0)  # [rad] standard deviations
 LARGEST_PALENESS = 0.75  # [-]
 LARGEST_GROWTH = 0.25  # [-] of the radius
-IMU_SHARE = 0.5  # [-] weight above which a joint is the IMU's
+IMU_SHARE = 0.5  # [-] weight above which a joint counts as measured by an IMU
 
 DOF_OF_JOINT: Mapping[str, tuple[str, ...]] = {
     "head": ("neck_flexion", "neck_lateral_bending"),
@@ -52,7 +52,7 @@ DOF_OF_JOINT: Mapping[str, tuple[str, ...]] = {
     },
 }
 
-# The part that a ball is fixed in, and its half-axes [m] for an adult of 1.75 m.
+# The part to which a ball is fixed, and its half-axes [m] for an adult of 1.75 m.
 BALLS: Mapping[str, tuple[str, tuple[float, float, float]]] = {
     "head": ("head", (0.104, 0.084, 0.018)),
     "neck": ("head", (0.060, 0.060, 0.020)),
@@ -71,8 +71,8 @@ BALLS: Mapping[str, tuple[str, tuple[float, float, float]]] = {
     },
 }
 BANDS = ("head", "neck", "torso")
-"""Drawn round the body, not as balls: they grow in height alone."""
-STEPS = 8  # [-] of doubt that look different
+"""Drawn as bands around the body: only their height increases."""
+STEPS = 8  # [-] drawn levels of uncertainty
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +95,7 @@ def make_balls(measures: BodyMeasures) -> dict[str, Mesh]:
 
 
 def ball_place(joint: str, measures: BodyMeasures) -> tuple[float, float, float]:
-    """Where a joint lies in the axes of its ball's part [m]."""
+    """Position of a joint in the axes of its ball's part [m]."""
     side, _, end = joint.partition("_")
     lengths = {"hand": measures.forearm, "foot": measures.shank}.get(end)
     if lengths is not None:
@@ -121,7 +121,7 @@ def joint_marks(body: BodySnapshot) -> dict[str, JointMark]:
 
 
 def _rows(dof: DofSnapshot | None) -> dict[str, list[int]]:
-    """Where in the estimate each joint's degrees of freedom stand."""
+    """Indices of each joint's degrees of freedom in the estimate."""
     if dof is None:
         return {joint: [] for joint in JOINTS}
     index = {name: row for row, name in enumerate(dof.names)}

@@ -1,4 +1,4 @@
-"""What a body measures, from where its joints are."""
+"""Body measures from joint positions."""
 
 from collections import deque
 from dataclasses import dataclass, fields
@@ -8,9 +8,9 @@ import numpy as np
 from pose_core.api import FloatArray
 from pose_core.joints import JOINT_INDEX, SIDES
 
-SAMPLES = 45  # [-] of which the median counts
-FIRST_AT = 10  # [-] samples until the first answer
-CHANGED = 0.01  # [m] a difference worth a new drawing
+SAMPLES = 45  # [-] over which the median is computed
+FIRST_AT = 10  # [-] samples required for the first result
+CHANGED = 0.01  # [m] change from which on the body is drawn again
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,11 +29,11 @@ class BodyMeasures:
 
     @property
     def size(self) -> float:
-        """The legs' length in units of an adult's of 1.75 m: how thick everything is drawn."""
+        """The legs' length relative to an adult's of 1.75 m: scale of all thicknesses [-]."""
         return (sum(self.thigh) + sum(self.shank)) / 2.0 / 0.82
 
     def differs_from(self, other: "BodyMeasures | None") -> bool:
-        """Whether a drawing of the other one no longer fits."""
+        """Whether a measure differs by more than :data:`CHANGED`."""
         if other is None:
             return True
         pairs = [(getattr(self, f.name), getattr(other, f.name)) for f in fields(self)]
@@ -41,7 +41,7 @@ class BodyMeasures:
 
 
 def measure(joints: FloatArray) -> BodyMeasures:
-    """The body of one or several skeletons: medians.
+    """Median body measures of one or several skeletons.
 
     Args:
         joints: Joint positions [m], shape (n, 15, 3), without NaN.
@@ -78,7 +78,7 @@ class MeasuredBody:
         self.measures: BodyMeasures | None = None
 
     def add(self, joints: FloatArray) -> bool:
-        """Take in one skeleton, shape (15, 3) [m]; whether the measures are new."""
+        """Add one skeleton, shape (15, 3) [m]; returns whether the measures have changed."""
         if not np.isfinite(joints).all():
             return False
         self._samples.append(joints)

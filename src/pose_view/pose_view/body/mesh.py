@@ -1,4 +1,4 @@
-"""Closed surfaces lofted through ellipses, the material of the drawn body."""
+"""Closed surfaces lofted through ellipses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
 
-RING = 20  # [-] corners of a ring
-CAP_RINGS = 4  # [-] rings that round an end off
+RING = 20  # [-] vertices of a ring
+CAP_RINGS = 4  # [-] rings of a rounded end
 SPHERE_RINGS = 9  # [-]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Mesh:
-    """Triangles, seen from outside counterclockwise."""
+    """Triangle mesh, counterclockwise seen from outside."""
 
     vertices: FloatArray  # (v, 3) [m]
     faces: NDArray[np.uint32]  # (f, 3)
@@ -64,7 +64,7 @@ def box(size: Sequence[float]) -> Mesh:
 
 
 def moved(mesh: Mesh, offset: Sequence[float]) -> Mesh:
-    """The mesh, shifted [m]."""
+    """The mesh, translated by an offset [m]."""
     return Mesh(vertices=mesh.vertices + np.asarray(offset, float), faces=mesh.faces)
 
 

@@ -1,10 +1,10 @@
-"""The drawn body's parts: a surface each, in axes of its own.
+"""Meshes of the drawn body's parts, each in its own axes.
 
 In the neutral pose all parts' axes are x forward, y to the person's left, z up. A limb's origin is
-the joint it hangs on, and it reaches down to −z; the pelvis's origin lies between the hips, the
-thorax's in the torso joint, the head's in the neck. Thicknesses are drawn after an adult of 1.75 m
-and scale with the legs; only the lengths are measured. Hands and feet have no joints to show where
-they point: they are drawn straight on.
+its proximal joint, and it extends along −z; the pelvis's origin is between the hips, the thorax's
+in the torso joint, the head's in the neck. Lengths are measured; thicknesses are those of an adult
+of 1.75 m, scaled with the legs. The orientation of hands and feet is not measured: they are drawn
+straight.
 """
 
 from collections.abc import Sequence
@@ -22,7 +22,7 @@ PARTS: tuple[str, ...] = (
 )
 """The drawn parts, in the order of every array of part poses."""
 
-# Share of the length from the joint down, half-axes forward and sideways [m], centre forward [m].
+# Share of the length below the joint, half-axes forward and sideways [m], centre forward [m].
 PROFILES: dict[str, Sequence[tuple[float, float, float, float]]] = {
     "upper_arm": (
         *((0.0, 0.050, 0.047, 0.0), (0.35, 0.048, 0.043, 0.003), (0.75, 0.040, 0.037, 0.0)),
@@ -117,7 +117,7 @@ def _thorax(measures: BodyMeasures) -> Mesh:
 
 
 def _head(measures: BodyMeasures) -> Mesh:
-    """Neck, skull about the head joint, and a nose that says where the face is."""
+    """Neck, skull about the head joint, and a nose on the face's side."""
     size, middle = measures.size, measures.neck
     neck = loft([(-0.03 * size, 0.052 * size, 0.055 * size), (middle, 0.046 * size, 0.046 * size)])
     rows = (

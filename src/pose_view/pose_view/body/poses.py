@@ -1,8 +1,8 @@
-"""Where the drawn parts are, from a skeleton's joints and, where known, its links' rotations.
+"""Poses of the drawn parts from a skeleton's joints and, if known, its links' rotations.
 
-A limb's direction is that of its bone. Its turn about itself comes from the link's rotation; where
-there is none, it is the one with the least turn from its parent's axes. The trunk's parts follow
-hips, torso joint, neck and shoulders.
+A limb's direction is that of its bone. Its axial rotation comes from the link's rotation; without
+one, it is the smallest rotation from its parent's axes. The trunk's parts follow from hips, torso
+joint, neck and shoulders.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ ENDS = {
     "thigh": ("hip", "knee"),
     "shank": ("knee", "foot"),
 }
-OPPOSITE = -1.0 + 1e-6  # [-] cosine below which the least turn has no axis
+OPPOSITE = -1.0 + 1e-6  # [-] cosine below which the smallest rotation has no unique axis
 
 
 def part_poses(
@@ -32,7 +32,7 @@ def part_poses(
 
     Args:
         joints: Joint positions [m], shape (15, 3).
-        rotations: ``R_map_link``, (3, 3), of the links that are known, by part name.
+        rotations: ``R_map_link``, (3, 3), of the known links, by part name.
 
     Returns:
         Positions (11, 3) [m] and rotations ``R_map_part`` (11, 3, 3), in the order of
@@ -93,7 +93,7 @@ def quaternions(rotations: FloatArray) -> FloatArray:
 
 
 def _axes(up: FloatArray, left: FloatArray) -> FloatArray:
-    """The rotation with z along ``up`` and y as near ``left`` as can be."""
+    """The rotation with z along ``up`` and y as near to ``left`` as possible."""
     with np.errstate(invalid="ignore", divide="ignore"):
         z = up / np.linalg.norm(up)
         y = left - (left @ z) * z
@@ -102,7 +102,7 @@ def _axes(up: FloatArray, left: FloatArray) -> FloatArray:
 
 
 def _swung(rotations: FloatArray, bones: FloatArray) -> FloatArray:
-    """The rotations (n, 3, 3) with the least turn added that puts −z along the bones (n, 3)."""
+    """Rotations (n, 3, 3), changed by the smallest rotation so that −z is along bones (n, 3)."""
     with np.errstate(invalid="ignore", divide="ignore"):
         wanted = bones / np.linalg.norm(bones, axis=1, keepdims=True)
     now = rotations @ DOWN

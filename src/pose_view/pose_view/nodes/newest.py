@@ -1,7 +1,7 @@
-"""Messages of which only the newest counts: they wait as bytes until somebody looks.
+"""Storage of the newest message of each kind as bytes, decoded only when it is drawn.
 
-A person's transforms come as often as all cameras' frames do, and take a millisecond to decode; a
-picture shows the last of them.
+A person's transforms arrive at the rate of all cameras' frames and take a millisecond to decode;
+only the last of them is drawn.
 """
 
 import struct
@@ -21,11 +21,11 @@ class Newest:
         self._waiting: dict[str, tuple[type, bytes, Callable[[Any], None]]] = {}
 
     def put(self, key: str, kind: type, data: bytes, take: Callable[[Any], None]) -> None:
-        """Keep a message, instead of the one before of the same key."""
+        """Store a message, which replaces the previous one of the same key."""
         self._waiting[key] = kind, data, take
 
     def hand_over(self) -> None:
-        """Decode what waits and give it to its takers, in the order of the keys."""
+        """Decode the stored messages and pass them to their callbacks, in the order of the keys."""
         waiting, self._waiting = self._waiting, {}
         for key in sorted(waiting):
             kind, data, take = waiting[key]

@@ -1,4 +1,4 @@
-"""The viewer node: subscriptions and service calls, for as long as a browser looks."""
+"""The viewer node: subscriptions and service calls while a browser is connected."""
 
 import queue
 from collections.abc import Callable
@@ -35,22 +35,22 @@ from pose_view.plain_words import as_html
 from pose_view.web.places import place_of
 from pose_view.web.viewer import Viewer
 
-IDLE_NS = 200_000_000  # [ns] between looks for visitors
+IDLE_NS = 200_000_000  # [ns] between checks for browsers
 STATUS_NS = 500_000_000  # [ns] between updates of the status lines
 FOLLOWERS = ("fusion", "fusion_kinect", "fusion_imu", "calibration")
-"""The nodes that follow one person."""
-# A slow viewer never slows a publisher down; on a busy machine, bursts are not lost either.
+"""The nodes with the parameter ``person``."""
+# Best effort, so that a slow viewer does not delay publishers; deep enough for bursts.
 BODY_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 
 class ViewerNode(Node):
-    """Shows the graph on a web page; publishes nothing but its own state.
+    """Shows the graph on a web page; publishes only diagnostics.
 
     Args:
         **options: As for ``rclpy.node.Node``.
 
     Raises:
-        PoseError: If the address or a parameter is not what it should be.
+        PoseError: If the address or a parameter is invalid.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -76,10 +76,10 @@ class ViewerNode(Node):
             self.get_logger().warning(server.opened)
         self.get_logger().info(f"open {server.invitation} in a browser")
 
-    # -- what the buttons ask for; called on the page's threads ---------------------------------
+    # -- commands of the buttons; called in the page's threads ---------------------------------
 
     def calibrate(self) -> None:
-        """Begin the calibration of the cameras anew."""
+        """Restart the calibration of the cameras."""
         self._tasks.put(partial(self._trigger, "calibration/calibrate"))
 
     def record(self, on: bool) -> None:
@@ -87,7 +87,7 @@ class ViewerNode(Node):
         self._tasks.put(partial(self._trigger, "recorder/start" if on else "recorder/stop"))
 
     def choose_person(self, person: str) -> None:
-        """Follow the person of this id."""
+        """Select the person of this id."""
         self._tasks.put(partial(self._set_person, person))
 
     # -- the rest runs on the executor's thread -------------------------------------------------
@@ -120,7 +120,7 @@ class ViewerNode(Node):
         return LiveGraph(titles, self._settings.sensors, self._settings.plot_span)
 
     def _look(self) -> None:
-        """Subscribe to everything."""
+        """Subscribe to all topics."""
         self._graph, self._newest = self._new_graph(), Newest()
         for body in self._graph.bodies:
             self._look_at(body)
@@ -149,7 +149,7 @@ class ViewerNode(Node):
         self._subscribe(PoseEstimate, f"{prefix}/estimate", on_estimate, raw=True)
 
     def _look_for_people(self) -> None:
-        """Subscribe to everybody who is published beside the bodies that are asked for."""
+        """Subscribe to published bodies that are not in the parameters."""
         asked_for = {place.body for place in self.viewer.places}
         for body in sorted(set(self._graph.bodies) - asked_for):
             if not self.count_publishers(f"humans/bodies/{body}/skeleton"):
@@ -160,7 +160,7 @@ class ViewerNode(Node):
             self._look_at(body)
 
     def _forget(self, body: str) -> None:
-        """Unsubscribe from somebody who is published no longer."""
+        """Unsubscribe from a body that is no longer published."""
         self._graph.remove_body(body)
         theirs = [s for s in self._looking if f"/humans/bodies/{body}/" in s.topic_name]
         for subscription in theirs:
@@ -168,7 +168,7 @@ class ViewerNode(Node):
             self.destroy_subscription(subscription)
 
     def _look_away(self) -> None:
-        """A closed browser costs nothing."""
+        """Unsubscribe from all topics when no browser is connected."""
         if self._looking:
             for subscription in self._looking:
                 self.destroy_subscription(subscription)
@@ -229,7 +229,7 @@ class ViewerNode(Node):
     def _set_person(self, person: str) -> None:
         ready = [client for client in self._setters.values() if client.service_is_ready()]
         if not ready:
-            self._answer("no fusion is running: nobody to follow anybody", False)
+            self._answer("no fusion is running: the person cannot be selected", False)
             return
         value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=person)
         request = SetParameters.Request(parameters=[ParameterMessage(name="person", value=value)])
@@ -260,7 +260,7 @@ class ViewerNode(Node):
         return int(self.get_clock().now().nanoseconds)
 
     def destroy_node(self) -> None:
-        """Close the page too."""
+        """Close the page and destroy the node."""
         viewer: Viewer | None = getattr(self, "viewer", None)
         if viewer is not None:
             viewer.stop()

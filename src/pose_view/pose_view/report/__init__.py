@@ -1,5 +1,6 @@
-"""The report of a recording: tables, figures, one page that opens anywhere.
+"""The report of a recording: tables and figures on one HTML page.
 
-``recording`` reads a bag and runs the estimators over it, ``analysis`` measures, ``tables`` and
-``figures`` show, ``page`` puts it together, ``csv_files`` keeps the numbers.
+``recording`` reads a bag and runs the estimators over it, ``analysis`` computes the figures,
+``tables`` and ``figures`` present them, ``page`` renders the page, ``csv_files`` formats the
+numbers.
 """

@@ -1,4 +1,4 @@
-"""Everything that is measured of a recording, before anything is drawn."""
+"""All figures of a recording for the report."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,26 +25,26 @@ from pose_io.references.reference import Reference
 from pose_view.report.recording import Recording
 
 REFERENCE = "reference"
-LARGE_SHARE = 0.8  # [-] of the recording that a method must see to align the reference with it
-LEAST_SHARE = 0.5  # [-] of the longest overlap, below which a method is not compared
+LARGE_SHARE = 0.8  # [-] coverage of the recording required to align the reference
+LEAST_SHARE = 0.5  # [-] of the longest overlap, required to compare a method
 
 
 @dataclass(frozen=True, kw_only=True)
 class Compared:
-    """A recording beside its reference."""
+    """Comparison of a recording with its reference."""
 
     reference: Reference  # on the recording's clock
     alignment: Alignment
     aligned_with: str  # the method it was aligned with
-    left_out: tuple[str, ...]  # methods that see too little of the reference
+    left_out: tuple[str, ...]  # methods with too little overlap with the reference
     evaluation: Evaluation
     coverage: Mapping[str, Mapping[str, Coverage]]  # by method, by angle
-    joints: SkeletonSeries | None  # the reference's, moved rigidly onto the focus' frame
+    joints: SkeletonSeries | None  # the reference's, rigidly aligned with the focus' frame
 
 
 @dataclass(frozen=True, kw_only=True)
 class Analysis:
-    """What there is to show."""
+    """Content of the report."""
 
     recording: Recording
     angles: Mapping[str, AngleSeries]  # by method, and the reference's
@@ -53,7 +53,7 @@ class Analysis:
     steadiness: Mapping[str, Steadiness]  # by method
     ranges: Mapping[str, Mapping[str, AngleRange]]  # by method, by angle
     cycles: Mapping[str, Cycles]  # by side
-    cycles_of: str  # the method in whose angles they were found
+    cycles_of: str  # the method whose angles determine the cycles
     curves: Mapping[str, Mapping[str, Mapping[str, CycleCurve]]]  # by side, method, angle
 
     @property
@@ -64,7 +64,7 @@ class Analysis:
 
 
 def analyse(recording: Recording, reference: Reference | None) -> Analysis:
-    """Measure a recording, against a reference where there is one.
+    """Compute the figures of a recording, with a reference if there is one.
 
     Raises:
         InputError: If the reference does not fit the recording.
@@ -93,7 +93,7 @@ def analyse(recording: Recording, reference: Reference | None) -> Analysis:
 
 
 def compare(recording: Recording, reference: Reference) -> Compared:
-    """Compare every method with a reference; those that see too little of it are left out.
+    """Compare methods with a reference; those with too little overlap are left out.
 
     Raises:
         InputError: If the reference does not fit the recording.
@@ -125,7 +125,7 @@ def compare(recording: Recording, reference: Reference) -> Compared:
 
 
 def _aligning_method(recording: Recording) -> str:
-    """The focus; where it began late, the first method that saw most of the recording."""
+    """The focus; if it started late, the first method that covers most of the recording."""
     whole_s = max(series.duration_s for series in recording.methods.values())
     names = [recording.focus, *recording.methods]
     return next(n for n in names if recording.methods[n].duration_s >= LARGE_SHARE * whole_s)
@@ -134,7 +134,7 @@ def _aligning_method(recording: Recording) -> str:
 def _long_enough(
     recording: Recording, reference: Reference
 ) -> tuple[dict[str, SkeletonSeries], tuple[str, ...]]:
-    """The methods that cover at least half of what the best one covers of the reference."""
+    """The methods whose overlap with the reference is at least half of the longest one."""
     begin_ns, end_ns = int(reference.stamps_ns[0]), int(reference.stamps_ns[-1])
     overlap_s = {
         name: series.between(begin_ns, end_ns).duration_s
@@ -142,7 +142,7 @@ def _long_enough(
     }
     enough_s = max(MIN_OVERLAP_S, LEAST_SHARE * max(overlap_s.values()))
     kept = {n: series for n, series in recording.methods.items() if overlap_s[n] >= enough_s}
-    # With none of them, comparing all says why none can be compared.
+    # Without any, comparing all methods raises an error with the reason.
     return kept or dict(recording.methods), tuple(n for n in overlap_s if kept and n not in kept)
 
 

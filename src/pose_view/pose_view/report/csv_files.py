@@ -1,4 +1,4 @@
-"""The numbers behind the page, for spreadsheets."""
+"""CSV files with the report's numbers."""
 
 from collections.abc import Iterable, Mapping
 
@@ -45,7 +45,7 @@ def _motion(analysis: Analysis) -> str:
 
 
 def _angles(analysis: Analysis) -> str:
-    """Every method's angles at its own instants."""
+    """Angles of every method at its own instants."""
     rows = (
         (method, time, *values)
         for method, series in analysis.angles.items()
@@ -82,6 +82,6 @@ def _cycles(analysis: Analysis) -> str:
 
 
 def _text(analysis: Analysis, head: tuple[str, ...], rows: Iterable[tuple[object, ...]]) -> str:
-    """A table whose every line says whether its subject is a simulated one."""
+    """Format a table; every line states whether the subject is simulated."""
     subject = "synthetic" if analysis.is_synthetic else "recorded"
     return csv_text(("subject", *head), ((subject, *row) for row in rows))

@@ -21,42 +21,42 @@ from pose_io.bags import BagReader
 from pose_io.topics import imu_topics, sensor_topics
 
 PREFERRED = (FUSED, "default+imus", "default", "li2020+imus", "li2020", "joint_kf", MEAN)
-ALL = "all"  # of the methods
-COMMENT_KEY = "comment"  # under which a bridge repeats what its recording says of itself
-LONGEST_S = 1e9  # [s] stands for the end of a recording
-SYNTHETIC = "synthetic"  # how such a comment begins where no person was recorded
+ALL = "all"  # selects all methods
+COMMENT_KEY = "comment"  # key of the recording's comment in a bridge's report
+LONGEST_S = 1e9  # [s] replaces infinity
+SYNTHETIC = "synthetic"  # beginning of the comment of a synthetic recording
 
 FindExtrinsics = Callable[[BagReader, tuple[str, ...]], Extrinsics]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
-    """What the report knows of a bag."""
+    """Content of a bag for the report."""
 
     name: str
     begin_ns: int  # [ns] first instant of any method: zero of every time axis
     duration_s: float  # [s]
-    comment: str  # what the source says of itself; empty if nothing
+    comment: str  # comment of the source; may be empty
     views: Mapping[str, SkeletonSeries]  # by sensor, in its own frame
-    segments: tuple[str, ...]  # that carry an IMU
+    segments: tuple[str, ...]  # segments with an IMU
     T_map_sensor: Mapping[str, FloatArray]  # (4, 4); empty where the extrinsics are unknown
     methods: Mapping[str, SkeletonSeries]  # in the order of the tables; sensors as in `views`
     estimates: Mapping[str, EstimateSeries]  # of the methods that give any
-    focus: str  # the method that single figures are about
-    notes: tuple[str, ...] = field(default=())  # what is missing, and why
+    focus: str  # the method of figures for a single method
+    notes: tuple[str, ...] = field(default=())  # remarks on missing results
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Those that saw somebody."""
+        """The sensors that tracked a person."""
         return tuple(self.views)
 
     @property
     def is_synthetic(self) -> bool:
-        """Whether the bag itself says that no person was recorded."""
+        """Whether the bag is marked as synthetic."""
         return self.comment.startswith(SYNTHETIC)
 
     def in_map(self, method: str) -> SkeletonSeries | None:
-        """A method's joints in ``map``; None of a sensor that is nowhere."""
+        """A method's joints in ``map``; None for a sensor without extrinsics."""
         series = self.methods[method]
         if method not in self.sensors:
             return series
@@ -65,11 +65,11 @@ class Recording:
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """What the user asked for."""
+    """The user's options."""
 
     name: str  # of the recording
-    methods: tuple[str, ...] = ()  # of `usual_methods` if empty
-    focus: str = ""  # the best there is if empty
+    methods: tuple[str, ...] = ()  # `usual_methods` if empty
+    focus: str = ""  # the best available one if empty
     person: str = ""
     body: str = ""
     from_s: float = 0.0  # [s] after the recording's first instant
@@ -86,12 +86,12 @@ def read_recording(
 
     Args:
         bag: An open bag.
-        wanted: What to look at.
-        find_extrinsics: How the sensors' places are found.
-        progress: Called with the share that is done.
+        wanted: The user's options.
+        find_extrinsics: Function that returns the sensors' poses.
+        progress: Called with the fraction done, 0 to 1.
 
     Raises:
-        InputError: If a method is asked for that there is not, or nothing is seen.
+        InputError: If a method is unknown, or no person is tracked.
     """
     segments = tuple(imu_topics(bag))
     estimated = _estimate(bag, wanted, bool(segments), find_extrinsics, progress)
@@ -99,7 +99,7 @@ def read_recording(
     methods = _cut(estimated.methods, wanted, whole[0])
     if not methods:
         raise InputError(
-            f"nobody is seen from {wanted.from_s:g} to {wanted.until_s:g} s of this recording"
+            f"no person is seen from {wanted.from_s:g} to {wanted.until_s:g} s of the recording"
         )
     begin_ns, end_ns = _span(methods)
     return Recording(
@@ -122,18 +122,18 @@ def read_recording(
 
 
 def usual_methods(known: Sequence[str], sensors: Sequence[str]) -> tuple[str, ...]:
-    """The three to compare: the cameras' mean, a Kalman filter per joint, the best there is."""
+    """Default methods: the cameras' mean, a Kalman filter per joint, the best available one."""
     cameras = MEAN if len(sensors) > 1 else sensors[0]
     return (cameras, "joint_kf", preferred(known))
 
 
 def preferred(names: Sequence[str]) -> str:
-    """The method that a reader wants to see first."""
+    """The best available method."""
     return next((name for name in PREFERRED if name in names), names[0])
 
 
 def comment_of(bag: BagReader) -> str:
-    """What the source of a bag's skeletons says of itself, as its bridge reports."""
+    """Comment of the source of a bag's skeletons, from its bridge's report."""
     for message in bag.messages(bag.topics_of_type("diagnostic_msgs/msg/DiagnosticArray")):
         for status in bag.deserialize(message).status:
             for pair in status.values:
@@ -144,7 +144,7 @@ def comment_of(bag: BagReader) -> str:
 
 @dataclass(kw_only=True)
 class _Estimated:
-    """What a whole bag gives, before a stretch of it is chosen."""
+    """Results of the whole bag, before an interval is selected."""
 
     methods: dict[str, SkeletonSeries]
     views: dict[str, SkeletonSeries] = field(default_factory=dict)
@@ -179,7 +179,7 @@ def _estimate(
         wanted = replace(wanted, methods=tuple(known))
     result = _Estimated(methods={name: own[name] for name in sensors})
     if extrinsics is None:
-        if sensors:  # a fused bag without them needs no places
+        if sensors:  # a fused bag without skeletons needs no extrinsics
             result.notes.append(trouble)
     else:
         result.T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in sensors}
@@ -232,7 +232,7 @@ def _shown(methods: Mapping[str, SkeletonSeries], wanted: Wanted) -> dict[str, S
         if name in wanted.methods or name == wanted.focus
     }
     if not shown:
-        raise InputError("nobody is seen in this recording: there is nothing to report")
+        raise InputError("no person is seen in this recording: there is nothing to report")
     return shown
 
 
@@ -245,7 +245,7 @@ def _span(methods: Mapping[str, SkeletonSeries]) -> tuple[int, int]:
 def _cut(
     methods: Mapping[str, SkeletonSeries], wanted: Wanted, zero_ns: int
 ) -> dict[str, SkeletonSeries]:
-    """The stretch that was asked for; methods that saw nothing of it are left out."""
+    """Select the requested interval; methods without data in it are left out."""
     begin_ns = zero_ns + round(wanted.from_s * 1e9)
     end_ns = zero_ns + round(min(wanted.until_s, LONGEST_S) * 1e9)
     cut = {name: series.between(begin_ns, end_ns) for name, series in methods.items()}

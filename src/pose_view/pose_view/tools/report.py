@@ -95,7 +95,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 
 def write_report(analysis: Analysis, joint: str, folder: Path) -> list[Path]:
-    """Write page and CSV files into a new folder; the files.
+    """Write page and CSV files into a new folder; returns their paths.
 
     Raises:
         InputError: If it cannot be written.
@@ -160,7 +160,7 @@ def run() -> int | None:
 
 
 def _name(bag: Path) -> str:
-    """What the recording is called: a bag named ``bag`` is named by its folder."""
+    """Name of the recording; for a bag named ``bag``, its folder's name."""
     whole = bag.absolute()
     return f"{whole.parent.name}/{whole.name}" if whole.stem == "bag" else whole.name
 

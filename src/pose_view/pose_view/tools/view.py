@@ -1,4 +1,4 @@
-"""``view``: the page of a recording, or of the graph that runs."""
+"""``view``: the page of a recording, or of the running graph."""
 
 import argparse
 import sys
@@ -33,11 +33,11 @@ SETTINGS: Mapping[str, Mapping[str, Any]] = {
     "imu": {"estimator": "imu"},
     FUSED: {},
 }
-"""What the fusion is told, by kind of body: the ending of its id, if it uses one kind of sensor."""
+"""Parameters of the fusion by kind of body: the suffix of its id, if it uses one kind of sensor."""
 
 
 MOST_PEOPLE = 6
-IDLE_S = 0.1  # [s] between looks for visitors
+IDLE_S = 0.1  # [s] between checks for browsers
 
 
 def missing_bodies(
@@ -46,17 +46,17 @@ def missing_bodies(
     """The bodies that can be computed from a bag and were not recorded, each with its kind.
 
     Args:
-        recorded: What the bag holds.
-        bodies: Ids that are wanted.
+        recorded: Content of the bag.
+        bodies: Requested ids.
         bag: The open bag.
-        alone: Whether those of one kind of sensor alone are wanted too.
+        alone: Whether bodies of one kind of sensor are requested too.
     """
     if not recorded.has_raw:
         return {}
     has_imus, is_raw = bool(imu_topics(bag)), not recorded.bodies
     kinds = {FUSED} if is_raw else set()
     if alone:
-        # Without IMUs the cameras alone are all that is fused.
+        # Without IMUs, the cameras alone are the same as the fusion.
         kinds |= {"kinect", "imu"} if has_imus else set() if is_raw else {"kinect"}
     found = {}
     for body in bodies:
@@ -74,17 +74,17 @@ def compute_bodies(
     extrinsics: Extrinsics,
     progress: Callable[[float], None],
 ) -> dict[str, list[BodySnapshot]]:
-    """What the fusion says of the people in a bag, by body.
+    """Run the fusion over a bag; returns snapshots by body.
 
     Args:
         bag: An open bag.
-        kind: Which sensors it uses, of :data:`SETTINGS`.
-        parameters: Whom it follows, and of which sensors.
+        kind: Sensors to use, a key of :data:`SETTINGS`.
+        parameters: Parameters of the fusion.
         extrinsics: The sensors' poses.
-        progress: Called with the share that is done.
+        progress: Called with the fraction done, 0 to 1.
 
     Raises:
-        PoseError: If the fusion cannot do it.
+        PoseError: If the fusion fails.
     """
     bodies: dict[str, list[BodySnapshot]] = defaultdict(list)
 
@@ -106,7 +106,7 @@ def main() -> None:
 
 
 def view(words: Sequence[str]) -> int:
-    """Run ``view`` with these arguments; its exit code."""
+    """Run ``view`` with these arguments; returns its exit code."""
     options = _parser().parse_args(words)
     if options.bag is None:
         from pose_view.nodes.viewer import run_viewer  # a recording needs no ROS
@@ -139,12 +139,12 @@ def read(
     person: str = "first",
     max_people: int = 1,
 ) -> Recorded:
-    """The recording, with the bodies that it lacks.
+    """Read a recording and compute missing bodies.
 
     Args:
         path: A bag or a recording of skeletons.
-        bodies: Ids of the bodies that are wanted.
-        alone: Whether those of one kind of sensor alone are wanted too.
+        bodies: Ids of the requested bodies.
+        alone: Whether bodies of one kind of sensor are requested too.
         person: The subject, by the rule of :class:`PersonChoice`.
         max_people: How many people's poses are computed.
     """
@@ -183,7 +183,7 @@ def _completed(progress: Progress, task: TaskID, share: float) -> None:
 
 
 def _play(viewer: Viewer, recorded: Recorded, rate: float) -> None:
-    """Show the recording's present, as long as somebody looks."""
+    """Update the page while a browser is connected."""
     assert viewer.playback is not None
     while True:
         if not viewer.has_visitors:

@@ -1,1 +1,1 @@
-"""What the browser shows, in terms of viser; knows no ROS."""
+"""The page in the browser, by viser; without ROS."""

@@ -21,7 +21,7 @@ COLOR = (203, 208, 216)
 TITLE_BEFORE = 0.25  # [m] in front of the body, on the floor
 IMU_COLOR = (60, 60, 66)
 IMU_SIZE = (0.016, 0.036, 0.046)  # [m] across the limb, along its sides
-IMU_PLACES = {  # segment: part, share of the way from the part's origin, and where on it [m]
+IMU_PLACES = {  # segment: part, fraction of the length from the part's origin, position on it [m]
     "pelvis": ("pelvis", (-0.118, 0.0, 0.03)),
     "torso": ("thorax", (-0.118, 0.0, 0.14)),
     "head": ("head", (-0.105, 0.0, 0.24)),
@@ -39,10 +39,10 @@ IMU_PLACES = {  # segment: part, share of the way from the part's origin, and wh
 
 
 class RobotAvatar:
-    """Draws a robot's links where they are.
+    """Draws a robot's links.
 
     Args:
-        scene: Where it is drawn.
+        scene: The scene.
     """
 
     def __init__(self, scene: SceneApi) -> None:
@@ -51,7 +51,7 @@ class RobotAvatar:
         self._frames: dict[str, FrameHandle] = {}
 
     def show(self, robot: RobotSnapshot) -> None:
-        """Move it to where a snapshot says; its shape is drawn once."""
+        """Move the links to a snapshot's poses; the meshes are drawn once."""
         if robot.shape is not self._shape:
             self._draw(robot.shape)
         for link, frame in self._frames.items():
@@ -75,11 +75,11 @@ class Avatar:
     """A shaded body that follows a stream of snapshots.
 
     Args:
-        scene: Where to draw.
+        scene: The scene.
         place: The body's name and colour.
-        offset: Where it stands beside the place it would have in map [m].
-        waits_at: Where its title stands until there is a body [m].
-        absent: Title until then.
+        offset: Displacement from its position in map [m].
+        waits_at: Position of its title before the first snapshot [m].
+        absent: Title before the first snapshot.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class Avatar:
         )
 
     def show(self, body: BodySnapshot, imus: tuple[str, ...] = ()) -> None:
-        """Move it to a snapshot's pose."""
+        """Move the body to a snapshot's pose."""
         if not np.isfinite(body.joints).all():
             return
         imus = imus if self._place.wears_imus else ()
@@ -132,27 +132,27 @@ class Avatar:
         self._label.position = (x - TITLE_BEFORE, y, 0.02)
 
     def set_visible(self, visible: bool) -> None:
-        """Show or hide all of it, as the user wishes."""
+        """Show or hide the body by the user's choice."""
         self._is_wanted = visible
         self._frame.visible = visible and self._has_data
 
     def remove(self) -> None:
-        """Take it out of the scene."""
+        """Remove the body from the scene."""
         self._frame.remove()
 
     def set_data(self, has_data: bool) -> None:
-        """Hide it while nothing is known of it, once it has been seen."""
+        """Hide the body while it has no data."""
         has_data = has_data or not self._parts
         if has_data != self._has_data:
             self._has_data = has_data
             self._frame.visible = self._is_wanted and has_data
 
     def _draw(self) -> None:
-        """Make the surfaces anew: the body's measures have changed, or where it carries IMUs."""
+        """Draw the meshes again after a change of the body's measures or IMUs."""
         measures = self._body.measures
         assert measures is not None
         for part in self._parts:
-            part.remove()  # with all that is fixed in it
+            part.remove()  # with its children
         self._parts = [
             self._add(part, mesh, self._place.skin) for part, mesh in make_parts(measures).items()
         ]

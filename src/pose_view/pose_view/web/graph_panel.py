@@ -1,4 +1,4 @@
-"""The live graph's controls: how it does; buttons to calibrate, record, choose the person."""
+"""Panel of the live graph: status lines; buttons to calibrate, record, select the person."""
 
 from collections.abc import Sequence
 from html import escape
@@ -12,24 +12,24 @@ ANYBODY = "whoever comes first"
 
 
 class GraphCommands(Protocol):
-    """What the buttons ask the graph for; each returns at once."""
+    """Commands of the buttons; each returns immediately."""
 
     def calibrate(self) -> None:
-        """Begin the calibration of the cameras anew."""
+        """Restart the calibration of the cameras."""
 
     def record(self, on: bool) -> None:
         """Start or stop recording."""
 
     def choose_person(self, person: str) -> None:
-        """Follow the person of this id; empty: whoever comes first."""
+        """Select the person of this id; empty: the first one."""
 
 
 class GraphPanel:
-    """Status lines and buttons, in the place that is current.
+    """Status lines and buttons, added to viser's current container.
 
     Args:
-        server: Where it is shown.
-        commands: What the buttons do.
+        server: The server.
+        commands: Commands of the buttons.
     """
 
     def __init__(self, server: LocalServer, commands: GraphCommands) -> None:
@@ -52,17 +52,17 @@ class GraphPanel:
 
         @self._person.on_update
         def _(event: viser.GuiEvent) -> None:
-            if event.client is not None:  # a visitor's choice, not ours below
+            if event.client is not None:  # a user's choice, not the assignment below
                 chosen = self._person.value
                 commands.choose_person("" if chosen == ANYBODY else chosen)
 
     def show_status(self, html: str) -> None:
-        """The status lines."""
+        """Show the status lines."""
         if self._status.content != html:
             self._status.content = html
 
     def show_recording(self, bag: str | None) -> None:
-        """Where is recorded to, empty if it is not, None if there is no recorder."""
+        """Show the path being recorded: empty if there is none, None without a recorder."""
         self._is_recording = bool(bag)
         label = "Stop recording" if bag else "Start recording"
         if self._record.label != label:
@@ -71,14 +71,14 @@ class GraphPanel:
             self._record.disabled = bag is None
 
     def offer_persons(self, persons: Sequence[str]) -> None:
-        """The ids that the cameras see; the chosen one stays on offer."""
+        """Update the choices of the person by the cameras' ids; the selected one is kept."""
         chosen = self._person.value
         offered = (ANYBODY, *sorted({*persons, *({chosen} - {ANYBODY})}))
         if tuple(self._person.options) != offered:
             self._person.options = offered
 
     def answer(self, text: str, is_good: bool = True) -> None:
-        """What came of the last button."""
+        """Show the result of the last command."""
         color = "inherit" if is_good else "#d0312d"
         self._answer.content = (
             f'<div style="padding:0 0.75em 0.5em;font-size:0.85em;color:{color}">'

@@ -1,10 +1,10 @@
-"""Where the page's parts are: viser docks panels beside the picture, on a phone before it.
+"""CSS of the page's layout: panels are beside the scene, on a phone below it.
 
-The rules name what viser 1 makes; `tests/pose_view/graph/test_browser.py` looks at the result.
+The selectors are those of viser 1; `tests/pose_view/graph/test_browser.py` checks the result.
 """
 
 BAR = "3rem"  # height of the slider's bar
-SHEET = 40  # [%] of a phone's page that the panels take at most; the picture has the rest
+SHEET = 40  # [%] largest share of a phone's page for the panels
 
 SLIDER_STYLE = f"""<style>
 #root {{ height: calc(100% - {BAR}) !important; }}
@@ -18,7 +18,7 @@ div[style*="padding-inline"]:has(> .mantine-Flex-root .mantine-Slider-root) {{
   #root div:has(> canvas) {{ height: calc({100 - SHEET}dvh - {BAR}) !important; }}
 }}
 </style>"""
-"""A recording's time, in a bar at the bottom, as wide as the page."""
+"""Slider of a recording's time in a bar at the bottom, as wide as the page."""
 
 PHONE_STYLE = f"""<style>
 @media (max-width: 36em) {{
@@ -31,4 +31,4 @@ PHONE_STYLE = f"""<style>
   #root div:has(> canvas) {{ height: {100 - SHEET}dvh; }}
 }}
 </style>"""
-"""On a phone, the picture above the panels, not behind them."""
+"""On a phone, the scene is above the panels, not behind them."""

@@ -1,11 +1,11 @@
-"""Where the bodies stand, what they are called and which colour they have."""
+"""Order, titles and colours of the bodies."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """One body's."""
+    """Title and colours of one body."""
 
     body: str  # its id
     title: str
@@ -21,11 +21,11 @@ PEOPLE = (
     ((160, 200, 200), "#2a7f86"),
     ((206, 190, 176), "#7a5536"),
 )
-"""Skin and line of people beside the subject, by turns."""
+"""Colours of people besides the subject, used in turn."""
 
 
 def place_of(body: str) -> Place:
-    """By the body's id: one that ends in a kind of sensor uses it alone."""
+    """Title and colours by the body's id, whose suffix may name one kind of sensor."""
     name, _, kind = body.rpartition("_")
     if kind == "kinect":
         return Place(

@@ -1,4 +1,4 @@
-"""A recording's controls: play, pause, scrub, slow motion."""
+"""Playback controls of a recording: play, pause, seek, rate."""
 
 import time
 from html import escape
@@ -14,16 +14,16 @@ from pose_view.web.server import LocalServer
 RATES = {"⅛ speed": 0.125, "¼ speed": 0.25, "½ speed": 0.5, "as it was": 1.0, "2 × faster": 2.0}
 STEPS_S = {"|◀": None, "◀": -1.0 / 30.0, "▶": 1.0 / 30.0}  # [s] of the buttons
 SLIDER_STEP_S = 0.01  # [s]
-HANDS_OFF_S = 0.6  # [s] after the visitor's last move, the slider follows the time again
+HANDS_OFF_S = 0.6  # [s] after the user's last move, until the slider follows the time again
 
 
 class PlaybackPanel:
-    """Buttons and a slider, in the place that is current; the clock of the recording.
+    """Buttons and a slider, with the recording's clock, added to viser's current container.
 
     Args:
-        server: Where it is shown.
-        path: Of the recording.
-        duration_s: How long it lasts [s].
+        server: The server.
+        path: Path of the recording.
+        duration_s: Duration of the recording [s].
     """
 
     def __init__(self, server: LocalServer, path: Path, duration_s: float) -> None:
@@ -46,10 +46,10 @@ class PlaybackPanel:
         step.on_click(lambda _: self._step(step.value))
 
     def time_s(self) -> float:
-        """The time to show, after the recording's start [s]; past the end it begins anew.
+        """The time to show, after the recording's start [s]; restarts at the end.
 
-        The slider is asked here, not by viser's callback, which comes later from another thread:
-        until it came, what is written below would take a visitor's move back.
+        The slider is read here and not in viser's callback, which is called later in another
+        thread: the assignment below would otherwise undo a user's move.
         """
         moved_to_s = self._slider.value
         if moved_to_s != self._written_s:
@@ -63,7 +63,7 @@ class PlaybackPanel:
             shown = min(round(position_s, 2), self._slider.max)
             if shown != self._written_s:
                 self._written_s = shown
-                self._slider.value = shown  # type: ignore[misc]  # the slider's own is settable
+                self._slider.value = shown  # type: ignore[misc]  # viser's property can be set
         return position_s
 
     def _toggle(self) -> None:

@@ -1,4 +1,4 @@
-"""Curves of chosen angles, one panel of them, a line a body."""
+"""Panel with plots of selected angles, one line per body."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -24,13 +24,13 @@ DEFAULTS = (
     "Right shoulder flexion",
 )
 GRID_RATE = 20.0  # [Hz] points of a curve
-GAP_S = 0.25  # [s] a longer silence is left blank
+GAP_S = 0.25  # [s] longest interval that is interpolated
 WIDTH = 340  # [px] of the panel
 MARGIN = 5.0  # [°] above and below the curves
-ROBOT = "Robot: "  # before the name of a robot's joint
+ROBOT = "Robot: "  # prefix of a robot's joint
 ASKED_LINE, ROBOT_LINE = "#c2541b", "#39424e"  # of the person's pose and the robot, for CSS
 TrackOf = Callable[[str, float, float], BodyTrack]
-"""The track of a body (its id) from one time to another [s]."""
+"""Returns the track of a body (its id) between two times [s]."""
 
 
 def svg_plot(
@@ -42,17 +42,17 @@ def svg_plot(
     y_label: str,
     y_range: tuple[float, float],
 ) -> str:
-    """A line plot as an SVG element, whose curves break where nothing is known.
+    """A line plot as an SVG element; curves are interrupted where values are NaN.
 
-    Lengths are in the picture's own units, which its width stretches to the page.
+    Lengths are in SVG units, which are scaled to the page's width.
 
     Args:
-        x: Shape (n,), ascending, at least two.
-        rows: One curve each, shape (n,), NaN where it breaks.
-        colors: Of the curves, for CSS.
-        x_label: With its unit.
-        y_label: With its unit.
-        y_range: Lower and upper end.
+        x: Horizontal values, shape (n,), ascending, n at least 2.
+        rows: Curves, shape (n,) each, NaN where interrupted.
+        colors: Colours of the curves, for CSS.
+        x_label: Label of the horizontal axis, with its unit.
+        y_label: Label of the vertical axis, with its unit.
+        y_range: Limits of the vertical axis.
     """
 
     def across(value: FloatArray | float) -> FloatArray:
@@ -99,7 +99,7 @@ def ticks(low: float, high: float) -> list[float]:
 
 
 def _path(x: FloatArray, y: FloatArray) -> str:
-    """Lines through the points, anew after each NaN."""
+    """SVG path through the points, interrupted at NaN."""
     words = []
     is_on = False
     for px, py in zip(x.tolist(), y.tolist(), strict=True):
@@ -116,13 +116,13 @@ def _text(x: float, y: float, text: str, anchor: str = "middle") -> str:
 
 
 class PlotPanel:
-    """Some plots at the right edge.
+    """Plots at the right edge.
 
     Args:
-        server: Where it is shown.
+        server: The server.
         places: The bodies.
-        span_s: How far the plots look back [s].
-        time_label: Of the horizontal axis.
+        span_s: Time span of the plots [s].
+        time_label: Label of the horizontal axis.
     """
 
     def __init__(
@@ -142,16 +142,16 @@ class PlotPanel:
 
     @property
     def legend(self) -> str:
-        """What stands above the plots, as HTML."""
+        """Legend above the plots, as HTML."""
         return str(self._legend.content)
 
     def add(self, place: Place) -> None:
-        """Draw one more body's curves."""
+        """Add a body's curves."""
         self._places.append(place)
         self._legend.content = self._own_legend()
 
     def remove(self, body: str) -> None:
-        """Draw a body's curves no longer."""
+        """Remove a body's curves."""
         self._places = [place for place in self._places if place.body != body]
         self._legend.content = self._own_legend()
 
@@ -160,7 +160,7 @@ class PlotPanel:
         return _legend([(place.title, place.line) for place in self._places] + robot)
 
     def offer_dof(self, names: tuple[str, ...]) -> None:
-        """Offer the model's own angles too, once their names are known."""
+        """Add the model's joint angles to the choices, once their names are known."""
         offered = (*titles(names), *self._robot_joints)
         if offered != self._titles:
             self._titles = offered
@@ -168,7 +168,7 @@ class PlotPanel:
                 chosen.options = offered
 
     def _offer_robot(self, joints: Sequence[str]) -> None:
-        """Offer a robot's joints, and show the first ones."""
+        """Add a robot's joints to the choices, and show the first ones."""
         self._robot_joints = {_robot_title(joint): joint for joint in joints}
         self._legend.content = self._own_legend()
         self._titles = (*self._titles, *self._robot_joints)
@@ -183,13 +183,13 @@ class PlotPanel:
         zero_s: float = 0.0,
         robot: RobotTrack | None = None,
     ) -> None:
-        """Draw the time until now.
+        """Draw the plots up to a time.
 
         Args:
-            track_of: The past of each body.
+            track_of: Returns the history of each body.
             now_s: Right end of the plots [s].
-            zero_s: What the horizontal axis calls zero [s].
-            robot: The past of a robot that follows.
+            zero_s: Zero of the horizontal axis [s].
+            robot: History of a robot.
         """
         if robot is not None and not self._robot_joints:
             self._offer_robot(robot.robot.joints)
@@ -241,7 +241,7 @@ def _joint_row(joint: str, track: JointTrack, grid: FloatArray) -> FloatArray:
 
 
 def _range(rows: Sequence[FloatArray]) -> tuple[float, float]:
-    """Limits of the vertical axis [°]: whole tens, and never so narrow that noise looks large."""
+    """Limits of the vertical axis [°]: multiples of ten, with a smallest range."""
     known = np.concatenate([row[np.isfinite(row)] for row in rows])
     if not len(known):
         return -10.0, 10.0
@@ -251,7 +251,7 @@ def _range(rows: Sequence[FloatArray]) -> tuple[float, float]:
 
 
 def _legend(lines: Sequence[tuple[str, str]]) -> str:
-    """Titles, and the colours of their lines."""
+    """Titles with the colours of their lines."""
     dots = "".join(
         f'<span style="white-space:nowrap;margin-right:1em"><span style="display:inline-block;'
         f"width:1.4em;height:0.28em;vertical-align:middle;margin-right:0.4em;"

@@ -1,4 +1,4 @@
-"""The web server: viser's, on the address that the user chose and for pages of its own alone."""
+"""The web server: viser's, on the user's address, with access control."""
 
 import contextlib
 import io
@@ -20,21 +20,21 @@ COOKIE = "pose_token"
 
 
 class Guard:
-    """Judges a request by what a browser cannot forge for another site's page.
+    """Checks requests by headers that a browser does not let another site's page forge.
 
-    On loopback the request's Host must be a name of loopback: a name of somebody else's that
-    resolves to 127.0.0.1 (DNS rebinding) is not. Beyond loopback anybody may call, so a secret must
-    come with the first request; a cookie brings it with those that follow.
+    On the loopback address the request's Host must be a loopback name, which excludes other names
+    that resolve to 127.0.0.1 (DNS rebinding). On other addresses the first request must have a
+    secret token; a cookie adds it to later ones.
 
     Args:
-        host: The address that is served.
+        host: The server's address.
     """
 
     def __init__(self, host: str) -> None:
         self.token = "" if host in LOOPBACK else secrets.token_urlsafe(16)
 
     def refusal(self, path: str, headers: Mapping[str, str]) -> str | None:
-        """Why a request is refused; None if it is not."""
+        """Reason to refuse a request; None if it is accepted."""
         host, origin = headers.get("Host", ""), headers.get("Origin")
         if origin is not None and urlsplit(origin).netloc != host:
             return "this page is not shown to pages of other sites"
@@ -68,19 +68,19 @@ def _cookie(headers: Mapping[str, str]) -> str:
 
 
 class LocalServer(viser.ViserServer):
-    """A viser server that hands nothing to anybody else.
+    """A viser server with access control.
 
-    A page of another site that is open in the same browser could connect to a WebSocket on this
-    machine, and everybody in the network could where the page is opened: the :class:`Guard` refuses
-    both. Nor can the view be shared through viser's relay.
+    A page of another site in the same browser could connect to a WebSocket on this machine, and
+    everybody in the network could if the page is served there: the :class:`Guard` refuses both.
+    Sharing through viser's relay is disabled.
 
     Args:
         host: Address to bind to.
-        port: Port to bind to; the next free one is taken if it is in use, any for 0.
-        title: Of the panel.
+        port: Port to bind to; the next free one if it is in use; any for 0.
+        title: Title of the panel.
 
     Raises:
-        PoseError: If nothing can be bound to the address.
+        PoseError: If the address cannot be used.
     """
 
     def __init__(self, host: str, port: int, title: str) -> None:
@@ -91,7 +91,7 @@ class LocalServer(viser.ViserServer):
 
     @property
     def address(self) -> str:
-        """What to type into a browser on this machine."""
+        """URL of the page for a browser on this machine."""
         host = self.get_host()
         host = "127.0.0.1" if host == "0.0.0.0" else host
         return (
@@ -102,14 +102,14 @@ class LocalServer(viser.ViserServer):
 
     @property
     def invitation(self) -> str:
-        """The same, with the token where one is needed: for the user alone, not for topics."""
+        """The URL with the token, if needed: only for the user, not for topics."""
         if not self._guard.token:
             return self.address
         return f"{self.address}/?token={self._guard.token}"
 
     @property
     def opened(self) -> str:
-        """Warning for a page that others can reach; empty for one that they cannot."""
+        """Warning if the page can be reached from the network; otherwise empty."""
         if not self._guard.token:
             return ""
         return (
@@ -119,11 +119,11 @@ class LocalServer(viser.ViserServer):
 
     @property
     def has_visitors(self) -> bool:
-        """Whether a browser is looking."""
+        """Whether a browser is connected."""
         return bool(self.get_clients())
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refuse: what the cameras see is not sent to a relay on the internet."""
+        """Refuse: data of the cameras are not sent to a relay on the internet."""
         return None
 
     def stop(self) -> None:
@@ -133,7 +133,7 @@ class LocalServer(viser.ViserServer):
 
 
 def _check_address(host: str) -> None:
-    """Viser would try a thousand ports of an address that does not exist."""
+    """Raise a PoseError if the address is invalid; viser would try a thousand ports."""
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
             host, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
@@ -149,7 +149,7 @@ def _check_address(host: str) -> None:
 
 @contextlib.contextmanager
 def _guarded(guard: Guard) -> Iterator[None]:
-    """Viser has no setting for who may connect: the guard looks before its own handler does."""
+    """Check requests before viser's handler, as viser has no setting for access control."""
     serve = websockets.asyncio.server.serve
 
     def serve_guarded(*args: Any, process_request: Callable[..., Any], **options: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The scene: avatars side by side, the sensors where they stand, what they saw as ghosts."""
+"""The scene: avatars side by side, the sensors' poses, and raw skeletons as ghosts."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -38,21 +38,21 @@ BONES = np.array(
         )
     ]
 )
-EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] where a person stands, until one does
+EXPECTED_AT = (2.0, 0.0, 0.0)  # [m] assumed position before a person is tracked
 CAMERA_FOV = np.radians(42.0)  # [rad] vertically
 CAMERA_PITCH = np.radians(30.0)  # [rad] downward: the sensors do not hide the bodies
-SETTLING_S = 5.0  # [s] that a new page takes to find its layout
+SETTLING_S = 5.0  # [s] until a new page's layout is complete
 LOOK_AT_HEIGHT = 0.80  # [m]
-HALF_HEIGHT = 1.15  # [m] to have in the picture, above and below
-ARM = 1.0  # [m] to have in the picture beside the outer avatars
+HALF_HEIGHT = 1.15  # [m] visible above and below
+ARM = 1.0  # [m] visible beside the outer avatars
 
 
 class Stage:
-    """Everything in three dimensions.
+    """All objects of the scene.
 
     Args:
-        server: Where it is shown.
-        places: From left to right; the middle one stands where it is in map.
+        server: The server.
+        places: Bodies from left to right; the middle one is at its position in map.
         absent: Text for a body without data, by id.
     """
 
@@ -91,7 +91,7 @@ class Stage:
         self._shows_ghosts = False
 
     def add(self, place: Place, absent: str, left: float = 0.0) -> None:
-        """Add a body, so far [m] to the left of where it is in map."""
+        """Add a body, displaced to the left of its position in map by ``left`` [m]."""
         self.avatars[place.body] = Avatar(
             self._server.scene, place, (0.0, left, 0.0), EXPECTED_AT, absent
         )
@@ -101,7 +101,7 @@ class Stage:
         self.avatars.pop(body).remove()
 
     def show(self, snapshot: Snapshot) -> None:
-        """Draw a snapshot; all of it at once."""
+        """Draw a snapshot in one update."""
         with self._server.atomic():
             for name, avatar in self.avatars.items():
                 avatar.set_data(name in snapshot.bodies)
@@ -123,23 +123,23 @@ class Stage:
                 self._set_view(body.joints.mean(axis=0), robot)
 
     def reset_view(self) -> None:
-        """Bring every browser's camera back before the avatars."""
+        """Reset every browser's camera."""
         self._has_view = False
 
     def show_sensors(self, shown: bool) -> None:
-        """Draw the sensors or not."""
+        """Show or hide the sensors."""
         self._shows_sensors = shown
 
     def show_ghosts(self, shown: bool) -> None:
-        """Draw what each camera saw, where the calibration puts it, or not."""
+        """Show or hide the raw skeletons of each camera, transformed by the extrinsics."""
         self._shows_ghosts = shown
 
     def _set_view(self, body: FloatArray, robot: FloatArray | None) -> None:
-        """Set the camera to the sensors' side, for present and future visitors.
+        """Set the camera to the sensors' side, for current and future browsers.
 
         Args:
-            body: Where the middle avatar stands [m], (3,).
-            robot: Where a robot stands [m], (3,); None without one.
+            body: Position of the middle avatar [m], (3,).
+            robot: Position of a robot [m], (3,); None without one.
         """
         sides = [body[1] - self._reach, body[1] + self._reach]
         if robot is not None:
@@ -153,7 +153,7 @@ class Stage:
             self._place_camera(client)
 
     def _welcome(self, client: ClientHandle) -> None:
-        """Place a new visitor's camera, and again when the panels have taken their room."""
+        """Set a new browser's camera, and again when its layout is complete."""
         self._place_camera(client)
         until_s = time.monotonic() + SETTLING_S
         placed_for = client.camera.aspect
@@ -166,7 +166,7 @@ class Stage:
                 self._place_camera(client)
 
     def _place_camera(self, client: ClientHandle) -> None:
-        """So that all avatars are in this visitor's picture, however narrow it is."""
+        """Set a browser's camera so that all avatars are visible at its aspect ratio."""
         position, target = self._camera(client.camera.aspect)
         with client.atomic():
             client.camera.fov = CAMERA_FOV
@@ -174,7 +174,7 @@ class Stage:
             client.camera.look_at = target
 
     def _camera(self, aspect: float) -> tuple[FloatArray, FloatArray]:
-        """Position and target of the camera [m] for a picture of that width to height."""
+        """Position and target of the camera [m] for an aspect ratio (width to height)."""
         half = np.tan(CAMERA_FOV / 2.0)
         distance = max(HALF_HEIGHT / half, self._half_width / (half * aspect))
         target = np.array([self._centre[0], self._centre[1], LOOK_AT_HEIGHT])

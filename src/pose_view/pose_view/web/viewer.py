@@ -1,4 +1,4 @@
-"""The page: the scene, the panels beside it, and how often they are brought up to date."""
+"""The page: the scene, the panels, and their updates."""
 
 import time
 from collections.abc import Callable
@@ -55,11 +55,11 @@ def _dot(color: tuple, size: float = 0.85) -> str:
 
 
 class Viewer:
-    """Everything that a browser shows; what it shows is given to :meth:`show`.
+    """Content of the page; data are passed to :meth:`show`.
 
     Args:
         parameters: Address, bodies, rates.
-        commands: What the buttons of a live graph do; None without one.
+        commands: Commands of a live graph's buttons; None without one.
         recorded: The recording; None without one.
     """
 
@@ -93,11 +93,11 @@ class Viewer:
         self.plots = PlotPanel(self.server, self.places, parameters.plot_span, label)
         self._plotted_s = 0.0
         self._plot_span_s = parameters.plot_span
-        self._switches: dict[str, GuiCheckboxHandle] = {}  # of people beside those asked for
+        self._switches: dict[str, GuiCheckboxHandle] = {}  # of people besides the requested bodies
 
     @property
     def has_visitors(self) -> bool:
-        """Whether a browser is looking: nothing needs to be shown otherwise."""
+        """Whether a browser is connected."""
         return self.server.has_visitors
 
     def show(
@@ -108,14 +108,14 @@ class Viewer:
         zero_s: float,
         robot: RobotTrack | None = None,
     ) -> None:
-        """Bring the page up to date.
+        """Update the page.
 
         Args:
-            snapshot: What to draw.
-            track_of: The past of each body, for the plots.
-            now_s: The present, in the same seconds.
-            zero_s: What the plots call zero [s].
-            robot: The past of a robot that follows.
+            snapshot: Data to draw.
+            track_of: Returns the history of each body, for the plots.
+            now_s: Current time of the tracks [s].
+            zero_s: Zero of the plots [s].
+            robot: History of a robot.
         """
         for name in sorted(snapshot.bodies.keys() - self.stage.avatars.keys()):
             self._add_person(name)
@@ -138,7 +138,7 @@ class Viewer:
         self.server.stop()
 
     def _add_choices(self) -> None:
-        """What to draw."""
+        """Add the check boxes of what is drawn."""
         gui = self.server.gui
         self._choices = gui.add_folder("Show")
         with self._choices:
@@ -150,7 +150,7 @@ class Viewer:
             reset.on_click(lambda _: self.stage.reset_view())
 
     def _add_person(self, body: str) -> None:
-        """Show somebody who is there beside the bodies that are asked for, where they stand."""
+        """Add a person besides the requested bodies, at the position in map."""
         place = place_of(body)
         self.stage.add(place, "")
         self.plots.add(place)
@@ -159,7 +159,7 @@ class Viewer:
             self._switches[body] = self._switch(place.title, True, show)
 
     def _remove_person(self, body: str) -> None:
-        """Show somebody no longer who has left, and of whom the plots know nothing more."""
+        """Remove a person who has left and is no longer in the plots."""
         self.stage.remove(body)
         self.plots.remove(body)
         self._switches.pop(body).remove()

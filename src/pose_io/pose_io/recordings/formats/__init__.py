@@ -1,4 +1,4 @@
-"""The recordings that can be read: one module a format, one line a format in ``FORMATS``."""
+"""Readable recordings: one module per format, one line per format in ``FORMATS``."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from pose_io.recordings.formats.table import read_header
 from pose_io.recordings.recording import Recording
 
 AUTO = "auto"
-BEGINNING = 4096  # [bytes] that a format is known by
+BEGINNING = 4096  # [bytes] from which a format is recognised
 
 FORMATS: dict[str, Format] = {
     "kinectmultitrack": kinectmultitrack.FORMAT,
@@ -36,10 +36,10 @@ def read_recording(path: Path, format_name: str = AUTO) -> Recording:
 
     Args:
         path: The file, plain or gzip; of some formats a folder.
-        format_name: A key of :data:`FORMATS`, or ``auto`` to know it by its beginning.
+        format_name: A key of :data:`FORMATS`, or ``auto`` to recognise it by its beginning.
 
     Raises:
-        InputError: If the file is missing or not what it should be.
+        InputError: If the file is missing or not of the format.
     """
     if format_name == AUTO:
         format_name = detect_format(path)
@@ -47,7 +47,7 @@ def read_recording(path: Path, format_name: str = AUTO) -> Recording:
 
 
 def detect_format(path: Path) -> str:
-    """Know a file's format by its beginning.
+    """Recognise a file's format by its beginning.
 
     Raises:
         InputError: If the file is missing or of no known format.

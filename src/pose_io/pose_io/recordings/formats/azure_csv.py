@@ -1,6 +1,6 @@
 """Azure Kinect's joints as a table: ``timestamp;body_idx;PELVIS (c);PELVIS (x);…``.
 
-One row a body and frame, separated by semicolons: ``timestamp`` [µs] is the device's, positions are
+One row per body and frame, semicolons between: ``timestamp`` [µs] is the device's, positions are
 in mm, ``(c)`` is the SDK's confidence level from 0 to 3. There is no host clock.
 """
 
@@ -23,7 +23,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     table = read_table(path, delimiter=";")
     table.refuse_unknown([*USED, *JOINT_COLUMNS])

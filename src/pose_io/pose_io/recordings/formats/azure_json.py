@@ -1,8 +1,8 @@
 """Azure Kinect's joints as JSON, in the two shapes that programs of its SDK write.
 
 One file: ``{"frames": [{"timestamp_usec": …, "bodies": [{"body_id": …, "joint_positions":
-[[x, y, z], …]}]}]}`` as Microsoft's offline processor has it [mm], confidence levels where a
-program adds them. Or a folder with a file a frame, ``sk_<UNIX second>_<device time in µs>.txt``:
+[[x, y, z], …]}]}]}`` as Microsoft's offline processor writes it [mm], with confidence levels in
+some programs. Or a folder with one file per frame, ``sk_<UNIX second>_<device time in µs>.txt``:
 a list of 32 joints, x, y, z [mm] and a quaternion, of one body. Times are the device's.
 """
 
@@ -59,7 +59,7 @@ def read(path: Path) -> Recording:
     """Read a file, or a folder of one file a frame.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     rows = _read_folder(path) if path.is_dir() else _read_file(path)
     return rows.recording(path, NAME, AZURE_KINECT)
@@ -116,7 +116,7 @@ def _joints(path: Path, where: str, positions: Triples, levels: Levels | None) -
 
 
 def _level(value: float | list[float]) -> float:
-    """A level, which some programs put into a list of its own."""
+    """A confidence level, which some programs write as a list of one."""
     if isinstance(value, list):
         return value[0] if value else np.nan
     return value

@@ -1,4 +1,4 @@
-"""What a format is: what it is known by, and its reader."""
+"""Definition of a format: how it is recognised, and its reader."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ class Format:
 
     Attributes:
         read: Reads a file of this kind.
-        key_columns: Of a table: in every file's header, and in no other format's.
-        recognise: Of anything else: whether a file, or a folder, is of this kind; it is given the
-            path and the content's beginning, decompressed, which is empty for a folder.
+        key_columns: For tables: columns of every file's header that no other format has.
+        recognise: For other files: whether a file or folder is of this kind. Its arguments are the
+            path and the beginning of the decompressed content, which is empty for a folder.
     """
 
     read: Callable[[Path], Recording]

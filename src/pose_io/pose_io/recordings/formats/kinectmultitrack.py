@@ -1,9 +1,9 @@
-"""KinectMultiTrack's CSV: several Kinect v2, one row a person, a camera and a server tick.
+"""KinectMultiTrack's CSV: several Kinect v2, one row per person, camera and server tick.
 
 ``Tracker_Time`` [ms since year 1] is the server's clock, one for all cameras; ``Skeleton_Time``
 [100 ns] is each camera's own. ``Kinect#`` (an address) is the sensor, ``Person#`` the person.
-Joints are in camera space; -9999 is missing. There is no tracking state: what is there counts as
-tracked. Later files name the same columns ``…_Id`` instead of ``…#``.
+Joints are in camera space; -9999 is missing. There is no tracking state: joints with a position
+count as tracked. Later files name the same columns ``…_Id`` instead of ``…#``.
 """
 
 from pathlib import Path
@@ -42,7 +42,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     table = _with_one_naming(read_table(path))
     table.refuse_unknown([*USED, *UNUSED, *JOINT_COLUMNS])

@@ -1,9 +1,9 @@
-"""NTU RGB+D's ``.skeleton``: one Kinect v2, one action a file.
+"""NTU RGB+D's ``.skeleton``: one Kinect v2, one action per file.
 
 Shahroudy, Liu, Ng, Wang (2016), NTU RGB+D: A Large Scale Dataset for 3D Human Activity Analysis,
 CVPR. Text: the number of frames; for each frame the number of bodies; for each body a line that
 begins with its id, the number of joints, and a line a joint: x y z [m], depth x y, colour x y,
-orientation w x y z, tracking state. There is no time: frames are taken to be 1/30 s apart.
+orientation w x y z, tracking state. There are no times: frames are assumed to be 1/30 s apart.
 """
 
 import re
@@ -70,7 +70,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     lines = _Lines(path, read_content(path).decode(errors="replace"))
     rows = SdkRows()

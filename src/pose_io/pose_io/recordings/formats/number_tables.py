@@ -11,18 +11,18 @@ from pose_io.file_content import MAX_TABLE_BYTES, read_content
 
 
 def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
-    """Read numbers that are separated by commas; gzipped ones too.
+    """Read numbers separated by commas, plain or gzip.
 
     Args:
         path: The file.
-        columns: How many numbers a row must have.
-        meaning: What those are, for the message.
+        columns: Expected number of columns.
+        meaning: Description of the columns, for the error message.
 
     Returns:
         The numbers, shape (n, columns), n at least 1.
 
     Raises:
-        InputError: If there is no such file, or it holds something else.
+        InputError: If the file is missing, or is not such a table.
     """
     if not path.is_file():
         raise InputError(f"found no file {path}: expected {meaning}")

@@ -1,4 +1,4 @@
-"""Our own plain CSV, reader and writer; the README of this package describes it in full."""
+"""Reader and writer of the plain CSV format that the README of this package describes."""
 
 import csv
 import gzip
@@ -31,7 +31,7 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
     table = read_table(path)
     table.refuse_unknown(COLUMNS)

@@ -1,4 +1,4 @@
-"""Rows of an SDK's joints, one a person and frame, as a recording of one sensor."""
+"""Rows of an SDK's joints, one per person and frame, as a recording of one sensor."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -15,10 +15,10 @@ MAX_PEOPLE = 64  # in one frame
 
 @dataclass
 class SdkRows:
-    """What a reader collects; joints in the order of the map."""
+    """Rows collected by a reader; joints in the order of the joint map."""
 
     time_ns: list[int] = field(default_factory=list)  # capture [ns], on any clock
-    person: list[str] = field(default_factory=list)  # empty: nobody in that frame
+    person: list[str] = field(default_factory=list)  # empty: no person in that frame
     joints: list[Sequence[Sequence[float]]] = field(default_factory=list)  # x, y, z, confidence
 
     def add(self, time_ns: int, person: str, joints: Sequence[Sequence[float]]) -> None:
@@ -28,14 +28,14 @@ class SdkRows:
         self.joints.append(joints)
 
     def add_nobody(self, time_ns: int, count: int) -> None:
-        """Add a frame in which the sensor saw nobody, of a skeleton with so many joints."""
+        """Add a frame without persons, for a skeleton of ``count`` joints."""
         self.add(time_ns, "", [[np.nan] * 4] * count)
 
     def recording(self, path: Path, format_name: str, joint_map: JointMap) -> Recording:
         """Map the joints and group the rows into frames.
 
         Raises:
-            InputError: If there is not one row.
+            InputError: If there are no rows.
         """
         if not self.joints:
             raise InputError(f"{path} holds no frames: record again")

@@ -31,7 +31,7 @@ class Table:
     lines: list[int]  # the line number of each row
 
     def columns(self, names: Sequence[str]) -> list[int]:
-        """Where the columns stand.
+        """Indices of the columns.
 
         Raises:
             InputError: If some are missing.
@@ -45,13 +45,13 @@ class Table:
         return [self.header.index(name) for name in names]
 
     def refuse_unknown(self, known: Sequence[str]) -> None:
-        """Raise an InputError if there are columns beside the known ones, or one twice."""
+        """Raise an InputError if there are unknown columns, or a column occurs twice."""
         where = f"{self.path}, line {self.header_line}"
         unknown = [name for name in self.header if name not in set(known)]
         if unknown:
             raise InputError(
                 f"{where}: unknown {_listed(unknown)}: remove it or correct the name, "
-                f"the README of kinect_bridge lists what the format knows"
+                f"the README of kinect_bridge lists the format's columns"
             )
         twice = sorted({name for name in self.header if self.header.count(name) > 1})
         if twice:
@@ -84,7 +84,7 @@ class Table:
         """
         try:
             value = (Decimal(self.rows[row][column].strip()) - zero) * unit_ns
-            fits = abs(value) <= MAX_NS  # before it becomes an integer of as many digits
+            fits = abs(value) <= MAX_NS  # checked before it is converted to an integer
         except (ArithmeticError, ValueError):
             raise self.bad_cell(row, column, "a time") from None
         if not fits:
@@ -135,7 +135,7 @@ def read_table(path: Path, delimiter: str = ",") -> Table:
 
 
 def _head(stream: TextIO, path: Path, delimiter: str = ",") -> Table:
-    """The comments and the header; the stream then stands at the first row."""
+    """Read the comments and the header; the stream's position is then the first row."""
     comments = []
     for number, line in enumerate(iter(stream.readline, ""), start=1):
         if line.startswith("#"):
@@ -155,7 +155,7 @@ def _head(stream: TextIO, path: Path, delimiter: str = ",") -> Table:
 
 @contextmanager
 def _text(path: Path, data: bytes, *, is_whole: bool) -> Iterator[TextIO]:
-    """A file's content as text; what is none becomes an InputError."""
+    """A file's content as a text stream; raises InputError if it is not text."""
     try:
         # A beginning may end in the middle of a character.
         text = getincrementaldecoder("utf-8-sig")().decode(data, final=is_whole)

@@ -1,10 +1,10 @@
-"""UI-PRMD's Kinect files: one Kinect v2, one repetition of a rehabilitation exercise a file.
+"""UI-PRMD's Kinect files: one Kinect v2, one repetition of a rehabilitation exercise per file.
 
 Vakanski, Jun, Paul, Baker (2018), A Data Set of Human Body Movements for Physical Rehabilitation
 Exercises, Data 3(1):2. A row is a frame at 30 Hz, without a header, a time or a tracking state: 22
-joints × 3 numbers. ``…_positions.txt`` holds the waist's place [cm] and of every other joint its
-offset in its parent's axes; ``…_angles.txt`` beside it each joint's rotation against its parent
-[deg], as angles about x, y and z. The joints' places follow from both:
+joints × 3 numbers. ``…_positions.txt`` contains the waist's position [cm] and every other joint's
+offset in its parent's axes; ``…_angles.txt`` beside it each joint's rotation relative to its
+parent [deg], as angles about x, y and z. The joints' positions follow from both:
 
     R_j = R_parent R_z(γ_j) R_x(α_j) R_y(β_j),    p_j = p_parent + R_parent offset_j          (1)
 
@@ -83,7 +83,7 @@ def read(path: Path) -> Recording:
     """Read a file of positions and the angles that belong to it.
 
     Raises:
-        InputError: If one of them is missing or not what it should be.
+        InputError: If one of them is missing or not of this format.
     """
     offsets = _read_triples(path)
     angles = _read_triples(angles_path(path))
@@ -123,16 +123,16 @@ def angles_path(path: Path) -> Path:
 
 
 def joint_places(offsets: FloatArray, angles: FloatArray) -> FloatArray:
-    """Where the joints are, by (1).
+    """Joint positions by (1).
 
     Args:
         offsets: As in the file [cm], shape (n, 22, 3).
         angles: As in the file [deg], shape (n, 22, 3).
 
     Returns:
-        Places in the file's world [cm], shape (n, 22, 3).
+        Positions in the file's world frame [cm], shape (n, 22, 3).
     """
-    # Loads scipy for half a second, which only these recordings should wait for.
+    # Imported here: scipy takes half a second to load, and only these recordings need it.
     from scipy.spatial.transform import Rotation
 
     places = np.empty_like(offsets)
@@ -159,7 +159,7 @@ def _read_triples(path: Path) -> FloatArray:
 
 
 def recognise(path: Path, _begin: bytes) -> bool:
-    """Whether a file is named as one of positions, with the angles where they belong."""
+    """Whether a file has the name of a file of positions, with its file of angles beside it."""
     is_named = path.name.endswith((f"_{POSITIONS}.txt", f"_{POSITIONS}.txt.gz"))
     return is_named and angles_path(path).is_file()
 

@@ -1,4 +1,4 @@
-"""UTD-MHAD's skeletons: one Kinect v1, one action a file, MATLAB's ``.mat`` with ``d_skel``.
+"""UTD-MHAD's skeletons: one Kinect v1, one action per file, MATLAB's ``.mat`` with ``d_skel``.
 
 Chen, Jafari, Kehtarnavaz (2015), UTD-MHAD: A Multimodal Dataset for Human Action Recognition
 Utilizing a Depth Camera and a Wearable Inertial Sensor, ICIP. ``d_skel`` has 20 joints × 3 [m] ×
@@ -31,15 +31,15 @@ def read(path: Path) -> Recording:
     """Read a file.
 
     Raises:
-        InputError: If it is missing or not what it should be.
+        InputError: If it is missing or not of this format.
     """
-    # Loads scipy's part for half a second, which only these recordings should wait for.
+    # Imported here: scipy.io takes half a second to load, and only these recordings need it.
     from scipy.io import loadmat
 
     content = read_content(path, MAX_BYTES)
     try:
         found = loadmat(io.BytesIO(content), variable_names=[VARIABLE])
-    except Exception as error:  # whatever a damaged file does to the reader
+    except Exception as error:  # damaged files may raise any exception
         raise InputError(
             f"{path} is a damaged .mat ({type(error).__name__}): copy it again"
         ) from error

@@ -1,1 +1,1 @@
-"""The report's figures, as SVG to stand in the page itself: sharp in print, small on a phone."""
+"""The report's figures as SVG, embedded in the page."""

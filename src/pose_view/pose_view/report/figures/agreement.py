@@ -1,4 +1,4 @@
-"""Bland–Altman plots, uncertainty bands, and where each degree of freedom came from."""
+"""Bland–Altman plots, uncertainty bands, and sources of the degrees of freedom."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,14 +29,14 @@ from pose_view.report.recording import seconds
 from pose_view.report.tables.accuracy import method_label
 from pose_view.report.tables.table import number
 
-MOST_DOTS = 400  # of a plot: more make it heavy, not clearer
+MOST_DOTS = 400  # largest number of dots in a plot
 SOURCE_COLOURS = {
     Source.PREDICTED: "#bbbbbb",
     Source.KINECT: "#56B4E9",
     Source.IMU: "#117733",
     Source.FUSED: "#D55E00",
 }
-STRIP_COLUMNS = 700  # of the strip of sources: instants between two of them are left out
+STRIP_COLUMNS = 700  # instants drawn in the strip of sources
 
 
 def bland_altman_figures(analysis: Analysis, compared: Compared) -> FigureSet:
@@ -85,7 +85,7 @@ def _level(axes: Axes, value: float, dashes: str, name: str) -> None:
 
 
 def _dots(axes: Axes, x: FloatArray, y: FloatArray) -> None:
-    """Dots as one path of lines without length, which takes a tenth of what markers take."""
+    """Draw dots as one path of lines without length: a tenth of the markers' size."""
     gap = np.full(len(x), np.nan)
     columns = [np.column_stack([values, values, gap]).ravel() for values in (x, y)]
     (drawn,) = axes.plot(
@@ -128,7 +128,7 @@ def uncertainty_figures(analysis: Analysis, method: str) -> FigureSet:
 def _band(
     times: FloatArray, values: FloatArray, reach: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Times, lower and upper edges; as many as the plot has columns, with every gap."""
+    """Times, lower and upper edges, reduced to the plot's columns, with all gaps."""
     at, low, high = broken(times, values - reach, values + reach)
     regular = np.arange(0, len(at), max(1, len(at) // COLUMNS))
     keep = np.union1d(regular, np.flatnonzero(np.isnan(at)))
@@ -136,7 +136,7 @@ def _band(
 
 
 def _window(values: FloatArray, sigma: FloatArray) -> tuple[float, float]:
-    """Limits [deg] that a short burst of uncertainty does not set."""
+    """Limits [deg] that ignore short peaks of the uncertainty."""
     if not np.isfinite(values).any() or not np.isfinite(sigma).any():
         return -1.0, 1.0
     margin = 2.5 * float(np.nanmedian(sigma)) + 5.0
@@ -144,7 +144,7 @@ def _window(values: FloatArray, sigma: FloatArray) -> tuple[float, float]:
 
 
 def source_figure(analysis: Analysis, method: str) -> FigureSet:
-    """Which source each degree of freedom came from, over time."""
+    """Source of each degree of freedom over time."""
     estimates = analysis.recording.estimates[method]
     names = [readable(name) for name in estimates.names]
     begin, end, states = _strip(estimates, analysis.recording.begin_ns)
@@ -167,14 +167,14 @@ def source_figure(analysis: Analysis, method: str) -> FigureSet:
         axes.set(xlabel="time [s]", xlim=(0.0, analysis.recording.duration_s))
         drawing = svg(figure, f"sources of {method_label(method)} over time")
     return FigureSet(
-        caption=f"Where {method_label(method)} has each degree of freedom from",
+        caption=f"Source of each degree of freedom: {method_label(method)}",
         pictures=[Picture(title="", svg=drawing)],
         is_wide=True,
     )
 
 
 def _strip(estimates: EstimateSeries, begin_ns: int) -> tuple[float, float, np.ndarray]:
-    """States at equal steps of time; NaN where a gap is."""
+    """States at equal time steps; NaN in gaps."""
     times = seconds(estimates.stamps_ns, begin_ns)
     grid = np.linspace(times[0], times[-1], STRIP_COLUMNS)
     nearest = np.clip(np.searchsorted(times, grid), 0, len(times) - 1)

@@ -1,7 +1,7 @@
-"""Small plots as SVG text, in one style.
+"""Small plots as SVG text in a common style.
 
-A plot is drawn at the size that it has on a phone; the page puts as many side by side as fit.
-Each method's marks are in a group of a class of their own, so that the page can hide them.
+Plots have a phone's width; the page arranges as many side by side as fit. Each method's marks are
+in a group with its own class, so that the page can hide them.
 """
 
 import io
@@ -22,9 +22,9 @@ from pose_view.report.analysis import REFERENCE
 
 WIDTH, HEIGHT = 360.0, 215.0  # [pt] of a plot; one point is one CSS pixel of the drawing
 DPI = 72  # points are the unit of the SVG
-GROUP = "method-"  # how the classes of methods' marks begin
-COLUMNS = 500  # of a plot, in which a line's extremes are kept
-MAX_GAP_S = 0.2  # [s] across a longer silence no line is drawn
+GROUP = "method-"  # prefix of the classes of methods' marks
+COLUMNS = 500  # columns of a plot for which a line's extremes are drawn
+MAX_GAP_S = 0.2  # [s] longest interval across which a line is drawn
 STYLE: Any = {
     "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "pose",  # the same plot gives the same bytes
@@ -43,7 +43,7 @@ STYLE: Any = {
     "ytick.color": "#444444",
     "path.simplify_threshold": 0.4,
 }
-# Okabe and Ito (2008), and Tol's muted colours: people with any colour vision tell them apart.
+# Okabe and Ito (2008), and Tol's muted colours: distinguishable with any colour vision.
 COLOURS = {
     REFERENCE: "#000000",
     "fused": "#D55E00",
@@ -77,7 +77,7 @@ def group_of(name: str) -> str:
 def plot(
     rows: int = 1, width: float = WIDTH, height: float = HEIGHT
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A figure with plots one above the other, in the report's style."""
+    """Create a figure with plots in one column, in the report's style."""
     with mpl.rc_context(STYLE):
         size = (width / DPI, height / DPI)
         figure = Figure(figsize=size, dpi=DPI, layout="constrained")
@@ -91,8 +91,8 @@ def svg(figure: Figure, label: str) -> str:
     """The figure as an ``<svg>`` element for a page.
 
     Args:
-        figure: What was drawn, inside :func:`plot`.
-        label: What it shows, for those who cannot see it.
+        figure: A figure drawn inside :func:`plot`.
+        label: Description for screen readers.
     """
     out = io.StringIO()
     FigureCanvasSVG(figure).print_svg(out, metadata={"Date": None})
@@ -103,7 +103,7 @@ def svg(figure: Figure, label: str) -> str:
     text = re.sub(r'\s(xmlns(:\w+)?|version)="[^"]*"', "", text)
     text = re.sub(r'<svg width="[^"]*" height="[^"]*"|<svg height="[^"]*"', "<svg", text, count=1)
     text = re.sub(rf' id="({GROUP}[^"]*?)(--\d+)?"', r' class="\1"', text)
-    # Ids of matplotlib's groups come again in every figure; those of markers and clips are hashes.
+    # Ids of matplotlib's groups repeat in every figure; those of markers and clips are hashes.
     text = re.sub(r' id="[\w.]+_[0-9]+"', "", text)
     text = re.sub(r' transform="rotate\(-0 [^"]*"', "", text)
     text = re.sub(r' (?:d|x|y)="[^"]*"', lambda m: _shortened(m[0]), text)
@@ -114,7 +114,7 @@ def svg(figure: Figure, label: str) -> str:
 def line(
     axes: Axes, name: str, times_s: FloatArray, values: FloatArray, style: dict[str, Any]
 ) -> None:
-    """A method's line, broken where nothing is known."""
+    """Draw a method's line, interrupted where values are unknown."""
     times_s, values = broken(times_s, values)
     times_s, values = thinned(times_s, values)
     if np.isfinite(values).any():
@@ -122,13 +122,13 @@ def line(
 
 
 def broken(times_s: FloatArray, *columns: FloatArray) -> tuple[FloatArray, ...]:
-    """Times [s] and values over them, with NaN in every longer silence."""
+    """Insert NaN into times [s] and values at every gap."""
     silent = np.flatnonzero(np.diff(times_s) > MAX_GAP_S) + 1
     return tuple(np.insert(values, silent, np.nan) for values in (times_s, *columns))
 
 
 def thinned(times_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """A line that looks the same at the plot's size: of each column its extremes, and its gaps."""
+    """Reduce a line to the extremes and gaps of each column of the plot."""
     step = -(-len(values) // COLUMNS)
     if step <= 2:
         return times_s, values
@@ -148,7 +148,7 @@ def thinned(times_s: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def without_wraps(degrees: FloatArray) -> FloatArray:
-    """A series with NaN at its jumps by a whole turn, so that no line is drawn across."""
+    """Replace values at wraps by NaN, so that no line is drawn across."""
     result = degrees.copy()
     with np.errstate(invalid="ignore"):
         result[1:][np.abs(np.diff(degrees)) > 0.75 * 360.0] = np.nan
@@ -156,6 +156,6 @@ def without_wraps(degrees: FloatArray) -> FloatArray:
 
 
 def _shortened(attribute: str) -> str:
-    """Coordinates by tenths of a pixel, without needless blanks."""
+    """Round coordinates to tenths of a pixel and remove redundant blanks."""
     rounded = re.sub(r"-?\d+\.\d+", lambda m: f"{float(m[0]):.1f}".removesuffix(".0"), attribute)
     return " " + re.sub(r"\s*([MLCQz])\s*", r"\1", rounded.strip())

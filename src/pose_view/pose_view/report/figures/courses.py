@@ -1,7 +1,7 @@
-"""Courses over time: what the papers' figures show, and more.
+"""Figures over time, in the layout of the papers' figures.
 
-Angles are li2020's figures 4 and 5, a joint's x, y, z its figures 3 and 6, pitch, yaw and
-roll of the limbs zhang2015's figures 8 and 9; bone lengths come on top.
+Angles as in li2020's figures 4 and 5, a joint's x, y, z as in its figures 3 and 6, pitch, yaw and
+roll of the limbs as in zhang2015's figures 8 and 9; and bone lengths.
 """
 
 from collections.abc import Mapping, Sequence
@@ -67,7 +67,7 @@ def _over_time(
     label: str,
     unit: str,
 ) -> Picture:
-    """Stamps [ns] and values of several methods, a line each."""
+    """Draw stamps [ns] and values of several methods, one line each."""
     recording = analysis.recording
     with plot() as (figure, (axes,)):
         for name, (stamps_ns, values) in curves.items():
@@ -78,7 +78,7 @@ def _over_time(
 
 
 def attitude_sources(analysis: Analysis) -> dict[str, str]:
-    """The methods that stand for Kinect alone, IMUs alone and fused, by that role."""
+    """The methods for the roles Kinect alone, IMUs alone and fused, by role."""
     names = analysis.recording.methods
     kinect = next((n for n in (MEAN, *analysis.recording.sensors) if n in names), None)
     both = next((n for n in (FUSED, "default+imus", "zhang2015") if n in names), None)
@@ -89,7 +89,7 @@ def attitude_sources(analysis: Analysis) -> dict[str, str]:
 def attitude_figures(analysis: Analysis) -> FigureSet:
     """Pitch, yaw and roll of each limb by Kinect, IMU and both, as zhang2015's figures 8 and 9.
 
-    Joint positions show no roll, so the raw Kinect and a reference of positions have none.
+    Roll cannot be computed from joint positions, so raw Kinects and position references have none.
     """
     recording = analysis.recording
     sources = attitude_sources(analysis)
@@ -151,7 +151,7 @@ def bone_figures(analysis: Analysis) -> FigureSet:
 
 
 def legend(analysis: Analysis) -> dict[str, str]:
-    """What the methods are called, by name: the reference, then in the order of the tables."""
+    """Labels of the methods by name: the reference, then in the order of the tables."""
     names = sorted(analysis.angles, key=lambda name: name != REFERENCE)
     return {name: method_label(name) for name in names}
 
@@ -166,6 +166,6 @@ def _in_map(analysis: Analysis) -> Mapping[str, SkeletonSeries]:
 
 
 def _middle(yaws: Sequence[FloatArray]) -> float:
-    """The direction [rad] about which all sources' yaws are shown, half a turn to both sides."""
+    """Mean direction [rad] about which all sources' yaws are unwrapped, ±π."""
     known = np.concatenate([yaw[np.isfinite(yaw)] for yaw in yaws]) if yaws else np.zeros(0)
     return float(np.angle(np.exp(1j * known).mean())) if len(known) else 0.0

@@ -1,4 +1,4 @@
-"""A figure with its caption, as a value that the page shows."""
+"""Figures with captions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, kw_only=True)
 class Picture:
-    """One drawing."""
+    """One plot."""
 
     title: str
     svg: str  # an <svg> element
@@ -14,8 +14,8 @@ class Picture:
 
 @dataclass(frozen=True, kw_only=True)
 class FigureSet:
-    """Drawings that belong together, shown side by side where there is room."""
+    """Plots of one figure, side by side where there is room."""
 
     caption: str
     pictures: Sequence[Picture]
-    is_wide: bool = False  # each one takes the page's whole width
+    is_wide: bool = False  # whether each plot has the page's full width

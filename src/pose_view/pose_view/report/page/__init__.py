@@ -1,1 +1,1 @@
-"""The report's page: what stands on it, and in which order."""
+"""The report's page: its sections and their order."""

@@ -1,4 +1,4 @@
-"""The page itself: one file of HTML with its style and drawings inside, without any script."""
+"""The page: one HTML file with embedded style and figures, without scripts."""
 
 import math
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ from pose_view.report.tables.table import Table
 
 # Of public recordings with two Kinects v2, best rigid fit: 2.3 to 6.6 cm.
 WELL_CM, FAIRLY_CM = 5.0, 8.0  # [cm] mean distance of the same joint in two views
-EXCESS, EXCESS_CM = 1.5, 2.0  # [-], [cm] over the best rigid fit: the extrinsics are to blame
+EXCESS, EXCESS_CM = 1.5, 2.0  # [-], [cm] above the best rigid fit: the extrinsics are wrong
 LONG_GAP_S = 1.0  # [s]
 
 
@@ -41,12 +41,12 @@ MEANINGS = {
     "ukf": "the default by its other name",
     "imu": "the IMUs alone",
 }
-"""What each method is; the others are cameras."""
-DAY = 24 * 3600 * 1_000_000_000  # [ns] stamps below it are no dates
+"""Description of each method; all others are cameras."""
+DAY = 24 * 3600 * 1_000_000_000  # [ns] stamps below it are not dates
 
 
 def verdict(analysis: Analysis) -> list[str]:
-    """Three sentences."""
+    """Summary in three sentences."""
     views = analysis.agreement.views
     worst = max(views, key=_distance_cm) if views else None
     return [_how_good(analysis), _how_near(analysis, worst), _what_to_do(analysis, worst)]
@@ -119,7 +119,7 @@ def render_page(analysis: Analysis, joint: str) -> str:
     """The report as HTML; the same analysis gives the same bytes.
 
     Args:
-        analysis: What was measured.
+        analysis: The figures.
         joint: The joint whose path is shown.
     """
     environment = Environment(
@@ -146,7 +146,7 @@ def render_page(analysis: Analysis, joint: str) -> str:
 
 
 def facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """What was recorded, line by line."""
+    """Description of the recording, line by line."""
     recording = analysis.recording
     lines = [("recording", recording.name)]
     if recording.begin_ns > 365 * DAY:
@@ -198,7 +198,7 @@ def notes(analysis: Analysis) -> list[str]:
 
 
 def _methods(analysis: Analysis, parts: Sequence[Section]) -> list[dict[str, object]]:
-    """The switches by which methods are shown and hidden."""
+    """Check boxes to show and hide methods."""
     if not any(part.has_methods for part in parts):
         return []
     sensors = analysis.recording.sensors

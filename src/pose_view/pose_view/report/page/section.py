@@ -1,4 +1,4 @@
-"""A part of the page."""
+"""A section of the page."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ Block = Table | FigureSet | str
 
 @dataclass(frozen=True, kw_only=True)
 class Section:
-    """A heading and what stands under it."""
+    """A heading and its content."""
 
     anchor: str
     title: str

@@ -1,4 +1,4 @@
-"""The parts of the page, from an analysis."""
+"""The sections of the page."""
 
 from collections.abc import Iterable
 from dataclasses import replace
@@ -50,7 +50,7 @@ from pose_view.report.tables.table import Table
 
 
 def sections(analysis: Analysis, joint: str) -> list[Section]:
-    """Every part that this recording has something for."""
+    """All sections with content for this recording."""
     compared = analysis.compared
     parts = []
     if compared is not None:
@@ -76,7 +76,7 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
 
 
 def without_empty(parts: Iterable[Section]) -> list[Section]:
-    """Without the tables that say nothing, and the sections that held nothing else."""
+    """Remove empty tables, and sections without other content."""
     full = [
         replace(part, blocks=[b for b in part.blocks if not (isinstance(b, Table) and b.is_empty)])
         for part in parts
@@ -145,13 +145,13 @@ def _sources(analysis: Analysis) -> Section:
 
 
 def _key(entries: Iterable[tuple[str, str]]) -> Markup:
-    """Names with a patch of their colour."""
+    """Names with a sample of their colour."""
     patch = Markup('<span class="swatch" style="background:{}"></span> {}')
     return Markup(", ").join(patch.format(colour, name) for name, colour in entries)
 
 
 def _account_of(analysis: Analysis) -> str:
-    """The method whose own account is shown: the focus, if it gives one."""
+    """The method whose uncertainty and sources are shown: the focus, if it has them."""
     estimates = analysis.recording.estimates
     return analysis.recording.focus if analysis.recording.focus in estimates else [*estimates][-1]
 

@@ -1,1 +1,1 @@
-"""The report's tables, as values that the page and the tests read alike."""
+"""The report's tables as values."""

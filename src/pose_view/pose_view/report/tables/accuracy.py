@@ -1,6 +1,6 @@
-"""Tables against a reference, in the layout of li2020's Tables 1 to 4: angles down, methods across.
+"""Tables against a reference, in the layout of li2020's Tables 1 to 4: an angle per row.
 
-Tables 1 and 3 of the paper hold the correlations, 2 and 4 the errors, of its two motions.
+Tables 1 and 3 of the paper contain the correlations, 2 and 4 the errors, of its two motions.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in nam
 
 
 def accuracy_tables(evaluation: Evaluation) -> list[Table]:
-    """Correlation, error, bias, limits of agreement, joint positions."""
+    """Tables of correlation, error, bias, limits of agreement, and joint positions."""
     names = tuple(method_label(method.name) for method in evaluation.methods)
     tables = [
         _angle_table(
@@ -44,13 +44,13 @@ def accuracy_tables(evaluation: Evaluation) -> list[Table]:
 
 
 def overview_table(evaluation: Evaluation) -> Table:
-    """One line a measure, for those who read one table."""
+    """Overview: one line per figure."""
     methods = evaluation.methods
     measures: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
         ("RMSE, mean of 12 angles [deg]", lambda m: m.mean_rmse_deg, 1, smallest, False),
         ("RMSE, hips and knees [deg]", _leg_rmse, 1, smallest, False),
         ("r, mean of the moving angles [-]", lambda m: m.mean_r, 3, largest, False),
-        ("size of the bias, mean [deg]", lambda m: m.mean_absolute_bias_deg, 1, smallest, False),
+        ("absolute bias, mean [deg]", lambda m: m.mean_absolute_bias_deg, 1, smallest, False),
         ("joint position error, MPJPE [mm]", lambda m: m.mpjpe_mm, 0, smallest, False),
         ("bone length SD, mean [mm]", lambda m: m.mean_bone_sd_mm, 1, smallest, False),
         ("jerk, RMS, mean of the joints [m/s³]", lambda m: m.mean_jerk, 0, smallest, False),
@@ -58,7 +58,7 @@ def overview_table(evaluation: Evaluation) -> Table:
         ("instants with a pose [%]", lambda m: 100.0 * m.coverage, 0, None, False),
     )
     return Table(
-        caption="All methods in short",
+        caption="Overview of all methods",
         head="measure",
         columns=tuple(method_label(method.name) for method in methods),
         rows=tuple(
@@ -87,18 +87,18 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
         for name, each in totals.items()
     ]
     one, two = (number(100.0 * share, 1) for share in NORMAL_SHARE)
-    rows.append(text_row("if it were honest", one, two, "–", "–", is_summary=True))
+    rows.append(text_row("if consistent", one, two, "–", "–", is_summary=True))
     return Table(
-        caption="Is the published uncertainty honest? Share of the true angles within it",
+        caption="Consistency of the published uncertainty: share of the true angles within it",
         head="method",
         columns=columns,
         rows=tuple(rows),
-        note="More than an honest share: the method is better than it says; less: worse.",
+        note="Larger shares: errors are smaller than the published uncertainty; smaller: larger.",
     )
 
 
 def method_label(name: str) -> str:
-    """A method's name, for people."""
+    """Label of a method."""
     return name.replace("+imus", " + IMUs")
 
 

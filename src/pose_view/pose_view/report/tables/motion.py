@@ -1,4 +1,4 @@
-"""Tables for the biomechanist: range of motion, peaks, symmetry, cycles."""
+"""Biomechanical tables: range of motion, peaks, symmetry, cycles."""
 
 from collections.abc import Mapping
 
@@ -25,12 +25,12 @@ def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
             number_row(readable(angle), [each[angle].range_deg for each in ranges.values()], 1)
             for angle in ANGLES
         ),
-        note="Of the angles after a low-pass filter without phase (6 Hz).",
+        note="Angles after a zero-phase low-pass filter (6 Hz).",
     )
 
 
 def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
-    """Extremes of every angle, and when they were reached."""
+    """Extremes of every angle with their times."""
     rows = [
         text_row(
             readable(angle),
@@ -51,7 +51,7 @@ def peak_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
 
 
 def symmetry_table(method: str, ranges: Mapping[str, AngleRange]) -> Table:
-    """Left beside right, and the symmetry index of range and peak."""
+    """Range and peak of left and right, with the symmetry index."""
     rows = []
     for angle in ONE_SIDE:
         left, right = (ranges[f"{side}_{angle}"] for side in SIDES)
@@ -90,8 +90,7 @@ def cycle_table(
         found = [curves.get(method, {}).get(angle) for method in methods]
         if any(found):
             texts = [
-                "–" if c is None else _plus_minus(c.range_mean_deg, c.range_sd_deg, 1)
-                for c in found
+                "–" if c is None else _plus_minus(c.range_mean_deg, c.range_sd_deg) for c in found
             ]
             rows.append(text_row(readable(angle), *texts))
     return Table(
@@ -102,5 +101,5 @@ def cycle_table(
     )
 
 
-def _plus_minus(mean: float, sd: float, digits: int) -> str:
-    return f"{number(mean, digits)} ±\N{NO-BREAK SPACE}{number(sd, digits)}"
+def _plus_minus(mean: float, sd: float) -> str:
+    return f"{number(mean, 1)} ±\N{NO-BREAK SPACE}{number(sd, 1)}"

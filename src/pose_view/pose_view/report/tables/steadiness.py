@@ -1,4 +1,4 @@
-"""Tables that need no reference: agreement of the views, bones, jerk, sources."""
+"""Tables without a reference: agreement of the views, bones, jerk, sources."""
 
 from collections.abc import Mapping
 
@@ -33,7 +33,7 @@ SOURCE_NAMES = {
 
 
 def view_tables(agreement: Agreement) -> list[Table]:
-    """Do the sensors agree?"""
+    """Agreement of the sensors."""
     if not agreement.views:
         return []
     distance = Table(
@@ -51,13 +51,13 @@ def view_tables(agreement: Agreement) -> list[Table]:
             )
             for view in agreement.views
         ),
-        note="The best rigid fit to this very data is as near as any calibration can bring them.",
+        note="The best rigid fit to the same data is the lower bound for any calibration.",
     )
     return [distance, *(_difference_table(view) for view in agreement.views)]
 
 
 def method_table(angles: Mapping[str, AngleSeries]) -> Table:
-    """How far the methods, and the reference, differ from one another."""
+    """Differences between the methods and the reference."""
     differences = angle_differences_deg(angles)
     return Table(
         caption="Difference of the methods: RMS, mean of 12 angles [deg]",
@@ -71,7 +71,7 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
             )
             for first in angles
         ),
-        note="Each pair over the time that both cover, as they are: no lag is removed.",
+        note="Each pair over its common time; no lag is removed.",
     )
 
 
@@ -128,7 +128,7 @@ def jerk_table(steadiness: Mapping[str, Steadiness]) -> Table:
 
 
 def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
-    """How long after the capture each method's result was there."""
+    """Latency of each method."""
     return Table(
         caption="Latency: from the newest sample's capture to the result [ms]",
         head="method",
@@ -141,8 +141,8 @@ def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
             )
             for name, each in estimates.items()
         ),
-        note="fused: as the live node measured it, computing included. All others were run on the "
-        "recording: what they wait for, without computing.",
+        note="fused: measured by the live node, including computation. All others were run on the "
+        "recording: time waiting for samples, without computation.",
     )
 
 
@@ -156,7 +156,7 @@ def source_table(name: str, estimates: EstimateSeries) -> Table:
     whole = [100.0 * float(np.mean(estimates.source == source)) for source in SOURCE_NAMES]
     rows.append(number_row("all", whole, 1, is_summary=True))
     return Table(
-        caption=f"Where {method_label(name)} has each degree of freedom from [% of its instants]",
+        caption=f"Source of each degree of freedom: {method_label(name)} [% of its instants]",
         head="degree of freedom",
         columns=tuple(SOURCE_NAMES.values()),
         rows=tuple(rows),

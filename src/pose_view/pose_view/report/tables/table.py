@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 UNKNOWN = "–"
 Judge = Callable[[Sequence[float]], float]
-"""Picks the best of some known values."""
+"""Selects the best of several known values."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Cell:
-    """One number, as shown."""
+    """One formatted number."""
 
     text: str
     is_best: bool = False
@@ -23,7 +23,7 @@ class Row:
 
     name: str
     cells: tuple[Cell, ...]
-    is_summary: bool = False  # set off from the lines above
+    is_summary: bool = False  # separated from the lines above
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,22 +38,22 @@ class Table:
 
     @property
     def is_empty(self) -> bool:
-        """Whether it says nothing."""
+        """Whether the table has no values."""
         return all(cell.text == UNKNOWN for row in self.rows for cell in row.cells)
 
 
 def smallest(values: Sequence[float]) -> float:
-    """For errors."""
+    """The smallest value, for errors."""
     return min(values)
 
 
 def largest(values: Sequence[float]) -> float:
-    """For correlations."""
+    """The largest value, for correlations."""
     return max(values)
 
 
 def nearest_zero(values: Sequence[float]) -> float:
-    """For biases and lags."""
+    """The value nearest to zero, for biases and lags."""
     return min(values, key=abs)
 
 
@@ -66,7 +66,7 @@ def number_row(
     sign: bool = False,
     is_summary: bool = False,
 ) -> Row:
-    """A line of numbers; the best are marked where ``best`` says which those are."""
+    """A line of numbers, with the best marked if ``best`` is given."""
     shown = [number(value, digits, sign=sign) for value in values]
     known = [value for value in values if math.isfinite(value)]
     mark = number(best(known), digits, sign=sign) if best is not None and known else None
@@ -84,7 +84,7 @@ def text_row(name: str, *texts: str, is_summary: bool = False) -> Row:
 
 
 def number(value: float, digits: int, *, sign: bool = False) -> str:
-    """A number with a true minus sign; a dash for what is unknown."""
+    """Format a number with a minus sign (U+2212); a dash if it is unknown."""
     if not math.isfinite(value):
         return UNKNOWN
     rounded = round(value, digits) + 0.0  # no −0.0
