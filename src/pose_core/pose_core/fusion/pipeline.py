@@ -29,9 +29,8 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
 JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
-
-
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
+BLOCK = 50  # [estimates] of a recording that are published together
 
 
 class OutputGrid:
@@ -117,7 +116,7 @@ class FusionPipeline:
         if has_output_rate(parameters):
             self._grid = OutputGrid(parameters.output_rate, parameters.forget_after)
         self.outlet: Callable[[EstimateBlock], None] | None = None
-        """Receives each block of estimates before the next frame is processed; none is returned."""
+        """Receives each block of estimates, live before the next frame is processed; none is returned."""
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -226,7 +225,8 @@ class FusionPipeline:
         estimates = self._estimated(self._preprocessor.flush())
         newest_ns = self._preprocessor.newest_ns
         if self._grid is not None and not self._is_live:
-            estimates += self._output_before(newest_ns + 1)
+            self._predict_before(newest_ns + 1)
+        estimates += self.publish_predicted()
         return estimates + self._published(self._runner.flush(newest_ns))
 
     def publish_until(self, now_ns: int) -> list[BodyEstimate]:
@@ -244,7 +244,13 @@ class FusionPipeline:
         self.calibrate_session()
         instants, skipped = self._grid.until(now_ns, LONGEST_BACKLOG_NS)
         self.counters.add("outputs_skipped", skipped)
-        return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
+        for instant_ns in instants:
+            self._predict(instant_ns)
+        return self.publish_predicted()
+
+    def publish_predicted(self, least: int = 1) -> list[BodyEstimate]:
+        """Publish the estimates of a recording that wait for a block of at least ``least``."""
+        return self._published(self._runner.predicted(least))
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
         """The estimate at any instant; the instants of successive calls must increase.
@@ -256,8 +262,8 @@ class FusionPipeline:
             None if there is no pose at this instant.
         """
         self.calibrate_session()
-        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
-        blocks = self._runner.predict(stamp_ns, newest_ns, readings)
+        self._predict(stamp_ns)
+        blocks = self._runner.predicted()
         return blocks[0][0] if blocks else None
 
     def calibrate_session(self) -> None:
@@ -276,7 +282,8 @@ class FusionPipeline:
                 estimates += self._published(self._runner.estimates(poses))
                 continue
             if not self._is_live:
-                estimates += self._output_before(observation.stamp_ns)
+                self._predict_before(observation.stamp_ns)
+                estimates += self.publish_predicted(BLOCK)
             self._update(observation)
         return estimates
 
@@ -285,14 +292,14 @@ class FusionPipeline:
         self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
         return poses
 
-    def _output_before(self, stamp_ns: int) -> list[BodyEstimate]:
+    def _predict_before(self, stamp_ns: int) -> None:
         assert self._grid is not None
-        instants = self._grid.before(stamp_ns)
-        return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
+        for instant_ns in self._grid.before(stamp_ns):
+            self._predict(instant_ns)
 
-    def _output_at(self, stamp_ns: int) -> list[BodyEstimate]:
+    def _predict(self, stamp_ns: int) -> None:
         readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
-        return self._published(self._runner.predict(stamp_ns, newest_ns, readings))
+        self._runner.predict(stamp_ns, newest_ns, readings)
 
     def _published(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
         if self.outlet is None:
