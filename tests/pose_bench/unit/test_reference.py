@@ -112,7 +112,7 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
         readings = readings_of(rng, state, truth.rotations, imus) if imus else NO_IMUS
         frame = random_frame(rng, truth.positions, step % sensors)
         information = np.zeros((2, LINKS, 3, 3))
-        assert update_with_imus(CONSTANTS, state, readings, information[1])
+        assert update_with_imus(CONSTANTS, state, readings, len(state.P), information[1])
         result = update_with_frame(CONSTANTS, state, frame, information[0])
         by_imus = plain.update_with_imus(readings)
         expected, by_camera = plain.update_with_frame(frame)
@@ -244,7 +244,7 @@ def test_the_covariance_stays_symmetric_and_positive_over_ten_thousand_steps():
         predict(CONSTANTS.motion, state, float(rng.choice([1e-4, 0.01, 0.03, 0.5])))
         if step % 3:
             readings = readings_of(rng, state, truth.rotations, WORN)
-            assert update_with_imus(CONSTANTS, state, readings, information)
+            assert update_with_imus(CONSTANTS, state, readings, len(state.P), information)
         frame = random_frame(rng, truth.positions, step % 2)
         assert update_with_frame(CONSTANTS, state, frame, information).is_finite
         if step % 50 == 0:

@@ -59,8 +59,18 @@ class EstimatorRunner:
         self._newest_ns: list[int] = []  # for each of them
         self._finished: list[EstimateBlock] = []  # of a former body shape
 
+    def advance(self, observation: Observation) -> None:
+        """Process an observation whose pose is not published."""
+        self._estimator_of(observation).advance(observation)
+
     def update(self, observation: Observation) -> PoseBlock | None:
-        """Process an observation; return its poses. A new body shape starts a new estimator."""
+        """Process an observation; return its poses."""
+        estimator = self._estimator_of(observation)
+        poses = estimator.track(observation)
+        return estimator.block_of(poses, [observation.newest_ns] * len(poses)) if poses else None
+
+    def _estimator_of(self, observation: Observation) -> Estimator:
+        """The estimator; a new body shape starts a new one."""
         if self._estimator is None or observation.shape is not self._shape:
             self._finished += self.predicted()
             self._shape = observation.shape
@@ -68,10 +78,7 @@ class EstimatorRunner:
                 self._model, observation.shape, self._parameters, self._counters
             )
             self._estimator.use_sensor_to_segment(self._sensor_to_segment)
-        poses = self._estimator.track(observation)
-        if not poses:
-            return None
-        return self._estimator.block_of(poses, [observation.newest_ns] * len(poses))
+        return self._estimator
 
     def estimates(self, poses: PoseBlock | None) -> list[EstimateBlock]:
         """Convert poses to estimates: no block or one."""

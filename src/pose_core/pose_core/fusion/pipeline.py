@@ -17,7 +17,6 @@ from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.imu_set import ImuSet
@@ -278,19 +277,16 @@ class FusionPipeline:
         estimates: list[BodyEstimate] = []
         for observation in observations:
             if self._grid is None:
-                poses = self._update(observation)
-                estimates += self._published(self._runner.estimates(poses))
-                continue
-            if not self._is_live:
-                self._predict_before(observation.stamp_ns)
-                estimates += self.publish_predicted(BLOCK)
-            self._update(observation)
+                poses = self._runner.update(observation)
+            else:
+                if not self._is_live:
+                    self._predict_before(observation.stamp_ns)
+                    estimates += self.publish_predicted(BLOCK)
+                poses = None
+                self._runner.advance(observation)
+            self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
+            estimates += self._published(self._runner.estimates(poses))
         return estimates
-
-    def _update(self, observation: Observation) -> PoseBlock | None:
-        poses = self._runner.update(observation)
-        self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
-        return poses
 
     def _predict_before(self, stamp_ns: int) -> None:
         assert self._grid is not None
