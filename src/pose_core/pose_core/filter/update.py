@@ -139,7 +139,15 @@ def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatAr
 @compiled
 def subtract_square(P: FloatArray, W: FloatArray) -> None:
     """P −= W Wᵀ for its leading rows: the upper triangle in blocks; the lower one is mirrored."""
-    known = len(W)
-    for first in range(0, known, BLOCK):
-        P[first : first + BLOCK, first:known] -= np.dot(W[first : first + BLOCK], W[first:].T)
+    for first in range(0, len(W), BLOCK):
+        subtract_rows(P, first, np.dot(W[first : first + BLOCK], W[first:].T))
     mirror(P)
+
+
+@compiled_in_place
+def subtract_rows(P: FloatArray, first: int, block: FloatArray) -> None:
+    """Subtract a block from P, with its upper left element on P's diagonal."""
+    for i in range(len(block)):
+        row, values = P[first + i, first:], block[i]
+        for k in range(len(values)):
+            row[k] -= values[k]
