@@ -160,7 +160,7 @@ class DefaultEstimator(StepwiseEstimator):
         )
         if not is_finite:
             return None
-        tracking_state = np.where(is_heard[:, None], self._tracking_state, 0).astype(np.uint8)
+        tracking_state = self._tracking_state * is_heard[:, None]
         return TimedPose(stamp_ns=stamp_ns, tracking_state=tracking_state, pose=pose)
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:

@@ -1,6 +1,6 @@
 """All IMUs of one body: which are aligned, which are not and why, and what gathers meanwhile."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,6 +47,7 @@ class ImuAlignments:
         self._model = model
         self._tuning = tuning or AlignmentTuning()
         self._worn: dict[str, _Worn] = {}
+        self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
@@ -74,11 +75,6 @@ class ImuAlignments:
         for worn in self._worn.values():
             worn.use.is_aligned = False
 
-    def aligned_links(self, states: ImuStates) -> list[int]:
-        """The links of the aligned IMUs among those that say something."""
-        worn = [self._worn_on(segment) for segment in states.segments]
-        return [each.link for each in worn if each is not None and each.use.is_aligned]
-
     def hear(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
         """Note who says something; one that slipped, or whose world began anew, is aligned anew.
 
@@ -87,12 +83,9 @@ class ImuAlignments:
             states: All IMUs' readings.
             state: The filter's, before it takes them.
         """
-        for row, segment in enumerate(states.segments):
-            worn = self._worn_on(segment)
-            if worn is None:
-                continue
+        for row, worn in self._worn_by(states.segments):
             if self._has_slipped(worn, states):
-                worn.slips = states.slips[segment]
+                worn.slips = states.slips[worn.use.segment]
                 self._forget(worn, state)
             worn.use.readings += 1
             worn.use.used += worn.use.is_aligned
@@ -106,24 +99,20 @@ class ImuAlignments:
 
     def readings(self, states: ImuStates) -> ImuReadings:
         """Those of the aligned IMUs, as the filter takes them."""
-        rows, links = [], []
-        for row, segment in enumerate(states.segments):
-            worn = self._worn_on(segment)
-            if worn is None or self._has_slipped(worn, states):
-                continue
-            if worn.use.is_aligned:
-                rows.append(row)
-                links.append(worn.link)
-        if not rows:
+        aligned = [
+            (row, worn.link, REPLACED_STDDEV * (worn.use.segment in states.replaced_rates))
+            for row, worn in self._worn_by(states.segments)
+            if worn.use.is_aligned and not self._has_slipped(worn, states)
+        ]
+        if not aligned:
             return NO_IMUS
+        rows, links, rate_stddev = map(np.array, zip(*aligned, strict=True))
         return ImuReadings(
-            np.array(links, np.int64),
-            np.ascontiguousarray(states.R_world_sensor[rows]),
-            np.ascontiguousarray(states.angular_velocity[rows]),
-            np.ascontiguousarray(states.age_s[rows]),
-            np.array(
-                [REPLACED_STDDEV * (states.segments[row] in states.replaced_rates) for row in rows]
-            ),
+            links,
+            states.R_world_sensor[rows],
+            states.angular_velocity[rows],
+            states.age_s[rows],
+            rate_stddev,
         )
 
     def observe(self, stamp_ns: int, states: ImuStates, state: FilterState) -> FilterState:
@@ -139,10 +128,7 @@ class ImuAlignments:
             self._solved_ns = stamp_ns
             return state
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
-        for row, segment in enumerate(states.segments):
-            worn = self._worn_on(segment)
-            if worn is None:
-                continue
+        for row, worn in self._worn_by(states.segments):
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
@@ -159,14 +145,11 @@ class ImuAlignments:
             state = self._solve(stamp_ns, states.segments, state)
         return state
 
-    def _solve(self, stamp_ns: int, heard: Sequence[str], state: FilterState) -> FilterState:
+    def _solve(self, stamp_ns: int, heard: tuple[str, ...], state: FilterState) -> FilterState:
         """Align those that have been seen to move enough; tell how well the others are known."""
-        for segment in heard:
-            worn = self._worn_on(segment)
-            if worn is None:
-                continue
+        for _, worn in self._worn_by(heard):
             if not worn.use.is_aligned:
-                known = worn.mounting or self._sensor_to_segment.get(segment)
+                known = worn.mounting or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
                 worn.use.is_unlike = worn.alignment.is_unlike
                 if found is None:
@@ -254,19 +237,21 @@ class ImuAlignments:
         worn.use.turn_stddev = float(np.sqrt(max(variance[2], 0.0)))
         worn.use.heading_stddev = float(np.sqrt(max(variance[3], 0.0)))
 
-    def _worn_on(self, segment: str) -> _Worn | None:
-        """What is known of a segment's IMU; None if the model has no link for it."""
-        worn = self._worn.get(segment)
-        if worn is None:
-            link_name = self._model.segments.get(segment)
-            is_known = link_name is not None
-            link = self._model.link_names.index(link_name) if link_name is not None else NO_COLUMN
-            worn = _Worn(
-                link=link,
-                use=ImuUse(segment=segment, is_known=is_known),
-                alignment=SegmentAlignment(
-                    self._tuning, is_arm=link_name is not None and link_name.endswith("arm")
-                ),
-            )
-            self._worn[segment] = worn
-        return worn if worn.use.is_known else None
+    def _worn_by(self, segments: tuple[str, ...]) -> list[tuple[int, _Worn]]:
+        """Index of each segment for which the model has a link, and what is known of its IMU."""
+        known = self._known.get(segments)
+        if known is None:
+            worn = [self._worn.setdefault(name, self._make_worn(name)) for name in segments]
+            known = [(row, each) for row, each in enumerate(worn) if each.use.is_known]
+            self._known[segments] = known
+        return known
+
+    def _make_worn(self, segment: str) -> _Worn:
+        name = self._model.segments.get(segment)
+        return _Worn(
+            link=NO_COLUMN if name is None else self._model.link_names.index(name),
+            use=ImuUse(segment=segment, is_known=name is not None),
+            alignment=SegmentAlignment(
+                self._tuning, is_arm=name is not None and name.endswith("arm")
+            ),
+        )
