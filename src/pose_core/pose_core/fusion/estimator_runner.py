@@ -134,7 +134,7 @@ class EstimatorRunner:
         return self.estimates(self._estimator.block_of(poses, [newest_ns] * len(poses)))
 
     def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> None:
-        """Predict the pose to a later instant without changing the estimator; see :meth:`predicted`.
+        """Predict the pose to a later instant; :meth:`predicted` returns it. The estimator stays.
 
         Args:
             stamp_ns: The instant [ns].

@@ -115,7 +115,7 @@ class FusionPipeline:
         if has_output_rate(parameters):
             self._grid = OutputGrid(parameters.output_rate, parameters.forget_after)
         self.outlet: Callable[[EstimateBlock], None] | None = None
-        """Receives each block of estimates, live before the next frame is processed; none is returned."""
+        """Receives each block of estimates, live before the next frame; none is returned."""
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
