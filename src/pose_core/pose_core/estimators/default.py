@@ -84,6 +84,8 @@ class DefaultEstimator(StepwiseEstimator):
         self._update_with_frame = type_specialised(update_with_frame)
         self._predict_published = type_specialised(predict_published)
         self._copy_published = type_specialised(copy_published)
+        self._undo_swaps = type_specialised(undo_swaps)
+        self._compute_joints = type_specialised(compute_joints)
         self._state: FilterState | None = None
         self._delay = np.full(len(parameters.sensors), self._constants.known_delay_s)
         self._delay_sums = np.zeros((len(parameters.sensors), 2))
@@ -256,7 +258,7 @@ class DefaultEstimator(StepwiseEstimator):
         positions = np.ascontiguousarray(observation.positions[sensor])
         tracking_state = np.ascontiguousarray(observation.tracking_state[sensor])
         order = np.arange(len(JOINTS))
-        swapped = undo_swaps(
+        swapped = self._undo_swaps(
             positions, self._joints(self._state.pose), self._constants.swaps, order
         )
         if swapped:
@@ -269,7 +271,7 @@ class DefaultEstimator(StepwiseEstimator):
         levers = np.zeros((len(JOINTS), self._layout.links, 3))
         joints = np.empty((len(JOINTS), 3))
         body = self._constants.camera.body
-        compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
+        self._compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
         return joints
 
     def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
