@@ -211,7 +211,8 @@ class FusionPipeline:
         """Add one person's joints from one sensor, or IMU samples.
 
         Returns:
-            The estimates that are now complete; none if there is an :attr:`outlet`.
+            The estimates that are now complete, of a recording some together; none if there is
+            an :attr:`outlet`.
         """
         return self._estimated(self._preprocessor.add(sample))
 
