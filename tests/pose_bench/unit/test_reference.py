@@ -14,6 +14,7 @@ from pose_core.filter.imu import NO_IMUS, ImuReadings, add_imus
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
 from pose_core.filter.posture import add_posture
+from pose_core.filter.published import copy_published, predict_published
 from pose_core.filter.rows import make_rows
 from pose_core.filter.sigma_points import linearise_joint
 from pose_core.filter.state import start_state, with_imu
@@ -21,6 +22,7 @@ from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
+from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.session.n_pose import shape_of
 
@@ -112,13 +114,34 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
         readings = readings_of(rng, state, truth.rotations, imus) if imus else NO_IMUS
         frame = random_frame(rng, truth.positions, step % sensors)
         information = np.zeros((2, LINKS, 3, 3))
-        assert update_with_imus(CONSTANTS, state, readings, information[1])
+        assert update_with_imus(CONSTANTS, state, readings, len(state.P), information[1])
         result = update_with_frame(CONSTANTS, state, frame, information[0])
         by_imus = plain.update_with_imus(readings)
         expected, by_camera = plain.update_with_frame(frame)
         assert_equal_states(state, plain.state)
         np.testing.assert_allclose(information, [by_camera, by_imus], rtol=1e-7, atol=1e-7)
         assert result == pytest.approx(expected, rel=1e-7, nan_ok=True)
+
+
+@pytest.mark.parametrize("imus", [(), WORN])
+def test_what_is_published_between_frames_is_the_state_predicted_and_updated(imus):
+    rng = np.random.default_rng(16)
+    state, dof = random_state(rng, imus=imus)
+    readings = readings_of(rng, state, pose_of(dof).rotations, imus) if imus else NO_IMUS
+    before, expected, actual = state.copy(), numbers(), numbers()
+    assert predict_published(CONSTANTS, state, 0.02, readings, TREE.parents, actual)
+    for one, other in zip((*state.pose, *state[1:]), (*before.pose, *before[1:]), strict=True):
+        np.testing.assert_array_equal(one, other)
+    predict(CONSTANTS.motion, state, 0.02)
+    assert update_with_imus(CONSTANTS, state, readings, len(state.P), expected.information[1])
+    copy_published(CONSTANTS.camera.body, state, TREE.parents, expected)
+    for one, other in zip(actual, expected, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+
+
+def numbers():
+    shapes = [(3,), (3,), (LINKS, 3, 3), (LINKS, 3), (15, 3), (3,), (LINKS, 3, 3)]
+    return StateNumbers(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,)]))
 
 
 def test_a_frame_that_shows_nothing_leaves_the_posture_alone_to_correct():
@@ -244,7 +267,7 @@ def test_the_covariance_stays_symmetric_and_positive_over_ten_thousand_steps():
         predict(CONSTANTS.motion, state, float(rng.choice([1e-4, 0.01, 0.03, 0.5])))
         if step % 3:
             readings = readings_of(rng, state, truth.rotations, WORN)
-            assert update_with_imus(CONSTANTS, state, readings, information)
+            assert update_with_imus(CONSTANTS, state, readings, len(state.P), information)
         frame = random_frame(rng, truth.positions, step % 2)
         assert update_with_frame(CONSTANTS, state, frame, information).is_finite
         if step % 50 == 0:

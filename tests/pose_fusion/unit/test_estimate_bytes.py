@@ -27,7 +27,7 @@ def test_bytes_are_those_of_the_messages(estimator):
     fast = EstimateBytes(pipeline.model, "someone", typestore, blocks[0][0])
     for block in (blocks[0], blocks[-1]):
         block.tracking_state[:, :3] = 0, 1, 2
-        found = dict(fast.write(block, np.array([0.25])))
+        found = dict(fast.write(block, np.full(len(block), 0.25)))
         messages = to_messages(block[0], pipeline.model, "someone", 0.25)
         assert found.keys() == messages.keys()
         for topic, message in messages.items():

@@ -19,6 +19,7 @@ from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
+from pose_core.filter.published import copy_published, predict_published
 from pose_core.filter.state import FilterState, start_state
 from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
@@ -33,7 +34,6 @@ from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.joint_kinematics import Pose, compute_joints
 from pose_core.kernels.left_right_swaps import undo_swaps
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
-from pose_core.kernels.output import copy_state
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
@@ -79,18 +79,19 @@ class DefaultEstimator(StepwiseEstimator):
         links = len(self._tree.parents)
         self._layout = make_layout(links, len(self._tree.sliding_links))
         self._alignments = ImuAlignments(model)
-        self._predict, self._update_with_imus = (
-            type_specialised(predict),
-            type_specialised(update_with_imus),
-        )
+        self._predict = type_specialised(predict)
+        self._update_with_imus = type_specialised(update_with_imus)
         self._update_with_frame = type_specialised(update_with_frame)
+        self._predict_published = type_specialised(predict_published)
+        self._copy_published = type_specialised(copy_published)
+        self._undo_swaps = type_specialised(undo_swaps)
+        self._compute_joints = type_specialised(compute_joints)
         self._state: FilterState | None = None
         self._delay = np.full(len(parameters.sensors), self._constants.known_delay_s)
         self._delay_sums = np.zeros((len(parameters.sensors), 2))
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
-        self._newest: StateNumbers | None = None
         self._tracking_state = np.zeros((len(parameters.sensors), len(JOINTS)), np.uint8)
         self._kinect_information = np.zeros((links, 3, 3))
 
@@ -113,8 +114,19 @@ class DefaultEstimator(StepwiseEstimator):
         """Use sensor-to-segment rotations of a calibration; see :class:`ImuAlignments`."""
         self._alignments.use_sensor_to_segment(alignments)
 
+    def advance(self, observation: Observation) -> None:
+        """Run one filter step."""
+        self._step(observation)
+
     def update(self, observation: Observation) -> StateNumbers | None:
         """Run one filter step; None while there is no pose, and for late frames."""
+        information = self._step(observation)
+        if information is None or self._state is None:
+            return None
+        return self._numbers(self._state, information)
+
+    def _step(self, observation: Observation) -> FloatArray | None:
+        """Run one filter step; the information of its update, None if there is no pose."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         state, _ = self._advance(observation, ahead_s)
         if state is None:
@@ -127,27 +139,30 @@ class DefaultEstimator(StepwiseEstimator):
             self.counters.add("filter_restarts_strayed")
             if not self._start(observation):
                 return None
-        return self._publish(ahead_s, result, information)
+        if -JUMP_BACK_S < ahead_s < 0.0:
+            self.counters.add("frames_late_but_used")
+            return None
+        update_mean_nis(self._nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
+        return information
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
         """Predict the state to an instant and update it with the aligned IMUs' samples."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
-        if self._state is None or self._newest is None:
-            return None
-        if not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
+        if self._state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
-        ahead = self._state.copy()
-        self._predict(self._constants.motion, ahead, ahead_s)
+        is_heard = self._state.silent_s + ahead_s < SILENT_S
         information = np.zeros((2, self._layout.links, 3, 3))
-        is_heard = ahead.silent_s < SILENT_S
         if is_heard.any():
             information[0] = self._kinect_information
+        pose = self._make_numbers(information)
         aligned = self._alignments.readings(readings)
-        if not self._update_with_imus(self._constants, ahead, aligned, information[1]):
+        is_finite = self._predict_published(
+            self._constants, self._state, ahead_s, aligned, self._tree.parents, pose
+        )
+        if not is_finite:
             return None
-        pose = self._numbers(ahead, information)
-        tracking_state = np.where(is_heard[:, None], self._tracking_state, 0).astype(np.uint8)
+        tracking_state = self._tracking_state * is_heard[:, None]
         return TimedPose(stamp_ns=stamp_ns, tracking_state=tracking_state, pose=pose)
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
@@ -205,7 +220,9 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.register(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
             readings = self._alignments.readings(observation.readings)
-            if not self._update_with_imus(self._constants, self._state, readings, information[1]):
+            if not self._update_with_imus(
+                self._constants, self._state, readings, len(self._state.P), information[1]
+            ):
                 self._discard_state()
                 return None
         result = StepResult(True, 0, float("nan"), float("nan"))
@@ -241,7 +258,7 @@ class DefaultEstimator(StepwiseEstimator):
         positions = np.ascontiguousarray(observation.positions[sensor])
         tracking_state = np.ascontiguousarray(observation.tracking_state[sensor])
         order = np.arange(len(JOINTS))
-        swapped = undo_swaps(
+        swapped = self._undo_swaps(
             positions, self._joints(self._state.pose), self._constants.swaps, order
         )
         if swapped:
@@ -254,7 +271,7 @@ class DefaultEstimator(StepwiseEstimator):
         levers = np.zeros((len(JOINTS), self._layout.links, 3))
         joints = np.empty((len(JOINTS), 3))
         body = self._constants.camera.body
-        compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
+        self._compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
         return joints
 
     def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
@@ -267,22 +284,16 @@ class DefaultEstimator(StepwiseEstimator):
             self._diverged_since_ns = observation.stamp_ns
         return observation.stamp_ns - self._diverged_since_ns > DIVERGED_NS
 
-    def _publish(
-        self, ahead_s: float, result: StepResult, information: FloatArray
-    ) -> StateNumbers | None:
-        """The published part of the state; None for late frames."""
-        assert self._state is not None
-        if -JUMP_BACK_S < ahead_s < 0.0:
-            self.counters.add("frames_late_but_used")
-            return None
-        update_mean_nis(self._nis, max(min(ahead_s, 1.0), 0.0), result.mean_nis)
-        self._newest = self._numbers(self._state, information)
-        return self._newest
-
     def _numbers(self, state: FilterState, information: FloatArray) -> StateNumbers:
         """The published part of a state."""
+        numbers = self._make_numbers(information)
+        self._copy_published(self._constants.camera.body, state, self._tree.parents, numbers)
+        return numbers
+
+    def _make_numbers(self, information: FloatArray) -> StateNumbers:
+        """The published part of a state, of which only information and scale are filled."""
         links = self._layout.links
-        numbers = StateNumbers(
+        return StateNumbers(
             position=np.empty(3),
             velocity=np.empty(3),
             rotations=np.empty((links, 3, 3)),
@@ -291,14 +302,5 @@ class DefaultEstimator(StepwiseEstimator):
             place_variance=np.empty(3),
             covariance=np.empty((links, 3, 3)),
             information=information,
-            scale=np.empty(1),
+            scale=np.array([variance_scale(self._nis)]),
         )
-        copy_state(
-            self._tree.numbers,
-            state.pose,
-            state.P,
-            self._tree.parents,
-            variance_scale(self._nis),
-            numbers,
-        )
-        return numbers

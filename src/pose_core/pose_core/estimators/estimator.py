@@ -63,6 +63,10 @@ class Estimator(ABC):
     def track(self, observation: Observation) -> list[TimedPose]:
         """Process an observation; return the poses that can be published now."""
 
+    def advance(self, observation: Observation) -> None:
+        """Process an observation whose pose is not published."""
+        self.track(observation)
+
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
         """State of use of each IMU with samples; empty if the estimator uses none."""

@@ -1,6 +1,6 @@
 """Sensor-to-segment alignment of all IMUs of one body, with the state of each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -46,6 +46,7 @@ class ImuAlignments:
         self._model = model
         self._tuning = AlignmentTuning()
         self._worn: dict[str, _Worn] = {}
+        self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
         self._observed_ns: int | None = None
         self._solved_ns: int | None = None
@@ -81,12 +82,9 @@ class ImuAlignments:
             states: Measurements of all IMUs.
             state: State of the filter before the update.
         """
-        for row, segment in enumerate(states.segments):
-            worn = self._worn_on(segment)
-            if worn is None:
-                continue
+        for row, worn in self._worn_by(states.segments):
             if self._has_slipped(worn, states):
-                worn.slips = states.slips[segment]
+                worn.slips = states.slips[worn.use.segment]
                 self._forget(worn, state)
             worn.use.readings += 1
             worn.use.used += worn.use.is_aligned
@@ -100,24 +98,20 @@ class ImuAlignments:
 
     def readings(self, states: ImuStates) -> ImuReadings:
         """Measurements of the aligned IMUs for the filter."""
-        rows, links = [], []
-        for row, segment in enumerate(states.segments):
-            worn = self._worn_on(segment)
-            if worn is None or self._has_slipped(worn, states):
-                continue
-            if worn.use.is_aligned:
-                rows.append(row)
-                links.append(worn.link)
-        if not rows:
+        aligned = [
+            (row, worn.link, REPLACED_STDDEV * (worn.use.segment in states.replaced_rates))
+            for row, worn in self._worn_by(states.segments)
+            if worn.use.is_aligned and not self._has_slipped(worn, states)
+        ]
+        if not aligned:
             return NO_IMUS
+        rows, links, rate_stddev = map(np.array, zip(*aligned, strict=True))
         return ImuReadings(
-            np.array(links, np.int64),
-            np.ascontiguousarray(states.R_world_sensor[rows]),
-            np.ascontiguousarray(states.angular_velocity[rows]),
-            np.ascontiguousarray(states.age_s[rows]),
-            np.array(
-                [REPLACED_STDDEV * (states.segments[row] in states.replaced_rates) for row in rows]
-            ),
+            links,
+            states.R_world_sensor[rows],
+            states.angular_velocity[rows],
+            states.age_s[rows],
+            rate_stddev,
         )
 
     def observe(self, stamp_ns: int, states: ImuStates, state: FilterState) -> FilterState:
@@ -133,10 +127,7 @@ class ImuAlignments:
             self._solved_ns = stamp_ns
             return state
         dt_s = min((stamp_ns - before_ns) / NS_PER_S, LONGEST_STEP_S)
-        for row, segment in enumerate(states.segments):
-            worn = self._worn_on(segment)
-            if worn is None:
-                continue
+        for row, worn in self._worn_by(states.segments):
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
@@ -153,14 +144,11 @@ class ImuAlignments:
             state = self._solve(stamp_ns, states.segments, state)
         return state
 
-    def _solve(self, stamp_ns: int, segments: Sequence[str], state: FilterState) -> FilterState:
+    def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
-        for segment in segments:
-            worn = self._worn_on(segment)
-            if worn is None:
-                continue
+        for _, worn in self._worn_by(segments):
             if not worn.use.is_aligned:
-                known = worn.former_alignment or self._sensor_to_segment.get(segment)
+                known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))
                 worn.use.is_unlike = worn.alignment.is_unlike
                 if found is None:
@@ -248,19 +236,21 @@ class ImuAlignments:
         worn.use.turn_stddev = float(np.sqrt(max(variance[2], 0.0)))
         worn.use.heading_stddev = float(np.sqrt(max(variance[3], 0.0)))
 
-    def _worn_on(self, segment: str) -> _Worn | None:
-        """Entry of a segment's IMU; None if the model has no link for it."""
-        worn = self._worn.get(segment)
-        if worn is None:
-            link_name = self._model.segments.get(segment)
-            is_known = link_name is not None
-            link = self._model.link_names.index(link_name) if link_name is not None else NO_COLUMN
-            worn = _Worn(
-                link=link,
-                use=ImuUse(segment=segment, is_known=is_known),
-                alignment=SegmentAlignment(
-                    self._tuning, is_arm=link_name is not None and link_name.endswith("arm")
-                ),
-            )
-            self._worn[segment] = worn
-        return worn if worn.use.is_known else None
+    def _worn_by(self, segments: tuple[str, ...]) -> list[tuple[int, _Worn]]:
+        """Index and entry of each segment for which the model has a link."""
+        known = self._known.get(segments)
+        if known is None:
+            worn = [self._worn.setdefault(name, self._make_worn(name)) for name in segments]
+            known = [(row, each) for row, each in enumerate(worn) if each.use.is_known]
+            self._known[segments] = known
+        return known
+
+    def _make_worn(self, segment: str) -> _Worn:
+        name = self._model.segments.get(segment)
+        return _Worn(
+            link=NO_COLUMN if name is None else self._model.link_names.index(name),
+            use=ImuUse(segment=segment, is_known=name is not None),
+            alignment=SegmentAlignment(
+                self._tuning, is_arm=name is not None and name.endswith("arm")
+            ),
+        )

@@ -39,6 +39,17 @@ class MotionConstants(NamedTuple):
 @compiled
 def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
     """Advance the state by ``dt_s`` [s], in place."""
+    predict_error_state(constants, state, dt_s)
+    keep_offset = np.exp(-dt_s / constants.offset_memory_s)
+    state.offset[:] *= keep_offset
+    state.offset_variance[:] *= keep_offset**2
+    state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
+    state.silent_s[:] += dt_s
+
+
+@compiled
+def predict_error_state(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
+    """Advance the mean and its covariance only."""
     pose, P = state.pose, state.P
     power = acceleration_power(constants, state)
     keep = np.exp(-dt_s / constants.rate_memory_s)
@@ -48,11 +59,6 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
     transform_covariance(P, len(power), len(pose.slides), keep, rate_time_s, keep_slide)
     add_process_noise(constants, state, power, dt_s, keep_slide)
     bound_rotations(P, len(state.heading))
-    keep_offset = np.exp(-dt_s / constants.offset_memory_s)
-    state.offset[:] *= keep_offset
-    state.offset_variance[:] *= keep_offset**2
-    state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
-    state.silent_s[:] += dt_s
 
 
 @compiled

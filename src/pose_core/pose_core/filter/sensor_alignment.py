@@ -204,13 +204,14 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
         north: See :meth:`SegmentAlignment.solve`.
     """
 
-    def fit(heading: float) -> float:
-        return _best_rotation(sums, heading)[1] + _log_north_prior(heading, north) / samples_per_s
+    def fit(headings: FloatArray) -> FloatArray:
+        J = _best_rotation(sums, headings)[1]
+        return J + _log_north_prior(headings, north) / samples_per_s
 
-    J = np.array([fit(heading) for heading in GRID])
+    J = fit(GRID)
     heading = float(GRID[J.argmax()])
     for step in REFINED:
-        left, here, right = (fit(heading + k * step) for k in (-1, 0, 1))
+        left, here, right = fit(heading + step * np.array([-1.0, 0.0, 1.0]))
         bend = left - 2.0 * here + right
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
@@ -223,7 +224,7 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
         covariance=_covariance(
             sums, heading, M, samples_per_s, NORTH_STDDEV if near_north else PRIOR_STDDEV
         ),
-        gap=float(samples_per_s * (fit(heading) - J[apart].max())),
+        gap=float(samples_per_s * (fit(np.array([heading]))[0] - J[apart].max())),
     )
 
 
@@ -247,24 +248,28 @@ def _turn(angle: FloatArray | float) -> FloatArray:
     return np.asarray(np.angle(np.exp(1j * np.asarray(angle))), np.float64)
 
 
-def _log_north_prior(heading: float, north: float | None) -> float:
-    """Log-prior of a heading, up to a constant: a normal distribution with outliers."""
+def _log_north_prior(headings: FloatArray, north: float | None) -> FloatArray:
+    """Log-prior of headings, (n,), up to a constant: a normal distribution with outliers."""
     if north is None:
-        return 0.0
-    distance = float(_turn(heading - north)) / NORTH_STDDEV
-    return float(np.log(np.exp(-0.5 * distance**2) + DISTURBED_SHARE * NORTH_STDDEV))
+        return np.zeros(len(headings))
+    distance = _turn(headings - north) / NORTH_STDDEV
+    return np.log(np.exp(-0.5 * distance**2) + DISTURBED_SHARE * NORTH_STDDEV)
 
 
-def _cost_matrix(sums: FloatArray, heading: float) -> FloatArray:
-    C: FloatArray = sums[0] + np.cos(heading) * sums[1] + np.sin(heading) * sums[2]
-    return C
+def _cost_matrix(sums: FloatArray, heading: FloatArray | float) -> FloatArray:
+    """C of one heading, (3, 3), or of n, (n, 3, 3)."""
+    cosine, sine = np.cos(heading), np.sin(heading)
+    return np.asarray(
+        sums[0] + np.multiply.outer(cosine, sums[1]) + np.multiply.outer(sine, sums[2])
+    )
 
 
-def _best_rotation(sums: FloatArray, heading: float) -> tuple[FloatArray, float]:
-    """The rotation that maximises ⟨M, C⟩, and that maximum."""
+def _best_rotation(sums: FloatArray, heading: FloatArray | float) -> tuple[FloatArray, FloatArray]:
+    """The rotation that maximises ⟨M, C⟩, and that maximum, for one heading or for n."""
     U, singular, Vt = np.linalg.svd(_cost_matrix(sums, heading))
     sign = np.sign(np.linalg.det(U @ Vt))
-    return (U * [1.0, 1.0, sign]) @ Vt, float(singular[0] + singular[1] + sign * singular[2])
+    U[..., 2] *= sign[..., None]
+    return U @ Vt, singular[..., 0] + singular[..., 1] + sign * singular[..., 2]
 
 
 def _covariance(

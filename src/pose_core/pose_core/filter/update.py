@@ -33,6 +33,7 @@ def robust_update(
     rows: Rows,
     iterations: int,
     least_weight: float,
+    known: int,
     weights: FloatArray,
     distance: FloatArray,
     variance: FloatArray,
@@ -44,6 +45,7 @@ def robust_update(
         rows: The measurement rows.
         iterations: Number of reweighting iterations, at least one.
         least_weight: Lower bound of a group's weight [-].
+        known: Number of leading error states whose covariance is updated; the others keep theirs.
         weights: Filled, (groups,).
         distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
         variance: Filled, (rows,): diagonal of H P Hᵀ.
@@ -73,6 +75,8 @@ def robust_update(
     error = np.dot(solved, HP)
     if not np.all(np.isfinite(error)):
         return False
+    if known < len(P):
+        HP = np.ascontiguousarray(HP[:, :known])
     solve_lower(S, HP)
     subtract_square(P, np.ascontiguousarray(HP.T))
     inject_error(state, error)
@@ -134,7 +138,16 @@ def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatAr
 
 @compiled
 def subtract_square(P: FloatArray, W: FloatArray) -> None:
-    """P −= W Wᵀ: the upper triangle in blocks of rows; the lower one is mirrored."""
-    for first in range(0, len(P), BLOCK):
-        P[first : first + BLOCK, first:] -= np.dot(W[first : first + BLOCK], W[first:].T)
+    """P −= W Wᵀ for its leading rows: the upper triangle in blocks; the lower one is mirrored."""
+    for first in range(0, len(W), BLOCK):
+        subtract_rows(P, first, np.dot(W[first : first + BLOCK], W[first:].T))
     mirror(P)
+
+
+@compiled_in_place
+def subtract_rows(P: FloatArray, first: int, block: FloatArray) -> None:
+    """Subtract a block from P, with its upper left element on P's diagonal."""
+    for i in range(len(block)):
+        row, values = P[first + i, first:], block[i]
+        for k in range(len(values)):
+            row[k] -= values[k]

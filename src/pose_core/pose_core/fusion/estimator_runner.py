@@ -12,7 +12,7 @@ from pose_core.fusion.estimates import EstimateBlock
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.output import Output
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock
+from pose_core.fusion.pose_block import PoseBlock, TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
@@ -55,19 +55,30 @@ class EstimatorRunner:
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
         self._sensor_to_segment: SensorsToSegments = {}
+        self._predicted: list[TimedPose] = []
+        self._newest_ns: list[int] = []  # for each of them
+        self._finished: list[EstimateBlock] = []  # of a former body shape
+
+    def advance(self, observation: Observation) -> None:
+        """Process an observation whose pose is not published."""
+        self._estimator_of(observation).advance(observation)
 
     def update(self, observation: Observation) -> PoseBlock | None:
-        """Process an observation; return its poses. A new body shape starts a new estimator."""
+        """Process an observation; return its poses."""
+        estimator = self._estimator_of(observation)
+        poses = estimator.track(observation)
+        return estimator.block_of(poses, [observation.newest_ns] * len(poses)) if poses else None
+
+    def _estimator_of(self, observation: Observation) -> Estimator:
+        """The estimator; a new body shape starts a new one."""
         if self._estimator is None or observation.shape is not self._shape:
+            self._finished += self.predicted()
             self._shape = observation.shape
             self._estimator = self._make(
                 self._model, observation.shape, self._parameters, self._counters
             )
             self._estimator.use_sensor_to_segment(self._sensor_to_segment)
-        poses = self._estimator.track(observation)
-        if not poses:
-            return None
-        return self._estimator.block_of(poses, [observation.newest_ns] * len(poses))
+        return self._estimator
 
     def estimates(self, poses: PoseBlock | None) -> list[EstimateBlock]:
         """Convert poses to estimates: no block or one."""
@@ -122,8 +133,8 @@ class EstimatorRunner:
             return []
         return self.estimates(self._estimator.block_of(poses, [newest_ns] * len(poses)))
 
-    def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> list[EstimateBlock]:
-        """Predict the estimate to a later instant without changing the estimator.
+    def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> None:
+        """Predict the pose to a later instant; :meth:`predicted` returns it. The estimator stays.
 
         Args:
             stamp_ns: The instant [ns].
@@ -131,6 +142,15 @@ class EstimatorRunner:
             readings: Samples of the IMUs at that instant, extrapolated by their gyroscopes.
         """
         pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, readings)
-        if self._estimator is None or pose is None:
-            return []
-        return self.estimates(self._estimator.block_of([pose], [newest_ns]))
+        if pose is not None:
+            self._predicted.append(pose)
+            self._newest_ns.append(newest_ns)
+
+    def predicted(self, least: int = 1) -> list[EstimateBlock]:
+        """The estimates of the predicted poses, once there are at least ``least``."""
+        finished, self._finished = self._finished, []
+        if self._estimator is None or len(self._predicted) < least:
+            return finished
+        poses = self._estimator.block_of(self._predicted, self._newest_ns)
+        self._predicted, self._newest_ns = [], []
+        return finished + self.estimates(poses)

@@ -17,7 +17,6 @@ from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.imu_set import ImuSet
@@ -29,9 +28,8 @@ from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
 JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
-
-
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
+BLOCK = 50  # [estimates] of a recording that are published together
 
 
 class OutputGrid:
@@ -117,7 +115,7 @@ class FusionPipeline:
         if has_output_rate(parameters):
             self._grid = OutputGrid(parameters.output_rate, parameters.forget_after)
         self.outlet: Callable[[EstimateBlock], None] | None = None
-        """Receives each block of estimates before the next frame is processed; none is returned."""
+        """Receives each block of estimates, live before the next frame; none is returned."""
         if extrinsics is not None:
             self.place_sensors(extrinsics)
         if shape is not None:
@@ -213,7 +211,8 @@ class FusionPipeline:
         """Add one person's joints from one sensor, or IMU samples.
 
         Returns:
-            The estimates that are now complete; none if there is an :attr:`outlet`.
+            The estimates that are now complete, of a recording some together; none if there is
+            an :attr:`outlet`.
         """
         return self._estimated(self._preprocessor.add(sample))
 
@@ -226,7 +225,8 @@ class FusionPipeline:
         estimates = self._estimated(self._preprocessor.flush())
         newest_ns = self._preprocessor.newest_ns
         if self._grid is not None and not self._is_live:
-            estimates += self._output_before(newest_ns + 1)
+            self._predict_before(newest_ns + 1)
+        estimates += self.publish_predicted()
         return estimates + self._published(self._runner.flush(newest_ns))
 
     def publish_until(self, now_ns: int) -> list[BodyEstimate]:
@@ -244,7 +244,13 @@ class FusionPipeline:
         self.calibrate_session()
         instants, skipped = self._grid.until(now_ns, LONGEST_BACKLOG_NS)
         self.counters.add("outputs_skipped", skipped)
-        return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
+        for instant_ns in instants:
+            self._predict(instant_ns)
+        return self.publish_predicted()
+
+    def publish_predicted(self, least: int = 1) -> list[BodyEstimate]:
+        """Publish the estimates of a recording that wait for a block of at least ``least``."""
+        return self._published(self._runner.predicted(least))
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
         """The estimate at any instant; the instants of successive calls must increase.
@@ -256,8 +262,8 @@ class FusionPipeline:
             None if there is no pose at this instant.
         """
         self.calibrate_session()
-        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
-        blocks = self._runner.predict(stamp_ns, newest_ns, readings)
+        self._predict(stamp_ns)
+        blocks = self._runner.predicted()
         return blocks[0][0] if blocks else None
 
     def calibrate_session(self) -> None:
@@ -272,27 +278,25 @@ class FusionPipeline:
         estimates: list[BodyEstimate] = []
         for observation in observations:
             if self._grid is None:
-                poses = self._update(observation)
-                estimates += self._published(self._runner.estimates(poses))
-                continue
-            if not self._is_live:
-                estimates += self._output_before(observation.stamp_ns)
-            self._update(observation)
+                poses = self._runner.update(observation)
+            else:
+                if not self._is_live:
+                    self._predict_before(observation.stamp_ns)
+                    estimates += self.publish_predicted(BLOCK)
+                poses = None
+                self._runner.advance(observation)
+            self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
+            estimates += self._published(self._runner.estimates(poses))
         return estimates
 
-    def _update(self, observation: Observation) -> PoseBlock | None:
-        poses = self._runner.update(observation)
-        self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
-        return poses
-
-    def _output_before(self, stamp_ns: int) -> list[BodyEstimate]:
+    def _predict_before(self, stamp_ns: int) -> None:
         assert self._grid is not None
-        instants = self._grid.before(stamp_ns)
-        return [estimate for instant_ns in instants for estimate in self._output_at(instant_ns)]
+        for instant_ns in self._grid.before(stamp_ns):
+            self._predict(instant_ns)
 
-    def _output_at(self, stamp_ns: int) -> list[BodyEstimate]:
+    def _predict(self, stamp_ns: int) -> None:
         readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
-        return self._published(self._runner.predict(stamp_ns, newest_ns, readings))
+        self._runner.predict(stamp_ns, newest_ns, readings)
 
     def _published(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
         if self.outlet is None:

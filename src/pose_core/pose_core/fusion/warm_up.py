@@ -89,10 +89,8 @@ def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
             instants = (block.T_map_link, block.position, block.placed_joints)
             BodyFrames(model, parameters.subject).places(*instants)
     stamp_ns = (FRAMES + 1) * PERIOD_NS
-    for block in (
-        *runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns)),
-        *runner.flush(stamp_ns),
-    ):
+    runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))
+    for block in (*runner.predicted(), *runner.flush(stamp_ns)):
         example = block
     return example
 

@@ -19,6 +19,8 @@ class ImuSet:
         self._check = GyroscopeCheck()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states = NO_STATES
+        self._slips: Mapping[str, int] = {}
+        self._replaced: frozenset[str] = frozenset()
         self.counters = Counters(
             "imu_gaps", "imu_readings_missing", "imu_samples_against_gyroscope"
         )
@@ -53,6 +55,7 @@ class ImuSet:
         """Store samples; return how many were rejected because their IMU has newer ones."""
         self._states_at = None
         checked = self._check.checked(self._rates.checked(block))
+        self._slips, self._replaced = self._check.slips, self._rates.replaced
         self.counters.add("imu_samples_against_gyroscope", len(block) - len(checked))
         rejected = self._history.add(checked)
         self.counters.add("imu_gaps", len(self._history.gaps_ns))
@@ -73,9 +76,8 @@ class ImuSet:
             return NO_STATES
         if self._states_at != stamp_ns:
             states = self._history.at(stamp_ns)
-            slips, replaced = self._check.slips, self._rates.replaced
-            if slips or replaced:
-                states = replace(states, slips=slips, replaced_rates=replaced)
+            if self._slips or self._replaced:
+                states = replace(states, slips=self._slips, replaced_rates=self._replaced)
             self._known_states = states
             self._states_at = stamp_ns
         missing = len(self._history.segments) - len(self._known_states)

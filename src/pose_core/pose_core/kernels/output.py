@@ -14,7 +14,6 @@ from pose_core.kernels.joint_angle_extraction import (
     continuous_vector,
     extract_pose,
 )
-from pose_core.kernels.joint_kinematics import BodyArrays, Pose, compute_joints
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
 from pose_core.kernels.rotations import logarithm, product_transposed, turn_by
@@ -46,44 +45,6 @@ class PoseOutput(NamedTuple):
     placed_joints: FloatArray  # (n, joints, 3) [m]: from the published degrees of freedom
     T_map_link: FloatArray  # (n, links, 4, 4): likewise
     sensor_weight: FloatArray  # (n, s, joints) [-]
-
-
-@compiled
-def copy_state(
-    body: BodyArrays,
-    pose: Pose,
-    P: FloatArray,
-    parents: NDArray[np.int64],
-    scale: float,
-    out: StateNumbers,
-) -> None:
-    """Copy the published part of a state, except the information, which the update provides.
-
-    Args:
-        body: The tree of links.
-        pose: The state.
-        P: Its covariance.
-        parents: Parents of its links, (links,); −1 for the root.
-        scale: See :func:`published_variance`.
-        out: Filled.
-    """
-    out.scale[0] = scale
-    levers = np.zeros((len(out.joints), len(parents), 3))
-    compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
-    for axis in range(3):
-        out.position[axis], out.velocity[axis] = pose.position[axis], pose.velocity[axis]
-        out.place_variance[axis] = P[axis, axis]
-    for link in range(len(parents)):
-        own, above = 3 + 3 * link, 3 + 3 * parents[link]
-        for a in range(3):
-            out.rates[link, a] = pose.rates[link, a]
-            for b in range(3):
-                out.rotations[link, a, b] = pose.rotations[link, a, b]
-                relative = P[own + a, own + b]
-                if parents[link] >= 0:
-                    relative += P[above + a, above + b]
-                    relative -= P[own + a, above + b] + P[above + a, own + b]
-                out.covariance[link, a, b] = relative
 
 
 @compiled

@@ -29,6 +29,8 @@ def assign(cost: FloatArray) -> list[tuple[int, int]]:
     """
     if cost.size == 0 or not np.isfinite(cost).any():
         return []
+    if cost.shape[1] == 1:
+        return [(int(cost.argmin()), 0)]
     bounded = np.where(np.isfinite(cost), cost, FORBIDDEN)
     if len(cost) <= cost.shape[1]:
         pairs = [(row, column) for column, row in enumerate(_rows_of(bounded)) if row >= 0]

@@ -31,8 +31,8 @@ def joint_distances(expected: FloatArray, seen: FloatArray) -> tuple[FloatArray,
         (p, s) [m], each joint :data:`FARTHEST_M` at most; infinite with too few joints in common.
         And whether the sides are exchanged, (p, s).
     """
-    plain = _mean_distances(expected, seen)
-    mirrored = _mean_distances(expected, seen[:, OTHER_SIDE])
+    both = _mean_distances(expected, np.concatenate([seen, seen[:, OTHER_SIDE]]))
+    plain, mirrored = both[:, : len(seen)], both[:, len(seen) :]
     is_mirrored = mirrored + MIRRORED_M < plain
     return np.where(is_mirrored, mirrored, plain), is_mirrored
 
