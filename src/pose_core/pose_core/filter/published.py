@@ -1,4 +1,8 @@
-"""The published part of a filter state, at its own instant or at a later one."""
+"""The published part of a filter state, at its own instant or at a later one.
+
+Joints are published with a part of their slides only: besides what joints really move within their
+links, slides take in the trackers' slow offsets.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +15,8 @@ from pose_core.filter.step import update_with_imus
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.joint_kinematics import BodyArrays, Pose, compute_joints
+
+PUBLISHED_SLIDE = 0.6  # [-] of a slide
 
 
 @compiled
@@ -27,7 +33,8 @@ def copy_published(
     """
     pose, P = state.pose, state.P
     levers = np.zeros((len(out.joints), len(parents), 3))
-    compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
+    slides = PUBLISHED_SLIDE * pose.slides
+    compute_joints(body, pose.position, pose.rotations, slides, levers, out.joints)
     for axis in range(3):
         out.position[axis], out.velocity[axis] = pose.position[axis], pose.velocity[axis]
         out.place_variance[axis] = P[axis, axis]
