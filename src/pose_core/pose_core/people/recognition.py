@@ -18,15 +18,20 @@ from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
+TOGETHER_S = 0.2  # [s] in view at once, two tracks are of two people
 JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back
 REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
 PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the way
 AREA_M2 = 10.0  # [m²] in which anybody may appear
 SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
 NEW_PERSON = -5.0  # [-] log ratio of somebody new against one who has just left
+NEW_PERSON_FIRST = -1.0  # [-] the same while people are seen for the first time
+FIRST_S = 8.0  # [s] from the first person on
 NEW_PERSON_LATER = -2.0  # [-] the same against one who left long ago
 CERTAIN = 4.0  # [-] log ratio by which the next best assignment must be less likely
 OTHER_SIZE = -6.0  # [-] log ratio at which somebody in sight is somebody else
+STRANGER = -25.0  # [-] the same, if they are nobody who is away either
+DOUBT_MEASUREMENTS = 15  # [-] after which somebody in doubt is compared again
 EXCHANGED = 8.0  # [-] log ratio at which two who met are exchanged
 WINDOW_S = 1.5  # [s] of measurements that are compared with what is known
 WINDOW_MEASUREMENTS = 30  # [-] at least
@@ -39,6 +44,7 @@ class Recognition:
 
     def __init__(self, counters: Counters) -> None:
         self._counters = counters
+        self.newest_ns = 0
         self._doubts: set[int] = set()  # numbers of those who came back and are not measured yet
 
     def recognise(
@@ -67,7 +73,10 @@ class Recognition:
 
     def _cost(self, newcomer: PersonTrack, away: PersonTrack) -> float:
         """Negative log ratio of both being one person, against somebody new; infinite: too far."""
-        gone_s = max(0.0, (newcomer.born_ns - away.last_seen_ns) * 1e-9)
+        gone_s = (newcomer.born_ns - away.last_seen_ns) * 1e-9
+        if gone_s < -TOGETHER_S:
+            return float("inf")
+        gone_s = max(0.0, gone_s)
         has_same_id = any(
             name in away.views and away.views[name].person == view.person
             for name, view in newcomer.views.items()
@@ -83,7 +92,9 @@ class Recognition:
             return most
         spread = PLACE_M + PLACE_SPEED * gone_s
         ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
-        return min(most, NEW_PERSON - ratio + 0.5 * (way / spread) ** 2)
+        is_first = newcomer.born_ns - self.newest_ns < FIRST_S * 1e9
+        new_person = NEW_PERSON_FIRST if is_first else NEW_PERSON
+        return min(most, new_person - ratio + 0.5 * (way / spread) ** 2)
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""
@@ -112,19 +123,30 @@ class Recognition:
         track.recent_size = None
         self._doubts.discard(track.number)
 
-    def measure(self, track: PersonTrack, sample: SkeletonSample, stamp_ns: int) -> bool:
+    def measure(
+        self,
+        track: PersonTrack,
+        sample: SkeletonSample,
+        away: Sequence[PersonTrack],
+        stamp_ns: int,
+    ) -> bool:
         """Add a measurement of a person in view; returns whether they are somebody else."""
         if track.recent_size is None:
             track.recent_size, track.returned_ns = BodySize(), stamp_ns
-        track.recent_size.add(sample)
+        recent = track.recent_size
+        recent.add(sample)
         too_early = stamp_ns - track.returned_ns < WINDOW_S * 1e9
-        if too_early or track.recent_size.measurements < WINDOW_MEASUREMENTS:
+        if too_early or recent.measurements < WINDOW_MEASUREMENTS:
             return False
         if track.number in self._doubts:
-            if track.recent_size.likeness(track.size) < OTHER_SIZE:
-                return True
+            if recent.measurements % DOUBT_MEASUREMENTS:
+                return False
+            likeness = recent.likeness(track.size)
+            if likeness < OTHER_SIZE:
+                others = [recent.likeness(other.size) for other in away]
+                return likeness < STRANGER or max(others, default=likeness) > likeness + EXCHANGED
             self._doubts.remove(track.number)
-        track.size.merge(track.recent_size)
+        track.size.merge(recent)
         track.recent_size = None
         return False
 
