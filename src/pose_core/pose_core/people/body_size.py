@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.body.shape import BodyShape
 from pose_core.finite_numbers import nan_mean
@@ -81,14 +82,25 @@ class _Lengths:
             rows = np.array(self.rows).reshape(-1, len(BONES))
             count = np.isfinite(rows).sum(axis=0)
             is_known = count >= LEAST
-            median, scatter = np.full((2, len(BONES)), np.nan)
-            median[is_known] = np.nanmedian(rows[:, is_known], axis=0)
-            deviation = np.abs(rows[:, is_known] - median[is_known])
-            scatter[is_known] = MAD_TO_DEVIATION * np.nanmedian(deviation, axis=0)
+            median = np.where(is_known, _median(rows, count), np.nan)
+            scatter = MAD_TO_DEVIATION * _median(np.abs(rows - median), count)
             frames = np.maximum(count * self.every, 1.0)
             variance = scatter**2 / np.maximum(frames / SCATTER_FRAMES, 1.0)
             self._summary = _Summary(median=median, variance=variance, frames=frames)
         return self._summary
+
+
+def _median(rows: FloatArray, count: NDArray[np.int_]) -> FloatArray:
+    """Median of each column's finite values, of which there are so many.
+
+    In a fraction of the time of numpy's nanmedian.
+    """
+    if not len(rows):
+        return np.full(rows.shape[1], np.nan)
+    rows = np.sort(rows, axis=0)  # NaN comes last
+    columns = np.arange(rows.shape[1])
+    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, len(rows) - 1)
+    return np.asarray(0.5 * (rows[low, columns] + rows[high, columns]))
 
 
 @dataclass(frozen=True, kw_only=True)

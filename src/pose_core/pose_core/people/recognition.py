@@ -18,21 +18,20 @@ from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
-TOGETHER_S = 0.2  # [s] in view at once, two tracks are of two people
+TOGETHER_S = 0.2  # [s] in view at once, from which two tracks are of two people
 JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back
 REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
 PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the way
 AREA_M2 = 10.0  # [m²] in which anybody may appear
 SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
-NEW_PERSON = -5.0  # [-] log ratio of somebody new against one who has just left
-NEW_PERSON_FIRST = -1.0  # [-] the same while people are seen for the first time
-FIRST_S = 8.0  # [s] from the first person on
-NEW_PERSON_LATER = -2.0  # [-] the same against one who left long ago
+NEW_PERSON = -3.0  # [-] log ratio of somebody new against somebody who is away
+NEW_IN_GROUP = -1.0  # [-] the same soon after somebody new: people come together
+GROUP_S = 8.0  # [s] for which
 CERTAIN = 4.0  # [-] log ratio by which the next best assignment must be less likely
 OTHER_SIZE = -6.0  # [-] log ratio at which somebody in sight is somebody else
-STRANGER = -25.0  # [-] the same, if they are nobody who is away either
+STRANGER = -25.0  # [-] the same, if nobody who is away is of this size either
 DOUBT_MEASUREMENTS = 15  # [-] after which somebody in doubt is compared again
-EXCHANGED = 8.0  # [-] log ratio at which two who met are exchanged
+EXCHANGED = 8.0  # [-] log ratio at which two who met are exchanged, or somebody away fits better
 WINDOW_S = 1.5  # [s] of measurements that are compared with what is known
 WINDOW_MEASUREMENTS = 30  # [-] at least
 SETTLED = 120  # [-] measurements
@@ -43,8 +42,8 @@ class Recognition:
     """Compares people with those who are known."""
 
     def __init__(self, counters: Counters) -> None:
+        self.new_person_ns: int | None = None  # when the last new person was confirmed
         self._counters = counters
-        self.newest_ns = 0
         self._doubts: set[int] = set()  # numbers of those who came back and are not measured yet
 
     def recognise(
@@ -83,7 +82,7 @@ class Recognition:
         )
         ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
         way = float(np.linalg.norm(newcomer.born_at - away.expected_centre(newcomer.born_ns)))
-        anywhere = NEW_PERSON_LATER - ratio
+        anywhere = self._new_person(newcomer) - ratio
         if gone_s > JUST_LEFT_S:
             return anywhere
         # Under one id a tracker may jump; somebody else's cannot.
@@ -92,9 +91,13 @@ class Recognition:
             return most
         spread = PLACE_M + PLACE_SPEED * gone_s
         ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
-        is_first = newcomer.born_ns - self.newest_ns < FIRST_S * 1e9
-        new_person = NEW_PERSON_FIRST if is_first else NEW_PERSON
-        return min(most, new_person - ratio + 0.5 * (way / spread) ** 2)
+        return min(most, self._new_person(newcomer) - ratio + 0.5 * (way / spread) ** 2)
+
+    def _new_person(self, newcomer: PersonTrack) -> float:
+        """Log ratio of somebody new against somebody who is away, before any measurement."""
+        since_ns = self.new_person_ns
+        is_in_group = since_ns is not None and newcomer.born_ns - since_ns < GROUP_S * 1e9
+        return NEW_IN_GROUP if is_in_group else NEW_PERSON
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""
@@ -130,7 +133,12 @@ class Recognition:
         away: Sequence[PersonTrack],
         stamp_ns: int,
     ) -> bool:
-        """Add a measurement of a person in view; returns whether they are somebody else."""
+        """Add a measurement of a person in view.
+
+        Returns:
+            Whether they are somebody else: their size fits one of ``away`` far better, or is far
+            from their own. Hidden joints make a person's own size uncertain.
+        """
         if track.recent_size is None:
             track.recent_size, track.returned_ns = BodySize(), stamp_ns
         recent = track.recent_size
