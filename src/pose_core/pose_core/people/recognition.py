@@ -80,15 +80,17 @@ class Recognition:
             name in away.views and away.views[name].person == view.person
             for name, view in newcomer.views.items()
         )
-        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
         way = float(np.linalg.norm(newcomer.born_at - away.expected_centre(newcomer.born_ns)))
-        anywhere = self._new_person(newcomer) - ratio
-        if gone_s > JUST_LEFT_S:
-            return anywhere
+        has_just_left = gone_s <= JUST_LEFT_S
+        is_out_of_reach = has_just_left and way > REACH_M + REACH_SPEED * gone_s
         # Under one id a tracker may jump; somebody else's cannot.
+        if is_out_of_reach and not has_same_id:
+            return float("inf")
+        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
+        anywhere = self._new_person(newcomer) - ratio
+        if is_out_of_reach or not has_just_left:
+            return anywhere
         most = anywhere if has_same_id else float("inf")
-        if way > REACH_M + REACH_SPEED * gone_s:
-            return most
         spread = PLACE_M + PLACE_SPEED * gone_s
         ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
         return min(most, self._new_person(newcomer) - ratio + 0.5 * (way / spread) ** 2)
