@@ -74,6 +74,23 @@ def test_a_gap_is_reported_with_place_and_length(monkeypatch, capsys, tmp_path):
     assert gap["length_s"] == pytest.approx(12.1, abs=5e-3)
 
 
+def test_when_frames_show_nobody_is_reported_with_place_and_length(monkeypatch, capsys, tmp_path):
+    body = ["1", "1 0 1 1 1 1 0 0.02 -0.19 2", "25", *["0.1 0.2 2" + " 0" * 8 + " 2"] * 25]
+    frames = [["0"] if 30 <= frame < 90 else body for frame in range(120)]
+    path = tmp_path / "absence.skeleton"
+    path.write_text("\n".join(["120", *(line for frame in frames for line in frame)]))
+
+    assert run(monkeypatch, path, "--json") == 0
+    (sensor,) = json.loads(capsys.readouterr().out)["sensors"]
+    (absence,) = sensor["absences"]
+
+    assert sensor["gaps"] == []
+    assert absence["at_s"] == pytest.approx(1.0, abs=2e-3)
+    assert absence["length_s"] == pytest.approx(2.0, abs=2e-3)
+    assert run(monkeypatch, path, "--print-only") == 0
+    assert "nobody   2.0 s at 1.0 s" in capsys.readouterr().out
+
+
 def test_a_missing_file_is_one_line_and_status_1(monkeypatch, capsys, tmp_path):
     assert run(monkeypatch, tmp_path / "nothing.csv") == 1
     said = capsys.readouterr()

@@ -143,6 +143,16 @@ def test_a_frame_without_bodies_has_no_persons(tmp_path, name):
     assert len(stream.rows(len(stream) - 1)) == 0
 
 
+@pytest.mark.parametrize("missing", [0.0, np.nan])
+def test_a_body_of_zeros_or_without_a_number_is_nobody(tmp_path, missing):
+    joints = np.stack([joints_of(20, f) for f in range(3)], axis=-1)
+    joints[..., 1] = missing
+    savemat(tmp_path / "a1_s1_t1_skeleton.mat", {"d_skel": joints})
+    (stream,) = read_recording(tmp_path / "a1_s1_t1_skeleton.mat").streams
+
+    assert [len(stream.rows(frame)) for frame in range(len(stream))] == [1, 0, 1]
+
+
 def test_a_folder_with_a_file_a_frame_is_a_recording(tmp_path):
     for frame in range(3):
         joints = np.column_stack([joints_of(32, frame), np.zeros((32, 4))]).tolist()

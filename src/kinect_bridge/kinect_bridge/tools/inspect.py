@@ -37,7 +37,7 @@ BONES = (
 
 
 FAR_M = 100.0  # [m] beyond the range of any camera
-GAP_S = 0.5  # [s] shortest gap that is listed
+GAP_S = 0.5  # [s] shortest gap or absence that is listed
 
 
 def draw_first_frames(recording: Recording, path: Path) -> None:
@@ -121,10 +121,26 @@ def _describe_sensor(stream: SensorStream, timeline: Timeline, zero_ns: int) -> 
             {"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s}
             for at_ns, length_s in timeline.gaps(GAP_S)
         ],
+        "absences": [
+            {"at_s": (at_ns - zero_ns) * 1e-9, "length_s": length_s}
+            for at_ns, length_s in _absences(stream, timeline)
+        ],
         "joints": stream.joint_counts(),
         "far": _far(stream),
         "clock": None if timeline.fit is None else timeline.fit.summary(),
     }
+
+
+def _absences(stream: SensorStream, timeline: Timeline) -> list[tuple[int, float]]:
+    """When frames showed nobody for long: the time of the first one [ns] and the length [s]."""
+    is_empty = np.diff(stream.row_start)[timeline.frame] == 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_empty, [False]])))
+    if not len(edges):
+        return []
+    ends = np.minimum(edges[1::2], len(timeline) - 1)
+    spans = zip(timeline.time_ns[edges[::2]].tolist(), timeline.time_ns[ends].tolist(), strict=True)
+    found = [(begin_ns, (end_ns - begin_ns) * 1e-9) for begin_ns, end_ns in spans]
+    return [(at_ns, length_s) for at_ns, length_s in found if length_s > GAP_S]
 
 
 def _far(stream: SensorStream) -> dict[str, float]:
@@ -158,6 +174,7 @@ def as_text(description: dict[str, Any]) -> str:
             f"not tracked {joints['not_tracked']}",
             *_far_lines(sensor["far"]),
             f"  gaps     {_gaps_text(sensor['gaps'])}",
+            f"  nobody   {_gaps_text(sensor['absences'])}",
             f"  clock    {_clock_text(clock)}",
         ]
     return "\n".join(lines)

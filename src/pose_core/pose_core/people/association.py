@@ -19,8 +19,8 @@ from pose_core.people.distances import joint_distances
 from pose_core.people.person_track import PersonTrack
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
-GATE_M = 0.55  # [m] mean distance of the joints from their predicted positions, under a known id
-OTHER_ID_GATE_M = 0.3  # [m] the same under any other id: people pass each other at arm's length
+GATE_M = 0.35  # [m] mean distance of the joints from their predicted positions, under a known id
+OTHER_ID_GATE_M = 0.25  # [m] the same under any other id: people pass each other at arm's length
 SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and against others
 ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
 UNCERTAIN_M = 0.1  # [m] advantage of a confirmed person who is seen

@@ -18,16 +18,20 @@ from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
+TOGETHER_S = 0.2  # [s] in view at once, from which two tracks are of two people
 JUST_LEFT_S = 6.0  # [s] for which a place says something of who comes back
 REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
 PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the way
 AREA_M2 = 10.0  # [m²] in which anybody may appear
 SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
-NEW_PERSON = -5.0  # [-] log ratio of somebody new against one who has just left
-NEW_PERSON_LATER = -2.0  # [-] the same against one who left long ago
+NEW_PERSON = -3.0  # [-] log ratio of somebody new against somebody who is away
+NEW_IN_GROUP = -1.0  # [-] the same soon after somebody new: people come together
+GROUP_S = 8.0  # [s] for which
 CERTAIN = 4.0  # [-] log ratio by which the next best assignment must be less likely
 OTHER_SIZE = -6.0  # [-] log ratio at which somebody in sight is somebody else
-EXCHANGED = 8.0  # [-] log ratio at which two who met are exchanged
+STRANGER = -25.0  # [-] the same, if nobody who is away is of this size either
+DOUBT_MEASUREMENTS = 15  # [-] after which somebody in doubt is compared again
+EXCHANGED = 8.0  # [-] log ratio at which two who met are exchanged, or somebody away fits better
 WINDOW_S = 1.5  # [s] of measurements that are compared with what is known
 WINDOW_MEASUREMENTS = 30  # [-] at least
 SETTLED = 120  # [-] measurements
@@ -38,6 +42,7 @@ class Recognition:
     """Compares people with those who are known."""
 
     def __init__(self, counters: Counters) -> None:
+        self.new_person_ns: int | None = None  # when the last new person was confirmed
         self._counters = counters
         self._doubts: set[int] = set()  # numbers of those who came back and are not measured yet
 
@@ -67,23 +72,34 @@ class Recognition:
 
     def _cost(self, newcomer: PersonTrack, away: PersonTrack) -> float:
         """Negative log ratio of both being one person, against somebody new; infinite: too far."""
-        gone_s = max(0.0, (newcomer.born_ns - away.last_seen_ns) * 1e-9)
+        gone_s = (newcomer.born_ns - away.last_seen_ns) * 1e-9
+        if gone_s < -TOGETHER_S:
+            return float("inf")
+        gone_s = max(0.0, gone_s)
         has_same_id = any(
             name in away.views and away.views[name].person == view.person
             for name, view in newcomer.views.items()
         )
-        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
         way = float(np.linalg.norm(newcomer.born_at - away.expected_centre(newcomer.born_ns)))
-        anywhere = NEW_PERSON_LATER - ratio
-        if gone_s > JUST_LEFT_S:
-            return anywhere
+        has_just_left = gone_s <= JUST_LEFT_S
+        is_out_of_reach = has_just_left and way > REACH_M + REACH_SPEED * gone_s
         # Under one id a tracker may jump; somebody else's cannot.
+        if is_out_of_reach and not has_same_id:
+            return float("inf")
+        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
+        anywhere = self._new_person(newcomer) - ratio
+        if is_out_of_reach or not has_just_left:
+            return anywhere
         most = anywhere if has_same_id else float("inf")
-        if way > REACH_M + REACH_SPEED * gone_s:
-            return most
         spread = PLACE_M + PLACE_SPEED * gone_s
         ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
-        return min(most, NEW_PERSON - ratio + 0.5 * (way / spread) ** 2)
+        return min(most, self._new_person(newcomer) - ratio + 0.5 * (way / spread) ** 2)
+
+    def _new_person(self, newcomer: PersonTrack) -> float:
+        """Log ratio of somebody new against somebody who is away, before any measurement."""
+        since_ns = self.new_person_ns
+        is_in_group = since_ns is not None and newcomer.born_ns - since_ns < GROUP_S * 1e9
+        return NEW_IN_GROUP if is_in_group else NEW_PERSON
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""
@@ -112,19 +128,35 @@ class Recognition:
         track.recent_size = None
         self._doubts.discard(track.number)
 
-    def measure(self, track: PersonTrack, sample: SkeletonSample, stamp_ns: int) -> bool:
-        """Add a measurement of a person in view; returns whether they are somebody else."""
+    def measure(
+        self,
+        track: PersonTrack,
+        sample: SkeletonSample,
+        away: Sequence[PersonTrack],
+        stamp_ns: int,
+    ) -> bool:
+        """Add a measurement of a person in view.
+
+        Returns:
+            Whether they are somebody else: their size fits one of ``away`` far better, or is far
+            from their own. Hidden joints make a person's own size uncertain.
+        """
         if track.recent_size is None:
             track.recent_size, track.returned_ns = BodySize(), stamp_ns
-        track.recent_size.add(sample)
+        recent = track.recent_size
+        recent.add(sample)
         too_early = stamp_ns - track.returned_ns < WINDOW_S * 1e9
-        if too_early or track.recent_size.measurements < WINDOW_MEASUREMENTS:
+        if too_early or recent.measurements < WINDOW_MEASUREMENTS:
             return False
         if track.number in self._doubts:
-            if track.recent_size.likeness(track.size) < OTHER_SIZE:
-                return True
+            if recent.measurements % DOUBT_MEASUREMENTS:
+                return False
+            likeness = recent.likeness(track.size)
+            if likeness < OTHER_SIZE:
+                others = [recent.likeness(other.size) for other in away]
+                return likeness < STRANGER or max(others, default=likeness) > likeness + EXCHANGED
             self._doubts.remove(track.number)
-        track.size.merge(track.recent_size)
+        track.size.merge(recent)
         track.recent_size = None
         return False
 

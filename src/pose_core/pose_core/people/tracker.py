@@ -229,7 +229,7 @@ class PeopleTracker:
             track.size.add(sample)
             track.held.append(sample)
             return []
-        if self._recognition.measure(track, sample, stamp_ns):
+        if self._recognition.measure(track, sample, self._tracks.of(Presence.AWAY), stamp_ns):
             track = self._tracks.take_over(track, stamp_ns)
         return [(track.number, sample)]
 

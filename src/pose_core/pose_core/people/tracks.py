@@ -15,9 +15,10 @@ from pose_core.streams.samples import FloatArray, SkeletonSample
 
 AWAY_AFTER_S = 0.35  # [s] unseen by all sensors, a person is away
 CONFIRMED_AFTER_S = 0.3  # [s] in view: shorter ones are trackers' ghosts
-UNCERTAIN_FOR_S = 2.0  # [s] in view, for which it may stay uncertain who of those away they are
+UNCERTAIN_FOR_S = 4.0  # [s] in view, for which it may stay uncertain who of those away they are
+NEW_AFTER_S = 1.0  # [s] in view, for somebody new: a glimpse does not give a size
 CONFIRMED_FRAMES = 5  # [-] the same in frames
-GHOST_AFTER_S = 0.3  # [s] unseen, a tentative person was a ghost
+GHOST_AFTER_S = 0.8  # [s] unseen, a tentative person was a ghost
 MOST_TENTATIVE = 12  # [-] at a time; of ghosts all over the place, the others are left out
 JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 
@@ -116,6 +117,7 @@ class Tracks:
         self.everybody.append(track)
         if is_alone and len(self.everybody) == 1:
             track.presence = Presence.PRESENT
+            self._recognition.new_person_ns = stamp_ns
             self._counters.add("came")
             return [(track.number, sample)]
         track.held.append(sample)
@@ -138,7 +140,7 @@ class Tracks:
         """Confirm whoever has been in view for long enough, as new or as back.
 
         Returns:
-            Their skeletons until now: all of somebody new, the last one of somebody who is back.
+            Their skeletons until now, in the order in which they came.
         """
         ripe = [
             track
@@ -153,16 +155,17 @@ class Tracks:
         unseen = [track for track in known_ones if not track.is_certain(stamp_ns)]
         for track, known, margin in self._recognition.recognise(people, unseen):
             is_clear = margin >= CERTAIN and (known is not None or not unseen)
+            is_clear &= known is not None or track.in_view_s >= NEW_AFTER_S
             if not is_clear and track.in_view_s < UNCERTAIN_FOR_S:
                 continue
             if known is None:
                 track.presence = Presence.PRESENT
+                self._recognition.new_person_ns = stamp_ns
                 self._counters.add("came")
                 given += [(track.number, sample) for sample in track.held]
             else:
                 self._recognition.return_as(known, track, stamp_ns)
-                self._counters.add("held_back", len(track.held) - 1)
-                given.append((known.number, track.held[-1]))
+                given += [(known.number, sample) for sample in track.held]
                 self.everybody.remove(track)
             track.held = []
         return given

@@ -22,9 +22,13 @@ class SdkRows:
     joints: list[Sequence[Sequence[float]]] = field(default_factory=list)  # x, y, z, confidence
 
     def add(self, time_ns: int, person: str, joints: Sequence[Sequence[float]]) -> None:
-        """Add a person of a frame; NaN where something is missing."""
+        """Add a person of a frame; NaN where something is missing.
+
+        SDKs write a body that is not tracked with zeros: it is nobody.
+        """
+        places = np.nan_to_num([joint[:3] for joint in joints], posinf=0.0, neginf=0.0)
         self.time_ns.append(time_ns)
-        self.person.append(person)
+        self.person.append(person if places.any() else "")
         self.joints.append(joints)
 
     def add_nobody(self, time_ns: int, count: int) -> None:
