@@ -20,6 +20,7 @@ PERIOD_S = 0.01
 def publish(targets, rates, stddev_deg=2.0):
     """Angles, rates, whether known, variances of a filter's angles at 100 Hz, all [rad]."""
     blending = make_blending(1)
+    blending.slow_s[0] = 0.0  # the start is over
     rows = []
     for k, (value, rate) in enumerate(zip(targets, rates, strict=True)):
         target = np.array([value, rate, np.radians(stddev_deg) ** 2])
@@ -49,6 +50,18 @@ def test_a_jump_of_the_filter_is_blended_out_and_the_deviation_says_so(jump_deg)
     np.testing.assert_allclose(position[-1], targets[-1], atol=1e-6)
     apart = np.abs(position - targets)
     assert (np.sqrt(variance[51:]) >= apart[51:]).all()
+
+
+def test_the_start_is_calm():
+    saw = np.where(np.arange(400) // 2 % 2, np.radians(1.5), np.radians(-1.5))
+    blending, position = make_blending(1), []
+    for k, value in enumerate(saw):
+        dt_s = elapsed_s(blending, 10**18 + 10 * MS * k)
+        blend_angle(blending, 0, dt_s, np.array([value, 0.0, np.radians(2.0) ** 2]), LIMITS)
+        blending.stamp_ns[0] = 10**18 + 10 * MS * k
+        position.append(blending.position[0])
+    second = np.abs(np.diff(position, n=2))
+    assert second[5:150].max() < 0.5 * second[250:].max()
 
 
 @pytest.mark.parametrize("silent_s", [2.0, 8.0])

@@ -8,8 +8,8 @@ decays with critical damping,
 
 so that the published rate is the derivative of the published angle. 1/k is short where the filter
 is certain of an angle and long where it is not, as for the axial rotation of a straight limb. A
-large difference is reduced at a bounded rate, which is lower after a silence, when messages come
-late and each is a larger step. Angles stay within the limits of the body model.
+large difference is reduced at a bounded rate. At the start and after a silence that rate is lower
+and 1/k is longer: sensors return one after the other, and IMUs are not aligned yet. Angles stay within the limits of the body model.
 """
 
 from typing import NamedTuple
@@ -21,8 +21,9 @@ from pose_core.kernels.compiling import compiled_in_place
 from pose_core.streams.samples import FloatArray
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle
+CALM_BLEND_S = 0.03  # [s] least 1/k at the start and after a silence
 LONGEST_BLEND_S = 0.12  # [s] 1/k of an uncertain angle
-SURE_STDDEV = np.radians(16.0)  # [rad] up to which an angle counts as certain
+SURE_STDDEV = np.radians(10.0)  # [rad] up to which an angle counts as certain
 LARGEST_TRAVEL = 8.0  # [rad/s], [m/s] largest rate at which a difference is reduced
 TRAVEL_AFTER_GAP = 2.5  # [rad/s], [m/s] the same, after a silence
 LARGEST_RATE = 40.0  # [rad/s] bound of the filter's rate
@@ -32,7 +33,7 @@ UNKNOWN_GROWTH = np.radians(30.0)  # [rad/s] of an unknown angle's standard devi
 LARGEST_UNKNOWN = np.radians(90.0)  # [rad] up to which it grows
 LONGEST_GAP_S = 0.5  # [s] after a longer silence the output continues from rest
 AFTER_GAP_S = 0.01  # [s] taken as elapsed in that case
-SLOW_S = 1.5  # [s] after it, for which differences are reduced at the lower rate
+SLOW_S = 2.0  # [s] at the start and after a silence, differences are reduced slowly
 
 
 class Blending(NamedTuple):
@@ -43,7 +44,7 @@ class Blending(NamedTuple):
     velocity: FloatArray  # (d,) [m/s], [rad/s]
     unknown_s: FloatArray  # (d,) [s] for which each has been unknown
     R_map_root: FloatArray  # (3, 3)
-    slow_s: FloatArray  # (1,) [s] for which differences are still made up slowly
+    slow_s: FloatArray  # (1,) [s] for which differences are still reduced slowly
 
 
 def make_blending(size: int) -> Blending:
@@ -54,7 +55,7 @@ def make_blending(size: int) -> Blending:
         np.zeros(size),
         np.zeros(size),
         np.eye(3),
-        np.zeros(1),
+        np.full(1, SLOW_S),
     )
 
 
@@ -120,6 +121,8 @@ def blend_angle(
     if dt_s > 0.0:
         unsure = target[2] / SURE_STDDEV**2
         blend_s = min(BLEND_S * max(unsure, 1.0), LONGEST_BLEND_S)
+        if blending.slow_s[0] > 0.0:
+            blend_s = max(blend_s, CALM_BLEND_S)
         e, e_rate = before - (goal - rate * dt_s), rate_before - rate
         e, e_rate = decay(blending, e, e_rate, blend_s, dt_s)
     value = min(max(goal + e, limits[0]), limits[1])
