@@ -17,6 +17,7 @@ STEP_S = 0.002  # [s] of the integration
 STIFFNESS = 40.0**2  # [1/s2] of the controller, on the joint's inertia
 DAMPING = 2.0 * 40.0  # [1/s] critical
 ROTOR_INERTIA = 0.02  # [kg m2] of every motor behind its gear; not part of URDF
+GOVERNED = 0.98  # [-] share of the velocity limits that the drives allow; their model is not exact
 FEED_FORWARD = 2.0  # [-] largest feed-forward acceleration, relative to the limit
 
 
@@ -78,7 +79,7 @@ class SimulatedArm:
         before, rate_before = self._reference
         wanted, rate = self._referred()
         # A late or distant command must not make the controller's reference jump.
-        fastest = self._arm.max_velocity
+        fastest = GOVERNED * self._arm.max_velocity
         reached = before + np.clip(wanted - before, -fastest * self._step_s, fastest * self._step_s)
         rate = np.where(reached == wanted, rate, (reached - before) / self._step_s)
         wanted, rate = reached, np.clip(rate, -fastest, fastest)
