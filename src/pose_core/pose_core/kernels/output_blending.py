@@ -9,7 +9,8 @@ decays with critical damping,
 so that the published rate is the derivative of the published angle. 1/k is short where the filter
 is certain of an angle and long where it is not, as for the axial rotation of a straight limb. A
 large difference is reduced at a bounded rate. At the start and after a silence that rate is lower
-and 1/k is longer: sensors return one after the other, and IMUs are not aligned yet. Angles stay within the limits of the body model.
+and 1/k is longer: sensors return one after the other, and IMUs are not aligned yet. Angles stay
+within the limits of the body model.
 """
 
 from typing import NamedTuple
