@@ -65,3 +65,18 @@ def test_nothing_is_predicted_before_a_pose_is_known_or_long_after_the_last_fram
     assert pipeline.predict(last.stamp_ns + 100 * MS) is not None
     assert pipeline.predict(last.stamp_ns + 1500 * MS) is None
     assert pipeline.predict(last.stamp_ns - 200 * MS) is None
+
+
+def test_a_prediction_is_of_its_instant_and_loses_no_estimate_of_the_recording(moving):
+    *_, samples = moving
+    asked, given = [], []
+    pipeline = FusionPipeline(FusionParameters(output_rate=100.0), extrinsics())
+    for index, sample in enumerate(samples):
+        given += pipeline.add(sample)
+        if index > 150 and index % 10 == 0:
+            now_ns = sample.stamp_ns + 5 * MS
+            asked.append((now_ns, pipeline.predict(now_ns)))
+    given += pipeline.flush()
+    assert all(pose is not None and pose.stamp_ns == now_ns for now_ns, pose in asked)
+    stamps_ns = np.array([e.stamp_ns for e in given])
+    assert (np.diff(stamps_ns) == 10 * MS).all()

@@ -8,7 +8,7 @@ from pose_core.counters import Counters
 from pose_core.estimators.estimator import Estimator
 from pose_core.estimators.registry import estimator_class
 from pose_core.filter.imu_use import ImuUse
-from pose_core.fusion.estimates import EstimateBlock
+from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.output import Output
 from pose_core.fusion.parameters import FusionParameters
@@ -57,7 +57,7 @@ class EstimatorRunner:
         self._sensor_to_segment: SensorsToSegments = {}
         self._predicted: list[TimedPose] = []
         self._newest_ns: list[int] = []  # for each of them
-        self._finished: list[EstimateBlock] = []  # of a former body shape
+        self._finished: list[EstimateBlock] = []  # converted, not returned yet
 
     def advance(self, observation: Observation) -> None:
         """Process an observation whose pose is not published."""
@@ -145,6 +145,16 @@ class EstimatorRunner:
         if pose is not None:
             self._predicted.append(pose)
             self._newest_ns.append(newest_ns)
+
+    def predict_one(
+        self, stamp_ns: int, newest_ns: int, readings: ImuStates
+    ) -> BodyEstimate | None:
+        """As :meth:`predict`, but returns the estimate; those that wait are converted first."""
+        waiting = self.predicted()
+        self.predict(stamp_ns, newest_ns, readings)
+        blocks = self.predicted()
+        self._finished = waiting
+        return blocks[0][0] if blocks else None
 
     def predicted(self, least: int = 1) -> list[EstimateBlock]:
         """The estimates of the predicted poses, once there are at least ``least``."""

@@ -262,9 +262,8 @@ class FusionPipeline:
             None if there is no pose at this instant.
         """
         self.calibrate_session()
-        self._predict(stamp_ns)
-        blocks = self._runner.predicted()
-        return blocks[0][0] if blocks else None
+        readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
+        return self._runner.predict_one(stamp_ns, newest_ns, readings)
 
     def calibrate_session(self) -> None:
         """Calibrate the session with the last frame, whose estimate has been published before.
