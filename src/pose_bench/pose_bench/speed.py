@@ -173,7 +173,7 @@ def filter_steps(scene: Scene, sensors: int, imus: int) -> Step:
     def step(frame: int) -> None:
         readings, frames = seen[frame]
         predict(constants.motion, state, PERIOD_S)
-        update_with_imus(constants, state, readings, len(state.P), information[1])
+        update_with_imus(constants, state, readings, information[1])
         for each in frames:
             update_with_frame(constants, state, each, information[0])
 

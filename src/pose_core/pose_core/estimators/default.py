@@ -15,11 +15,12 @@ from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import make_constants
+from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.layout import make_layout
 from pose_core.filter.motion import predict
-from pose_core.filter.published import copy_published, predict_published
+from pose_core.filter.published import predict_published
 from pose_core.filter.state import FilterState, start_state
 from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
@@ -83,7 +84,6 @@ class DefaultEstimator(StepwiseEstimator):
         self._update_with_imus = type_specialised(update_with_imus)
         self._update_with_frame = type_specialised(update_with_frame)
         self._predict_published = type_specialised(predict_published)
-        self._copy_published = type_specialised(copy_published)
         self._undo_swaps = type_specialised(undo_swaps)
         self._compute_joints = type_specialised(compute_joints)
         self._state: FilterState | None = None
@@ -93,7 +93,8 @@ class DefaultEstimator(StepwiseEstimator):
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
         self._tracking_state = np.zeros((len(parameters.sensors), len(JOINTS)), np.uint8)
-        self._kinect_information = np.zeros((links, 3, 3))
+        self._readings = NO_IMUS  # at the state's instant
+        self._information = np.zeros((2, links, 3, 3))  # of the last update with each source
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
@@ -123,7 +124,7 @@ class DefaultEstimator(StepwiseEstimator):
         information = self._step(observation)
         if information is None or self._state is None:
             return None
-        return self._numbers(self._state, information)
+        return self._published(self._state, information)
 
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
@@ -146,22 +147,18 @@ class DefaultEstimator(StepwiseEstimator):
         return information
 
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
-        """Predict the state to an instant and update it with the aligned IMUs' samples."""
+        """Predict the state to an instant; links with an aligned IMU follow its samples."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
         if self._state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
         is_heard = self._state.silent_s + ahead_s < SILENT_S
+        aligned = self._alignments.readings(readings)
         information = np.zeros((2, self._layout.links, 3, 3))
         if is_heard.any():
-            information[0] = self._kinect_information
-        pose = self._make_numbers(information)
-        aligned = self._alignments.readings(readings)
-        is_finite = self._predict_published(
-            self._constants, self._state, ahead_s, aligned, self._tree.parents, pose
-        )
-        if not is_finite:
-            return None
+            information[0] = self._information[0]
+        information[1, aligned.links] = self._information[1, aligned.links]
+        pose = self._published(self._state, information, ahead_s, aligned)
         tracking_state = self._tracking_state * is_heard[:, None]
         return TimedPose(stamp_ns=stamp_ns, tracking_state=tracking_state, pose=pose)
 
@@ -208,6 +205,7 @@ class DefaultEstimator(StepwiseEstimator):
         )
         self._state = self._state._replace(delay=self._delay, delay_sums=self._delay_sums)
         self._alignments.restart()
+        self._readings = NO_IMUS
         self._stamp_ns = observation.stamp_ns
         self._diverged_since_ns = None
         return True
@@ -219,12 +217,13 @@ class DefaultEstimator(StepwiseEstimator):
         assert self._state is not None
         self._alignments.register(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
-            readings = self._alignments.readings(observation.readings)
+            self._readings = self._alignments.readings(observation.readings)
             if not self._update_with_imus(
-                self._constants, self._state, readings, len(self._state.P), information[1]
+                self._constants, self._state, self._readings, information[1]
             ):
                 self._discard_state()
                 return None
+            self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
             if not self._uses_camera(sensor):
@@ -236,7 +235,7 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._tracking_state[sensor] = frame.tracking_state
-            self._kinect_information = information[0]
+            self._information[0] = information[0]
         if len(observation.readings) and late_s == 0.0:
             self._state = self._alignments.observe(
                 observation.stamp_ns, observation.readings, self._state
@@ -284,16 +283,16 @@ class DefaultEstimator(StepwiseEstimator):
             self._diverged_since_ns = observation.stamp_ns
         return observation.stamp_ns - self._diverged_since_ns > DIVERGED_NS
 
-    def _numbers(self, state: FilterState, information: FloatArray) -> StateNumbers:
-        """The published part of a state."""
-        numbers = self._make_numbers(information)
-        self._copy_published(self._constants.camera.body, state, self._tree.parents, numbers)
-        return numbers
-
-    def _make_numbers(self, information: FloatArray) -> StateNumbers:
-        """The published part of a state, of which only information and scale are filled."""
+    def _published(
+        self,
+        state: FilterState,
+        information: FloatArray,
+        ahead_s: float = 0.0,
+        readings: ImuReadings = NO_IMUS,
+    ) -> StateNumbers:
+        """The published part of a state advanced by ``ahead_s`` [s], to the readings' instant."""
         links = self._layout.links
-        return StateNumbers(
+        published = StateNumbers(
             position=np.empty(3),
             velocity=np.empty(3),
             rotations=np.empty((links, 3, 3)),
@@ -304,3 +303,13 @@ class DefaultEstimator(StepwiseEstimator):
             information=information,
             scale=np.array([variance_scale(self._nis)]),
         )
+        self._predict_published(
+            self._constants,
+            state,
+            ahead_s,
+            self._readings,
+            readings,
+            self._tree.parents,
+            published,
+        )
+        return published

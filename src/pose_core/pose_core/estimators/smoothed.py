@@ -103,7 +103,7 @@ class SmoothedEstimator(DefaultEstimator):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             step = self._steps.popleft()
-            pose = self._numbers(state, step.numbers.information)
+            pose = self._published(state, step.numbers.information)
             poses.append(
                 TimedPose(
                     stamp_ns=step.stamp_ns,

@@ -14,6 +14,7 @@ import numpy as np
 
 from pose_core.filter.state import NO_COLUMN, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
+from pose_core.kernels.joint_kinematics import Pose
 from pose_core.kernels.rotations import turn_by
 from pose_core.streams.samples import FloatArray
 
@@ -39,26 +40,20 @@ class MotionConstants(NamedTuple):
 @compiled
 def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
     """Advance the state by ``dt_s`` [s], in place."""
-    predict_error_state(constants, state, dt_s)
-    keep_offset = np.exp(-dt_s / constants.offset_memory_s)
-    state.offset[:] *= keep_offset
-    state.offset_variance[:] *= keep_offset**2
-    state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
-    state.silent_s[:] += dt_s
-
-
-@compiled
-def predict_error_state(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
-    """Advance the mean and its covariance only."""
     pose, P = state.pose, state.P
     power = acceleration_power(constants, state)
     keep = np.exp(-dt_s / constants.rate_memory_s)
     rate_time_s = constants.rate_memory_s * (1.0 - keep)
     keep_slide = np.exp(-dt_s / constants.slide_memory_s)
-    predict_mean(state, keep, rate_time_s, keep_slide)
+    predict_mean(pose, keep, rate_time_s, keep_slide)
     transform_covariance(P, len(power), len(pose.slides), keep, rate_time_s, keep_slide)
     add_process_noise(constants, state, power, dt_s, keep_slide)
     bound_rotations(P, len(state.heading))
+    keep_offset = np.exp(-dt_s / constants.offset_memory_s)
+    state.offset[:] *= keep_offset
+    state.offset_variance[:] *= keep_offset**2
+    state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
+    state.silent_s[:] += dt_s
 
 
 @compiled
@@ -75,9 +70,8 @@ def acceleration_power(constants: MotionConstants, state: FilterState) -> FloatA
 
 
 @compiled_in_place
-def predict_mean(state: FilterState, keep: float, rate_time_s: float, keep_slide: float) -> None:
+def predict_mean(pose: Pose, keep: float, rate_time_s: float, keep_slide: float) -> None:
     """Advance the mean, in place."""
-    pose = state.pose
     for link in range(len(pose.rotations)):
         w = pose.rates[link]
         turn_by(rate_time_s * w[0], rate_time_s * w[1], rate_time_s * w[2], pose.rotations[link])
@@ -136,11 +130,7 @@ def add_process_noise(
     add_white_acceleration(P, 0, 0, velocity, power[0], dt_s)
     for first in range(links):
         for second in range(links):
-            shared = 0.0
-            for source in range(links):
-                shared += (constants.path[first, source] * constants.path[second, source]) * power[
-                    1 + source
-                ]
+            shared = shared_power(constants, power, first, second)
             if shared != 0.0:
                 add_white_acceleration(P, 3 + 3 * first, 3 + 3 * second, velocity, shared, dt_s)
     for link in range(links):
@@ -149,6 +139,15 @@ def add_process_noise(
             for i in range(own, own + 3):
                 P[i, i] += constants.alignment_walk * dt_s
             P[own + 3, own + 3] += constants.heading_walk * dt_s
+
+
+@compiled_in_place
+def shared_power(constants: MotionConstants, power: FloatArray, first: int, second: int) -> float:
+    """Cross spectral density of two links' accelerations; ``power`` is each link's own."""
+    shared = 0.0
+    for source in range(len(constants.path)):
+        shared += constants.path[first, source] * constants.path[second, source] * power[1 + source]
+    return shared
 
 
 @compiled_in_place

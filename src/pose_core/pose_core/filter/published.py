@@ -1,4 +1,13 @@
-"""The published part of a filter state, at its own instant or at a later one.
+r"""The published part of a filter state, at its own instant or at a later one.
+
+To a later instant, position and rotations are predicted by their rates. Links with an aligned IMU
+follow its gyroscope instead: between two samples, with :math:`A = R_z(\psi)\,R_{ws}`,
+
+.. math:: \omega(t_2) = \omega(t_1) + A_2\,\omega_{s,2} - A_1\,\omega_{s,1}, \quad
+          R(t_2) = \exp([\tfrac{t_2 - t_1}{2}(\omega(t_1) + \omega(t_2))]_\times)\,R(t_1)
+
+and their covariance does not grow. Only the blocks of the covariance that are published are
+computed.
 
 Joints are published with a part of their slides only: besides what joints really move within their
 links, slides take in the trackers' slow offsets.
@@ -9,46 +18,15 @@ from numpy.typing import NDArray
 
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
-from pose_core.filter.motion import predict_error_state
+from pose_core.filter.motion import acceleration_power, predict_mean, shared_power
 from pose_core.filter.state import FilterState
-from pose_core.filter.step import update_with_imus
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_angle_extraction import StateNumbers
-from pose_core.kernels.joint_kinematics import BodyArrays, Pose, compute_joints
+from pose_core.kernels.joint_kinematics import Pose, compute_joints
+from pose_core.kernels.rotations import exponential, product, turn_by
+from pose_core.streams.samples import FloatArray
 
 PUBLISHED_SLIDE = 0.6  # [-] of a slide
-
-
-@compiled
-def copy_published(
-    body: BodyArrays, state: FilterState, parents: NDArray[np.int64], out: StateNumbers
-) -> None:
-    """Copy the published part of a state.
-
-    Args:
-        body: The tree of links.
-        state: The state.
-        parents: Parents of its links, (links,); −1 for the root.
-        out: Filled, except information and scale, which are not in the state.
-    """
-    pose, P = state.pose, state.P
-    levers = np.zeros((len(out.joints), len(parents), 3))
-    slides = PUBLISHED_SLIDE * pose.slides
-    compute_joints(body, pose.position, pose.rotations, slides, levers, out.joints)
-    for axis in range(3):
-        out.position[axis], out.velocity[axis] = pose.position[axis], pose.velocity[axis]
-        out.place_variance[axis] = P[axis, axis]
-    for link in range(len(parents)):
-        own, above = 3 + 3 * link, 3 + 3 * parents[link]
-        for a in range(3):
-            out.rates[link, a] = pose.rates[link, a]
-            for b in range(3):
-                out.rotations[link, a, b] = pose.rotations[link, a, b]
-                relative = P[own + a, own + b]
-                if parents[link] >= 0:
-                    relative += P[above + a, above + b]
-                    relative -= P[own + a, above + b] + P[above + a, own + b]
-                out.covariance[link, a, b] = relative
 
 
 @compiled
@@ -56,58 +34,142 @@ def predict_published(
     constants: FilterConstants,
     state: FilterState,
     dt_s: float,
+    before: ImuReadings,
     readings: ImuReadings,
     parents: NDArray[np.int64],
     out: StateNumbers,
-) -> bool:
-    """Copy the published part of a state advanced by ``dt_s`` [s]; the state does not change.
+) -> None:
+    """Compute the published part of a state advanced by ``dt_s`` [s]; the state does not change.
 
     Args:
         constants: The filter's constants.
         state: The state.
         dt_s: Time since the state's instant [s].
-        readings: Samples of the aligned IMUs at the later instant.
+        before: Samples of the aligned IMUs at the state's instant.
+        readings: The same at the later instant.
         parents: Parents of the links, (links,); −1 for the root.
-        out: As of :func:`copy_published`; the IMUs' share is added to the information.
-
-    Returns:
-        Whether the result is finite.
+        out: Filled, except information and scale.
     """
-    ahead = copy_error_state(state)
-    predict_error_state(constants.motion, ahead, dt_s)
-    # Only the covariance of position and rotations is published.
-    known = 3 + 3 * len(parents)
-    if not update_with_imus(constants, ahead, readings, known, out.information[1]):
-        return False
-    copy_published(constants.camera.body, ahead, parents, out)
-    return True
+    motion = constants.motion
+    pose = Pose(
+        out.position, out.rotations, PUBLISHED_SLIDE * state.pose.slides, out.velocity, out.rates
+    )
+    pose.position[:], pose.velocity[:] = state.pose.position, state.pose.velocity
+    pose.rotations[:], pose.rates[:] = state.pose.rotations, state.pose.rates
+    keep = np.exp(-dt_s / motion.rate_memory_s)
+    rate_time_s = motion.rate_memory_s * (1.0 - keep)
+    predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
+    rate_times_s = np.full(len(parents), rate_time_s)
+    power = acceleration_power(motion, state)
+    follow_imus(dt_s, state, before, readings, pose, rate_times_s)
+    levers = np.zeros((len(out.joints), len(parents), 3))
+    body = constants.camera.body
+    compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
+    velocity = 3 + 3 * len(parents) + 3 * len(state.pose.slides)
+    for axis in range(3):
+        out.place_variance[axis] = (
+            later_covariance(state.P, velocity, axis, axis, rate_time_s, rate_time_s)
+            + dt_s**3 / 3.0 * power[0]
+        )
+    for link in range(len(parents)):
+        add_relative_covariance(
+            constants, state, dt_s, power, rate_times_s, link, parents[link], out.covariance[link]
+        )
 
 
 @compiled
-def copy_error_state(state: FilterState) -> FilterState:
-    """A copy whose mean and covariance may be changed; everything else is the state's own."""
-    pose = state.pose
-    return FilterState(
-        Pose(
-            pose.position.copy(),
-            pose.rotations.copy(),
-            pose.slides.copy(),
-            pose.velocity.copy(),
-            pose.rates.copy(),
-        ),
-        state.P.copy(),
-        state.delay,
-        state.delay_sums,
-        state.R_sensor_link.copy(),
-        state.heading.copy(),
-        state.imu_column,
-        state.offset,
-        state.offset_variance,
-        state.nis,
-        state.silent_s,
-        state.adaptation,
-        state.contradicted_s,
-        state.waist_mean,
-        state.waist_s,
-        state.shared_offset,
-    )
+def follow_imus(
+    dt_s: float,
+    state: FilterState,
+    before: ImuReadings,
+    readings: ImuReadings,
+    pose: Pose,
+    rate_times_s: FloatArray,
+) -> None:
+    """Rotate the links whose IMU has samples at both instants as its gyroscope does.
+
+    Args:
+        dt_s: Time since the state's instant [s].
+        state: The state.
+        before: Samples at its instant.
+        readings: Samples at the later instant.
+        pose: The pose at the later instant; rotations and rates of these links are replaced.
+        rate_times_s: Set to 0 for these links, (links,) [s].
+    """
+    R_z, R_map_sensor = np.empty((3, 3)), np.empty((3, 3))
+    for row in range(len(readings.links)):
+        link = readings.links[row]
+        for earlier in range(len(before.links)):
+            if before.links[earlier] != link:
+                continue
+            exponential(0.0, 0.0, state.heading[link], R_z)
+            product(R_z, readings.R_world_sensor[row], R_map_sensor)
+            change = np.dot(R_map_sensor, readings.angular_velocity[row])
+            product(R_z, before.R_world_sensor[earlier], R_map_sensor)
+            change -= np.dot(R_map_sensor, before.angular_velocity[earlier])
+            turn = dt_s * (state.pose.rates[link] + 0.5 * change)
+            pose.rates[link] = state.pose.rates[link] + change
+            pose.rotations[link] = state.pose.rotations[link]
+            turn_by(turn[0], turn[1], turn[2], pose.rotations[link])
+            rate_times_s[link] = 0.0
+
+
+@compiled_in_place
+def later_covariance(
+    P: FloatArray, velocity: int, i: int, k: int, first_s: float, second_s: float
+) -> float:
+    """An element of F P Fᵀ: the covariance of two error states moved by their rates.
+
+    Args:
+        P: Covariance, (n, n).
+        velocity: Column of the first rate; rates are in the order of position and rotations.
+        i: Row of the first error state.
+        k: Row of the second.
+        first_s: Time for which the rate of the first moves it [s].
+        second_s: The same of the second.
+    """
+    moved = P[i, k] + first_s * P[velocity + i, k] + second_s * P[i, velocity + k]
+    return moved + first_s * second_s * P[velocity + i, velocity + k]
+
+
+@compiled_in_place
+def add_relative_covariance(
+    constants: FilterConstants,
+    state: FilterState,
+    dt_s: float,
+    power: FloatArray,
+    rate_times_s: FloatArray,
+    link: int,
+    parent: int,
+    out: FloatArray,
+) -> None:
+    """Fill the covariance of a link's rotation relative to its parent's, (3, 3) [rad²].
+
+    Args:
+        constants: The filter's constants.
+        state: The state before ``dt_s``.
+        dt_s: Time since then [s].
+        power: Of the white accelerations, (1 + links,).
+        rate_times_s: Time for which its rate moves each link, (links,) [s]; 0 if an IMU does.
+        link: The link.
+        parent: Its parent, or −1.
+        out: Filled.
+    """
+    P, velocity = state.P, 3 + 3 * len(rate_times_s) + 3 * len(state.pose.slides)
+    own, above, own_s = 3 + 3 * link, 3 + 3 * parent, rate_times_s[link]
+    for a in range(3):
+        for b in range(3):
+            relative = later_covariance(P, velocity, own + a, own + b, own_s, own_s)
+            if parent >= 0:
+                above_s = rate_times_s[parent]
+                relative += later_covariance(P, velocity, above + a, above + b, above_s, above_s)
+                relative -= later_covariance(P, velocity, own + a, above + b, own_s, above_s)
+                relative -= later_covariance(P, velocity, above + a, own + b, above_s, own_s)
+            out[a, b] = relative
+    growth = shared_power(constants.motion, power, link, link) if own_s > 0.0 else 0.0
+    if parent >= 0 and rate_times_s[parent] > 0.0:
+        growth += shared_power(constants.motion, power, parent, parent)
+        if own_s > 0.0:
+            growth -= 2.0 * shared_power(constants.motion, power, link, parent)
+    for axis in range(3):
+        out[axis, axis] += dt_s**3 / 3.0 * growth

@@ -39,7 +39,6 @@ def update_with_imus(
     constants: FilterConstants,
     state: FilterState,
     readings: ImuReadings,
-    known: int,
     information: FloatArray,
 ) -> bool:
     """Measurement update with the aligned IMUs; returns whether the result is finite.
@@ -48,7 +47,6 @@ def update_with_imus(
         constants: The filter's constants.
         state: Prior state; becomes the posterior.
         readings: Samples of the IMUs whose alignment is in the state.
-        known: Number of leading error states whose covariance is updated.
         information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' share is added.
     """
     count = len(readings.links)
@@ -57,7 +55,7 @@ def update_with_imus(
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
     weights, distance, spread = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
-    if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, known, weights, distance, spread):
+    if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance, spread):
         return False
     for row in range(count):
         for axis in range(3):
@@ -91,7 +89,6 @@ def update_with_frame(
         rows,
         CAMERA_ITERATIONS,
         constants.camera.least_weight,
-        len(state.P),
         weights,
         distance,
         spread,

@@ -33,7 +33,6 @@ def robust_update(
     rows: Rows,
     iterations: int,
     least_weight: float,
-    known: int,
     weights: FloatArray,
     distance: FloatArray,
     variance: FloatArray,
@@ -45,7 +44,6 @@ def robust_update(
         rows: The measurement rows.
         iterations: Number of reweighting iterations, at least one.
         least_weight: Lower bound of a group's weight [-].
-        known: Number of leading error states whose covariance is updated; the others keep theirs.
         weights: Filled, (groups,).
         distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
         variance: Filled, (rows,): diagonal of H P Hᵀ.
@@ -75,8 +73,6 @@ def robust_update(
     error = np.dot(solved, HP)
     if not np.all(np.isfinite(error)):
         return False
-    if known < len(P):
-        HP = np.ascontiguousarray(HP[:, :known])
     solve_lower(S, HP)
     subtract_square(P, np.ascontiguousarray(HP.T))
     inject_error(state, error)
@@ -138,7 +134,7 @@ def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatAr
 
 @compiled
 def subtract_square(P: FloatArray, W: FloatArray) -> None:
-    """P −= W Wᵀ for its leading rows: the upper triangle in blocks; the lower one is mirrored."""
+    """P −= W Wᵀ: the upper triangle in blocks; the lower one is mirrored."""
     for first in range(0, len(W), BLOCK):
         subtract_rows(P, first, np.dot(W[first : first + BLOCK], W[first:].T))
     mirror(P)
