@@ -87,7 +87,7 @@ class ReferenceFilter:
         if len(readings.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, readings))
-        weights, _ = robust_update(self.state, groups, 2, LEAST_IMU_WEIGHT)
+        weights, _ = robust_update(self.state, groups, 1, LEAST_IMU_WEIGHT)
         for group, weight in zip(groups[::2], weights[::2], strict=True):
             information[group.source] += weight * np.linalg.inv(group.noise)
         return information
@@ -99,7 +99,7 @@ class ReferenceFilter:
         joints = list(camera_groups(camera, state, frame, view))
         spread = [np.trace(group.H @ state.P @ group.H.T) for group in joints]
         groups = [*joints, *posture_groups(self.constants, state)]
-        weights, distance = robust_update(state, groups, 3, camera.least_weight)
+        weights, distance = robust_update(state, groups, 2, camera.least_weight)
         self._estimate_offsets(frame, view, joints, np.array(spread), weights)
         if frame.late_s == 0.0:
             self._estimate_delay(frame, view, joints, weights)
@@ -249,23 +249,28 @@ def robust_update(
     P, weights, distance = state.P, np.ones(len(groups)), np.empty(len(groups))
     starts = np.cumsum([0, *(len(group.residual) for group in groups)])
     rows = [slice(a, b) for a, b in pairwise(starts)]
+
+    def reweight(index: int, squared: float) -> None:
+        dof, size = groups[index].student_dof, len(groups[index].residual)
+        if dof is not None:
+            squared *= groups[index].student_scale
+            weights[index] = np.clip((dof + size) / (dof + squared), least_weight, 1.0)
+
+    for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
+        spread = H[own] @ P @ H[own].T + group.noise
+        distance[index] = mahalanobis(residual[own], spread)
+        reweight(index, distance[index])
     for iteration in range(iterations):
         R = np.zeros((len(H), len(H)))
         for own, group, weight in zip(rows, groups, weights, strict=True):
             R[own, own] = group.noise / weight
         S = H @ P @ H.T + R
         K = np.linalg.solve(S, H @ P).T
-        if iteration == 0:
-            for index, own in enumerate(rows):
-                distance[index] = mahalanobis(residual[own], S[own, own])
         if iteration == iterations - 1:
             break
         left = residual - H @ K @ residual
         for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
-            if group.student_dof is not None:
-                dof, size = group.student_dof, len(group.residual)
-                squared = group.student_scale * mahalanobis(left[own], group.noise)
-                weights[index] = np.clip((dof + size) / (dof + squared), least_weight, 1.0)
+            reweight(index, mahalanobis(left[own], group.noise))
     rest = np.eye(len(P)) - K @ H
     state.P[:] = rest @ P @ rest.T + K @ R @ K.T
     inject_error(state, K @ residual)

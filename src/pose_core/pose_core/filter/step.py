@@ -20,7 +20,7 @@ from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled
 from pose_core.streams.samples import FloatArray
 
-CAMERA_ITERATIONS, IMU_ITERATIONS = 3, 2
+CAMERA_ITERATIONS, IMU_ITERATIONS = 2, 1
 POSTURE_ROWS = 64  # at most
 LARGEST_NIS = 9.0  # [-] a joint's NIS is clipped to it before averaging
 

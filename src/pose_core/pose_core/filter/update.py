@@ -6,7 +6,8 @@ follows from its residual after the update, :math:`e = r - H\,\delta x`:
 
 .. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w \le 1
 
-with d its number of rows and ν its degrees of freedom. All iterations take place in measurement
+with d its number of rows and ν its degrees of freedom. The first weights follow in the same way
+from the innovations and their covariance, r and S. All iterations take place in measurement
 space. With the Cholesky factorisation :math:`S = U^T U`, the state needs two substitutions; with
 :math:`W = U^{-T} H P` the covariance is :math:`P - W^T W`, of which one half is computed.
 
@@ -42,7 +43,7 @@ def robust_update(
     Args:
         state: The state.
         rows: The measurement rows.
-        iterations: Number of reweighting iterations, at least one.
+        iterations: Number of solutions, at least one; weights are recomputed between them.
         least_weight: Lower bound of a group's weight [-].
         weights: Filled, (groups,).
         distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
@@ -56,15 +57,17 @@ def robust_update(
     HP, spread = np.zeros((count, len(P))), np.zeros((count, count))
     add_product(H, P, HP)
     add_product(H, np.ascontiguousarray(HP.T), spread)
-    S, solved = np.empty_like(spread), np.empty(count)
-    weights[:groups] = 1.0
+    S, solved = spread.copy(), np.empty(count)
     for row in range(count):
         variance[row] = spread[row, row]
+    weights[:groups] = 1.0
+    add_noise(rows, weights, S)
+    innovation_distances(rows, S, distance)
+    for group in range(groups):
+        weights[group] = weight_of(rows, group, distance[group], least_weight)
     for iteration in range(iterations):
         S[:] = spread
         add_noise(rows, weights, S)
-        if iteration == 0:
-            innovation_distances(rows, S, distance)
         factorise(S)
         solved[:] = residual
         solve_vector(S, solved)
@@ -124,12 +127,18 @@ def innovation_distances(rows: Rows, S: FloatArray, distance: FloatArray) -> Non
 def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatArray) -> None:
     """Compute the weights from the residuals after the update."""
     for group in range(rows.filled[1]):
-        dof = rows.student_dof[group]
-        if dof != NORMAL:
-            squared = distance_of(rows, group, left, rows.noise[group])
-            squared *= rows.student_scale[group]
-            weight = (dof + rows.size[group]) / (dof + squared)
-            weights[group] = min(max(weight, least_weight), 1.0)
+        squared = distance_of(rows, group, left, rows.noise[group])
+        weights[group] = weight_of(rows, group, squared, least_weight)
+
+
+@compiled_in_place
+def weight_of(rows: Rows, group: int, squared: float, least_weight: float) -> float:
+    """Weight of a group with a squared residual distance."""
+    dof = rows.student_dof[group]
+    if dof == NORMAL:
+        return 1.0
+    weight = (dof + rows.size[group]) / (dof + rows.student_scale[group] * squared)
+    return min(max(weight, least_weight), 1.0)
 
 
 @compiled
