@@ -84,7 +84,7 @@ class Recognition:
         # Under one id a tracker may jump; somebody else's cannot.
         if is_out_of_reach and not has_same_id:
             return float("inf")
-        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
+        ratio = newcomer.size.log_likelihood_ratio(away.size) + SAME_ID * has_same_id
         anywhere = self._new_person() - ratio
         if is_out_of_reach or not has_just_left:
             return anywhere
@@ -109,7 +109,7 @@ class Recognition:
         way = float(np.linalg.norm(centre(joints) - centre(away.positions)))
         return gone_s < JUST_LEFT_S and way < REACH_M + REACH_SPEED * max(gone_s, 0.0)
 
-    def welcome(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
+    def mark_returned(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
         """Mark somebody as back, with doubt until their size has been compared."""
         self._counters.add("came_back")
         track.presence = Presence.PRESENT
@@ -119,7 +119,7 @@ class Recognition:
 
     def return_as(self, known: PersonTrack, newcomer: PersonTrack, stamp_ns: int) -> None:
         """Continue a known person's track with a newcomer's."""
-        self.welcome(known, newcomer.positions, stamp_ns)
+        self.mark_returned(known, newcomer.positions, stamp_ns)
         known.velocity = newcomer.velocity
         known.views = {**known.views, **newcomer.views}
         known.last_seen_ns = newcomer.last_seen_ns
@@ -153,10 +153,10 @@ class Recognition:
         if track.number in self._doubts:
             if recent.measurements % DOUBT_MEASUREMENTS:
                 return False
-            likeness = recent.likeness(track.size)
-            if likeness < OTHER_SIZE:
-                others = [recent.likeness(other.size) for other in away]
-                return likeness < STRANGER or max(others, default=likeness) > likeness + EXCHANGED
+            ratio = recent.log_likelihood_ratio(track.size)
+            if ratio < OTHER_SIZE:
+                others = [recent.log_likelihood_ratio(other.size) for other in away]
+                return ratio < STRANGER or max(others, default=ratio) > ratio + EXCHANGED
             self._doubts.remove(track.number)
         track.size.merge(recent)
         track.recent_size = None
@@ -170,8 +170,12 @@ class Recognition:
         """Whether two people who met have had each other's size since."""
         if one.recent_size is None or other.recent_size is None:
             return False
-        as_they_are = one.recent_size.likeness(one.size) + other.recent_size.likeness(other.size)
-        exchanged = one.recent_size.likeness(other.size) + other.recent_size.likeness(one.size)
+        as_they_are = one.recent_size.log_likelihood_ratio(
+            one.size
+        ) + other.recent_size.log_likelihood_ratio(other.size)
+        exchanged = one.recent_size.log_likelihood_ratio(
+            other.size
+        ) + other.recent_size.log_likelihood_ratio(one.size)
         return exchanged - as_they_are > EXCHANGED
 
     def is_settled(self, track: PersonTrack) -> bool:

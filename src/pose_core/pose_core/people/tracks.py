@@ -66,18 +66,18 @@ class Tracks:
         """Go on to a frame's instant [ns]: end the tracks that have not been seen for long."""
         if stamp_ns < self.newest_ns - JUMP_BACK_S * 1e9:
             for track in list(self.everybody):
-                self.send_away(track)
+                self.mark_absent(track)
                 track.last_seen_ns = stamp_ns
             self.newest_ns = stamp_ns
         self.newest_ns = max(self.newest_ns, stamp_ns)
         for track in list(self.everybody):
             unseen_s = track.unseen_s(stamp_ns)
             if track.presence is Presence.PRESENT and unseen_s > AWAY_AFTER_S:
-                self.send_away(track)
+                self.mark_absent(track)
             elif track.presence is Presence.TENTATIVE and unseen_s > GHOST_AFTER_S:
                 self._remove(track, "ghosts")
 
-    def send_away(self, track: PersonTrack) -> None:
+    def mark_absent(self, track: PersonTrack) -> None:
         """Mark somebody in view as away; who left longest ago may be forgotten."""
         if track.presence is Presence.PRESENT:
             track.presence = Presence.AWAY
