@@ -86,6 +86,28 @@ def test_who_is_seen_for_a_moment_beside_others_is_nobody():
     assert people.counters["ghosts"] == 1
 
 
+def test_somebody_new_is_held_until_their_size_is_measured():
+    def there(sensor, index, time_s):
+        return index == 0 or (1.0 < time_s < 1.8 and sensor == "left")
+
+    frames = frames_of([standing((2.5, 0.0)), standing((3.0, 1.0))], 4.0, there=there)
+    people = tracker()
+    assert 1 not in numbers_of(people, frames)
+    assert (people.counters["ghosts"], people.counters["came"]) == (1, 1)
+
+
+def test_a_person_of_known_size_is_not_somebody_new_while_it_is_uncertain():
+    def there(_, index, time_s):
+        return index == 0 or not 3.0 < time_s < 11.0
+
+    def ids(_, index, time_s):
+        return str(index) if time_s < 4.0 else str(index + 10)
+
+    people = [standing((2.2, -0.6)), standing((3.0, 0.7), scale=0.99)]
+    given = numbers_of(tracker(), frames_of(people, 20.0, there=there, ids=ids))
+    assert {len(numbers) for numbers in given.values()} == {1}
+
+
 def test_a_second_skeleton_inside_of_a_person_is_a_double():
     beside = standing((2.55, 0.05))
     people = tracker()

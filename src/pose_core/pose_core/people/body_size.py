@@ -128,7 +128,7 @@ class BodySize:
         for sensor, lengths in other._by_sensor.items():
             self._by_sensor.setdefault(sensor, _Lengths()).merge(lengths)
 
-    def likeness(self, other: "BodySize") -> float:
+    def log_likelihood_ratio(self, other: "BodySize") -> float:
         """How much likelier these are one person's than two persons', log ratio; 0: unknown."""
         shared = [
             _difference(lengths, other._by_sensor[sensor])
@@ -140,7 +140,7 @@ class BodySize:
             return sum(known)
         variance = SPREADS**2 + OTHER_SENSOR_SPREAD**2
         common = COMMON_SPREAD**2 + OTHER_SENSOR_COMMON**2
-        return _likeness(self.mean() - other.mean(), variance, common) or 0.0
+        return _log_likelihood_ratio(self.mean() - other.mean(), variance, common) or 0.0
 
     def mean(self) -> FloatArray:
         """Logarithm of each bone's length [m], mean of the sensors, (15,); NaN where unknown."""
@@ -158,10 +158,14 @@ def _difference(one: _Lengths, other: _Lengths) -> float | None:
     first, second = one.summary(), other.summary()
     share = (FRAMES / first.frames) ** FADING + (FRAMES / second.frames) ** FADING
     variance = SPREADS**2 * share + first.variance + second.variance
-    return _likeness(first.median - second.median, variance, COMMON_SPREAD**2 * share.mean())
+    return _log_likelihood_ratio(
+        first.median - second.median, variance, COMMON_SPREAD**2 * share.mean()
+    )
 
 
-def _likeness(off: FloatArray, variance: FloatArray, common_variance: float) -> float | None:
+def _log_likelihood_ratio(
+    off: FloatArray, variance: FloatArray, common_variance: float
+) -> float | None:
     """Log likelihood ratio of a difference of lengths; None where too little is known."""
     known = np.isfinite(off)
     if known.sum() < LEAST_BONES:

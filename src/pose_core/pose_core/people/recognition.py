@@ -24,9 +24,8 @@ REACH_M, REACH_SPEED = 0.7, 2.0  # [m] and [m/s]: how far one may have come
 PLACE_M, PLACE_SPEED = 0.1, 0.7  # [m] and [m/s], standard deviation of the way
 AREA_M2 = 10.0  # [m²] in which anybody may appear
 SAME_ID = 1.5  # [-] log ratio of an id that a sensor gave the person
-NEW_PERSON = -3.0  # [-] log ratio of somebody new against somebody who is away
-NEW_IN_GROUP = -1.0  # [-] the same soon after somebody new: people come together
-GROUP_S = 8.0  # [s] for which
+EXPECTED_NEW, EXPECTED_RETURNS = 1.0, 10.0  # [-] pseudo-counts of people before any was counted
+LEAST_NEW = -3.0  # [-] log ratio below which somebody new is never taken to be less likely
 CERTAIN = 4.0  # [-] log ratio by which the next best assignment must be less likely
 OTHER_SIZE = -6.0  # [-] log ratio at which somebody in sight is somebody else
 STRANGER = -25.0  # [-] the same, if nobody who is away is of this size either
@@ -42,7 +41,6 @@ class Recognition:
     """Compares people with those who are known."""
 
     def __init__(self, counters: Counters) -> None:
-        self.new_person_ns: int | None = None  # when the last new person was confirmed
         self._counters = counters
         self._doubts: set[int] = set()  # numbers of those who came back and are not measured yet
 
@@ -86,20 +84,24 @@ class Recognition:
         # Under one id a tracker may jump; somebody else's cannot.
         if is_out_of_reach and not has_same_id:
             return float("inf")
-        ratio = newcomer.size.likeness(away.size) + SAME_ID * has_same_id
-        anywhere = self._new_person(newcomer) - ratio
+        ratio = newcomer.size.log_likelihood_ratio(away.size) + SAME_ID * has_same_id
+        anywhere = self._new_person() - ratio
         if is_out_of_reach or not has_just_left:
             return anywhere
         most = anywhere if has_same_id else float("inf")
         spread = PLACE_M + PLACE_SPEED * gone_s
         ratio += max(0.0, float(np.log(AREA_M2 / (2.0 * np.pi * spread**2))))
-        return min(most, self._new_person(newcomer) - ratio + 0.5 * (way / spread) ** 2)
+        return min(most, self._new_person() - ratio + 0.5 * (way / spread) ** 2)
 
-    def _new_person(self, newcomer: PersonTrack) -> float:
-        """Log ratio of somebody new against somebody who is away, before any measurement."""
-        since_ns = self.new_person_ns
-        is_in_group = since_ns is not None and newcomer.born_ns - since_ns < GROUP_S * 1e9
-        return NEW_IN_GROUP if is_in_group else NEW_PERSON
+    def _new_person(self) -> float:
+        """Log ratio of somebody new against somebody who is away, before any measurement.
+
+        Estimated from how many of those who appeared were new (rule of succession): as long as
+        people keep arriving, the next one is expected to be new as well.
+        """
+        new = self._counters["came"] + EXPECTED_NEW
+        returns = self._counters["came_back"] + EXPECTED_RETURNS
+        return max(LEAST_NEW, float(np.log(new / returns)))
 
     def is_within_reach(self, away: PersonTrack, joints: FloatArray, stamp_ns: int) -> bool:
         """Whether the only known person can have come here since they were last seen."""
@@ -107,7 +109,7 @@ class Recognition:
         way = float(np.linalg.norm(centre(joints) - centre(away.positions)))
         return gone_s < JUST_LEFT_S and way < REACH_M + REACH_SPEED * max(gone_s, 0.0)
 
-    def welcome(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
+    def mark_returned(self, track: PersonTrack, joints: FloatArray, stamp_ns: int) -> None:
         """Mark somebody as back, with doubt until their size has been compared."""
         self._counters.add("came_back")
         track.presence = Presence.PRESENT
@@ -117,7 +119,7 @@ class Recognition:
 
     def return_as(self, known: PersonTrack, newcomer: PersonTrack, stamp_ns: int) -> None:
         """Continue a known person's track with a newcomer's."""
-        self.welcome(known, newcomer.positions, stamp_ns)
+        self.mark_returned(known, newcomer.positions, stamp_ns)
         known.velocity = newcomer.velocity
         known.views = {**known.views, **newcomer.views}
         known.last_seen_ns = newcomer.last_seen_ns
@@ -151,10 +153,10 @@ class Recognition:
         if track.number in self._doubts:
             if recent.measurements % DOUBT_MEASUREMENTS:
                 return False
-            likeness = recent.likeness(track.size)
-            if likeness < OTHER_SIZE:
-                others = [recent.likeness(other.size) for other in away]
-                return likeness < STRANGER or max(others, default=likeness) > likeness + EXCHANGED
+            ratio = recent.log_likelihood_ratio(track.size)
+            if ratio < OTHER_SIZE:
+                others = [recent.log_likelihood_ratio(other.size) for other in away]
+                return ratio < STRANGER or max(others, default=ratio) > ratio + EXCHANGED
             self._doubts.remove(track.number)
         track.size.merge(recent)
         track.recent_size = None
@@ -168,8 +170,12 @@ class Recognition:
         """Whether two people who met have had each other's size since."""
         if one.recent_size is None or other.recent_size is None:
             return False
-        as_they_are = one.recent_size.likeness(one.size) + other.recent_size.likeness(other.size)
-        exchanged = one.recent_size.likeness(other.size) + other.recent_size.likeness(one.size)
+        as_they_are = one.recent_size.log_likelihood_ratio(
+            one.size
+        ) + other.recent_size.log_likelihood_ratio(other.size)
+        exchanged = one.recent_size.log_likelihood_ratio(
+            other.size
+        ) + other.recent_size.log_likelihood_ratio(one.size)
         return exchanged - as_they_are > EXCHANGED
 
     def is_settled(self, track: PersonTrack) -> bool:

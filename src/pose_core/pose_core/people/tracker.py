@@ -5,72 +5,26 @@ ones to those who come back. What decides is where the joints are, all sensors' 
 frame (:mod:`association`), and for those who were away, how large they are (:mod:`recognition`).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from pose_core.counters import Counters
 from pose_core.people.association import GATE_M, associate
-from pose_core.people.distances import OTHER_SIDE, centre, centres
+from pose_core.people.distances import OTHER_SIDE, centres
 from pose_core.people.doubles import Doubles
+from pose_core.people.encounters import Encounters
 from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.people.recognition import WINDOW_MEASUREMENTS, Recognition
+from pose_core.people.recognition import Recognition
 from pose_core.people.tracks import AWAY_AFTER_S, Assigned, Tracks
 from pose_core.session.clocks import Clock, Clocks
 from pose_core.streams.samples import FloatArray, SkeletonSample
 from pose_core.transforms import transformed
 
-NEAR_M, APART_M = 0.7, 1.0  # [m] between the middles of two who meet, and of two who have parted
-
-
 UNCHECKED_FRAMES = 4  # [-] of one sensor, in which a lone person's id is believed
 MOVED = 0.1  # [m], or [-] of a rotation's matrix, from which on a sensor has been moved
 LEAST_JOINTS = 5  # [-] of somebody new
 MOST_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
-
-
-class Encounters:
-    """Detects encounters, and compares the sizes of both people afterwards.
-
-    Args:
-        recognition: What doubts them then.
-    """
-
-    def __init__(self, recognition: Recognition) -> None:
-        self._recognition = recognition
-        self._meeting: set[tuple[int, int]] = set()
-        self._parted: set[tuple[int, int]] = set()
-
-    def exchanged(
-        self, present: Sequence[PersonTrack], stamp_ns: int
-    ) -> Iterable[tuple[PersonTrack, PersonTrack]]:
-        """Pairs whose tracks are exchanged since they met."""
-        if len(present) < 2:
-            return
-        middles = {track.number: centre(track.positions) for track in present}
-        for one, other in combinations(present, 2):
-            pair = one.number, other.number
-            apart_m = float(np.linalg.norm(middles[one.number] - middles[other.number]))
-            if apart_m < NEAR_M:
-                self._meeting.add(pair)
-                self._parted.discard(pair)
-            elif apart_m > APART_M and pair in self._meeting:
-                self._meeting.discard(pair)
-                self._parted.add(pair)
-                self._recognition.measure_anew(one, stamp_ns)
-                self._recognition.measure_anew(other, stamp_ns)
-            elif pair in self._parted and _are_measured(one, other):
-                self._parted.discard(pair)
-                if self._recognition.are_exchanged(one, other):
-                    yield one, other
-
-
-def _are_measured(one: PersonTrack, other: PersonTrack) -> bool:
-    return all(
-        each.recent_size is not None and each.recent_size.measurements >= WINDOW_MEASUREMENTS
-        for each in (one, other)
-    )
 
 
 class PeopleTracker:
@@ -136,7 +90,7 @@ class PeopleTracker:
         self.T_common_sensor, self.clocks = dict(T_common_sensor), clocks
         if is_moved:
             for track in list(self.tracks):
-                self._tracks.send_away(track)
+                self._tracks.mark_absent(track)
 
     def add(self, frame: Sequence[SkeletonSample]) -> list[Assigned]:
         """Assign all skeletons that a sensor saw at one instant.
@@ -243,7 +197,7 @@ class PeopleTracker:
         if is_alone and not near and len(self.tracks) == 1:
             back = self.tracks[0]
             if self._recognition.is_within_reach(back, joints, stamp_ns):
-                self._recognition.welcome(back, joints, stamp_ns)
+                self._recognition.mark_returned(back, joints, stamp_ns)
                 back.note(sample, stamp_ns)
                 return [(back.number, sample)]
         return self._tracks.begin(sample, joints, stamp_ns, is_alone)

@@ -15,8 +15,9 @@ from pose_core.streams.samples import FloatArray, SkeletonSample
 
 AWAY_AFTER_S = 0.35  # [s] unseen by all sensors, a person is away
 CONFIRMED_AFTER_S = 0.3  # [s] in view: shorter ones are trackers' ghosts
-UNCERTAIN_FOR_S = 4.0  # [s] in view, for which it may stay uncertain who of those away they are
-NEW_AFTER_S = 1.0  # [s] in view, for somebody new: a glimpse does not give a size
+RETURN_WITHIN_S = 4.0  # [s] in view, after which the likelier hypothesis is accepted
+NEW_WITHIN_S = 8.0  # [s] the same for somebody new, while somebody who is away may be the same
+NEW_MEASUREMENTS = 60  # [-] skeletons of somebody new: a glimpse does not give a size
 CONFIRMED_FRAMES = 5  # [-] the same in frames
 GHOST_AFTER_S = 0.8  # [s] unseen, a tentative person was a ghost
 MOST_TENTATIVE = 12  # [-] at a time; of ghosts all over the place, the others are left out
@@ -65,18 +66,18 @@ class Tracks:
         """Go on to a frame's instant [ns]: end the tracks that have not been seen for long."""
         if stamp_ns < self.newest_ns - JUMP_BACK_S * 1e9:
             for track in list(self.everybody):
-                self.send_away(track)
+                self.mark_absent(track)
                 track.last_seen_ns = stamp_ns
             self.newest_ns = stamp_ns
         self.newest_ns = max(self.newest_ns, stamp_ns)
         for track in list(self.everybody):
             unseen_s = track.unseen_s(stamp_ns)
             if track.presence is Presence.PRESENT and unseen_s > AWAY_AFTER_S:
-                self.send_away(track)
+                self.mark_absent(track)
             elif track.presence is Presence.TENTATIVE and unseen_s > GHOST_AFTER_S:
                 self._remove(track, "ghosts")
 
-    def send_away(self, track: PersonTrack) -> None:
+    def mark_absent(self, track: PersonTrack) -> None:
         """Mark somebody in view as away; who left longest ago may be forgotten."""
         if track.presence is Presence.PRESENT:
             track.presence = Presence.AWAY
@@ -117,7 +118,6 @@ class Tracks:
         self.everybody.append(track)
         if is_alone and len(self.everybody) == 1:
             track.presence = Presence.PRESENT
-            self._recognition.new_person_ns = stamp_ns
             self._counters.add("came")
             return [(track.number, sample)]
         track.held.append(sample)
@@ -154,13 +154,10 @@ class Tracks:
         known_ones = self.of(Presence.PRESENT, Presence.AWAY)
         unseen = [track for track in known_ones if not track.is_certain(stamp_ns)]
         for track, known, margin in self._recognition.recognise(people, unseen):
-            is_clear = margin >= CERTAIN and (known is not None or not unseen)
-            is_clear &= known is not None or track.in_view_s >= NEW_AFTER_S
-            if not is_clear and track.in_view_s < UNCERTAIN_FOR_S:
+            if not _is_decided(track, known, margin, is_anybody_away=bool(unseen)):
                 continue
             if known is None:
                 track.presence = Presence.PRESENT
-                self._recognition.new_person_ns = stamp_ns
                 self._counters.add("came")
                 given += [(track.number, sample) for sample in track.held]
             else:
@@ -198,3 +195,22 @@ class Tracks:
     def _new_number(self) -> int:
         self._next_number += 1
         return self._next_number - 1
+
+
+def _is_decided(
+    track: PersonTrack, known: PersonTrack | None, margin: float, *, is_anybody_away: bool
+) -> bool:
+    """Whether to accept the likeliest hypothesis of who a tentative person is.
+
+    Args:
+        track: The tentative person.
+        known: Whom they are likeliest to be; ``None``: somebody new.
+        margin: Log ratio against the next best hypothesis.
+        is_anybody_away: Whether they could be somebody who is away.
+    """
+    is_certain = margin >= CERTAIN
+    if known is not None:
+        return is_certain or track.in_view_s >= RETURN_WITHIN_S
+    if is_certain and not is_anybody_away and track.size.measurements >= NEW_MEASUREMENTS:
+        return True
+    return track.in_view_s >= (RETURN_WITHIN_S if is_certain else NEW_WITHIN_S)
