@@ -32,7 +32,7 @@ class NotWoken(CallbackGroup):
 
 
 class Losses:
-    """Counts messages that a subscription lost, by gaps in the numbers that their publisher gave them.
+    """Counts messages that a subscription lost, by gaps in their publisher's numbers.
 
     The middleware's own count lacks the messages that a full queue drops. Numbers of several
     publishers are not comparable: while a topic has more than one, nothing is counted.
