@@ -58,7 +58,7 @@ def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]
             state = _realigned(state, rng)
         predict(constants.motion, state, dt_s)
         readings = _readings(scene, now, rng)
-        is_finite = update_with_imus(constants, state, readings, len(state.P), information[1])
+        is_finite = update_with_imus(constants, state, readings, information[1])
         frame = _frame(scene.joints[now], rng)
         if is_finite and rng.random() < 0.7:
             is_finite = update_with_frame(constants, state, frame, information[0]).is_finite
