@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from pose_bench.random_steps import random_steps
-from pose_bench.soak.live_session import LiveSession
-from pose_bench.soak.recording import LOOP_NS, STEP_NS, VISITOR, steps_of
 from pose_bench.tools.fault_sessions import captured_person
 from pose_bench.tools.soak import Measurement, broken_bounds
+from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, VISITOR, steps_of
+from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_sim.captured.session import START_NS

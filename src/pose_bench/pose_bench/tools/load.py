@@ -13,15 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_bench.load_scenes import SCENES, LoadScene
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player
 from pose_bench.processes import descendants, usage
-from pose_bench.soak.recording import LOOP_NS, LoopMessage, loop_message
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
 from pose_bench.tools.live_graph import stopped
+from pose_bench.tools.load_scenes import SCENES, LoadScene
 from pose_bench.tools.showing import publish
+from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import FloatArray, extrinsics_from_map
 from pose_core.errors import InputError

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.faults.judging import rmse_deg
-from pose_bench.soak.live_session import LiveSession
-from pose_bench.soak.recording import LOOP_NS, STEP_NS, Steps, steps_of
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import captured_person, truth_of
 from pose_bench.tools.showing import publish
+from pose_bench.tools.soak_recording import LOOP_NS, STEP_NS, Steps, steps_of
+from pose_bench.tools.soak_session import LiveSession
 from pose_core.api import extrinsics_from_map
 from pose_sim.captured.session import START_NS
 

@@ -1,1 +1,0 @@
-"""Live operation for a day, driven by a virtual clock in one process."""
