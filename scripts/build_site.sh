@@ -11,7 +11,8 @@ venv="$POSE_HOME/site_venv"
 if ! [ -x "$venv/bin/uv" ]; then
     mkdir -p "$POSE_HOME"
     python3 -m venv "$venv"
-    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check uv
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check \
+        --require-hashes -r requirements/installer.txt
 fi
 "$venv/bin/uv" pip install --quiet --python "$venv/bin/python" --require-hashes -r requirements/site.txt
 export NO_MKDOCS_2_WARNING=1 DISABLE_MKDOCS_2_WARNING=true

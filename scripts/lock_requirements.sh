@@ -15,6 +15,7 @@ lock() {
         "$name.in" -o "$name.txt" "$@"
 }
 compile() { lock "$@" --universal --python-version 3.10; }
+compile installer "$@"
 compile python "$@"
 compile develop -c python.txt "$@"
 compile ros-wheels -c python.txt -c develop.txt "$@"

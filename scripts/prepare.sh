@@ -89,7 +89,8 @@ make_virtual_environment() {
     rm -rf "$POSE_VENV" "$POSE_HOME"/{stamp,build,install,underlay,test_messages}
     mkdir "$POSE_HOME/stamp"
     "$1" -m venv "${options[@]}" "$POSE_VENV"
-    "$POSE_VENV/bin/python" -m pip install --quiet --disable-pip-version-check uv
+    "$POSE_VENV/bin/python" -m pip install --quiet --disable-pip-version-check \
+        --require-hashes -r requirements/installer.txt
 }
 
 # uv_pip_install ARGUMENT…: installs into the virtual environment and compiles the bytecode. If it

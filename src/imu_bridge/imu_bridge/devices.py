@@ -105,7 +105,7 @@ def _port(name: str, entry: Mapping[str, Any]) -> PortConfig:
 def _port_nodes(name: str, entry: Any, port: int) -> list[ImuNode]:
     """The nodes of a port: by id, or the single one of the segment in the port's entry."""
     protocol = entry.get("protocol") if isinstance(entry, Mapping) else None
-    if protocol not in PROTOCOLS:
+    if not isinstance(protocol, str) or protocol not in PROTOCOLS:
         raise InputError(f"{name}: protocol {protocol!r} is not one of {', '.join(PROTOCOLS)}")
     keys = {"protocol", "baudrate", "nodes", *NODE_KEYS, *PROTOCOLS[protocol].options}
     mapping(entry, name, keys)

@@ -51,6 +51,7 @@ def test_a_port_of_several_text_sensors_names_them_by_id():
         ({}, "expected a mapping 'ports'"),
         ({"/dev/a": {"segment": "torso"}}, "/dev/a: protocol None is not one of star, witmotion"),
         ({"/dev/a": {**WIT, "protocol": "x"}}, "protocol 'x' is not one of"),
+        ({"/dev/a": {**WIT, "protocol": {}}}, "protocol {} is not one of"),
         ({"/dev/a": {**WIT, "fields": []}}, "/dev/a: unknown key 'fields'"),
         ({"/dev/a": {**WIT, "baudrate": "fast"}}, "baudrate = 'fast' is not an integer"),
         ({"/dev/a": {"protocol": "witmotion"}}, "/dev/a: node 0: segment None"),

@@ -90,6 +90,7 @@ def test_a_datagram_without_persons_is_a_frame(udp):
         (b"{", "datagrams_malformed"),
         (b"\xff\xfe", "datagrams_malformed"),
         (b'{"v":1}', "datagrams_malformed"),
+        (json.dumps(frame()).encode().replace(b"anna", b"ann\xff"), "datagrams_malformed"),
         (b"[" * 20_000, "datagrams_malformed"),
         (b"\x91" * 20_000, "datagrams_malformed"),
         (b'{"v":1,"seq":1,"time_ns":1,"people":[],"x":' + b"[" * 20_000, "datagrams_malformed"),

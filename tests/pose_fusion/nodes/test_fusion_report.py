@@ -35,7 +35,7 @@ def report_of(change_rate):
     watch = CameraWatch(parameters.sensors)
     reporter = FusionReporter(pipeline, None, watch, LatencyStages(), Counters())
     reporter.look()
-    return reporter.report((), "")
+    return reporter.report((), "", {})
 
 
 @pytest.mark.parametrize(

@@ -146,6 +146,28 @@ def test_counts_are_in_the_diagnostics(ros_context, spin_until, record):
     assert counts()["lost_messages"] == "0"
 
 
+def test_what_comes_while_the_disk_is_slow_is_recorded_or_counted_as_lost(
+    ros_context, spin_until, record
+):
+    publisher = publisher_of(ros_context, String, "greeting", 1000)
+    received = ros_context.collect(DiagnosticArray, "/diagnostics")
+    recorder = record(topics=["greeting"], depth=10)
+    spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
+    publisher.publish(String(data="first"))
+    spin_until(lambda: recorder._recording.message_count == 1, what="the first message")
+    for _ in range(100):  # the recorder is not spun, as while a flush takes long
+        publisher.publish(String(data="a"))
+
+    def losses():
+        own = [s for array in received for s in array.status if s.name == "/recorder"]
+        return [s for s in own if "messages were lost: the machine is too busy" in s.message]
+
+    spin_until(losses, what="the warning")
+    lost = {pair.key: pair.value for pair in losses()[-1].values}["lost_messages"]
+    assert int(lost) + recorder._recording.message_count == 101
+    record.finish(recorder)
+
+
 @pytest.mark.parametrize(
     ("values", "complaint"),
     [

@@ -137,6 +137,33 @@ def test_a_folder_that_has_gone_is_made_again(start, clock, tmp_path):
     assert read(row.path) == ["b"]
 
 
+def test_a_next_bag_that_cannot_be_made_is_tried_again_and_no_message_counted_twice(
+    start, clock, tmp_path, monkeypatch
+):
+    row = start(split_duration=10.0)
+    row.write("/count", text("a"), 1)
+    read_only = InputError(f"cannot write {tmp_path}: Read-only file system")
+
+    def refuse(path):
+        raise read_only
+
+    with monkeypatch.context() as patch:
+        patch.setattr(row, "_begin", refuse)
+        for _ in range(3):
+            clock[0] += 11.0
+            row.flush()
+            assert row.trouble == str(read_only)
+            assert row.message_count == 1
+    clock[0] += 11.0
+    row.flush()
+    assert row.trouble == ""
+    row.write("/count", text("b"), 2)
+    row.close()
+
+    assert row.message_count == row.bags == 2
+    assert [read(tmp_path / name) for name in ("bag", "bag-2")] == [["a"], ["b"]]
+
+
 def test_a_bag_cut_at_any_byte_gives_back_all_that_had_been_flushed(start, tmp_path):
     row = start()
     file = tmp_path / "bag" / "bag.mcap"

@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import sqlite3
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import Reader
 
 from pose_core.errors import InputError
+from pose_fusion.recording import recording
 from pose_fusion.recording.recording import Recording, RecordingError
 from pose_io.bags import open_bag
 from pose_io.typestore import make_typestore
@@ -132,6 +134,29 @@ def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
 
     with pytest.raises(InputError, match="cannot write"):
         Recording(tmp_path / "file" / "bag")
+
+
+@pytest.mark.parametrize(
+    ("storage", "error"),
+    [
+        ("mcap", OSError(28, "No space left on device")),
+        ("sqlite3", sqlite3.OperationalError("database or disk is full")),
+    ],
+)
+def test_a_disk_without_room_for_a_bag_s_beginning_is_one_line_and_leaves_nothing(
+    tmp_path, storage, error, monkeypatch
+):
+    path = tmp_path / "bag"
+
+    def refuse(_writer):
+        path.mkdir()
+        (path / "part").touch()
+        raise error
+
+    monkeypatch.setattr(recording.Writer, "open", refuse)
+    with pytest.raises(InputError, match=r"cannot write .*bag: (No space|database or disk)"):
+        Recording(path, storage)
+    assert not path.exists()
 
 
 def test_an_unknown_type_is_refused(tmp_path):

@@ -190,6 +190,7 @@ BAD = {
         "Trajectories\n100\n,,a:LASI,,\nFrame,Sub Frame,X,Y,Z\n,,in,in,in\n1,0,1,2,3\n",
         "unit 'in' is unknown",
     ),
+    "rateless.csv": ("Trajectories\n\n100\n,,a:LASI,,\n1,0\n1,0\n", "the rate is nan Hz"),
     "someone_else_s.csv": (
         "Trajectories\n100\n,,a:TAIL,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n1,0,1,2,3\n",
         "left_hip and right_hip and neck cannot be found.*found tail",

@@ -45,7 +45,10 @@ def decode(data: bytes) -> Datagram:
     Raises:
         msgspec.DecodeError: If it is neither JSON nor MessagePack, or not a valid datagram.
     """
-    return (_JSON if data.startswith(JSON_BEGINS) else _MSGPACK).decode(data)
+    try:
+        return (_JSON if data.startswith(JSON_BEGINS) else _MSGPACK).decode(data)
+    except (UnicodeDecodeError, RecursionError) as error:
+        raise msgspec.DecodeError(str(error)) from error
 
 
 def to_person(person: PersonData, joint_map: JointMap) -> Person:

@@ -112,7 +112,7 @@ class UdpSource(LiveSource):
         except KeyError:
             self.counters.add("datagrams_wrong_joints")
             return
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
+        except msgspec.DecodeError:
             self.counters.add("datagrams_malformed")
             return
         if datagram.v != VERSION:

@@ -14,11 +14,14 @@ from pose_bench.tools import (
     goals,
     imu,
     live,
+    load,
     offline,
     papers,
     people,
     prediction,
+    soak,
     speed,
+    steps,
     stream,
     teleop,
 )
@@ -27,8 +30,8 @@ from pose_node.command_line import run_tool
 BENCHMARKS = {
     module.__name__.rpartition(".")[2]: module
     for module in (
-        *(accuracy, captured, faults, fuzz, goals, imu, live, offline, papers, people),
-        *(prediction, speed, stream, teleop),
+        *(accuracy, captured, faults, fuzz, goals, imu, live, load, offline, papers, people),
+        *(prediction, soak, speed, steps, stream, teleop),
     )
 }
 """By name; each has a ``SUMMARY``, ``add_arguments`` and ``run``."""

@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -92,12 +92,16 @@ def run_faults(faults: Sequence[Fault], folder: Path, say: Progress) -> Iterator
     """
     person = captured_person()
     plan = sessions(faults)
-    # Isolated from other graphs on this machine.
-    os.environ["ROS_DOMAIN_ID"] = str(FIRST_DOMAIN + os.getpid() % DOMAINS)
+    isolate()
     for number, slots in enumerate(plan):
         names = ", ".join(slot.fault.name for slot in slots)
         say(f"session {number + 1} of {len(plan)}: {names}")
         yield from _run_session(person, slots, folder / f"session-{number:02d}", say)
+
+
+def isolate() -> None:
+    """Choose a ROS domain for this process that other graphs on this machine hardly have."""
+    os.environ["ROS_DOMAIN_ID"] = str(FIRST_DOMAIN + os.getpid() % DOMAINS)
 
 
 def _run_session(
@@ -109,10 +113,11 @@ def _run_session(
     packets = _packets(person, slots)
     plan = [planned(packet) for packet in packets]  # for a start at START_NS
     player = new_player()
-    graph = _start_graph(folder)
+    extrinsics_file = str(folder / "session.yaml")
+    graph = start_graph(folder, {"extrinsics_file": extrinsics_file})
     try:
         player.open(plan)
-        _await_graph(player, graph, folder)
+        await_graph(player, graph, folder)
         start_ns = time.time_ns() + round(LEAD_S * NS)
         plan = [planned(packet) for packet in _shifted(packets, start_ns - START_NS)]
         late_s = (time.time_ns() - start_ns) / NS
@@ -156,11 +161,9 @@ def _shifted(packets: Sequence[Packet], by_ns: int) -> list[Packet]:
     ]
 
 
-def _start_graph(folder: Path) -> "subprocess.Popen[str]":
-    arguments = {
-        "extrinsics_file": str(folder / "session.yaml"),
-        "bag": str(folder / "bag"),
-    }
+def start_graph(folder: Path, arguments: Mapping[str, str]) -> "subprocess.Popen[str]":
+    """Start calibration, fusion and recorder; their log and bag are in the folder."""
+    arguments = {**arguments, "bag": str(folder / "bag")}
     words = [f"{name}:={value}" for name, value in arguments.items()]
     with (folder / "graph.log").open("w") as log:
         return start(
@@ -170,7 +173,8 @@ def _start_graph(folder: Path) -> "subprocess.Popen[str]":
         )
 
 
-def _await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Path) -> None:
+def await_graph(player: FaultPlayer, graph: "subprocess.Popen[str]", folder: Path) -> None:
+    """Wait until fusion and calibration report."""
     end_s = time.monotonic() + START_S
     while not (player.has_said("/fusion") and player.has_said("/calibration")):
         if graph.poll() is not None or time.monotonic() > end_s:

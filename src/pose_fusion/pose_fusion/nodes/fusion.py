@@ -37,7 +37,7 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
-from pose_fusion.nodes.inbox import Inbox, waiting
+from pose_fusion.nodes.inbox import Inbox, Losses, waiting
 from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.unused_sensors import unused_sensors
 from pose_fusion.watching.cameras import CameraWatch
@@ -92,6 +92,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             "joints_not_tracked",
             "imu_without_orientation",
             "malformed_transforms",
+            "messages_lost",
         )
         self._static_transforms: dict[str, TransformStamped] = {}
         self._malformed_transform = ""  # why the last message on /tf_static was rejected
@@ -109,8 +110,9 @@ class FusionNode(ManagedNode[FusionParameters]):
         """Process what cameras and IMUs send from now on, publish."""
         self._readers = {sensor: SkeletonReader(sensor) for sensor in self.settings.sensors}
         self._imus.take()
-        for subscription in self._cameras.values():
-            waiting(subscription)
+        for sensor, subscription in self._cameras.items():
+            waiting(subscription, self._camera_losses[sensor])
+        self._lost()  # before: nobody waited for them
         if self.settings.use_imus:
             steady_timer(self, IMU_PERIOD_S, self._take_imus)  # cameras may be silent
         self._patience = steady_timer(self, PATIENCE_S, self._on_patience_ended)
@@ -185,11 +187,13 @@ class FusionNode(ManagedNode[FusionParameters]):
             )
             for sensor in self.settings.sensors
         }
+        self._camera_losses = {name: Losses(each) for name, each in self._cameras.items()}
         segments = SEGMENTS if self.settings.use_imus else ()
         topics = {segment: f"imu_{segment}/data" for segment in segments}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
 
     def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
+        self._camera_losses[sensor].note(info)
         if not self.is_active:
             return
         taken_ns = self.get_clock().now().nanoseconds
@@ -197,7 +201,8 @@ class FusionNode(ManagedNode[FusionParameters]):
         # Sensors with the same phase deliver together: reading all saves wake-ups.
         frames = [(sensor, data, info)]
         for other, subscription in self._cameras.items():
-            frames += [(other, more, noted) for more, noted in waiting(subscription)]
+            entries = waiting(subscription, self._camera_losses[other])
+            frames += [(other, more, noted) for more, noted in entries]
         read = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
         # After a pause each queue holds many frames: process them in the order of their stamps.
         for persons in sorted(read, key=lambda persons: persons[0].stamp_ns if persons else 0):
@@ -329,11 +334,19 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._alignments = {**known, **subject.sensor_to_segment}
         self._kept_alignments.save(alignments_document(self._alignments))
 
+    def _lost(self) -> dict[str, int]:
+        """Messages lost since the last call, by source."""
+        cameras = {name: each.count() for name, each in self._camera_losses.items()}
+        imus = {f"imu/{segment}": lost for segment, lost in self._imus.lost().items()}
+        return {name: lost for name, lost in {**cameras, **imus}.items() if lost}
+
     def report(self) -> Report:
         """State of the tracking, sensors in use, and latency."""
+        lost = self._lost()
+        self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())
-        return self._reporter.report(unused, self._malformed_transform)
+        return self._reporter.report(unused, self._malformed_transform, lost)
 
 
 def main() -> None:

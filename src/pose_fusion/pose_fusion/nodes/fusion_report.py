@@ -1,6 +1,6 @@
 """The fusion node's report in ``/diagnostics``."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -65,17 +65,22 @@ class FusionReporter:
         missing = {*set_aside, *self._watch.missing, *imus}
         return missing if self._is_tracking else {*missing, "everything"}
 
-    def report(self, unused: Sequence[str], malformed_transform: str) -> Report:
+    def report(
+        self, unused: Sequence[str], malformed_transform: str, lost: Mapping[str, int]
+    ) -> Report:
         """The report as of the last check.
 
         Args:
             unused: Names of sensors that publish and are not used.
             malformed_transform: Error in the last ``/tf_static``; empty if there is none.
+            lost: Number of messages lost since the last report, by source.
         """
-        is_ok = not (self._unused_sources() or malformed_transform)
+        is_ok = not (self._unused_sources() or malformed_transform or lost)
         return Report(
             level=Level.OK if is_ok else Level.WARN,
-            message="; ".join([self._tracking(), *self._remarks(unused, malformed_transform)]),
+            message="; ".join(
+                [self._tracking(), *self._remarks(unused, malformed_transform, lost)]
+            ),
             values={**self._values(), "sensors_not_used": ", ".join(unused) or "none"},
         )
 
@@ -95,7 +100,9 @@ class FusionReporter:
     def _silent_imus(self) -> Sequence[str]:
         return self._pipeline.subject.silent_imus if self._pipeline.parameters.use_imus else ()
 
-    def _remarks(self, unused: Sequence[str], malformed_transform: str) -> list[str]:
+    def _remarks(
+        self, unused: Sequence[str], malformed_transform: str, lost: Mapping[str, int]
+    ) -> list[str]:
         set_aside = self._judge.set_aside if self._judge is not None else {}
         remarks = [f"{source} is not used: its {why}" for source, why in set_aside.items()]
         for sensor, why in self._watch.missing.items():
@@ -113,6 +120,11 @@ class FusionReporter:
             remarks.append(f"the angular velocity of the IMU on {segments} {fault}")
         if malformed_transform:
             remarks.append(f"/tf_static is not used: {malformed_transform}")
+        if lost:
+            sources = ", ".join(lost)
+            remarks.append(
+                f"{sum(lost.values())} messages of {sources} were lost: the machine is too busy"
+            )
         if self._pipeline.others:
             remarks.append(f"{self._pipeline.others} more people in view, not tracked")
         if unused:

@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
-from rclpy.event_handler import QoSSubscriptionEventType
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
@@ -34,25 +32,31 @@ class NotWoken(CallbackGroup):
 
 
 class Losses:
-    """Counts messages that the middleware lost before a subscription could read them.
+    """Counts messages that a subscription lost, by gaps in their publisher's numbers.
 
-    The count is polled, because waiting for this event also wakes for every message of the topic.
+    The middleware's own count lacks the messages that a full queue drops. Numbers of several
+    publishers are not comparable: while a topic has more than one, nothing is counted.
+
+    Args:
+        subscription: The subscription.
     """
 
     def __init__(self, subscription: Subscription) -> None:
-        with subscription.handle:
-            self._event = rclpy_implementation.EventHandle(
-                subscription.handle, QoSSubscriptionEventType.RCL_SUBSCRIPTION_MESSAGE_LOST
-            )
+        self._subscription = subscription
+        self._newest = 0  # number of the last message; 0: none yet
+        self._lost = 0
+
+    def note(self, info: Mapping[str, Any]) -> None:
+        """Take note of a received message, by the information of the middleware."""
+        number = info.get("publication_sequence_number") or 0
+        if 0 < self._newest < number:
+            self._lost += number - self._newest - 1
+        self._newest = number
 
     def count(self) -> int:
         """Number of lost messages since the last call."""
-        with self._event:
-            return int(self._event.take_event().total_count_change)
-
-    def destroy(self) -> None:
-        """Release the subscription."""
-        self._event.destroy_when_not_in_use()
+        lost, self._lost = self._lost, 0
+        return lost if self._subscription.get_publisher_count() == 1 else 0
 
 
 class Inbox:
@@ -75,23 +79,38 @@ class Inbox:
             )
             for name, topic in topics.items()
         }
+        self._losses = {name: Losses(each) for name, each in self._subscriptions.items()}
 
     def take(self) -> dict[str, list[bytes]]:
         """All messages since the last call, by the caller's names; without silent topics."""
         taken = {}
         for name, subscription in self._subscriptions.items():
-            datas = [data for data, _ in waiting(subscription)]
-            if datas:
-                taken[name] = datas
+            entries = waiting(subscription, self._losses[name])
+            if entries:
+                taken[name] = [data for data, _ in entries]
         return taken
 
+    def lost(self) -> dict[str, int]:
+        """Numbers of messages lost since the last call, by the caller's names."""
+        return {name: lost for name, each in self._losses.items() if (lost := each.count())}
 
-def waiting(subscription: Subscription) -> list[tuple[bytes, dict[str, Any]]]:
-    """The serialised messages in a subscription's queue, each with the middleware's information."""
+
+def waiting(
+    subscription: Subscription, losses: Losses | None = None
+) -> list[tuple[bytes, dict[str, Any]]]:
+    """The serialised messages in a subscription's queue, each with the middleware's information.
+
+    Args:
+        subscription: The subscription.
+        losses: Counts the messages that are missing.
+    """
     entries = []
     with subscription.handle:
         while entry := subscription.handle.take_message(subscription.msg_type, True):
             entries.append(entry)
+    if losses is not None:
+        for _, info in entries:
+            losses.note(info)
     return entries
 
 

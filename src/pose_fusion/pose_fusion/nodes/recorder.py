@@ -206,9 +206,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         self._losses_by_topic[topic] = Losses(subscription)
 
     def _unsubscribe(self, topic: str) -> None:
-        losses = self._losses_by_topic.pop(topic)
-        self._counters.add("lost_messages", losses.count())
-        losses.destroy()
+        self._counters.add("lost_messages", self._losses_by_topic.pop(topic).count())
         self.destroy_subscription(self._subscriptions_by_topic.pop(topic))
 
     # -- messages -------------------------------------------------------------------------------
@@ -224,7 +222,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         entries = [
             (noted["received_timestamp"], topic, data)
             for topic, subscription in self._subscriptions_by_topic.items()
-            for data, noted in waiting(subscription)
+            for data, noted in waiting(subscription, self._losses_by_topic[topic])
         ]
         for stamp_ns, topic, data in sorted(entries, key=itemgetter(0)):
             self._recording.write(topic, data, stamp_ns if simulated_ns is None else simulated_ns)

@@ -112,8 +112,9 @@ class ContinuedRecording:
     def _go_on(self) -> None:
         """Begin the next bag: all topics, and what latched ones said before."""
         self._recording.close()
+        following = self._begin(free_path(self._first))  # may fail, and be tried again
         self._messages_before += self._recording.message_count
-        self._recording = self._begin(free_path(self._first))
+        self._recording = following
         self.bags += 1
         for topic, (msgtype, offered) in self._topics.items():
             self._recording.add_topic(topic, msgtype, offered)

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import Writer
 from rosbags.rosbag2.storage_mcap import McapWriter
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Writer
 
-from pose_core.errors import InputError, PoseError, writing
+from pose_core.errors import InputError, PoseError
 from pose_io.bag_repair import END
 from pose_io.bag_writer import STORAGES
 from pose_io.typestore import make_typestore, register_package
@@ -90,9 +90,12 @@ class Recording:
         self._end = 0  # [bytes] of the file that are complete, the MCAP end not counted
         self._flushed_counts: dict[int, int] = {}
         self._writer = Writer(path, version=9, storage_plugin=STORAGES[storage])
-        with writing(path):
+        try:
             path.parent.mkdir(parents=True, exist_ok=True)
             self._writer.open()
+        except (OSError, sqlite3.Error) as error:
+            shutil.rmtree(path, ignore_errors=True)  # made just now
+            raise InputError(f"cannot write {path}: {_reason(error)}") from error
 
     @property
     def is_over(self) -> bool:
@@ -212,8 +215,11 @@ class Recording:
                 # What is left to write is the description beside the file.
                 self._writer.storage = cast(McapWriter, _Ended(storage.path))
                 self._writer.close()
-        reason = getattr(error, "strerror", None) or str(error)
-        return RecordingError(f"cannot write {self.path}: {reason}; {saved}")
+        return RecordingError(f"cannot write {self.path}: {_reason(error)}; {saved}")
+
+
+def _reason(error: Exception) -> str:
+    return str(getattr(error, "strerror", None) or error)
 
 
 class _Ended:

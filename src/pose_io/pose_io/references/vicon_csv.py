@@ -40,7 +40,7 @@ def read_vicon_csv(path: Path) -> MarkerSeries:
     rows = list(csv.reader(text.splitlines()[first:], delimiter=delimiter))
     if len(rows) <= HEADER_LINES:
         raise InputError(f"{path}: its section 'Trajectories' holds no frames")
-    rate = numbers_of(path, first + 2, rows[1][:1])[0]
+    (rate,) = numbers_of(path, first + 2, rows[1][:1]) or (np.nan,)
     if not rate > 0.0:
         raise InputError(f"{path}, line {first + 2}: the rate is {rate:g} Hz, expected more than 0")
     body: list[list[float]] = []

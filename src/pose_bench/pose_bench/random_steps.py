@@ -1,0 +1,127 @@
+"""Random steps of the default filter: its covariance stays symmetric and positive definite.
+
+A step predicts over a random time, then updates with the samples of a random part of the IMUs and
+with random joints of a random camera, some of them anywhere. Occasionally the person is elsewhere,
+an IMU is aligned anew, or an IMU's sample is unrelated to the motion.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pose_bench.speed import Scene, aligned_filter, camera_place
+from pose_core.body.model import load_body_model
+from pose_core.filter.camera import CameraFrame
+from pose_core.filter.imu import ImuReadings
+from pose_core.filter.motion import predict
+from pose_core.filter.state import FilterState, with_imu
+from pose_core.filter.step import update_with_frame, update_with_imus
+from pose_core.joints import JOINTS
+from pose_core.streams.samples import FloatArray
+
+CAMERAS, IMUS = 2, 9
+SHORTEST_S, LONGEST_S = 1e-6, 1.0  # [s] of a step; log-uniform
+FRAMES = 3000  # of the motion, which is repeated
+MOVES, REALIGNED, UNRELATED = 0.002, 0.001, 0.01  # [-] probability for each step
+OUTLIERS = 0.1  # [-] of the visible joints, in one frame of four
+OUTLIER_M = 1.0  # [m]
+CHECKED = 10  # [steps] between factorisations of P
+
+
+@dataclass(kw_only=True)
+class Checks:
+    """Results of the steps so far."""
+
+    steps: int = 0
+    asymmetry: float = 0.0  # [-] largest difference of the correlation matrix from its transpose
+    factorised: int = 0  # Cholesky factorisations of P
+    indefinite: int = 0  # of these, failed ones
+    infinite: int = 0  # updates that the filter refused as not finite
+    least: float = np.inf  # [-] smallest eigenvalue of the correlation matrix of P
+    largest: float = 0.0  # largest element of P
+
+
+def random_steps(count: int, seed: int, every: int = 10_000) -> Iterator[Checks]:
+    """Run steps; yields the results so far after every ``every`` steps, and at the end."""
+    rng = np.random.default_rng(seed)
+    scene = Scene(load_body_model("default"), FRAMES)
+    constants, state = aligned_filter(scene, CAMERAS, IMUS)
+    fresh = state.copy()
+    information = np.zeros((2, len(state.heading), 3, 3))
+    checks, now = Checks(), 0
+    for step in range(count):
+        now = int(rng.integers(FRAMES)) if rng.random() < MOVES else (now + 1) % FRAMES
+        dt_s = np.exp(rng.uniform(np.log(SHORTEST_S), np.log(LONGEST_S)))
+        if rng.random() < REALIGNED:
+            state = _realigned(state, rng)
+        predict(constants.motion, state, dt_s)
+        readings = _readings(scene, now, rng)
+        is_finite = update_with_imus(constants, state, readings, information[1])
+        frame = _frame(scene.joints[now], rng)
+        if is_finite and rng.random() < 0.7:
+            is_finite = update_with_frame(constants, state, frame, information[0]).is_finite
+        checks.steps += 1
+        if not is_finite:
+            checks.infinite += 1
+            state = fresh.copy()
+        _check(checks, state.P, step)
+        if checks.steps % every == 0 or checks.steps == count:
+            yield checks
+
+
+def _readings(scene: Scene, now: int, rng: np.random.Generator) -> ImuReadings:
+    """Samples of a random part of the IMUs, in three of four steps."""
+    is_on = (rng.random(IMUS) < rng.random()) & (rng.random() < 0.75)
+    links = np.flatnonzero(is_on)
+    noise = Rotation.from_rotvec(rng.normal(0.0, 0.05, (len(links), 3))).as_matrix()
+    R = noise @ scene.rotations[now, links]
+    if len(links) and rng.random() < UNRELATED:
+        R[0] = Rotation.random(random_state=rng).as_matrix()
+    return ImuReadings(
+        links=links,
+        R_world_sensor=np.ascontiguousarray(R),
+        angular_velocity=scene.rates[now, links] + rng.normal(0.0, 0.2, (len(links), 3)),
+        age_s=rng.choice([0.0, 0.02], len(links)),
+        rate_stddev=rng.choice([0.0, 0.2], len(links)),
+    )
+
+
+def _frame(joints: FloatArray, rng: np.random.Generator) -> CameraFrame:
+    """A frame of a random camera with random joints."""
+    positions = joints + rng.normal(0.0, 0.03, joints.shape)
+    is_seen = rng.random(len(JOINTS)) < rng.random()
+    if rng.random() < 0.25:
+        is_out = rng.random(len(JOINTS)) < OUTLIERS
+        positions[is_out] += rng.normal(0.0, OUTLIER_M, (int(is_out.sum()), 3))
+    states = rng.choice([1, 2], len(JOINTS), p=[0.2, 0.8]).astype(np.uint8)
+    positions[~is_seen], states[~is_seen] = np.nan, 0
+    sensor = int(rng.integers(CAMERAS))
+    late_s = float(rng.choice([0.0, 0.0, 0.0, 0.07]))
+    return CameraFrame(sensor, positions, states, camera_place(sensor), late_s)
+
+
+def _realigned(state: FilterState, rng: np.random.Generator) -> FilterState:
+    """The state with one IMU aligned anew, within 0.2 rad."""
+    link = int(rng.integers(IMUS))
+    R_sensor_link = Rotation.from_rotvec(rng.normal(0.0, 0.1, 3)).as_matrix()
+    covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2
+    return with_imu(state, link, R_sensor_link, float(rng.normal(0.0, 0.1)), covariance)
+
+
+def _check(checks: Checks, P: FloatArray, step: int) -> None:
+    if step % CHECKED == 0:
+        stddev = np.sqrt(np.diagonal(P))
+        asymmetry = np.abs(P - P.T) / np.outer(stddev, stddev)
+        checks.asymmetry = max(checks.asymmetry, float(asymmetry.max()))
+        checks.factorised += 1
+        try:
+            np.linalg.cholesky(P)
+        except np.linalg.LinAlgError:
+            checks.indefinite += 1
+    if step % (100 * CHECKED) == 0:
+        stddev = np.sqrt(np.diagonal(P))
+        least = float(np.linalg.eigvalsh(P / np.outer(stddev, stddev))[0])
+        checks.least = min(checks.least, least)
+        checks.largest = max(checks.largest, float(np.abs(P).max()))

@@ -1,0 +1,209 @@
+"""``./pose bench load``: the live graph with many sensors or people; memory over time."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player
+from pose_bench.processes import descendants, usage
+from pose_bench.speed import machine
+from pose_bench.tables import TextTable, number
+from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
+from pose_bench.tools.live_graph import stopped
+from pose_bench.tools.load_scenes import SCENES, LoadScene
+from pose_bench.tools.showing import publish
+from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
+from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_core.api import FloatArray, extrinsics_from_map
+from pose_core.errors import InputError
+from pose_fusion.tools.demo_processes import start, stop
+
+SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
+NS = 1_000_000_000
+LEAD_NS = 4 * NS  # [ns] until the first message
+STEADY_S = 20.0  # [s] after the first message; until then, people are measured and IMUs aligned
+PERIOD_S = 10.0  # [s] between measurements of the memory
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadResult:
+    """Figures of one scene."""
+
+    scene: str
+    latency_ms: FloatArray  # (n,) from a joint state's stamp to its arrival in another process
+    missing: float  # [-] share of the output's instants without a joint state
+    rmse_deg: float  # [deg] of the subject's twelve angles; NaN without a truth
+    lost: int  # messages, as the fusion and the recorder report
+    said: bool  # whether a warning in /diagnostics named the losses
+    cores: float  # [-] load of all processes of the graph
+    memory_mb: dict[str, list[float]]  # [MB] of each process, every PERIOD_S from STEADY_S on
+    late_ms: float  # [ms] largest delay of the replay
+    machine_load: float  # [-] average of the last minute, at the end
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--scene", nargs="+", choices=list(SCENES), default=list(SCENES), help="(all)"
+    )
+    parser.add_argument("--loops", type=int, default=1, help="of the 64 s of each scene (1)")
+    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for load.md")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Measure and print; 1 if a graph ended, or losses were not reported."""
+    results = []
+    isolate()
+    for name in arguments.scene:
+        with tempfile.TemporaryDirectory(prefix="pose_bench_load_") as folder:
+            results.append(run_scene(SCENES[name](), arguments.loops, Path(folder)))
+    publish([_table(results), _memory(results)], "Load", arguments.output, "load.md")
+    return 1 if any(result.lost and not result.said for result in results) else 0
+
+
+def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
+    """Replay a scene to a graph of real processes.
+
+    Raises:
+        InputError: If the graph does not start, or a process of it ends.
+    """
+    save_extrinsics(folder / "session.yaml", extrinsics_from_map(scene.T_map_sensor))
+    messages = [loop_message(packet) for packet in scene.packets]
+    player = new_player()
+    player.open([(0.0, each.topic, each.kind, each.data) for each in messages])
+    graph = start_graph(
+        folder,
+        {
+            "extrinsics_file": str(folder / "session.yaml"),
+            "sensors": f"[{', '.join(scene.T_map_sensor)}]",
+            "max_people": str(scene.max_people),
+        },
+    )
+    probe = start([sys.executable, "-m", "pose_bench.nodes.latency_probe"], stdout=subprocess.PIPE)
+    try:
+        await_graph(player, graph, folder)
+        before_ns = time.time_ns()
+        _plan(messages, before_ns)
+        preparing_ns = 2 * loops * (time.time_ns() - before_ns)  # on a busy machine
+        begin_ns = time.time_ns() + LEAD_NS + preparing_ns
+        plans = [_plan(messages, begin_ns + loop * LOOP_NS) for loop in range(loops)]
+        measured = _replay(player, plans, begin_ns, graph.pid)
+        log = (folder / "graph.log").read_text()
+        if graph.poll() is not None or "has died" in log:
+            raise InputError(f"the graph ended, or a process of it: {log[-500:]}")
+        heard = player.heard()
+    finally:
+        noted = json.loads(stopped(probe))
+        stop(graph)
+        player.close()
+    steady_ns = begin_ns + round(STEADY_S * NS)
+    latency_ms, missing = _latencies(noted["arrived"], steady_ns)
+    last = {said.node: said for said in heard.said}
+    counts = [last[node].values for node in ("/fusion", "/recorder") if node in last]
+    names = ("messages_lost", "lost_messages")
+    return LoadResult(
+        scene=scene.name,
+        latency_ms=latency_ms,
+        missing=missing,
+        rmse_deg=scene.rmse_deg(heard.bodies.between(steady_ns, begin_ns + LOOP_NS), begin_ns),
+        lost=sum(int(values.get(name, 0)) for values in counts for name in names),
+        said=any("lost" in said.message for said in heard.said),
+        cores=measured.cores,
+        memory_mb=measured.memory_mb,
+        late_ms=1e3 * player.latest_s,
+        machine_load=os.getloadavg()[0],
+    )
+
+
+class _Measured:
+    """CPU time and memory of a graph's processes while it runs."""
+
+    def __init__(self, root: int) -> None:
+        self._root = root
+        self._times: list[tuple[float, float]] = []  # [s] real time, CPU time
+        self.memory_mb: dict[str, list[float]] = {}
+
+    def measure(self) -> None:
+        """Measure now."""
+        cpu_s = 0.0
+        for found in filter(None, map(usage, [self._root, *descendants(self._root)])):
+            cpu_s += found.cpu_s
+            self.memory_mb.setdefault(found.name, []).append(found.memory_mb)
+        self._times.append((time.monotonic(), cpu_s))
+
+    @property
+    def cores(self) -> float:
+        """Mean load [cores] from the first measurement to the last."""
+        (begin_s, before_s), (end_s, after_s) = self._times[0], self._times[-1]
+        return (after_s - before_s) / (end_s - begin_s)
+
+
+def _plan(messages: Sequence[LoopMessage], begin_ns: int) -> list[Planned]:
+    """The messages of a loop from ``begin_ns`` on."""
+    return [(e.at_ns / NS, e.topic, e.kind, e.shifted(begin_ns)) for e in messages]
+
+
+def _replay(
+    player: FaultPlayer, plans: Sequence[list[Planned]], begin_ns: int, root: int
+) -> _Measured:
+    """Publish the messages, loop after loop, and measure the graph's processes."""
+    measured = _Measured(root)
+    times = np.arange(STEADY_S, len(plans) * LOOP_NS / NS - 1.0, PERIOD_S)
+    for loop, plan in enumerate(plans):
+        loop_ns = begin_ns + loop * LOOP_NS
+        first_s = loop * LOOP_NS / NS
+        until_s = LOOP_NS / NS - 1.0  # of two seconds without messages
+        due = times[(times >= first_s) & (times < first_s + until_s)] - first_s
+        acts = [(at_s, measured.measure) for at_s in due.tolist()]
+        player.play(plan, acts, loop_ns, until_s)
+    return measured
+
+
+def _latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, float]:
+    """Latency of each joint state [ms], and the share of missing ones within each loop."""
+    stamps = np.array(sorted(int(stamp) for stamp in arrived if int(stamp) >= steady_ns), np.int64)
+    if len(stamps) < 2:
+        raise InputError("no joint states came: see the graph's log")
+    arrivals = np.array([arrived[str(stamp)] for stamp in stamps.tolist()], np.int64)
+    steps = np.diff(stamps) / np.median(np.diff(stamps))
+    steps = np.rint(steps[steps < 50.0])  # the pause between loops is longer
+    latency_ms = (arrivals - stamps).astype(np.float64) * 1e-6
+    return latency_ms, float(np.sum(steps - 1.0) / np.sum(steps))
+
+
+def _table(results: list[LoadResult]) -> TextTable:
+    header = ["scene", "median [ms]", "99 %", "largest", "missing [%]", "lost", "RMSE [°]", "cores"]
+    table = TextTable(
+        title="Load",
+        header=[*header, "replay late [ms]", "machine's load"],
+        note="Age of a joint state at its arrival in another process; instants of the output "
+        "without one; messages lost on the way to fusion and recorder. Real processes of "
+        f"calibration, fusion and recorder. {machine()}.",
+    )
+    for one in results:
+        latency = [number(p, 1) for p in np.percentile(one.latency_ms, [50.0, 99.0, 100.0])]
+        figures = [number(100.0 * one.missing, 2), str(one.lost), number(one.rmse_deg, 1)]
+        machine_ = [number(one.cores, 2), number(one.late_ms, 0), number(one.machine_load, 1)]
+        table.rows.append([one.scene, *latency, *figures, *machine_])
+    return table
+
+
+def _memory(results: list[LoadResult]) -> TextTable:
+    table = TextTable(
+        title="Memory [MB] of each process",
+        header=["scene, process", f"after {STEADY_S:g} s", "middle", "end"],
+    )
+    for one in results:
+        for process, sizes in sorted(one.memory_mb.items()):
+            shown = [sizes[0], sizes[len(sizes) // 2], sizes[-1]]
+            table.rows.append([f"{one.scene}: {process}", *(number(size, 1) for size in shown)])
+    return table

@@ -1,0 +1,109 @@
+"""A recording of serialised messages that is repeated with stamps that go on."""
+
+import struct
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pose_bench.faults.packets import Frame, Packet, packets_of
+from pose_bench.nodes.fault_player import planned
+from pose_bench.tools.fault_sessions import SESSION_S
+from pose_core.api import FloatArray, inverse, transformed
+from pose_sim.captured.session import START_NS, CapturedSession
+
+NS = 1_000_000_000
+STEP_NS = NS // 100  # [ns] between the calls of a live node's timers
+LOOP_NS = round((SESSION_S + 2.0) * NS)  # [ns] a recording and two seconds of an empty room
+VISIT_S = (20.0, 45.0)  # [s] of a loop in which a visitor is in view
+VISITOR = "visitor0"  # replaced by another id of this length at each visit
+VISITOR_SIZE = 0.85  # [-] of the subject's
+VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopMessage:
+    """A message of the recording."""
+
+    at_ns: int  # [ns] arrival after the loop's start
+    source: str  # left, right; imu/<segment>
+    topic: str
+    kind: type  # of the message
+    data: bytes
+    stamp_after_ns: int  # [ns] stamp after the loop's start
+    places: tuple[int, ...]  # offsets of its stamps in the bytes
+    visitor: int = -1  # offset of the visitor's id; negative: no visitor
+
+    def shifted(self, begin_ns: int, visit: int = 0) -> bytes:
+        """The bytes in a loop that starts at ``begin_ns``, with the id of this visit."""
+        data = bytearray(self.data)
+        stamp = struct.pack("<iI", *divmod(begin_ns + self.stamp_after_ns, NS))
+        for place in self.places:
+            data[place : place + len(stamp)] = stamp
+        if self.visitor >= 0:
+            data[self.visitor : self.visitor + len(VISITOR)] = b"%08d" % visit
+        return bytes(data)
+
+
+Steps = Sequence[Sequence[LoopMessage]]
+"""The messages that arrive in each step of :data:`STEP_NS` of a loop."""
+
+
+def steps_of(session: CapturedSession) -> tuple[Steps, Steps]:
+    """The messages of a session of one person, and the same with a visitor.
+
+    Args:
+        session: A captured person before two cameras, with IMUs.
+    """
+    packets = packets_of(session, START_NS)
+    alone = [loop_message(packet) for packet in packets]
+    visits = {index: loop_message(frame) for index, frame in _visits(packets, session)}
+    visited = [visits.get(index, message) for index, message in enumerate(alone)]
+    return _in_steps(alone), _in_steps(visited)
+
+
+def _in_steps(messages: Iterable[LoopMessage]) -> Steps:
+    steps: list[list[LoopMessage]] = [[] for _ in range(LOOP_NS // STEP_NS)]
+    for message in messages:
+        steps[message.at_ns // STEP_NS].append(message)
+    return steps
+
+
+def _visits(packets: Sequence[Packet], session: CapturedSession) -> Iterator[tuple[int, Frame]]:
+    """The frames with a visitor, who moves as the subject did two seconds before."""
+    before: dict[str, list[FloatArray]] = {sensor: [] for sensor in session.T_map_sensor}
+    for index, packet in enumerate(packets):
+        if not isinstance(packet, Frame):
+            continue
+        (person,) = packet.persons
+        past = before[packet.source]
+        past.append(person.positions)
+        if VISIT_S[0] <= packet.at_s < VISIT_S[1]:
+            T_map_sensor = session.T_map_sensor[packet.source]
+            in_map = transformed(T_map_sensor, past[-60]) * VISITOR_SIZE + VISITOR_AT_M
+            positions = transformed(inverse(T_map_sensor), in_map)
+            visitor = replace(person, id=VISITOR, positions=positions)
+            yield index, replace(packet, persons=(person, visitor))
+
+
+def loop_message(packet: Packet) -> LoopMessage:
+    """Serialise a packet whose stamp is that of a session from ``START_NS`` on."""
+    at_s, topic, kind, data = planned(packet)
+    stamp = struct.pack("<iI", *divmod(packet.stamp_ns, NS))
+    return LoopMessage(
+        at_ns=round(at_s * NS),
+        source=packet.source,
+        topic=topic,
+        kind=kind,
+        data=data,
+        stamp_after_ns=packet.stamp_ns - START_NS,
+        places=tuple(_all_places(data, stamp)),
+        visitor=data.find(VISITOR.encode()),
+    )
+
+
+def _all_places(data: bytes, part: bytes) -> Iterator[int]:
+    place = data.find(part)
+    while place >= 0:
+        yield place
+        place = data.find(part, place + 1)

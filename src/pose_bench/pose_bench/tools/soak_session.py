@@ -1,0 +1,164 @@
+"""What the nodes of fusion and calibration do with messages, without a middleware.
+
+Messages come in as bytes and outputs are serialised, as in the nodes; they are not sent. The clock
+is an argument.
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pose_bench.faults.heard import Poses
+from pose_calibration.imus.section import alignments_document
+from pose_calibration.live.live_calibration import LiveCalibration
+from pose_calibration.parameters import LiveCalibrationParameters
+from pose_core.api import (
+    EstimateBlock,
+    Extrinsics,
+    FusionParameters,
+    PeoplePipeline,
+    SkeletonSample,
+    StampJudge,
+    make_urdf,
+    warm_up,
+)
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_fusion.estimate_bytes import EstimateBytes
+from pose_fusion.nodes.calibration import EVERY_OTHER
+from pose_fusion.nodes.calibration_report import calibration_report
+from pose_fusion.nodes.fusion_report import FusionReporter
+from pose_fusion.watching.cameras import CameraWatch
+from pose_fusion.watching.stages import LatencyStages
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import SkeletonReader
+from pose_io.typestore import make_typestore
+
+SENSORS = ("left", "right")
+LOOK_STEPS, REPORT_STEPS = 20, 100  # [steps of 10 ms] between looks at the sources, and reports
+
+
+class LiveSession:
+    """A fusion and a calibration.
+
+    Args:
+        extrinsics: Poses of the cameras, known to the fusion; the calibration looks for them.
+        max_people: How many people's poses are estimated.
+
+    Attributes:
+        outputs: Number of estimates that were serialised.
+        bytes: Number of their bytes.
+    """
+
+    def __init__(self, extrinsics: Extrinsics, max_people: int) -> None:
+        parameters = FusionParameters(sensors=SENSORS, max_people=max_people)
+        self.fusion = PeoplePipeline(parameters, self._publish, extrinsics, is_live=True)
+        self.calibration = LiveCalibration(LiveCalibrationParameters(sensors=SENSORS))
+        self.outputs = self.bytes = 0
+        self.kept: list[EstimateBlock] | None = None  # of the subject, while not None
+        model = self.fusion.subject.model
+        self._example = warm_up(parameters.estimator, model)
+        self._typestore = make_typestore()
+        self._bodies: dict[str, EstimateBytes] = {}
+        self._judge, self._watch = StampJudge(), CameraWatch(SENSORS)
+        self._stages = LatencyStages()
+        self._counters = Counters("malformed_skeletons", "imu_without_orientation")
+        self._reporter = FusionReporter(
+            self.fusion, self._judge, self._watch, self._stages, self._counters
+        )
+        self._readers = {sensor: SkeletonReader(sensor) for sensor in SENSORS}
+        self._calibration_readers = {sensor: SkeletonReader(sensor) for sensor in SENSORS}
+        self._calibration_imus: dict[str, list[bytes]] = defaultdict(list)
+        self._steps = 0
+        self._urdf = ""
+
+    def step(self, messages: Sequence[tuple[str, bytes]], now_ns: int) -> None:
+        """One period of the fusion's timer.
+
+        Args:
+            messages: The source of each message (``left``, ``imu/<segment>``) and its bytes.
+            now_ns: The clock [ns].
+        """
+        imus: dict[str, list[bytes]] = defaultdict(list)
+        for source, data in messages:
+            if source.startswith("imu/"):
+                imus[source.removeprefix("imu/")].append(data)
+        self._take_imus(imus, now_ns)
+        for source, data in messages:
+            if source in self._readers:
+                self._take_frame(source, data, now_ns)
+        self.fusion.publish_until(now_ns)
+        self._steps += 1
+        if self._steps % LOOK_STEPS == 0:
+            self._reporter.look()
+        if self._steps % REPORT_STEPS == 0:
+            self._report()
+
+    def _take_imus(self, datas: dict[str, list[bytes]], now_ns: int) -> None:
+        for segment, of_one in datas.items():
+            self._calibration_imus[segment].extend(of_one)
+        if datas:
+            block, _ = imu_block(datas)
+            block = self._judge.imus(block, now_ns, self.fusion.clocks)
+            self.fusion.add(block.rows(np.argsort(block.stamps_ns)))
+
+    def _take_frame(self, sensor: str, data: bytes, now_ns: int) -> None:
+        (persons,) = self._readers[sensor].read([data])
+        if isinstance(persons, InputError):
+            self._counters.add("malformed_skeletons")
+            return
+        self._watch.note_frame(sensor, persons)
+        judged = self._judge.skeleton(persons[0], now_ns, self.fusion.clocks)
+        if judged is not None:
+            self._stages.note_taken(judged.stamp_ns, now_ns, now_ns)
+            self.fusion.add(_stamped(persons, judged.stamp_ns))
+            self.fusion.wait_no_longer()
+            self.fusion.calibrate_session()
+        self._calibrate(sensor, data)
+
+    def _calibrate(self, sensor: str, data: bytes) -> None:
+        taken = {s: datas[::EVERY_OTHER] for s, datas in self._calibration_imus.items()}
+        self._calibration_imus.clear()
+        if taken:
+            self.calibration.add_imus(imu_block(taken)[0])
+        (persons,) = self._calibration_readers[sensor].read([data])
+        if not isinstance(persons, InputError):
+            self.calibration.add(persons)
+            self.calibration.take_clocks()
+
+    def _publish(self, body_id: str, estimates: EstimateBlock) -> None:
+        if body_id not in self._bodies:
+            model = self.fusion.subject.model
+            self._bodies[body_id] = EstimateBytes(model, body_id, self._typestore, self._example[0])
+        for _, rows in self._bodies[body_id].write(estimates, np.zeros(len(estimates))):
+            self.bytes += rows.nbytes
+        self.outputs += len(estimates)
+        if self.kept is not None and body_id == self.fusion.parameters.subject:
+            self.kept.append(estimates)
+        self._stages.note_output(int(estimates.stamps_ns[-1]))
+
+    def _report(self) -> None:
+        """What the nodes do each second."""
+        self._reporter.report((), "", {})
+        calibration_report(self.calibration, self._counters, "")
+        alignments_document(self.fusion.subject.sensor_to_segment)
+        for body_id in self._bodies.keys() - self.fusion.remembered:
+            del self._bodies[body_id]
+        shape = self.fusion.shape_of(self.fusion.parameters.subject)
+        if shape is not None:
+            self._urdf = make_urdf(self.fusion.subject.model, shape, "subject")
+
+    def take_kept(self) -> Poses:
+        """The subject's joints since ``kept`` was set to an empty list."""
+        blocks, self.kept = self.kept or [], None
+        stamps_ns = np.concatenate([np.zeros(0, np.int64), *(b.stamps_ns for b in blocks)])
+        joints = np.concatenate([np.zeros((0, 15, 3)), *(block.joints for block in blocks)])
+        return Poses(stamps_ns=stamps_ns, arrived_ns=stamps_ns, values=joints)
+
+
+def _stamped(persons: Sequence[SkeletonSample], stamp_ns: int) -> tuple[SkeletonSample, ...]:
+    if persons[0].stamp_ns == stamp_ns:
+        return tuple(persons)
+    return tuple(replace(person, stamp_ns=stamp_ns) for person in persons)

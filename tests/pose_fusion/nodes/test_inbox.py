@@ -1,0 +1,56 @@
+"""Messages that wait until they are read, and those that a full queue has dropped."""
+
+import pytest
+from std_msgs.msg import String
+
+from pose_fusion.nodes.inbox import Inbox
+from pose_fusion.nodes.qos import sensor_data
+
+DEPTH = 5
+
+
+@pytest.fixture
+def inbox(ros_context):
+    return Inbox(ros_context.make_node("reader"), String, {"one": "text"}, sensor_data(DEPTH))
+
+
+@pytest.fixture
+def publisher(ros_context, inbox, spin_until):
+    made = ros_context.make_node("writer").create_publisher(String, "text", sensor_data(100))
+    spin_until(made.get_subscription_count, what="discovery")
+    return made
+
+
+def receive(inbox, publisher, spin_until, count):
+    """Publish messages; the number of those that are read after the last one has come."""
+    for k in range(count):
+        publisher.publish(String(data=f"{k} of {count}"))
+    taken = []
+
+    def has_last():
+        taken.extend(inbox.take().get("one", ()))
+        return any(f"{count - 1} of {count}".encode() in data for data in taken)
+
+    spin_until(has_last, what="the last message")
+    return len(taken)
+
+
+def test_what_a_full_queue_drops_is_counted(inbox, publisher, spin_until):
+    assert receive(inbox, publisher, spin_until, DEPTH) == DEPTH
+    assert inbox.lost() == {}
+
+    read = receive(inbox, publisher, spin_until, 50)
+
+    assert read < 50
+    assert inbox.lost() == {"one": 50 - read}
+    assert inbox.lost() == {}
+
+
+def test_of_several_publishers_nothing_is_counted(inbox, publisher, ros_context, spin_until):
+    second = ros_context.make_node("other").create_publisher(String, "text", sensor_data(100))
+    spin_until(second.get_subscription_count, what="discovery")
+    receive(inbox, publisher, spin_until, 3)
+    receive(inbox, second, spin_until, 20)
+    receive(inbox, publisher, spin_until, 2)
+
+    assert inbox.lost() == {}
