@@ -75,7 +75,7 @@ from pose_core.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonS
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
-from pose_core.transforms import inverse, transformed
+from pose_core.transforms import best_rigid_transform, inverse, transformed
 
 Pipeline = FusionPipeline
 PipelineParameters = FusionParameters
@@ -144,6 +144,7 @@ __all__ = [
     "angle_columns",
     "angle_series",
     "available_models",
+    "best_rigid_transform",
     "block_on_reference_clock",
     "body_model_of",
     "estimate_body_shape",
