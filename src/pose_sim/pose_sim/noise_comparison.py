@@ -137,9 +137,7 @@ def two_views(session: Session, start: float, end: float) -> TwoViews:
     first = left.positions[chosen]
     second = _interpolated(right, times)
     both = np.isfinite(first).all(axis=2) & np.isfinite(second).all(axis=2)
-    gap = first[both] - transformed(
-        best_rigid_transform(second[both], first[both]), second[both]
-    )
+    gap = first[both] - transformed(best_rigid_transform(second[both], first[both]), second[both])
     a, b = measured_angles(first), measured_angles(second)
     differences = np.concatenate([a[knee] - b[knee] for knee in KNEES])
     variations = [

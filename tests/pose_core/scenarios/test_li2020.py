@@ -100,11 +100,9 @@ def test_one_sensors_outlier_hardly_moves_the_pose():
         filtered.step(DT, seen)
     wrong = z[-1].copy()
     wrong[1, :] += [0.4, 0.0, 0.0]
-    step = filtered.step(DT, wrong)
+    filtered.step(DT, wrong)
     error = filtered.kinematics.pose(filtered.dof).positions - positions[-1]
     assert np.max(np.linalg.norm(error, axis=1)) < 0.06
-    assert np.all(step.sensor_weight[1] < 0.5)
-    assert np.median(step.sensor_weight[1]) < 0.01
 
 
 def test_a_person_who_turns_round_twice_is_followed():

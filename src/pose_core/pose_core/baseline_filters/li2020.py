@@ -56,14 +56,6 @@ class Li2020Parameters:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class FilterStep:
-    """Result of one update."""
-
-    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint's measurement
-    innovation: FloatArray  # (15,) [m] distance from prediction to fused measurement; NaN unseen
-
-
 class Li2020Filter:
     """One person's degrees of freedom, rates and their covariance.
 
@@ -123,12 +115,15 @@ class Li2020Filter:
         self._covariance = np.diag(stddev**2)
         return True
 
-    def step(self, dt_s: float, measured: FloatArray) -> FilterStep:
+    def step(self, dt_s: float, measured: FloatArray) -> FloatArray:
         """Predict by ``dt_s`` and update with the sensors' measurements.
 
         Args:
             dt_s: Time since the last step [s].
             measured: Joints of each sensor in map, shape (sensors, 15, 3) [m]; NaN unseen.
+
+        Returns:
+            Distance from the predicted to the fused joints, shape (15,) [m]; NaN unseen.
 
         Raises:
             numpy.linalg.LinAlgError: If a covariance lost its positive definiteness.
@@ -155,7 +150,8 @@ class Li2020Filter:
         self._bound_angles()
         self._bound_turns()
         self._re_reference()
-        return _describe_step(noise, fused - measurement.mean, measured.shape)
+        distance = np.linalg.norm((fused - measurement.mean).reshape(-1, 3), axis=-1)
+        return np.where(np.isfinite(measured).all(axis=2).any(axis=0), distance, np.nan)
 
     def _process_noise(self) -> FloatArray:
         from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, see unscented
@@ -200,12 +196,3 @@ class Li2020Filter:
         self._mean[3:6] = 0.0
         covariance = change @ self._covariance @ change.T
         self._covariance = 0.5 * (covariance + covariance.T)
-
-
-def _describe_step(noise: FloatArray, innovation: FloatArray, shape: tuple[int, ...]) -> FilterStep:
-    information = 1.0 / noise.reshape(shape).mean(axis=-1)
-    total = information.sum(axis=0)
-    seen = total > 0.0
-    weight = np.where(seen, information / np.where(seen, total, 1.0), 0.0)
-    distance = np.linalg.norm(innovation.reshape(shape[1:]), axis=-1)
-    return FilterStep(sensor_weight=weight, innovation=np.where(seen, distance, np.nan))

@@ -72,9 +72,9 @@ class Zhang2015Estimator(StepwiseEstimator):
         """The fused pose at a frame of the first sensor; None at frames of the others."""
         if not observation.tracking_state[0].any():
             return None
-        seen = np.zeros(observation.tracking_state.shape)
-        seen[0] = np.isfinite(observation.positions[0]).all(axis=1)
-        pose = self._raw.at(observation.stamp_ns, observation.positions[0], seen)
+        pose = self._raw.at(
+            observation.stamp_ns, observation.positions[0], observation.tracking_state.max(axis=0)
+        )
         if pose is None:
             return None
         self._imus.observe(observation.stamp_ns, observation.readings, pose.rotations)
