@@ -44,6 +44,13 @@ class SessionCalibration:
     counts: Mapping[str, int]  # of the time alignment, by reason
     people: int = 1  # [-] largest number in one frame; one of them was used
 
+    @property
+    def people_line(self) -> str:
+        """One line about the person used; empty if there was only one."""
+        if self.people < 2:
+            return ""
+        return f"{self.people} people at once: calibrated with the one whose views agree longest"
+
 
 def calibrate(
     samples: Iterable[SkeletonSample | ImuBlock],
