@@ -47,7 +47,7 @@ def reading(turn):
     return ImuState(R_world_sensor=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
 
 
-def test_an_imu_on_a_segment_that_the_model_does_not_have_changes_nothing_and_is_named():
+def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():
     known = {"left_thigh": -0.5, "torso": 0.4}
     _, alone = run(known)
     runner, angles = run({"tail": 1.0, **known})

@@ -89,7 +89,7 @@ def refused(monkeypatch, capsys, tmp_path, *arguments):
     return line
 
 
-def test_a_missing_bag_is_named(tmp_path, monkeypatch, capsys):
+def test_a_missing_bag_is_reported(tmp_path, monkeypatch, capsys):
     assert "found no bag at" in refused(monkeypatch, capsys, tmp_path, tmp_path / "gone")
 
 
@@ -105,7 +105,7 @@ def test_a_bag_with_one_sensor_is_refused(tmp_path, monkeypatch, capsys):
     assert "one sensor alone (left)" in refused(monkeypatch, capsys, tmp_path, bag)
 
 
-def test_a_sensor_that_the_bag_lacks_is_named(walk, tmp_path, monkeypatch, capsys):
+def test_a_sensor_missing_in_the_bag_is_reported(walk, tmp_path, monkeypatch, capsys):
     line = refused(monkeypatch, capsys, tmp_path, walk, "--sensors", "left", "middle")
     assert line.endswith("holds no skeletons of middle: it has left, right")
 
@@ -116,9 +116,7 @@ def test_standing_still_is_refused(tmp_path, monkeypatch, capsys):
     assert "too little motion" in line
 
 
-def test_several_people_of_whom_nobody_is_seen_long_enough_are_refused(
-    tmp_path, monkeypatch, capsys
-):
+def test_several_people_with_too_little_data_of_each_are_refused(tmp_path, monkeypatch, capsys):
     bag = write(tmp_path / "bag", samples(duration_s=1.0), copies=2)
     line = refused(monkeypatch, capsys, tmp_path, bag)
     assert "views in left, right agree on none" in line
@@ -130,6 +128,6 @@ def test_a_bad_parameter_is_refused(walk, tmp_path, monkeypatch, capsys):
     assert line == "error: median_residual = 7.0 m is outside [0.01, 1]"
 
 
-def test_an_output_folder_that_does_not_exist_is_named(walk, tmp_path, monkeypatch, capsys):
+def test_a_missing_output_folder_is_reported(walk, tmp_path, monkeypatch, capsys):
     assert run(monkeypatch, walk, "-o", tmp_path / "nowhere" / "x.yaml") == 1
     assert "its folder does not exist" in capsys.readouterr().err

@@ -31,7 +31,7 @@ def test_the_readmes_parameters_are_those_of_the_node(node):
 
 
 @pytest.mark.parametrize("node", ["fusion", "calibration"])
-def test_the_config_files_set_only_what_exists_and_is_allowed(node):
+def test_config_files_set_only_valid_parameters(node):
     values = values_from_ros_yaml(PACKAGE / "config" / f"{node}.yaml", node)
     assert values
     from_mapping(NODES[node], values)
