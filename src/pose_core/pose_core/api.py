@@ -15,9 +15,9 @@
 
 Frames, axes and units: ``docs/conventions.md``. Stamps are integer nanoseconds; no function reads a
 clock. Errors that the user can correct are raised as a :class:`PoseError` with a message of one
-line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters`` and
-``finite_numbers`` are public, too; they import neither numba nor scipy, so that small processes
-start fast. Everything else may change.
+line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters``,
+``finite_numbers``, ``plain_yaml``, ``private_file`` and ``lower_line`` are public, too; they import
+neither numba nor scipy, so that small processes start fast. Everything else may change.
 """
 
 from pose_core.body.frames import BodyFrames
