@@ -61,8 +61,20 @@ class MessageMaker:
         orientation: NDArray[np.float64],
         orientation_stddev: NDArray[np.float64],
         angular_velocity: NDArray[np.float64],
+        linear_acceleration: NDArray[np.float64] | None = None,
     ) -> Any:
-        """An IMU's orientation x, y, z, w with (3,) [rad], and rate [rad/s]; no acceleration."""
+        """An IMU's sample.
+
+        Args:
+            header: Stamp and frame.
+            orientation: Quaternion x, y, z, w.
+            orientation_stddev: (3,) [rad].
+            angular_velocity: (3,) [rad/s].
+            linear_acceleration: (3,) [m/s²]; None: marked as not measured (REP 145).
+        """
+        acceleration, marked = linear_acceleration, 0.0
+        if acceleration is None:
+            acceleration, marked = np.zeros(3), -1.0
         return self.make(
             "sensor_msgs/Imu",
             header=header,
@@ -70,8 +82,8 @@ class MessageMaker:
             orientation_covariance=np.diag(np.square(orientation_stddev)).ravel(),
             angular_velocity=self._vector(angular_velocity),
             angular_velocity_covariance=np.zeros(9),
-            linear_acceleration=self._vector(np.zeros(3)),
-            linear_acceleration_covariance=np.array([-1.0, *np.zeros(8)]),
+            linear_acceleration=self._vector(acceleration),
+            linear_acceleration_covariance=np.array([marked, *[0.0] * 8]),
         )
 
     def sensor_transforms(

@@ -6,35 +6,25 @@ import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.files.extrinsics_file import load_extrinsics
-from pose_core.joints import JOINTS
 from pose_core.transforms import inverse
 from pose_fusion.tools import calibrate
 from pose_io.bag_writer import BagWriter
+from pose_io.message_maker import MessageMaker
 from pose_io.typestore import make_typestore
 
-TYPES = make_typestore().types
+MAKE = MessageMaker(make_typestore())
 TRUE = inverse(LEFT) @ RIGHT
 
 
 def message(sensor, persons):
-    header = TYPES["std_msgs/msg/Header"](
-        stamp=TYPES["builtin_interfaces/msg/Time"](
-            sec=persons[0].stamp_ns // 10**9, nanosec=persons[0].stamp_ns % 10**9
-        ),
-        frame_id=f"kinect_{sensor}_optical_frame",
+    header = MAKE.header(persons[0].stamp_ns, f"kinect_{sensor}_optical_frame")
+    return MAKE.skeletons(
+        header,
+        [
+            MAKE.skeleton(header, f"{index}", one.positions, one.tracking_state)
+            for index, one in enumerate(persons)
+        ],
     )
-    point = TYPES["geometry_msgs/msg/Point"]
-    skeletons = [
-        TYPES["pose_msgs/msg/Skeleton"](
-            header=header,
-            id=f"{index}",
-            name=list(JOINTS),
-            position=[point(x=float(x), y=float(y), z=float(z)) for x, y, z in one.positions],
-            tracking_state=one.tracking_state,
-        )
-        for index, one in enumerate(persons)
-    ]
-    return TYPES["pose_msgs/msg/SkeletonArray"](header=header, skeletons=skeletons)
 
 
 def write(path, some, copies=1):
@@ -95,7 +85,7 @@ def test_a_missing_bag_is_reported(tmp_path, monkeypatch, capsys):
 
 def test_a_bag_without_skeletons_is_refused(tmp_path, monkeypatch, capsys):
     with BagWriter(tmp_path / "bag") as bag:
-        bag.write("/chatter", TYPES["std_msgs/msg/String"](data="hello"), 1)
+        bag.write("/chatter", MAKE.make("std_msgs/String", data="hello"), 1)
     assert "holds no skeletons" in refused(monkeypatch, capsys, tmp_path, tmp_path / "bag")
 
 
