@@ -8,6 +8,7 @@ from pose_bench.reference.default_filter import ReferenceFilter, inject_error
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import shape_of
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
 from pose_core.filter.imu import NO_IMUS, ImuReadings, add_imus
@@ -24,7 +25,6 @@ from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.joint_kinematics import compute_joints
-from pose_core.session.n_pose import shape_of
 
 MODEL = load_body_model("default")
 SHAPE = shape_of(MODEL, neutral_pose())
