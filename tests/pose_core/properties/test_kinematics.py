@@ -3,10 +3,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from synthetic_body import MODEL, SHAPE, kinematics, random_dof
 
-from pose_core.body.inverse_kinematics import dof_from_positions
+from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_core.body.joint_angles import joint_angles
 from pose_core.body.joint_rotations import continuous_vector, link_angles
-from pose_core.body.kinematics import left_jacobian, rotation_from_vector
+from pose_core.body.kinematics import left_jacobian
+from pose_core.body.trunk import trunk_axes
 from pose_core.joints import JOINT_INDEX
 
 STEP = 1e-6
@@ -15,13 +16,6 @@ STEP = 1e-6
 @pytest.fixture
 def rng():
     return np.random.default_rng(20)
-
-
-@pytest.mark.parametrize("scale", [0.0, 1e-9, 1e-5, 0.3, 2.0, 3.1, 6.0])
-def test_rotations_from_rotation_vectors_equal_scipys(rng, scale):
-    vectors = scale * rng.normal(size=(20, 3))
-    expected = Rotation.from_rotvec(vectors).as_matrix()
-    np.testing.assert_allclose(rotation_from_vector(vectors), expected, atol=1e-12)
 
 
 @pytest.mark.parametrize("scale", [0.0, 1e-7, 0.5, 2.5])
@@ -69,7 +63,8 @@ def test_inverse_kinematics_inverts_forward_kinematics(rng):
     for dof in random_dof(rng, 30):
         body.R_reference = np.eye(3)
         positions = body.pose(dof).positions
-        found = dof_from_positions(MODEL, positions, R_reference=np.eye(3))
+        found = dof_from_positions(MODEL, positions)
+        found[3:6] = vector_from_rotation(trunk_axes(positions))
         np.testing.assert_allclose(found, dof, atol=1e-9)
 
 

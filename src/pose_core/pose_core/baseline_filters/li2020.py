@@ -7,11 +7,12 @@ measurement noise comes from the data (12), (13) and weights the sensors (14), (
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 from pose_core.baseline_filters.unscented import UnscentedTransform, kalman_update
 from pose_core.body.inverse_kinematics import dof_from_positions
-from pose_core.body.kinematics import ForwardKinematics, left_jacobian, rotation_from_vector
+from pose_core.body.kinematics import ForwardKinematics, left_jacobian
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
@@ -189,7 +190,8 @@ class Li2020Filter:
         if np.linalg.norm(vector) < RE_REFERENCE_ANGLE:
             return
         d = self._size
-        self.kinematics.R_reference = rotation_from_vector(vector) @ self.kinematics.R_reference
+        turn = Rotation.from_rotvec(vector).as_matrix()
+        self.kinematics.R_reference = turn @ self.kinematics.R_reference
         change = np.eye(2 * d)
         change[3:6, 3:6] = change[d + 3 : d + 6, d + 3 : d + 6] = left_jacobian(vector)
         self._mean = change @ self._mean
