@@ -127,8 +127,8 @@ def test_an_occluded_joint_is_predicted_and_reacquired():
     z[60:75, :, 5] = np.nan
     filtered = started(z)
     for k in range(1, len(z)):
-        step = filtered.step(DT, z[k])
-        assert np.isnan(step.innovation[5]) == (60 <= k < 75)
+        innovation = filtered.step(DT, z[k])
+        assert np.isnan(innovation[5]) == (60 <= k < 75)
         assert np.all(np.isfinite(filtered.dof))
     error = filtered.kinematics.pose(filtered.dof).positions[5] - positions[-1, 5]
     assert np.linalg.norm(error) < 0.15
