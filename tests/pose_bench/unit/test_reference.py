@@ -128,7 +128,9 @@ def published(state, dt_s, before=NO_IMUS, readings=NO_IMUS):
     out = StateNumbers(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,)]))
     unchanged = state.copy()
     predict_published(CONSTANTS, state, dt_s, before, readings, TREE.parents, out)
-    for one, other in zip((*state.pose, *state[1:]), (*unchanged.pose, *unchanged[1:]), strict=True):
+    for one, other in zip(
+        (*state.pose, *state[1:]), (*unchanged.pose, *unchanged[1:]), strict=True
+    ):
         np.testing.assert_array_equal(one, other)
     return out
 
