@@ -132,7 +132,6 @@ def _estimate(model, dof, rotations, joints):
         "tracking_state": np.full(len(joints), 2, np.uint8),
         "link_names": model.link_names,
         "T_map_link": transforms,
-        "sensor_weight": {},
     }
 
 

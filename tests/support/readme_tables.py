@@ -1,10 +1,22 @@
 """Tables in READMEs that are generated from the code."""
 
+import re
 from collections.abc import Iterable
+from pathlib import Path
 
 from pose_core.joints import JOINTS
 from pose_core.parameters import specs, type_name
 from pose_io.recordings.joint_maps import JointMap
+
+SRC = Path(__file__).parents[2] / "src"
+
+
+def generated_part(package: str, name: str) -> str:
+    """The part of a package's README between the comments of that name."""
+    readme = (SRC / package / "README.md").read_text()
+    found = re.search(rf"<!-- {name} -->\n(.*?)<!-- /{name} -->", readme, re.DOTALL)
+    assert found, f"no <!-- {name} --> in the README of {package}"
+    return found[1]
 
 
 def markdown_table(parameters: type) -> str:

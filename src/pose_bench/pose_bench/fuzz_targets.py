@@ -31,6 +31,7 @@ from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
+from pose_io.message_maker import MessageMaker
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.joint_map_files import find_joint_map
 from pose_io.references.reading import read_reference
@@ -263,28 +264,12 @@ def targets() -> Iterator[Sequence[Target]]:
 def _messages(folder: Path) -> tuple[bytes, bytes, bytes]:
     """A ``SkeletonArray``, an ``Imu`` message, and a bag with both."""
     store = make_typestore()
-    kind = store.types
-    stamp = kind["builtin_interfaces/msg/Time"](sec=1, nanosec=2)
-    header = kind["std_msgs/msg/Header"](stamp=stamp, frame_id="kinect_left_optical_frame")
-    point = kind["geometry_msgs/msg/Point"](x=0.1, y=0.2, z=2.5)
-    person = kind["pose_msgs/msg/Skeleton"](
-        header=header,
-        id="1",
-        name=list(JOINTS),
-        position=[point] * len(JOINTS),
-        tracking_state=np.full(len(JOINTS), 2, np.uint8),
-    )
-    frame = kind["pose_msgs/msg/SkeletonArray"](header=header, skeletons=[person, person])
-    zeros = kind["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=0.0)
-    imu = kind["sensor_msgs/msg/Imu"](
-        header=header,
-        orientation=kind["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0),
-        orientation_covariance=np.full(9, 0.01),
-        angular_velocity=zeros,
-        angular_velocity_covariance=np.zeros(9),
-        linear_acceleration=zeros,
-        linear_acceleration_covariance=np.zeros(9),
-    )
+    make = MessageMaker(store)
+    header = make.header(1_000_000_002, "kinect_left_optical_frame")
+    states = np.full(len(JOINTS), 2, np.uint8)
+    person = make.skeleton(header, "1", np.tile([0.1, 0.2, 2.5], (len(JOINTS), 1)), states)
+    frame = make.skeletons(header, [person, person])
+    imu = make.imu(header, np.array([0.0, 0.0, 0.0, 1.0]), np.full(3, 0.1), np.zeros(3))
     with BagWriter(folder / "bag", typestore=store) as bag:
         for k in range(3):
             bag.write("/kinect_left/skeletons", frame, 10**9 + k)

@@ -16,10 +16,17 @@ import numpy as np
 
 from pose_bench.one_camera import LEVEL_MOUNTING, RAW, run_one_camera, view_of_stream
 from pose_bench.tables import TextTable, number
-from pose_core.api import ANGLES, FloatArray, joint_angles, wrapped
+from pose_core.api import (
+    ANGLES,
+    FloatArray,
+    best_rigid_transform,
+    joint_angles,
+    transformed,
+    wrapped,
+)
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known
-from pose_evaluation.scores import known_joints, rigid_motion
+from pose_evaluation.scores import known_joints
 from pose_evaluation.time_shift import estimate_time_shift
 from pose_io.recordings.formats import read_recording
 from pose_io.recordings.recording import Recording
@@ -80,12 +87,12 @@ def compare_views(recording: Recording, fed: int, estimators: Sequence[str]) -> 
     known = known_joints(seen) & np.all([known_joints(view) for view in views.values()], axis=0)
     if known.sum() < 3:
         raise InputError(f"the two cameras share {known.sum()} joints: expected a common view")
-    R_other_one, t = rigid_motion(views[RAW][known], seen[known])
+    T_other_one = best_rigid_transform(views[RAW][known], seen[known])
     name = Path(recording.source).name
     period_s = float(np.median(np.diff(stamps_ns))) * 1e-9
     found = []
     for method, positions in views.items():
-        moved = np.where(known[..., None], positions @ R_other_one.T + t, np.nan)
+        moved = np.where(known[..., None], transformed(T_other_one, positions), np.nan)
         found.append(
             OtherView(
                 recording=name.partition(".")[0],

@@ -24,7 +24,7 @@ from pose_core.api import (
     extrinsics_from_map,
 )
 from pose_core.joints import JOINTS, TrackingState
-from pose_io.recordings.timeline import make_timeline
+from pose_io.samples import frames_of_stream
 from pose_sim.angles import true_joint_angles
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session, make_session, settings_of
@@ -110,21 +110,10 @@ def _skeleton_samples(session: Session) -> list[tuple[int, SkeletonSample]]:
     """Arrival [ns] and sample of every frame of both Kinects, in order of arrival."""
     timed = []
     for stream in as_recording(session).streams:
-        timeline = make_timeline(stream)
-        for frame, time_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
+        for frame, _, persons in frames_of_stream(stream):
             arrival_ns = START_NS + int(stream.host_time_ns[frame])
             timed += [
-                (
-                    arrival_ns,
-                    SkeletonSample(
-                        stamp_ns=START_NS + time_ns,
-                        sensor=stream.name,
-                        person=stream.person[row],
-                        positions=stream.positions[row],
-                        tracking_state=stream.tracking_state[row],
-                    ),
-                )
-                for row in stream.rows(frame)
+                (arrival_ns, replace(one, stamp_ns=START_NS + one.stamp_ns)) for one in persons
             ]
     return sorted(timed, key=lambda each: each[0])
 

@@ -21,7 +21,7 @@ from pose_core.baseline_filters.li2020 import Li2020Filter, Li2020Parameters
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel, load_body_model
 from pose_core.body.segment_tree import SegmentTree
-from pose_core.body.shape import BodyShape
+from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.constants import FilterConstants, make_constants
@@ -37,7 +37,6 @@ from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.n_pose import shape_of
 from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.api import FloatArray, transformed
+from pose_core.api import FloatArray, best_rigid_transform, transformed
 from pose_core.errors import PoseError
 
 MIN_SPREAD_M = 0.02  # [m] RMS along the second principal axis; below, a line leaves a free rotation
@@ -87,7 +87,7 @@ def estimate_rigid_transform(
                 + " m along the principal axes): move the arms away from the trunk, walk about, "
                 "and calibrate again"
             )
-    T = _least_squares(source, target, weights)
+    T = best_rigid_transform(source, target, weights)
     squares = _squared_lengths(target - transformed(T, source))
     return T, float(np.sqrt(np.average(squares, weights=weights)))
 
@@ -158,23 +158,4 @@ def _through_triples(source: FloatArray, target: FloatArray, triples: FloatArray
     """One least-squares transform for each triple of pairs, shape (n, 4, 4)."""
     if len(triples) == 0:
         return np.empty((0, 4, 4))
-    return _least_squares(source[triples], target[triples], np.ones(triples.shape))
-
-
-def _least_squares(source: FloatArray, target: FloatArray, weights: FloatArray) -> FloatArray:
-    """Kabsch's solution, for one cloud (n, 3) or many (..., n, 3)."""
-    share = weights / weights.sum(axis=-1, keepdims=True)
-    mean_source = (share[..., None, :] @ source)[..., 0, :]
-    mean_target = (share[..., None, :] @ target)[..., 0, :]
-    centred_source = source - mean_source[..., None, :]
-    centred_target = target - mean_target[..., None, :]
-    weighted = share[..., None] * centred_target
-    covariance = np.swapaxes(weighted, -1, -2) @ centred_source
-    U, _, Vt = np.linalg.svd(covariance)
-    U[..., :, 2] *= np.sign(np.linalg.det(U @ Vt))[..., None]  # a rotation, no reflection
-    R = U @ Vt
-    T = np.zeros((*R.shape[:-2], 4, 4))
-    T[..., :3, :3] = R
-    T[..., :3, 3] = mean_target - np.einsum("...ij,...j->...i", R, mean_source)
-    T[..., 3, 3] = 1.0
-    return T
+    return best_rigid_transform(source[triples], target[triples])

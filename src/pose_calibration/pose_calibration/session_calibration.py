@@ -39,10 +39,14 @@ class SessionCalibration:
     extrinsics: Extrinsics  # with the clocks and the person's body measures
     clock_offsets: Mapping[str, ClockOffset]  # by sensor, without the reference
     imus: ImuFindings | None  # None without IMUs
-    samples: Mapping[str, int]  # [-] skeletons by sensor
-    frames: int  # [-] aligned instants
-    counts: Mapping[str, int]  # of the time alignment, by reason
     people: int = 1  # [-] largest number in one frame; one of them was used
+
+    @property
+    def people_line(self) -> str:
+        """One line about the person used; empty if there was only one."""
+        if self.people < 2:
+            return ""
+        return f"{self.people} people at once: calibrated with the one whose views agree longest"
 
 
 def calibrate(
@@ -76,8 +80,7 @@ def calibrate(
         if find_clock_offsets
     }
     clocks = {name: one.clock for name, one in offsets.items() if one.clock is not None}
-    aligner = TimeAligner(sensors)
-    frames = _aligned(aligner, by_sensor, clocks)
+    frames = _aligned(by_sensor, clocks)
     calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
     for frame in frames:
         calibrator.add(frame)
@@ -94,9 +97,6 @@ def calibrate(
         extrinsics=replace(extrinsics, body=measure_body(frames, T_map_sensor)),
         clock_offsets=offsets,
         imus=found,
-        samples={name: len(ones) for name, ones in by_sensor.items()},
-        frames=aligner.counters["frames"],
-        counts=aligner.counters.as_dict(),
     )
 
 
@@ -167,8 +167,9 @@ def _sorted(
 
 
 def _aligned(
-    aligner: TimeAligner, by_sensor: Mapping[str, Sequence[SkeletonSample]], clocks: Clocks
+    by_sensor: Mapping[str, Sequence[SkeletonSample]], clocks: Clocks
 ) -> list[AlignedFrame]:
+    aligner = TimeAligner(tuple(by_sensor))
     ordered = sorted(
         (on_reference_clock(one, clocks) for ones in by_sensor.values() for one in ones),
         key=lambda one: one.stamp_ns,

@@ -15,9 +15,9 @@
 
 Frames, axes and units: ``docs/conventions.md``. Stamps are integer nanoseconds; no function reads a
 clock. Errors that the user can correct are raised as a :class:`PoseError` with a message of one
-line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters`` and
-``finite_numbers`` are public, too; they import neither numba nor scipy, so that small processes
-start fast. Everything else may change.
+line. The modules ``joints``, ``errors``, ``stamps``, ``counters``, ``parameters``,
+``finite_numbers``, ``plain_yaml``, ``private_file`` and ``lower_line`` are public, too; they import
+neither numba nor scipy, so that small processes start fast. Everything else may change.
 """
 
 from pose_core.body.frames import BodyFrames
@@ -75,7 +75,7 @@ from pose_core.streams.samples import FloatArray, ImuBlock, ImuSample, SkeletonS
 from pose_core.streams.series import MAX_GAP_S, IntArray, SkeletonSeries, series_from_samples
 from pose_core.streams.stamp_judge import StampJudge
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
-from pose_core.transforms import inverse, transformed
+from pose_core.transforms import best_rigid_transform, inverse, transformed
 
 Pipeline = FusionPipeline
 PipelineParameters = FusionParameters
@@ -144,6 +144,7 @@ __all__ = [
     "angle_columns",
     "angle_series",
     "available_models",
+    "best_rigid_transform",
     "block_on_reference_clock",
     "body_model_of",
     "estimate_body_shape",

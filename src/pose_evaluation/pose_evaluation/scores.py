@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from pose_core.api import (
     ANGLES,
@@ -18,7 +17,9 @@ from pose_core.api import (
     FloatArray,
     SkeletonSeries,
     angle_series,
+    best_rigid_transform,
     joint_angles,
+    transformed,
     unwrapped,
     without_sideways_flexion,
     wrapped,
@@ -237,17 +238,7 @@ def rigidly_aligned(positions: FloatArray, target: FloatArray) -> FloatArray:
     Both (n, 15, 3) [m]; pairs with a NaN are ignored. At least three known pairs are needed.
     """
     known = known_joints(positions) & known_joints(target)
-    R, t = rigid_motion(positions[known], target[known])
-    return positions @ R.T + t
-
-
-def rigid_motion(source: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation (3, 3) and translation [m] of points (n, 3) with the least squared distance."""
-    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
-    # Umeyama (1991), without scale.
-    rotation, _ = Rotation.align_vectors(target - target_mean, source - source_mean)
-    R = rotation.as_matrix()
-    return R, target_mean - R @ source_mean
+    return transformed(best_rigid_transform(positions[known], target[known]), positions)
 
 
 def known_joints(positions: FloatArray) -> NDArray[np.bool_]:

@@ -48,7 +48,6 @@ class StreamQuality:
     steps_beyond_stddev: int  # more than 3 σ beyond the published velocities
     largest_step_deg: float  # [deg] beyond the published velocities
     largest_move_deg: float  # [deg] from one message to the next
-    silences: int  # intervals of more than 0.1 s
     step_after_silence_deg: float  # [deg] largest; NaN without a silence
     ahead: int  # stamped after their arrival
     backwards: int  # stamped before the previous message
@@ -119,7 +118,6 @@ def measure_stream(stream: AngleStream) -> StreamQuality:
         steps_beyond_stddev=_rows(steps > SIGMAS * stddev + TOLERANCE),
         largest_step_deg=float(np.degrees(steps.max(initial=0.0))),
         largest_move_deg=float(np.degrees(moves[is_running].max(initial=0.0))),
-        silences=int(np.sum(~is_running)),
         step_after_silence_deg=(
             float("nan") if is_running.all() else float(np.degrees(moves[~is_running].max()))
         ),

@@ -1,5 +1,6 @@
 """Samples of a recording of any kind: a bag, or skeletons in a text file."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -21,13 +22,12 @@ class RecordedSamples:
     samples: tuple[SkeletonSample | ImuBlock, ...]  # in the order of time; of a bag, of arrival
 
 
-def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) -> RecordedSamples:
+def read_samples(path: Path | str, format_name: str = AUTO) -> RecordedSamples:
     """Read a bag, or a text file of skeletons.
 
     Args:
         path: A rosbag2 folder, an ``.mcap`` or ``.db3`` file, or any of the formats of
             :data:`pose_io.recordings.formats.FORMATS`.
-        person: The person to select; see :class:`PersonChoice`.
         format_name: The text file's format; ``auto``: known by its header.
 
     Raises:
@@ -36,9 +36,9 @@ def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) ->
     path = Path(path)
     if path.is_dir() or path.suffix in BAG_SUFFIXES:
         with open_bag(path) as bag:
-            samples = tuple(BagSamples(bag, person))
+            samples = tuple(BagSamples(bag))
             return RecordedSamples(sensors=tuple(sensor_topics(bag)), samples=samples)
-    chosen = ChosenPerson(person)
+    chosen = ChosenPerson()
     streams = read_recording(path, format_name).streams
     skeletons = [sample for each in streams for sample in samples_of_stream(each, chosen)]
     return RecordedSamples(
@@ -49,8 +49,13 @@ def read_samples(path: Path | str, person: str = "", format_name: str = AUTO) ->
 
 def samples_of_stream(stream: SensorStream, chosen: ChosenPerson) -> list[SkeletonSample]:
     """One person's samples from a recorded sensor, stamped as by ``kinect_bridge``."""
+    frames = frames_of_stream(stream)
+    return [one for _, _, persons in frames for one in chosen.select(persons)]
+
+
+def frames_of_stream(stream: SensorStream) -> Iterator[tuple[int, int, list[SkeletonSample]]]:
+    """Index, stamp [ns] as by ``kinect_bridge``, and persons of each frame."""
     timeline = make_timeline(stream)
-    samples = []
     for frame, stamp_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
         persons = [
             SkeletonSample(
@@ -62,5 +67,4 @@ def samples_of_stream(stream: SensorStream, chosen: ChosenPerson) -> list[Skelet
             )
             for row in stream.rows(frame)
         ]
-        samples += chosen.select(persons)
-    return samples
+        yield frame, stamp_ns, persons

@@ -1,10 +1,11 @@
 """Comparison of a virtual Kinect's accuracy with published figures of real ones."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.api import best_rigid_transform, transformed
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import measured_angles
 from pose_sim.choreography import STILL
@@ -136,7 +137,7 @@ def two_views(session: Session, start: float, end: float) -> TwoViews:
     first = left.positions[chosen]
     second = _interpolated(right, times)
     both = np.isfinite(first).all(axis=2) & np.isfinite(second).all(axis=2)
-    gap = first[both] - _rigid_fit(second[both], first[both])(second[both])
+    gap = first[both] - transformed(best_rigid_transform(second[both], first[both]), second[both])
     a, b = measured_angles(first), measured_angles(second)
     differences = np.concatenate([a[knee] - b[knee] for knee in KNEES])
     variations = [
@@ -218,14 +219,3 @@ def _interpolated(frames: KinectFrames, times: FloatArray) -> FloatArray:
     share = np.clip((times - t0) / (t1 - t0), 0.0, 1.0)[:, None, None]
     between: FloatArray = (1.0 - share) * frames.positions[after - 1]
     return between + share * frames.positions[after]
-
-
-def _rigid_fit(source: FloatArray, target: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Rigid transform of source points with the least squared distance to target points.
-
-    Umeyama (1991), IEEE TPAMI 13(4).
-    """
-    middle, goal = source.mean(axis=0), target.mean(axis=0)
-    u, _, vt = np.linalg.svd((target - goal).T @ (source - middle))
-    turn = u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vt))]) @ vt
-    return lambda points: (points - middle) @ turn.T + goal

@@ -106,29 +106,24 @@ def test_truncated_frame_does_not_hide_the_next() -> None:
     }
 
 
+SYNC_WORDS = RawSample(
+    node_id=1,
+    sequence=0x5AA5,
+    clock_us=0x5AA55AA5,
+    accelerometer=(0x5AA5,) * 3,
+    gyroscope=(0x5AA5,) * 3,
+)
+
+
 def test_sync_word_within_a_payload_is_data() -> None:
-    sample = RawSample(
-        node_id=1,
-        sequence=0x5AA5,
-        clock_us=0x5AA55AA5,
-        accelerometer=(0x5AA5, 0x5AA5, 0x5AA5),
-        gyroscope=(0x5AA5,) * 3,
-    )
     decoder = Decoder()
-    assert decoder.feed(encode(sample) * 2) == [sample, sample]
+    assert decoder.feed(encode(SYNC_WORDS) * 2) == [SYNC_WORDS, SYNC_WORDS]
     assert decoder.counters["bytes_skipped"] == 0
 
 
 def test_stream_joined_within_a_payload_full_of_sync_words_resynchronises() -> None:
-    sample = RawSample(
-        node_id=1,
-        sequence=0x5AA5,
-        clock_us=0x5AA55AA5,
-        accelerometer=(0x5AA5, 0x5AA5, 0x5AA5),
-        gyroscope=(0x5AA5,) * 3,
-    )
     decoder = Decoder()
-    samples = decoder.feed(encode(sample)[4:] + GOLDEN) + decoder.flush()
+    samples = decoder.feed(encode(SYNC_WORDS)[4:] + GOLDEN) + decoder.flush()
     assert samples == [SAMPLE]
 
 

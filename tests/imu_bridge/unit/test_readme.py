@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from readme_tables import markdown_table
+from readme_tables import generated_part, markdown_table
 
 from imu_bridge.devices import PortConfig, parse_devices, read_devices
 from imu_bridge.filters import FILTERS
@@ -22,9 +22,7 @@ GUIDE = PACKAGE.parents[1] / "docs" / "imus.md"
 
 
 def test_the_parameters_are_those_of_the_node():
-    found = re.search(r"<!-- parameters -->\n(.*?)<!-- /parameters -->", README, re.DOTALL)
-    assert found
-    assert found[1] == markdown_table(ImuBridgeParameters)
+    assert generated_part("imu_bridge", "parameters") == markdown_table(ImuBridgeParameters)
 
 
 def test_the_frame_in_the_readme_decodes_to_the_documented_values():

@@ -1,7 +1,6 @@
-import re
 from pathlib import Path
 
-from readme_tables import joints_table, markdown_table
+from readme_tables import generated_part, joints_table, markdown_table
 
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_core.parameters import from_mapping, values_from_ros_yaml
@@ -14,18 +13,12 @@ README = (PACKAGE / "README.md").read_text()
 SHOWN = ("kinect_v1", "kinect_v2", "azure_kinect", "nite2", "smpl_24", "zed_18", "zed_34", "zed_38")
 
 
-def between(marker: str) -> str:
-    found = re.search(rf"<!-- {marker} -->\n(.*?)<!-- /{marker} -->", README, re.DOTALL)
-    assert found, f"no <!-- {marker} --> in the README"
-    return found[1]
-
-
 def test_the_parameters_are_those_of_the_node():
-    assert between("parameters") == markdown_table(KinectBridgeParameters)
+    assert generated_part("kinect_bridge", "parameters") == markdown_table(KinectBridgeParameters)
 
 
 def test_the_joints_are_those_of_the_maps():
-    assert between("joints") == joints_table(map(shipped_joint_map, SHOWN))
+    assert generated_part("kinect_bridge", "joints") == joints_table(map(shipped_joint_map, SHOWN))
 
 
 def test_every_shipped_map_is_named():

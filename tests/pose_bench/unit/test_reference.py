@@ -8,6 +8,7 @@ from pose_bench.reference.default_filter import ReferenceFilter, inject_error
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
 from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import shape_of
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
 from pose_core.filter.imu import NO_IMUS, ImuReadings, add_imus
@@ -24,7 +25,6 @@ from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.joint_kinematics import compute_joints
-from pose_core.session.n_pose import shape_of
 
 MODEL = load_body_model("default")
 SHAPE = shape_of(MODEL, neutral_pose())
@@ -123,12 +123,14 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
         assert result == pytest.approx(expected, rel=1e-7, nan_ok=True)
 
 
-def published(state, dt_s, before=NO_IMUS, readings=NO_IMUS):
+def published(state, dt_s, earlier=NO_IMUS, readings=NO_IMUS):
     shapes = [(3,), (3,), (LINKS, 3, 3), (LINKS, 3), (15, 3), (3,), (LINKS, 3, 3)]
     out = StateNumbers(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,)]))
     unchanged = state.copy()
-    predict_published(CONSTANTS, state, dt_s, before, readings, TREE.parents, out)
-    for one, other in zip((*state.pose, *state[1:]), (*unchanged.pose, *unchanged[1:]), strict=True):
+    predict_published(CONSTANTS, state, dt_s, earlier, readings, TREE.parents, out)
+    for one, other in zip(
+        (*state.pose, *state[1:]), (*unchanged.pose, *unchanged[1:]), strict=True
+    ):
         np.testing.assert_array_equal(one, other)
     return out
 

@@ -18,8 +18,6 @@ def test_a_session_gives_extrinsics_floor_and_clock_offset():
     assert extrinsics.clocks["right"].offset_ns == pytest.approx(80e6, abs=4e6)
     assert "left" not in extrinsics.clocks
     assert extrinsics.T_map_reference[2, 3] == pytest.approx(LEFT[2, 3], abs=0.03)
-    assert session.samples == {"left": 600, "right": 600}
-    assert session.frames >= 598
 
 
 def test_removing_the_clock_offset_improves_the_agreement():

@@ -29,20 +29,20 @@ def test_a_mirrored_skeleton_has_left_and_right_exchanged(skeletons):
         np.testing.assert_allclose(mirror[name], straight[other], atol=1e-9)
 
 
-def test_no_rigid_motion_changes_an_angle(skeletons):
+def test_joint_angles_are_invariant_to_rigid_motion(skeletons):
     turn = Rotation.random(random_state=5).as_matrix()
     moved = joint_angles(skeletons @ turn.T + np.array([3.0, -2.0, 1.0]))
     for name, angle in joint_angles(skeletons).items():
         np.testing.assert_allclose(moved[name], angle, atol=1e-9)
 
 
-def test_no_change_of_size_changes_an_angle(skeletons):
+def test_joint_angles_are_invariant_to_scale(skeletons):
     scaled = joint_angles(1.7 * skeletons)
     for name, angle in joint_angles(skeletons).items():
         np.testing.assert_allclose(scaled[name], angle, atol=1e-9)
 
 
-def test_each_frame_is_measured_by_itself(skeletons):
+def test_each_frame_is_computed_independently(skeletons):
     whole = joint_angles(skeletons)
     for name, angle in joint_angles(skeletons[17:18]).items():
         np.testing.assert_allclose(angle[0], whole[name][17])

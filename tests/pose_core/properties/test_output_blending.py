@@ -34,13 +34,13 @@ def unexplained(position, velocity):
     return np.abs(np.diff(position) - 0.5 * (velocity[1:] + velocity[:-1]) * PERIOD_S)
 
 
-def test_the_first_pose_is_the_filters():
+def test_the_first_published_pose_equals_the_filters():
     position, velocity, known, _ = publish([0.3], [1.5])
     assert (position[0], velocity[0], known[0]) == (0.3, 1.5, True)
 
 
 @pytest.mark.parametrize("jump_deg", [3.0, 30.0, 85.0, -180.0])
-def test_a_jump_of_the_filter_is_blended_out_and_the_deviation_says_so(jump_deg):
+def test_a_step_of_the_filter_is_blended_out_and_enlarges_the_deviation(jump_deg):
     jump = np.radians(jump_deg)
     start = -0.5 * jump
     targets = np.where(np.arange(150) < 50, start, start + jump)
@@ -52,7 +52,7 @@ def test_a_jump_of_the_filter_is_blended_out_and_the_deviation_says_so(jump_deg)
     assert (np.sqrt(variance[51:]) >= apart[51:]).all()
 
 
-def test_the_start_is_calm():
+def test_the_published_pose_has_no_steps_at_the_start():
     saw = np.where(np.arange(400) // 2 % 2, np.radians(1.5), np.radians(-1.5))
     blending, position = make_blending(1), []
     for k, value in enumerate(saw):
@@ -65,7 +65,7 @@ def test_the_start_is_calm():
 
 
 @pytest.mark.parametrize("silent_s", [2.0, 8.0])
-def test_after_a_silence_the_pose_of_now_is_reached_slowly_without_a_step(silent_s):
+def test_after_a_gap_the_published_pose_converges_without_a_step(silent_s):
     """Late messages too, 60 ms apart instead of 10."""
     gaps_s = np.concatenate([np.full(10, 0.01), [silent_s], np.full(20, 0.06), np.full(200, 0.01)])
     stamps_ns = 10**18 + np.round(1e9 * np.cumsum(gaps_s)).astype(np.int64)
@@ -82,7 +82,7 @@ def test_after_a_silence_the_pose_of_now_is_reached_slowly_without_a_step(silent
     assert reached_s < 1.5
 
 
-def test_a_filter_that_is_right_is_followed_without_lag():
+def test_blending_adds_no_lag_to_a_smooth_filter():
     t = np.arange(300) * PERIOD_S
     true, rate = 0.8 * np.sin(4.0 * t), 3.2 * np.cos(4.0 * t)
     position, velocity, known, _ = publish(true, rate)
@@ -91,7 +91,7 @@ def test_a_filter_that_is_right_is_followed_without_lag():
     assert known.all()
 
 
-def test_nothing_leaves_the_limits_and_what_is_far_beyond_is_held_and_unknown():
+def test_angles_are_clipped_to_limits_and_held_as_unknown_far_beyond_them():
     t = np.arange(300) * PERIOD_S
     targets = np.radians(60.0) * t  # to 180 degrees
     position, velocity, known, variance = publish(targets, np.full(300, np.radians(60.0)))
@@ -104,14 +104,14 @@ def test_nothing_leaves_the_limits_and_what_is_far_beyond_is_held_and_unknown():
     assert np.degrees(unexplained(position, velocity).max()) < 1.0
 
 
-def test_saw_teeth_of_two_sources_have_no_steps():
+def test_alternating_biased_sources_cause_no_steps():
     saw = np.where(np.arange(400) // 2 % 2, np.radians(1.5), np.radians(-1.5))
     position, velocity, *_ = publish(saw, np.zeros(400))
     assert np.degrees(unexplained(position, velocity).max()) < 1.2
     assert np.ptp(position[100:]) < np.ptp(saw)
 
 
-def test_the_grid_gives_each_instant_once_of_a_recording():
+def test_the_output_grid_yields_each_instant_of_a_recording_once():
     grid = OutputGrid(100.0, 1.0)
     given = [
         instant
@@ -125,7 +125,7 @@ def test_the_grid_gives_each_instant_once_of_a_recording():
 
 
 @pytest.mark.parametrize("rate", [30.0, 100.0, 200.0])
-def test_live_every_period_gives_one_instant_however_the_timer_jitters(rate):
+def test_live_output_has_one_instant_per_period_despite_timer_jitter(rate):
     grid, rng = OutputGrid(rate, 1.0), np.random.default_rng(3)
     period_ns = 10**9 / rate
     given = []
@@ -139,7 +139,7 @@ def test_live_every_period_gives_one_instant_however_the_timer_jitters(rate):
     assert len(given) == pytest.approx(1000, abs=2)
 
 
-def test_of_a_backlog_the_newest_are_given_and_the_rest_is_counted():
+def test_of_a_backlog_only_the_newest_instants_are_published_and_the_rest_is_counted():
     grid = OutputGrid(100.0, 1.0)
     grid.until(10**18, 50 * MS)
     instants, skipped = grid.until(10**18 + 8_000 * MS, 50 * MS)

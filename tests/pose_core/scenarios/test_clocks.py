@@ -51,7 +51,7 @@ def run(samples, clocks, estimator="default"):
 
 
 @pytest.mark.parametrize("estimator", ["default", "li2020"])
-def test_clocks_that_are_put_right_change_nothing(samples, estimator):
+def test_known_clock_offsets_leave_the_estimates_unchanged(samples, estimator):
     late = [
         stamped_by(CLOCKS.get(IMUS if isinstance(one, ImuSample) else one.sensor, Clock()), one)
         for one in samples
@@ -63,7 +63,7 @@ def test_clocks_that_are_put_right_change_nothing(samples, estimator):
         np.testing.assert_array_equal(a.position, b.position)
 
 
-def test_clocks_may_come_while_it_runs(samples):
+def test_clocks_can_be_set_while_the_pipeline_runs(samples):
     skeletons = [one for one in samples if not isinstance(one, ImuSample)]
     late = [stamped_by(CLOCKS["right"], one) if one.sensor == "right" else one for one in skeletons]
     pipeline = FusionPipeline(FusionParameters(estimator="li2020"), extrinsics())
@@ -78,7 +78,7 @@ def test_clocks_may_come_while_it_runs(samples):
     assert 0 < pipeline.aligner.counters["backward_stamp"] <= 3  # 80 ms of frames, counted
 
 
-def test_a_stamp_far_from_where_the_drift_was_measured_is_not_extrapolated_to():
+def test_clock_drift_is_not_extrapolated_far_from_its_measurement():
     clock = Clock(offset_ns=1_000, drift=1e-4, at_ns=10**18)
     assert clock.ahead_ns(10**18 + 10 * 10**9) == 1_001_000
     assert clock.ahead_ns(10**18 + 86_400 * 10**9) == 180_001_000  # half an hour of drift

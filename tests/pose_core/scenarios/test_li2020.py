@@ -18,7 +18,7 @@ def started(z):
     return filtered
 
 
-def test_the_filter_is_the_textbook_one_of_filterpy():
+def test_the_filter_equals_the_ukf_of_filterpy():
     """Equations (3) to (15) with a Python call a sigma point give the same numbers."""
     rng = np.random.default_rng(10)
     _, dof = motion(4.0, still_s=0.0)
@@ -75,7 +75,7 @@ def test_the_covariance_stays_symmetric_and_positive():
         assert np.linalg.eigvalsh(filtered._covariance)[0] > 0.0
 
 
-def test_it_stands_still_closer_to_the_truth_than_the_mean_of_the_sensors():
+def test_the_filter_is_more_accurate_than_the_mean_of_the_sensors():
     rng = np.random.default_rng(13)
     _, dof = motion(4.0, still_s=10.0)
     positions = kinematics().pose(dof).positions
@@ -90,7 +90,7 @@ def test_it_stands_still_closer_to_the_truth_than_the_mean_of_the_sensors():
     assert rms < np.sqrt(np.mean(of_mean[31:] ** 2))
 
 
-def test_one_sensors_outlier_hardly_moves_the_pose():
+def test_an_outlier_of_one_sensor_has_little_influence():
     rng = np.random.default_rng(14)
     _, dof = motion(3.0, still_s=10.0)
     positions = kinematics().pose(dof).positions
@@ -100,14 +100,12 @@ def test_one_sensors_outlier_hardly_moves_the_pose():
         filtered.step(DT, seen)
     wrong = z[-1].copy()
     wrong[1, :] += [0.4, 0.0, 0.0]
-    step = filtered.step(DT, wrong)
+    filtered.step(DT, wrong)
     error = filtered.kinematics.pose(filtered.dof).positions - positions[-1]
     assert np.max(np.linalg.norm(error, axis=1)) < 0.06
-    assert np.all(step.sensor_weight[1] < 0.5)
-    assert np.median(step.sensor_weight[1]) < 0.01
 
 
-def test_a_person_who_turns_round_twice_is_followed():
+def test_two_full_turns_of_the_person_are_tracked():
     t = np.arange(300) / 30.0
     dof = np.zeros((len(t), MODEL.size))
     dof[:, 2] = 0.9
@@ -121,7 +119,7 @@ def test_a_person_who_turns_round_twice_is_followed():
         assert np.median(np.linalg.norm(error, axis=1)) < 0.1
 
 
-def test_a_joint_that_nobody_sees_is_carried_on_and_found_again():
+def test_an_occluded_joint_is_predicted_and_reacquired():
     rng = np.random.default_rng(16)
     _, dof = motion(6.0)
     positions = kinematics().pose(dof).positions
@@ -129,14 +127,14 @@ def test_a_joint_that_nobody_sees_is_carried_on_and_found_again():
     z[60:75, :, 5] = np.nan
     filtered = started(z)
     for k in range(1, len(z)):
-        step = filtered.step(DT, z[k])
-        assert np.isnan(step.innovation[5]) == (60 <= k < 75)
+        innovation = filtered.step(DT, z[k])
+        assert np.isnan(innovation[5]) == (60 <= k < 75)
         assert np.all(np.isfinite(filtered.dof))
     error = filtered.kinematics.pose(filtered.dof).positions[5] - positions[-1, 5]
     assert np.linalg.norm(error) < 0.15
 
 
-def test_a_straight_limbs_turn_about_itself_does_not_wind_up():
+def test_axial_rotation_of_a_straight_limb_does_not_wind_up():
     rng = np.random.default_rng(17)
     _, dof = motion(20.0, still_s=2.0)
     for name in ("left_knee_flexion", "left_elbow_flexion"):

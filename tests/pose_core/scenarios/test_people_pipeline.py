@@ -44,7 +44,7 @@ def thigh_m(pipeline, body_id):
     return pipeline.shape_of(body_id).bone_lengths()["left_knee"]
 
 
-def test_of_one_person_the_estimates_are_the_single_chains_to_the_last_bit():
+def test_estimates_of_one_person_equal_those_of_the_single_pipeline():
     _, dof = motion(4.0)
     rng = np.random.default_rng(7)
     samples = skeleton_samples(kinematics().pose(dof).positions, extrinsics(), rng, 0.005)
@@ -61,7 +61,7 @@ def test_of_one_person_the_estimates_are_the_single_chains_to_the_last_bit():
     np.testing.assert_array_equal(estimates[-1].position, expected[-1].position)
 
 
-def test_everybody_wanted_has_an_id_and_bones_of_their_own(two):
+def test_every_tracked_person_has_an_id_and_own_bone_lengths(two):
     blocks, pipeline = fused(two, max_people=6)
     assert set(blocks) == {"subject", "person_2"}
     assert pipeline.people == ("subject", "person_2")
@@ -69,7 +69,7 @@ def test_everybody_wanted_has_an_id_and_bones_of_their_own(two):
     assert lengths[0] == pytest.approx(0.85 * lengths[1], rel=0.05)
 
 
-def test_somebody_who_left_is_remembered():
+def test_a_person_who_left_is_identified_on_return():
     def there(_, index, time_s):
         return index == 0 or time_s < 3.0
 
@@ -79,14 +79,14 @@ def test_somebody_who_left_is_remembered():
     assert pipeline.remembered == {"subject", "person_2"}
 
 
-def test_where_one_is_wanted_the_others_are_counted(two):
+def test_skeletons_of_other_people_are_counted(two):
     blocks, pipeline = fused(two)
     assert set(blocks) == {"subject"}
     assert pipeline.others == 1
     assert pipeline.people_counts["skeletons_of_others"] > 200
 
 
-def test_a_smaller_person_who_takes_over_has_bones_of_their_own():
+def test_a_second_person_gets_own_bone_lengths():
     def there(_, index, time_s):
         return time_s < 4.0 if index == 0 else time_s > 5.0
 
@@ -99,7 +99,7 @@ def test_a_smaller_person_who_takes_over_has_bones_of_their_own():
     assert blocks
 
 
-def test_samples_of_before_the_extrinsics_are_not_lost(two):
+def test_samples_before_the_extrinsics_are_buffered(two):
     blocks = {}
     parameters = FusionParameters(output_rate=0.0, max_people=2)
     pipeline = PeoplePipeline(parameters, lambda i, block: blocks.setdefault(i, []).append(block))
@@ -112,7 +112,7 @@ def test_samples_of_before_the_extrinsics_are_not_lost(two):
     assert set(blocks) == {"subject", "person_2"}
 
 
-def test_samples_that_are_too_old_when_the_extrinsics_come_are_counted(two):
+def test_samples_too_old_for_the_buffer_are_counted(two):
     pipeline = PeoplePipeline(FusionParameters(output_rate=0.0), lambda *_: None)
     first = two[0][0]
     imu = ImuSample(

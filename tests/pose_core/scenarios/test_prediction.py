@@ -30,7 +30,7 @@ def fed(samples, ask_after_ns=()):
     return estimates, predictions
 
 
-def test_a_prediction_is_nearer_to_the_truth_of_its_instant_than_the_last_output(moving):
+def test_a_prediction_is_more_accurate_than_holding_the_last_output(moving):
     t, positions, samples = moving
     late_ns = 20 * MS
     estimates, predictions = fed(samples, [late_ns])
@@ -46,7 +46,7 @@ def test_a_prediction_is_nearer_to_the_truth_of_its_instant_than_the_last_output
     assert error([p for (p,) in predictions]) < 0.8 * error(estimates)
 
 
-def test_uncertainty_grows_with_how_far_ahead_is_predicted(moving):
+def test_deviation_grows_with_the_prediction_horizon(moving):
     *_, samples = moving
     estimates, predictions = fed(samples[:300], [0, 10 * MS, 50 * MS, 200 * MS])
     for estimate, ahead in zip(estimates[60:], predictions[60:], strict=True):
@@ -57,7 +57,7 @@ def test_uncertainty_grows_with_how_far_ahead_is_predicted(moving):
         assert (ahead[-1].source == 0).all()  # predicted
 
 
-def test_nothing_is_predicted_before_a_pose_is_known_or_long_after_the_last_frame(moving):
+def test_there_is_no_prediction_before_the_first_pose_or_long_after_the_last_frame(moving):
     *_, samples = moving
     pipeline = FusionPipeline(FusionParameters(output_rate=0.0), extrinsics())
     assert pipeline.predict(START_NS) is None
@@ -67,7 +67,7 @@ def test_nothing_is_predicted_before_a_pose_is_known_or_long_after_the_last_fram
     assert pipeline.predict(last.stamp_ns - 200 * MS) is None
 
 
-def test_a_prediction_is_of_its_instant_and_loses_no_estimate_of_the_recording(moving):
+def test_predictions_have_their_own_stamp_and_do_not_consume_estimates(moving):
     *_, samples = moving
     asked, given = [], []
     pipeline = FusionPipeline(FusionParameters(output_rate=100.0), extrinsics())

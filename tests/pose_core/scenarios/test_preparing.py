@@ -41,7 +41,7 @@ print(estimates, *(".".join(name) for name in after if after[name] != before[nam
 """
 
 
-def test_no_kernel_is_compiled_or_loaded_while_somebody_is_tracked():
+def test_no_kernel_is_compiled_or_loaded_during_tracking():
     run = subprocess.run(
         [sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=False
     )

@@ -46,7 +46,7 @@ def both_cameras(session):
     return run(merged(skeletons, imus))
 
 
-def test_the_weights_are_the_papers_and_roll_is_the_imus(both_cameras):
+def test_weights_are_those_of_the_paper_and_axial_rotation_comes_from_the_imu(both_cameras):
     pipeline, estimates = both_cameras
     last = estimates[-1]
     assert any(use.is_aligned for use in pipeline.imu_uses)
@@ -57,7 +57,7 @@ def test_the_weights_are_the_papers_and_roll_is_the_imus(both_cameras):
 
 
 @pytest.mark.parametrize("state", [TrackingState.INFERRED, TrackingState.NOT_TRACKED])
-def test_an_occluded_limb_is_the_imus_at_once_and_then_shared_again(state, session):
+def test_an_occluded_limb_uses_only_its_imu_until_it_is_tracked_again(state, session):
     t, dof, skeletons, imus = session
     _, estimates = run(merged(with_foot(skeletons, state, aside=0.3), imus))
     hidden = [e for e in estimates if e.stamp_ns > HIDDEN_FROM_NS]
@@ -66,7 +66,7 @@ def test_an_occluded_limb_is_the_imus_at_once_and_then_shared_again(state, sessi
     assert np.sqrt(np.mean(np.square(errors))) < 12.0  # the Kinect's own would be 30 and more
 
 
-def test_only_the_first_sensor_counts(session, both_cameras):
+def test_zhang2015_uses_only_the_first_sensor(session, both_cameras):
     _, _, skeletons, imus = session
     _, both = both_cameras
     _, left = run(merged([s for s in skeletons if s.sensor == "left"], imus))
@@ -75,7 +75,7 @@ def test_only_the_first_sensor_counts(session, both_cameras):
     assert {e.stamp_ns for e in left} <= frames
 
 
-def test_li2020_names_every_imu_that_it_does_not_use(session):
+def test_li2020_reports_every_imu_as_unused(session):
     _, _, skeletons, imus = session
     pipeline, _ = run(merged(skeletons[:200], imus[:500]), "li2020")
     assert pipeline.imu_uses

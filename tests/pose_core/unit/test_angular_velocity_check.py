@@ -23,7 +23,9 @@ def rms(errors):
 
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("speed", [1.0, 4.0, 15.0])
-def test_a_wrong_angular_velocity_is_named_and_replaced_by_the_orientations_change(fault, speed):
+def test_a_wrong_angular_velocity_is_reported_and_replaced_by_the_orientation_difference(
+    fault, speed
+):
     orientations, rates = turning(SECONDS, speed=speed)
     check = AngularVelocityCheck()
     checked = check.checked(block(orientations, FAULTS[fault](rates)))
@@ -32,7 +34,7 @@ def test_a_wrong_angular_velocity_is_named_and_replaced_by_the_orientations_chan
     assert rms(checked.angular_velocity[late] - rates[late]) < 0.05 * rms(rates[late])
 
 
-def test_an_angular_velocity_in_another_frame_is_replaced():
+def test_an_angular_velocity_in_a_wrong_frame_is_replaced():
     orientations, rates = turning(SECONDS)
     check = AngularVelocityCheck()
     check.checked(block(orientations, OTHER_FRAME.apply(rates)))
@@ -41,7 +43,7 @@ def test_an_angular_velocity_in_another_frame_is_replaced():
 
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize("speed", [0.0, 0.3, 1.0, 10.0])
-def test_bias_noise_misalignment_and_lost_samples_are_no_contradiction(seed, speed):
+def test_bias_noise_misalignment_and_lost_samples_pass_the_check(seed, speed):
     rng = np.random.default_rng(seed)
     orientations, rates = turning(20.0, seed=seed, speed=speed)
     noisy = orientations * Rotation.from_rotvec(0.01 * rng.standard_normal(rates.shape))
@@ -55,7 +57,7 @@ def test_bias_noise_misalignment_and_lost_samples_are_no_contradiction(seed, spe
 
 
 @pytest.mark.parametrize("repeated", [2, 5])
-def test_orientations_that_come_less_often_than_rates_are_no_contradiction(repeated):
+def test_orientations_of_a_lower_rate_than_the_gyroscope_pass_the_check(repeated):
     orientations, rates = turning(SECONDS)
     held = changed(
         orientations, slice(None), lambda some: some[np.arange(600) // repeated * repeated]
@@ -65,7 +67,7 @@ def test_orientations_that_come_less_often_than_rates_are_no_contradiction(repea
     assert not check.faults
 
 
-def test_orientations_that_leap_or_are_stuck_do_not_blame_the_angular_velocity():
+def test_outlying_or_repeated_orientations_do_not_reject_the_angular_velocity():
     orientations, rates = turning(SECONDS)
     wild = changed(
         orientations, slice(200, 300), lambda some: Rotation.random(len(some), random_state=4)
@@ -76,7 +78,7 @@ def test_orientations_that_leap_or_are_stuck_do_not_blame_the_angular_velocity()
     assert not check.faults
 
 
-def test_an_angular_velocity_that_is_not_measured_is_the_orientations_change():
+def test_a_missing_angular_velocity_is_replaced_by_the_orientation_difference():
     orientations, rates = turning(SECONDS)
     check = AngularVelocityCheck()
     checked = check.checked(block(orientations, np.full_like(rates, np.nan)))
@@ -85,7 +87,7 @@ def test_an_angular_velocity_that_is_not_measured_is_the_orientations_change():
     assert rms(checked.angular_velocity[20:] - rates[20:]) < 0.05 * rms(rates)
 
 
-def test_single_samples_without_an_angular_velocity_are_filled_in():
+def test_single_missing_angular_velocities_are_filled_in():
     orientations, rates = turning(SECONDS)
     measured = rates.copy()
     measured[100::50] = np.nan
@@ -95,7 +97,7 @@ def test_single_samples_without_an_angular_velocity_are_filled_in():
     assert rms(checked.angular_velocity - rates) < 0.02 * rms(rates)
 
 
-def test_an_angular_velocity_that_has_become_right_is_used_again():
+def test_an_angular_velocity_is_used_again_once_it_passes_the_check():
     orientations, rates = turning(30.0)
     wrong = rates.copy()
     wrong[:600] = 0.0
@@ -106,7 +108,7 @@ def test_an_angular_velocity_that_has_become_right_is_used_again():
     assert not check.faults
 
 
-def test_blocks_of_any_size_give_the_same():
+def test_the_check_is_independent_of_the_block_size():
     orientations, rates = turning(2.0)
     given = block(orientations, np.degrees(rates))
     whole = AngularVelocityCheck().checked(given).angular_velocity
@@ -115,7 +117,7 @@ def test_blocks_of_any_size_give_the_same():
     assert np.array_equal(whole, np.concatenate(one_by_one))
 
 
-def test_a_reading_says_that_its_rate_is_the_orientations_change():
+def test_a_sample_is_marked_if_its_rate_is_the_orientation_difference():
     orientations, rates = turning(SECONDS)
     imus = ImuSet()
     imus.add(block(orientations, np.zeros_like(rates)))

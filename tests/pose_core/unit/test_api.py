@@ -64,12 +64,12 @@ def test_an_estimator_whose_library_is_missing_says_how_to_get_it(monkeypatch):
         api.Pipeline(api.PipelineParameters(estimator="li2020"))
 
 
-def test_all_that_the_api_names_is_there():
+def test_every_name_of_the_api_exists():
     assert all(hasattr(api, name) for name in api.__all__)
     assert len(api.__all__) == len(set(api.__all__))
 
 
-def test_every_description_of_a_package_has_the_same_version():
+def test_all_descriptions_of_a_package_have_the_same_version():
     versions = {
         ElementTree.parse(path).getroot().findtext("version") for path in SRC.glob("*/package.xml")
     }

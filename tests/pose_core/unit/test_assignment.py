@@ -9,7 +9,7 @@ from pose_core.people.assignment import FORBIDDEN, assign
 
 @pytest.mark.parametrize("shape", [(1, 1), (1, 7), (7, 1), (2, 2), (12, 24), (24, 12), (9, 9)])
 @pytest.mark.parametrize("forbidden", [0.0, 0.4, 0.9])
-def test_it_costs_as_little_as_scipys(shape, forbidden):
+def test_the_assignment_has_the_cost_of_scipys(shape, forbidden):
     rng = np.random.default_rng(4)
     for _ in range(30):
         cost = rng.uniform(-6.0, 6.0, shape)
@@ -23,10 +23,10 @@ def test_it_costs_as_little_as_scipys(shape, forbidden):
         assert len({row for row, _ in pairs}) == len({column for _, column in pairs}) == len(pairs)
 
 
-def test_equal_costs_are_assigned_too():
+def test_ties_are_assigned():
     assert len(assign(np.zeros((5, 3)))) == 3
 
 
 @pytest.mark.parametrize("shape", [(0, 3), (3, 0), (2, 2)])
-def test_nothing_is_assigned_where_nothing_can_be(shape):
+def test_an_empty_cost_matrix_gives_no_assignment(shape):
     assert assign(np.full(shape, np.inf)) == []

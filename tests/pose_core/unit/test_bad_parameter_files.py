@@ -14,12 +14,12 @@ class Parameters:
     rate: float = parameter(30.0, unit="Hz", doc="how often")
 
 
-def test_a_key_that_is_no_text_is_an_unknown_parameter():
+def test_a_non_string_key_is_reported_as_an_unknown_parameter():
     with pytest.raises(ParameterError, match="unknown parameter 3: expected some of rate"):
         from_mapping(Parameters, {3: 1.0})
 
 
-def test_a_file_for_other_nodes_only_is_refused(tmp_path):
+def test_a_file_without_the_nodes_section_is_refused(tmp_path):
     path = tmp_path / "parameters.yaml"
     path.write_text("fusio: {ros__parameters: {rate: 3.0}}")
     with pytest.raises(InputError, match="holds nothing for 'fusion', only fusio"):

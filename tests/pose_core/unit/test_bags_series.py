@@ -30,23 +30,23 @@ def test_positions_between_samples_are_interpolated():
     assert x_at(series, 10, 30) == pytest.approx([1.0, 3.0])
 
 
-def test_nothing_is_extrapolated():
+def test_positions_are_not_extrapolated():
     series = series_from_samples([sample(0, 0.0), sample(40, 4.0)])
     assert x_at(series, -1, 0, 40, 41) == pytest.approx([np.nan, 0.0, 4.0, np.nan], nan_ok=True)
 
 
-def test_nothing_is_interpolated_across_a_long_gap():
+def test_positions_are_not_interpolated_across_a_long_gap():
     series = series_from_samples([sample(0, 0.0), sample(200, 2.0), sample(240, 6.0)])
     found = x_at(series, 100, 220, max_gap_s=0.15)
     assert found == pytest.approx([np.nan, 4.0], nan_ok=True)
 
 
-def test_a_joint_unknown_at_either_end_is_unknown_between():
+def test_a_joint_missing_in_either_sample_is_not_interpolated():
     series = series_from_samples([sample(0, 0.0), sample(40, 4.0, state=0), sample(80, 8.0)])
     assert x_at(series, 20, 40, 60, 80) == pytest.approx([np.nan] * 3 + [8.0], nan_ok=True)
 
 
-def test_samples_are_sorted_and_repeated_stamps_taken_once():
+def test_samples_are_sorted_and_duplicate_stamps_dropped():
     series = series_from_samples([sample(40, 4.0), sample(0, 0.0), sample(40, 9.0)])
     assert list(series.stamps_ns) == list(stamps(0, 40))
     assert series.positions[1, 0, 0] == 4.0
@@ -63,7 +63,7 @@ def test_a_shift_moves_the_stamps():
     assert x_at(series, 0) == pytest.approx([1.0])
 
 
-def test_a_transform_turns_and_moves():
+def test_a_transform_rotates_and_translates_positions():
     turn = np.array([[0.0, -1.0, 0.0, 5.0], [1.0, 0.0, 0.0, 0.0], [0, 0, 1, 0], [0, 0, 0, 1]])
     series = series_from_samples([sample(0, 2.0)]).transformed(turn)
     assert series.positions[0, 0] == pytest.approx([3.0, 2.0, 2.0])
@@ -75,7 +75,7 @@ def test_a_grid_has_a_constant_rate():
     assert positions[:, 0, 0] == pytest.approx(np.arange(11.0))
 
 
-def test_a_gap_begins_a_new_grid_however_long_it_is():
+def test_the_grid_restarts_after_a_gap():
     year_ms = 3.2e10
     series = series_from_samples([sample(0, 0.0), sample(20, 2.0), sample(year_ms, 5.0)])
     assert [len(positions) for positions in series.on_grids(100.0)] == [3, 1]

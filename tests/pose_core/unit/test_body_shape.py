@@ -55,14 +55,14 @@ def test_a_link_before_its_parent_is_refused():
         parse_body_model(document)
 
 
-def test_bone_lengths_come_out_of_clean_samples():
+def test_bone_lengths_are_estimated_from_noisy_samples():
     rng = np.random.default_rng(6)
     positions = kinematics().pose(random_dof(rng, 40)).positions
     found = estimate_body_shape(MODEL, positions)
     np.testing.assert_allclose(found.offsets, SHAPE.offsets, atol=1e-9)
 
 
-def test_bone_lengths_survive_gross_outliers_in_a_fifth_of_the_samples():
+def test_bone_lengths_are_robust_to_20_percent_outliers():
     rng = np.random.default_rng(7)
     positions = kinematics().pose(random_dof(rng, 100)).positions
     positions += rng.normal(0.0, 0.005, positions.shape)
@@ -72,14 +72,14 @@ def test_bone_lengths_survive_gross_outliers_in_a_fifth_of_the_samples():
     assert abs(found["left_foot"] - 0.40) < 0.01
 
 
-def test_a_joint_that_was_hardly_seen_is_named():
+def test_a_joint_with_too_few_samples_is_reported():
     positions = kinematics().pose(random_dof(np.random.default_rng(8), 40)).positions
     positions[5:, JOINT_INDEX["right_hand"]] = np.nan
     with pytest.raises(BodyShapeError, match="right_hand was seen whole in 5 samples"):
         estimate_body_shape(MODEL, positions)
 
 
-def test_measuring_waits_for_the_stretch_and_then_for_every_joint():
+def test_body_measurement_waits_for_its_duration_and_for_every_joint():
     _, dof = motion(2.0)
     positions = kinematics().pose(dof).positions
     state = np.full((1, 15), 2, np.uint8)
@@ -95,7 +95,7 @@ def test_measuring_waits_for_the_stretch_and_then_for_every_joint():
     assert "head" in measuring.status
 
 
-def test_measures_survive_saving_and_loading(tmp_path):
+def test_a_body_shape_is_unchanged_by_saving_and_loading(tmp_path):
     path = tmp_path / "me.yaml"
     save_body_shape(path, MODEL, SHAPE, "me")
     np.testing.assert_allclose(load_body_shape(path, MODEL).offsets, SHAPE.offsets, atol=1e-5)
@@ -110,7 +110,7 @@ def test_measures_survive_saving_and_loading(tmp_path):
         ("{version: 1, body_model: li2020, offsets: {head: [0, 0, 1]}}", "lacks a joint"),
     ],
 )
-def test_a_wrong_file_of_measures_is_refused_in_one_line(tmp_path, text, message):
+def test_an_invalid_body_shape_file_is_refused_in_one_line(tmp_path, text, message):
     path = tmp_path / "wrong.yaml"
     path.write_text(text)
     with pytest.raises(InputError, match=message) as caught:
@@ -118,6 +118,6 @@ def test_a_wrong_file_of_measures_is_refused_in_one_line(tmp_path, text, message
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_file_of_measures_is_refused(tmp_path):
+def test_a_missing_body_shape_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot read"):
         load_body_shape(tmp_path / "missing.yaml", MODEL)

@@ -22,14 +22,14 @@ def measured(scale=1.0, *, seed=0, wander=0.0):
     return size
 
 
-def test_the_same_person_is_likelier_than_somebody_a_tenth_smaller():
+def test_the_same_person_is_more_likely_than_one_10_percent_smaller():
     known = measured()
 
     assert measured(seed=1).log_likelihood_ratio(known) > 3.0
     assert measured(0.9, seed=2).log_likelihood_ratio(known) < -4.0
 
 
-def test_a_joint_that_wanders_does_not_make_somebody_else():
+def test_a_noisy_joint_does_not_change_the_identity():
     known = measured()
 
     assert measured(seed=1, wander=0.14).log_likelihood_ratio(known) > 0.0

@@ -19,7 +19,7 @@ def weighted_sum(pair, out):
     return out[0]
 
 
-def test_a_settled_kernel_gives_what_the_kernel_gives():
+def test_a_type_specialised_kernel_gives_the_kernels_result():
     call = type_specialised(weighted_sum)
     for factor in (2.0, -1.5):
         pair, out = Pair(np.arange(5.0), factor), np.zeros(1)
@@ -27,13 +27,13 @@ def test_a_settled_kernel_gives_what_the_kernel_gives():
         assert out[0] == 10.0 * factor
 
 
-def test_each_caller_settles_for_itself():
+def test_each_caller_is_specialised_separately():
     rows = np.arange(12.0).reshape(3, 4)
     for array in (rows[0], rows[:, 1]):
         assert type_specialised(weighted_sum)(Pair(array, 1.0), np.zeros(1)) == array.sum()
 
 
-def test_while_tests_run_other_types_than_before_are_an_error():
+def test_other_argument_types_are_an_error_in_tests():
     """See ``checked_kernels``: without it they would be taken for what they are not."""
     call = type_specialised(weighted_sum)
     call(Pair(np.arange(5.0), 1.0), np.zeros(1))

@@ -7,7 +7,7 @@ from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
 DT = 0.03
 
 
-def test_each_channel_is_filterpys_kalman_filter():
+def test_each_channel_equals_filterpys_kalman_filter():
     rng = np.random.default_rng(4)
     power, variance = np.array([3.0, 50.0]), 0.01
     ours = ConstantVelocityFilter(np.array([1.0, -2.0]), 0.2, 0.7, power)
@@ -32,7 +32,7 @@ def test_each_channel_is_filterpys_kalman_filter():
     np.testing.assert_allclose(ours.covariance, [each.P for each in theirs], rtol=1e-7)
 
 
-def test_a_missing_value_leaves_its_channel_alone():
+def test_a_missing_value_does_not_update_its_channel():
     filter_ = ConstantVelocityFilter(np.zeros(2), 0.1, 0.1, 1.0)
     before = filter_.covariance.copy()
     filter_.update(np.array([np.nan, 1.0]), np.full(2, 0.01))

@@ -8,7 +8,7 @@ from pose_core.finite_numbers import finite_numbers
     ("value", "shape"),
     [([1, 2.5, -3], (3,)), ([[1, 0], [0, 1]], (2, 2)), (4.0, ()), ([], (0,))],
 )
-def test_numbers_of_the_shape_are_an_array(value, shape):
+def test_finite_numbers_of_the_right_shape_give_an_array(value, shape):
     numbers = finite_numbers(value, *shape)
     assert numbers.dtype == np.float64
     np.testing.assert_array_equal(numbers, value)
@@ -29,5 +29,5 @@ def test_numbers_of_the_shape_are_an_array(value, shape):
         [1.0, 10**400, 3.0],
     ],
 )
-def test_anything_else_is_none(value):
+def test_other_values_give_none(value):
     assert finite_numbers(value, 3) is None

@@ -29,7 +29,7 @@ def in_turns(one, other, rng):
 
 
 @pytest.mark.parametrize("phase_ns", [-400_000, 0, 300_000, 900_000])
-def test_sensors_of_one_phase_come_out_in_the_order_of_stamps_whichever_arrives_first(phase_ns):
+def test_frames_of_synchronous_sensors_are_sorted_by_stamp(phase_ns):
     rng = np.random.default_rng(1)
     arrivals = in_turns(
         frames("left", 0, jitter_ns=100_000, rng=rng),
@@ -45,7 +45,7 @@ def test_sensors_of_one_phase_come_out_in_the_order_of_stamps_whichever_arrives_
     assert learnt == sorted(learnt)
 
 
-def test_nothing_waits_longer_than_for_the_other_frame_of_its_instant():
+def test_a_frame_waits_only_for_the_other_frame_of_its_instant():
     rng = np.random.default_rng(2)
     arrivals = in_turns(frames("left", 0), frames("right", 200_000), rng)
     order = FrameOrder()
@@ -55,13 +55,13 @@ def test_nothing_waits_longer_than_for_the_other_frame_of_its_instant():
             assert stamps
 
 
-def test_sensors_of_opposite_phases_never_wait():
+def test_frames_of_sensors_in_opposite_phase_do_not_wait():
     arrivals = sorted(frames("left", 0) + frames("right", 15 * MS), key=lambda each: each[1])
     order = FrameOrder()
     assert all(len(each) == 1 for each in told(order, arrivals))
 
 
-def test_a_frame_left_out_holds_the_others_up_until_the_next_one():
+def test_a_missing_frame_delays_the_others_until_the_next_frame():
     left, right = frames("left", 0, 12), frames("right", 100_000, 12)
     order = FrameOrder()
     told(order, [each for pair in zip(left[:10], right[:10], strict=True) for each in pair])
@@ -70,7 +70,7 @@ def test_a_frame_left_out_holds_the_others_up_until_the_next_one():
     assert told(order, [right[11]]) == [[left[11][1], right[11][1]]]
 
 
-def test_a_sensor_that_has_gone_is_not_waited_for():
+def test_frames_do_not_wait_for_a_silent_sensor():
     left, right = frames("left", 0, 40), frames("right", 100_000, 10)
     order = FrameOrder()
     told(order, [each for pair in zip(left[:10], right, strict=True) for each in pair])
@@ -79,7 +79,7 @@ def test_a_sensor_that_has_gone_is_not_waited_for():
     assert told(order, left[gone + 1 :])[1:] == [[stamp] for _, stamp in left[gone + 2 :]]
 
 
-def test_a_frame_that_comes_too_late_passes_at_once():
+def test_a_late_frame_is_returned_at_once():
     left, right = frames("left", 0, 12), frames("right", 100_000, 11)
     order = FrameOrder()
     told(order, [each for pair in zip(left[:10], right[:10], strict=True) for each in pair])
@@ -88,7 +88,7 @@ def test_a_frame_that_comes_too_late_passes_at_once():
     assert told(order, [right[10]]) == [[right[10][1]]]
 
 
-def test_a_recording_that_begins_anew_is_taken_up():
+def test_ordering_restarts_when_a_recording_loops():
     order = FrameOrder()
     stamps = [10**18 + k * PERIOD_NS for k in range(60)]
     told(order, [("left", stamp) for stamp in stamps])

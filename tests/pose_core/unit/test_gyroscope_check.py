@@ -12,7 +12,7 @@ def angles_deg(one, other):
     return np.degrees((one.inv() * other).magnitude())
 
 
-def test_what_a_sensor_measures_passes_as_it_is():
+def test_consistent_orientations_pass_unchanged():
     rng = np.random.default_rng(2)
     orientations, rates = turning(5.0, speed=15.0)
     noisy = orientations * Rotation.from_rotvec(0.02 * rng.standard_normal((len(rates), 3)))
@@ -24,7 +24,7 @@ def test_what_a_sensor_measures_passes_as_it_is():
 
 
 @pytest.mark.parametrize("leap_deg", [60.0, -150.0, 180.0])
-def test_a_heading_that_leaps_is_put_right_and_again_when_it_leaps_back(leap_deg):
+def test_heading_steps_are_compensated(leap_deg):
     orientations, rates = turning(5.0)
     turn = Rotation.from_euler("z", leap_deg, degrees=True)
     jumped = changed(orientations, slice(100, 300), lambda some: turn * some)
@@ -39,7 +39,7 @@ def test_a_heading_that_leaps_is_put_right_and_again_when_it_leaps_back(leap_deg
 
 
 @pytest.mark.parametrize("speed", [0.5, 10.0])
-def test_an_imu_of_random_orientations_is_set_aside_until_it_is_steady_for_a_second(speed):
+def test_an_imu_with_random_orientations_is_rejected_until_consistent_for_a_second(speed):
     orientations, rates = turning(5.0, speed=speed)
     window = slice(100, 300)
     wild = changed(orientations, window, lambda some: Rotation.random(len(some), random_state=4))
@@ -60,7 +60,7 @@ def slipped_by(degrees, window):
     return block(changed(orientations, window, lambda some: some * turn), rates)
 
 
-def test_a_sensor_that_slips_is_named_and_costs_30_ms():
+def test_a_slip_is_detected_and_costs_30_ms():
     check = GyroscopeCheck()
     assert len(check.checked(slipped_by(90.0, slice(100, 300)))) == 297
     assert check.slips == {"torso": 1}
@@ -70,13 +70,13 @@ def test_a_sensor_that_slips_is_named_and_costs_30_ms():
 
 
 @pytest.mark.parametrize(("degrees", "count"), [(90.0, 1), (90.0, 2), (20.0, 200)])
-def test_bad_samples_and_small_slips_are_no_slip(degrees, count):
+def test_outliers_and_small_rotations_are_not_detected_as_slips(degrees, count):
     check = GyroscopeCheck()
     check.checked(slipped_by(degrees, slice(100, 100 + count)))
     assert not check.slips
 
 
-def test_a_heading_that_leaps_is_no_slip():
+def test_a_heading_step_is_not_detected_as_a_slip():
     orientations, rates = turning(3.0)
     turn = Rotation.from_euler("z", 60.0, degrees=True)
     check = GyroscopeCheck()
@@ -85,7 +85,7 @@ def test_a_heading_that_leaps_is_no_slip():
 
 
 @pytest.mark.parametrize("speed", [0.01, 4.0])
-def test_an_imu_that_repeats_one_sample_is_set_aside(speed):
+def test_an_imu_that_repeats_one_sample_is_rejected(speed):
     orientations, rates = turning(3.0, speed=speed)
     rates[100:250] = rates[100]
     stuck = changed(orientations, slice(100, 250), lambda some: some[np.zeros(len(some), int)])
@@ -95,13 +95,13 @@ def test_an_imu_that_repeats_one_sample_is_set_aside(speed):
     assert len(check.checked(given.rows(slice(150, 250)))) == 0
 
 
-def test_a_sensor_that_lies_still_may_repeat_itself():
+def test_a_stationary_sensor_may_repeat_its_samples():
     orientations = Rotation.from_quat(np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)))
     rates = np.zeros((300, 3))
     assert len(GyroscopeCheck().checked(block(orientations, rates))) == 300
 
 
-def test_a_leap_is_what_rotations_say_it_is():
+def test_an_orientation_jump_equals_the_applied_rotation():
     rng = np.random.default_rng(3)
     for _ in range(50):
         before, rate = Rotation.random(random_state=rng), rng.uniform(-5.0, 5.0, 3)
@@ -115,7 +115,7 @@ def test_a_leap_is_what_rotations_say_it_is():
             assert (apart, tilted, turned) == pytest.approx((by.magnitude(), tilt, turn), abs=1e-6)
 
 
-def test_after_a_gap_or_a_clock_set_back_nothing_is_judged():
+def test_samples_after_a_gap_or_a_clock_reset_are_not_checked():
     orientations, rates = turning(1.0)
     check, given = GyroscopeCheck(), block(orientations, rates)
     check.checked(given)

@@ -25,19 +25,19 @@ def sample(stamp_ns, rotation, rate=(0.0, 0.0, 0.0)):
     )
 
 
-def test_weights_are_the_minimum_variance_ones():
+def test_weights_minimise_the_variance():
     weights = minimum_variance_weights(0.04, 0.01, is_tracked=True)
     assert weights.kinect == pytest.approx(0.2)
     assert weights.imu == pytest.approx(0.8)
     assert weights.variance == pytest.approx(0.008)
 
 
-def test_an_untracked_segment_is_the_imus_alone():
+def test_an_untracked_segment_has_full_imu_weight():
     weights = minimum_variance_weights(1e-6, 0.5, is_tracked=False)
     assert (weights.kinect, weights.imu, weights.variance) == (0.0, 1.0, 0.5)
 
 
-def test_the_weighted_trunk_lies_on_the_way_between_both():
+def test_the_fused_trunk_lies_on_the_geodesic_between_both_attitudes():
     kinect = Rotation.from_rotvec([0.0, 0.2, 0.1])
     imu = Rotation.from_rotvec([0.1, 0.0, 0.4])
     fused = Rotation.from_matrix(fuse_trunk(kinect.as_matrix(), imu.as_matrix(), 0.3))
@@ -45,7 +45,7 @@ def test_the_weighted_trunk_lies_on_the_way_between_both():
     assert (fused.inv() * expected).magnitude() < 1e-12
 
 
-def test_a_limbs_direction_is_weighted_and_its_own_turn_is_the_imus():
+def test_a_limbs_direction_is_weighted_and_its_axial_rotation_comes_from_the_imu():
     imu = Rotation.from_euler("yxz", [0.3, -0.2, 0.9])
     kinect = Rotation.from_euler("yxz", [0.5, -0.2, -0.7])
     fused = fuse_limb(kinect.as_matrix(), imu.as_matrix(), 0.25)
@@ -55,7 +55,7 @@ def test_a_limbs_direction_is_weighted_and_its_own_turn_is_the_imus():
     assert abs(turn @ imu.as_matrix()[:, 2]) < 1e-12  # no turn about the limb
 
 
-def test_with_all_weight_a_limb_is_the_imus():
+def test_with_full_imu_weight_a_limb_has_the_imus_attitude():
     imu, kinect = Rotation.from_rotvec([0.3, 0.1, 0.8]), Rotation.from_rotvec([0.0, 0.4, 0.0])
     fused = fuse_limb(kinect.as_matrix(), imu.as_matrix(), 1.0)
     np.testing.assert_allclose(fused, imu.as_matrix(), atol=1e-12)
@@ -73,7 +73,7 @@ def only(states):
     return state
 
 
-def test_a_track_interpolates_between_samples():
+def test_the_imu_history_interpolates_between_samples():
     tracks = tracks_of(
         sample(0, Rotation.identity(), (0.0, 0.0, 1.0)),
         sample(10 * MS, Rotation.from_rotvec([0.0, 0.0, 0.1]), (0.0, 0.0, 3.0)),
@@ -84,14 +84,14 @@ def test_a_track_interpolates_between_samples():
     np.testing.assert_allclose(read.angular_velocity, [0.0, 0.0, 1.8])
 
 
-def test_a_late_sample_is_made_up_for_by_the_gyroscope():
+def test_a_missing_sample_is_extrapolated_by_the_gyroscope():
     tracks = tracks_of(sample(0, Rotation.from_rotvec([0.3, 0.0, 0.0]), (0.0, 2.0, 0.0)))
     read = Rotation.from_matrix(only(tracks.at(50 * MS)).R_world_sensor)
     expected = Rotation.from_rotvec([0.3, 0.0, 0.0]) * Rotation.from_rotvec([0.0, 0.1, 0.0])
     assert (read.inv() * expected).magnitude() < 1e-12
 
 
-def test_a_rate_goes_on_as_it_was_changing_until_the_next_sample_comes():
+def test_a_rate_is_extrapolated_linearly_until_the_next_sample():
     def about_z(stamp_ns):  # from rest, by 20 rad/s²
         t = stamp_ns * 1e-9
         return sample(stamp_ns, Rotation.from_rotvec([0.0, 0.0, 10.0 * t * t]), (0, 0, 20.0 * t))
@@ -102,14 +102,14 @@ def test_a_rate_goes_on_as_it_was_changing_until_the_next_sample_comes():
     np.testing.assert_allclose(angle, [0.0, 0.0, 10.0 * 0.055**2], atol=1e-12)
 
 
-def test_a_track_says_nothing_across_a_gap_or_of_a_dead_imu():
+def test_the_imu_history_has_no_value_in_a_gap_or_after_a_dropout():
     tracks = tracks_of(sample(0, Rotation.identity()))
     assert not tracks.at(200 * MS)
     tracks.add(block_of(sample(500 * MS, Rotation.identity())))
     assert not tracks.at(250 * MS)
 
 
-def test_a_track_rejects_stamps_that_repeat_and_begins_anew_when_the_clock_is_set_back():
+def test_the_imu_history_rejects_repeated_stamps_and_restarts_after_a_clock_reset():
     tracks = tracks_of(sample(10_000 * MS, Rotation.identity()))
     again = [sample(stamp * MS, Rotation.identity()) for stamp in (10_000, 9_990, 100)]
     assert [tracks.add(block_of(each)) for each in again] == [1, 1, 0]
@@ -118,7 +118,7 @@ def test_a_track_rejects_stamps_that_repeat_and_begins_anew_when_the_clock_is_se
     assert tracks.have_reached(400 * MS)  # it has been silent for too long to be waited for
 
 
-def test_samples_in_one_block_are_those_given_one_by_one():
+def test_a_block_of_samples_equals_single_samples():
     rng = np.random.default_rng(3)
     samples = [
         replace(sample(k * 7 * MS, Rotation.random(random_state=rng)), segment=f"segment_{k % 3}")

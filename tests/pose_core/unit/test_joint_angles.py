@@ -93,7 +93,7 @@ def test_an_arm_raised_in_front_is_shoulder_flexion_up_to_overhead(degrees):
     assert_only(skeleton, right_shoulder_flexion=degrees)
 
 
-def test_an_arm_stretched_backwards_is_negative_flexion():
+def test_an_arm_raised_backwards_is_negative_shoulder_flexion():
     arm = ["left_elbow", "left_hand"]
     skeleton = turned(neutral(), "left_shoulder", arm, (0, 1, 0), 20.0)
     assert_only(skeleton, left_shoulder_flexion=-20.0)
@@ -104,7 +104,7 @@ def test_a_bent_forearm_is_elbow_flexion():
     assert_only(skeleton, left_elbow_flexion=120.0)
 
 
-def test_flexion_then_abduction_is_measured_back_as_both():
+def test_flexion_followed_by_abduction_is_recovered():
     # docs/conventions.md: a limb points to (sin f cos a, ±sin a, −cos f cos a).
     flexion, abduction = np.radians(40.0), np.radians(25.0)
     direction = np.array(
@@ -154,11 +154,11 @@ def test_no_frames_give_no_angles():
     assert {len(angle) for angle in joint_angles(np.zeros((0, 15, 3))).values()} == {0}
 
 
-def test_wrapped_differences_take_the_short_way_round():
+def test_wrapped_differences_are_the_shortest():
     assert wrapped(np.radians([350.0, -350.0, 10.0])) == pytest.approx(np.radians([-10, 10, 10]))
 
 
-def test_unwrapping_passes_over_unknown_instants():
+def test_unwrapping_skips_missing_instants():
     angle = np.radians([170.0, np.nan, -170.0, np.nan, 160.0])
     assert np.degrees(unwrapped(angle)) == pytest.approx(
         [170, np.nan, 190, np.nan, 160], nan_ok=True

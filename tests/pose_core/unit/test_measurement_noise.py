@@ -13,14 +13,14 @@ def test_noise_is_the_square_of_the_inverse_density():
     np.testing.assert_allclose(measurement_noise(z, u, variance), [[density**-2]])
 
 
-def test_the_farther_a_sample_from_the_prediction_the_larger_its_noise():
+def test_noise_grows_with_the_distance_from_the_prediction():
     z = np.linspace(0.0, 0.5, 20)[:, None]
     noise = measurement_noise(z, np.zeros(1), np.array([0.05**2]))[:, 0]
     assert np.all(np.diff(noise) >= 0.0)
     assert np.all(np.isfinite(noise))
 
 
-def test_a_far_outlier_is_ignored_without_overflow():
+def test_a_far_outlier_has_no_weight_and_no_overflow():
     z, u = np.array([[0.01], [50.0]]), np.zeros(1)
     noise = measurement_noise(z, u, np.array([0.02**2]))
     fused, R = fuse_measurements(z, noise, u)
@@ -43,7 +43,7 @@ def test_order_of_the_sensors_is_irrelevant():
     np.testing.assert_allclose(one, other, atol=1e-12)
 
 
-def test_a_component_that_no_sensor_saw_stays_as_predicted_with_hardly_any_weight():
+def test_an_unmeasured_component_keeps_its_prediction_with_little_weight():
     z = np.array([[np.nan, 1.0], [np.nan, np.nan]])
     noise = measurement_noise(z, np.array([5.0, 1.0]), np.full(2, 0.01))
     fused, R = fuse_measurements(z, noise, np.array([5.0, 1.0]))

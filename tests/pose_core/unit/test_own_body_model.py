@@ -35,7 +35,7 @@ def test_a_file_is_named_by_its_path(tmp_path):
     assert model.angle_names[-1] == "neck_rotation"
 
 
-def test_angles_that_a_model_adds_are_extracted_as_forward_kinematics_takes_them(tmp_path):
+def test_added_angles_are_extracted_consistently_with_forward_kinematics(tmp_path):
     model = load_body_model(written(tmp_path, add_neck_rotation))
     angles = np.array([0.4, -0.3, 0.7])
     dof = np.zeros(model.size)
@@ -48,7 +48,7 @@ def test_angles_that_a_model_adds_are_extracted_as_forward_kinematics_takes_them
 
 
 @pytest.mark.parametrize("name", available_models())
-def test_every_bundled_models_angles_are_extracted_as_forward_kinematics_takes_them(name):
+def test_angles_of_every_bundled_model_are_extracted_consistently_with_forward_kinematics(name):
     model = load_body_model(name)
     lower, upper = model.limits.T
     rng = np.random.default_rng(7)
@@ -100,7 +100,7 @@ def no_joints(document):
         (lambda document: document.update(name="default"), "named 'default' as a bundled one"),
     ],
 )
-def test_what_would_not_be_honoured_is_refused(tmp_path, change, message):
+def test_an_unsupported_body_model_is_refused(tmp_path, change, message):
     with pytest.raises(InputError, match=message):
         load_body_model(written(tmp_path, change))
 

@@ -25,7 +25,7 @@ def tracker():
     return PeopleTracker(POSES)
 
 
-def test_a_person_alone_is_followed_from_the_first_frame():
+def test_a_single_person_is_tracked_from_the_first_frame():
     frames = frames_of([TO_THE_LEFT], 1.0)
     people = tracker()
     given = [people.add(persons) for persons, _ in frames]
@@ -33,13 +33,13 @@ def test_a_person_alone_is_followed_from_the_first_frame():
     assert {number for each in given for number, _ in each} == {1}
 
 
-def test_two_who_cross_keep_their_numbers_in_both_sensors():
+def test_two_people_who_cross_keep_their_identities_in_both_sensors():
     given = numbers_of(tracker(), frames_of([TO_THE_LEFT, TO_THE_RIGHT], 3.0))
     assert {len(numbers) for numbers in given.values()} == {1}
     assert given[0] != given[1]
 
 
-def test_they_keep_them_where_a_sensor_exchanges_its_ids_as_they_cross():
+def test_identities_survive_exchanged_sensor_ids_at_a_crossing():
     def ids(sensor, index, time_s):
         return str((index + (time_s > 1.5)) % 2)
 
@@ -47,7 +47,7 @@ def test_they_keep_them_where_a_sensor_exchanges_its_ids_as_they_cross():
     assert {len(numbers) for numbers in given.values()} == {1}
 
 
-def test_ids_that_differ_from_sensor_to_sensor_mean_nothing():
+def test_sensor_ids_may_differ_between_sensors():
     def ids(sensor, index, _):
         return str(index if sensor == "left" else 1 - index)
 
@@ -55,7 +55,7 @@ def test_ids_that_differ_from_sensor_to_sensor_mean_nothing():
     assert {len(numbers) for numbers in given.values()} == {1}
 
 
-def test_who_leaves_for_five_seconds_is_the_same_under_a_new_id():
+def test_a_person_who_returns_after_five_seconds_keeps_the_identity():
     def there(_, index, time_s):
         return index == 1 or not 2.0 < time_s < 7.0
 
@@ -67,7 +67,7 @@ def test_who_leaves_for_five_seconds_is_the_same_under_a_new_id():
     assert {len(numbers) for numbers in given.values()} == {1}
 
 
-def test_a_smaller_person_in_the_same_place_is_somebody_else():
+def test_a_smaller_person_at_the_same_place_gets_a_new_identity():
     def there(_, index, time_s):
         return time_s < 3.0 if index == 0 else time_s > 4.0
 
@@ -76,7 +76,7 @@ def test_a_smaller_person_in_the_same_place_is_somebody_else():
     assert given[1][-1] != given[0][0]
 
 
-def test_who_is_seen_for_a_moment_beside_others_is_nobody():
+def test_a_short_track_beside_others_gets_no_identity():
     def there(_, index, time_s):
         return index == 0 or 1.0 < time_s < 1.2
 
@@ -108,7 +108,7 @@ def test_a_person_of_known_size_is_not_somebody_new_while_it_is_uncertain():
     assert {len(numbers) for numbers in given.values()} == {1}
 
 
-def test_a_second_skeleton_inside_of_a_person_is_a_double():
+def test_an_overlapping_second_skeleton_is_a_duplicate():
     beside = standing((2.55, 0.05))
     people = tracker()
     given = numbers_of(people, frames_of([standing((2.5, 0.0)), beside], 3.0))
@@ -116,7 +116,7 @@ def test_a_second_skeleton_inside_of_a_person_is_a_double():
     assert people.counters["doubles"] > 0
 
 
-def test_the_order_of_the_skeletons_in_a_frame_means_nothing():
+def test_identities_are_independent_of_the_order_of_skeletons():
     frames = frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0)
     turned = [(persons[::-1], truth[::-1]) for persons, truth in frames]
     given = numbers_of(tracker(), frames)
@@ -124,7 +124,7 @@ def test_the_order_of_the_skeletons_in_a_frame_means_nothing():
     assert [len(numbers) for numbers in given.values()] == [len(each) for each in also.values()]
 
 
-def test_a_sensors_clock_is_taken_into_account():
+def test_association_uses_the_sensors_clock_offsets():
     frames = [
         ([one if one.sensor == "left" else _later(one) for one in persons], truth)
         for persons, truth in frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0)
@@ -133,7 +133,7 @@ def test_a_sensors_clock_is_taken_into_account():
     assert {len(numbers) for numbers in numbers_of(people, frames).values()} == {1}
 
 
-def test_a_skeleton_whose_sides_are_exchanged_is_of_the_same_person():
+def test_a_left_right_swapped_skeleton_keeps_the_identity():
     people = tracker()
     frames = frames_of([TO_THE_LEFT, TO_THE_RIGHT], 2.0)
     mirrored = [
@@ -143,7 +143,7 @@ def test_a_skeleton_whose_sides_are_exchanged_is_of_the_same_person():
     assert {len(numbers) for numbers in numbers_of(people, mirrored).values()} == {1}
 
 
-def test_a_recording_that_begins_anew_finds_its_people_again():
+def test_people_are_recognised_after_a_recording_loops():
     frames = frames_of([standing((2.2, -0.6)), standing((3.0, 0.7), scale=0.9)], 4.0)
     people = tracker()
     first, again = numbers_of(people, frames), numbers_of(people, frames)
@@ -159,7 +159,7 @@ def _mirrored(sample):
     return type(sample)(**{**vars(sample), "positions": positions})
 
 
-def test_of_a_crowd_those_nearest_to_who_is_present_are_followed():
+def test_in_a_crowd_a_tracked_person_stays_tracked_and_excess_skeletons_are_counted():
     people = tracker()
     numbers_of(people, frames_of([TO_THE_LEFT], 1.0))
     crowd = [standing((2.0 + 0.6 * (k % 6), 3.0 + 0.6 * (k // 6))) for k in range(20)]
@@ -169,7 +169,7 @@ def test_of_a_crowd_those_nearest_to_who_is_present_are_followed():
     assert people.track(1).presence is Presence.PRESENT
 
 
-def test_strangers_who_are_elsewhere_in_each_frame_are_few_tracks_and_push_nobody_off():
+def test_random_false_skeletons_create_few_tracks_and_displace_nobody():
     rng = np.random.default_rng(6)
     people, most, given = tracker(), 0, []
     for k, (persons, _) in enumerate(frames_of([TO_THE_LEFT], 3.0)):
@@ -184,7 +184,7 @@ def test_strangers_who_are_elsewhere_in_each_frame_are_few_tracks_and_push_nobod
     assert all(1 in numbers for numbers in given)
 
 
-def test_a_skeleton_without_a_joint_is_nobody():
+def test_a_skeleton_without_joints_creates_no_track():
     people = tracker()
     frames = frames_of([TO_THE_LEFT], 2.0)
     nothing = np.full((len(JOINTS), 3), np.nan), np.zeros(len(JOINTS), np.uint8)

@@ -22,7 +22,7 @@ def chosen(rule, people, *, there=None, duration_s=3.0, imus=None):
     return [each for each in given if each >= 0]
 
 
-def test_who_came_first_is_followed():
+def test_rule_first_chooses_the_first_person():
     def there(_, index, time_s):
         return index == 1 or time_s > 1.0
 
@@ -30,7 +30,7 @@ def test_who_came_first_is_followed():
     assert set(chosen("", [NEAR, FAR], there=there)) == {1}
 
 
-def test_who_stands_nearest_to_the_first_sensor_is_followed():
+def test_rule_nearest_chooses_the_person_nearest_to_the_first_sensor():
     def there(_, index, time_s):
         return index == 1 or time_s > 1.0
 
@@ -38,12 +38,12 @@ def test_who_stands_nearest_to_the_first_sensor_is_followed():
     assert (given[0], given[-1]) == (1, 0)
 
 
-def test_who_has_the_id_is_followed():
+def test_an_id_chooses_its_person():
     assert set(chosen("2", [NEAR, FAR])) == {1}
     assert chosen("7", [NEAR, FAR]) == []
 
 
-def test_after_six_seconds_somebody_else_is_first():
+def test_after_six_seconds_of_absence_another_person_is_chosen():
     def there(_, index, time_s):
         return time_s < 1.5 if index == 0 else time_s > 0.5
 
@@ -52,7 +52,7 @@ def test_after_six_seconds_somebody_else_is_first():
     assert given[-1] == 1
 
 
-def test_who_wears_the_imus_is_found_by_how_they_move():
+def test_rule_imus_chooses_the_person_whose_motion_matches_the_imus():
     """IMUs on the arms of the far one."""
     rng = np.random.default_rng(3)
 

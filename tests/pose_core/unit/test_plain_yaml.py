@@ -26,19 +26,19 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("a: \x07", "special characters"),
     ],
 )
-def test_what_is_not_plain_is_refused_in_one_line(text, said):
+def test_unsupported_yaml_is_refused_in_one_line(text, said):
     with pytest.raises(YamlError, match=said) as error:
         parse_yaml(text, "file")
     assert str(error.value).startswith("file is not plain YAML: ")
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_not_there_is_said_by_what_it_should_be(tmp_path):
+def test_the_error_of_a_missing_file_says_what_it_should_contain(tmp_path):
     with pytest.raises(InputError, match=r"cannot read the map .*none: No such file"):
         read_yaml(tmp_path / "none", "the map")
 
 
-def test_what_is_written_can_be_read_though_values_stand_twice():
+def test_repeated_values_are_written_and_read_without_aliases():
     shared = [1.0, 2.0]
 
     assert parse_yaml(dump_yaml({"b": shared, "a": shared}), "it") == {"b": shared, "a": shared}

@@ -36,7 +36,7 @@ def feed(judge, seconds, stamp_of, *, start_s=0.0, period_ns=PERIOD, sensor="lef
     return used
 
 
-def test_true_stamps_pass_as_they_are():
+def test_plausible_stamps_pass_unchanged():
     judge = StampJudge()
     used = feed(judge, 3.0, lambda true_ns: true_ns)
     assert len(used) == 91
@@ -46,7 +46,7 @@ def test_true_stamps_pass_as_they_are():
 
 
 @pytest.mark.parametrize("leap_s", [5.0, -5.0, 31_536_000.0, 0.2])
-def test_a_clock_that_leaps_is_set_aside_and_taken_in_again_under_its_offset(leap_s):
+def test_after_a_clock_step_a_source_is_rejected_and_then_used_with_its_offset(leap_s):
     judge = StampJudge()
     feed(judge, 2.0, lambda true_ns: true_ns)
     used = feed(judge, 3.0, lambda true_ns: true_ns + round(leap_s * S), start_s=2.0)
@@ -69,7 +69,7 @@ def test_a_clock_that_leaps_is_set_aside_and_taken_in_again_under_its_offset(lea
         (lambda true_ns: 2 * true_ns - START - 2 * S, "ahead"),
     ],
 )
-def test_stamps_that_cannot_be_true_keep_a_source_aside_and_name_it(stamp_of, reason):
+def test_a_source_of_implausible_stamps_is_rejected_and_reported(stamp_of, reason):
     judge = StampJudge()
     feed(judge, 2.0, lambda true_ns: true_ns)
     used = feed(judge, 5.0, stamp_of, start_s=2.0)
@@ -80,7 +80,7 @@ def test_stamps_that_cannot_be_true_keep_a_source_aside_and_name_it(stamp_of, re
     assert feed(judge, 3.0, lambda true_ns: true_ns, start_s=7.0)
 
 
-def test_a_single_wrong_stamp_costs_itself_alone():
+def test_a_single_wrong_stamp_is_rejected_alone():
     judge = StampJudge()
     feed(judge, 1.0, lambda true_ns: true_ns)
     assert judge.skeleton(sample(START + 400 * S), START + S, {}) is None
@@ -88,7 +88,7 @@ def test_a_single_wrong_stamp_costs_itself_alone():
     assert judge.counters["stamps_ahead"] == 1
 
 
-def test_a_flood_is_thinned_to_120_frames_a_second_and_repeated_stamps_are_dropped():
+def test_a_flood_is_limited_to_120_frames_per_second_and_repeated_stamps_are_dropped():
     judge = StampJudge()
     used = feed(judge, 2.0, lambda true_ns: true_ns, period_ns=MS)
     assert len(used) == pytest.approx(2 * 120 + 12, abs=2)
@@ -98,7 +98,7 @@ def test_a_flood_is_thinned_to_120_frames_a_second_and_repeated_stamps_are_dropp
     assert len(repeated) <= 31
 
 
-def test_late_frames_are_used_again_as_soon_as_they_are_in_time():
+def test_frames_are_used_again_once_they_are_no_longer_late():
     judge = StampJudge()
     feed(judge, 1.0, lambda true_ns: true_ns)
     feed(judge, 1.0, lambda true_ns: true_ns - S, start_s=1.0)
@@ -108,7 +108,7 @@ def test_late_frames_are_used_again_as_soon_as_they_are_in_time():
 
 
 @pytest.mark.parametrize("spread_s", [0.0, 5.0])
-def test_two_clocks_under_one_name_are_set_aside_until_one_is_gone(spread_s):
+def test_two_sources_of_one_name_are_rejected_until_one_has_stopped(spread_s):
     judge, rng = StampJudge(), np.random.default_rng(1)
     turn = iter(range(10_000))
 
@@ -125,7 +125,7 @@ def test_two_clocks_under_one_name_are_set_aside_until_one_is_gone(spread_s):
     assert set(back.values()) == {0}
 
 
-def test_sources_of_one_clock_that_leaps_get_the_same_offset():
+def test_sources_of_one_stepped_clock_get_the_same_offset():
     judge = StampJudge()
     for sensor in ("left", "right"):
         feed(judge, 1.0, lambda true_ns: true_ns, sensor=sensor)
@@ -140,13 +140,13 @@ def test_sources_of_one_clock_that_leaps_get_the_same_offset():
     assert judge.offsets_s["left"] == judge.offsets_s["right"]
 
 
-def test_a_known_clock_offset_is_no_leap():
+def test_a_known_clock_offset_is_not_a_clock_step():
     judge = StampJudge()
     clocks = {"left": Clock(offset_ns=3 * S)}
     assert judge.skeleton(sample(START + 3 * S), START + LAG, clocks) is not None
 
 
-def test_an_imu_that_lags_is_set_aside_and_the_others_stay():
+def test_a_delayed_imu_is_rejected_and_the_others_are_used():
     judge = StampJudge()
     for k in range(100):
         now_ns = START + k * 10 * MS

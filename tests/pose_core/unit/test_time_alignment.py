@@ -103,7 +103,7 @@ def test_a_sensor_is_absent_in_a_gap_too_long_to_interpolate():
     assert aligner.counters["incomplete_frames"] == 4
 
 
-def test_a_silent_sensor_is_waited_for_no_longer_than_max_wait():
+def test_frames_wait_for_a_silent_sensor_at_most_max_wait():
     aligner = TimeAligner(["a", "b"], max_wait_s=0.2)
     feed(aligner, sample("a", 0), sample("b", 0))
     assert feed(aligner, *(sample("a", t) for t in (33, 66, 99, 132, 165, 198, 231))) == []
@@ -111,13 +111,13 @@ def test_a_silent_sensor_is_waited_for_no_longer_than_max_wait():
     assert stamps_ms(aligner.add(sample("a", 297))) == [297]
 
 
-def test_a_sensor_that_never_spoke_is_waited_for_no_longer_than_max_wait():
+def test_frames_wait_for_a_sensor_without_samples_at_most_max_wait():
     aligner = TimeAligner(["a", "b"], max_wait_s=0.2)
     frames = feed(aligner, *(sample("a", t) for t in range(0, 300, 33)))
     assert sensors(frames) == ["a"] * 10
 
 
-def test_a_sensor_that_returns_joins_again():
+def test_a_returning_sensor_is_aligned_again():
     aligner = TimeAligner(["a", "b"])
     feed(aligner, sample("a", 0), sample("b", 0))
     feed(aligner, *(sample("a", t) for t in range(33, 1000, 33)))
@@ -127,7 +127,7 @@ def test_a_sensor_that_returns_joins_again():
     assert aligner.counters["returned"] == 1
 
 
-def test_a_pause_of_all_sensors_ends_for_all():
+def test_alignment_resumes_for_all_sensors_after_a_common_pause():
     aligner = TimeAligner(["a", "b"])
     feed(aligner, sample("a", 0), sample("b", 5))
     frames = feed(
@@ -154,7 +154,7 @@ def test_repeated_and_backward_stamps_are_rejected_and_counted():
     assert aligner.counters["backward_stamp"] == 1
 
 
-def test_a_looping_recording_starts_everything_anew():
+def test_alignment_restarts_when_a_recording_loops():
     aligner = TimeAligner(["a", "b"])
     feed(aligner, *(sample(s, t) for t in (5000, 5033) for s in "ab"))
     frames = feed(aligner, *(sample(s, t) for t in (0, 33) for s in "ab"))
@@ -163,7 +163,7 @@ def test_a_looping_recording_starts_everything_anew():
     assert aligner.counters["clock_jumped_back"] >= 1
 
 
-def test_flush_emits_what_is_left():
+def test_flush_returns_the_remaining_frames():
     aligner = TimeAligner(["a", "b"])
     assert aligner.add(sample("a", 0)) == []
     assert stamps_ms(aligner.flush()) == [0]
@@ -180,7 +180,7 @@ def test_an_interpolated_joint_has_the_worse_tracking_state_of_its_ends():
     assert (frames[-1].samples["b"].tracking_state == TrackingState.INFERRED).all()
 
 
-def test_a_joint_without_both_ends_is_not_tracked():
+def test_a_joint_missing_in_one_sample_is_not_tracked():
     aligner = TimeAligner(["a", "b"])
     before, after = sample("b", 5), sample("b", 38)
     knee, hand = JOINT_INDEX["left_knee"], JOINT_INDEX["left_hand"]
@@ -193,7 +193,7 @@ def test_a_joint_without_both_ends_is_not_tracked():
     assert np.isfinite(b.positions).all(axis=1).sum() == len(JOINTS) - 2
 
 
-def test_a_sensor_of_twice_the_rate_is_paired_once_a_frame():
+def test_with_one_sensor_of_twice_the_rate_every_frame_has_both_sensors():
     aligner = TimeAligner(["a", "b"])
     feed(aligner, sample("a", 0), sample("b", 0))
     frames = feed(
@@ -203,14 +203,14 @@ def test_a_sensor_of_twice_the_rate_is_paired_once_a_frame():
     assert stamps_ms(frames) == [16, 32, 48]
 
 
-def test_nothing_accumulates_while_one_sensor_is_dead():
+def test_buffers_stay_bounded_while_one_sensor_is_silent():
     aligner = TimeAligner(["a", "b"])
     for k in range(2000):
         aligner.add(sample("a", 33 * k))
     assert len(aligner._streams["a"].samples) < 20
 
 
-def test_nothing_accumulates_with_a_sensor_too_slow_to_join():
+def test_buffers_stay_bounded_with_a_sensor_of_too_low_a_rate():
     aligner = TimeAligner(["a", "b"])
     for k in range(300):
         aligner.add(sample("a", 500 * k))

@@ -24,11 +24,11 @@ def variance(distance, velocity=0.0, weight_imu=0.0):
     return out
 
 
-def test_variances_stay_where_the_distances_fit():
+def test_consistent_innovations_leave_the_variances_unchanged():
     assert variance(CONSISTENT_NIS)[NECK] == pytest.approx(0.01)
 
 
-def test_measurements_that_surprise_make_the_pose_less_certain():
+def test_large_innovations_enlarge_the_variances():
     fit = np.array([CONSISTENT_NIS])
     before = variance(fit[0])
     for _ in range(300):
@@ -37,13 +37,13 @@ def test_measurements_that_surprise_make_the_pose_less_certain():
     assert np.all(variance(fit[0]) > 1.5 * before)
 
 
-def test_a_quick_joint_is_less_certain_than_a_still_one():
+def test_a_moving_joint_has_a_larger_variance_than_a_resting_one():
     still, quick = (variance(1.0, velocity)[KNEE] for velocity in (0.0, 2.0))
 
     assert quick > still
 
 
-def test_distances_that_nothing_tells_change_nothing():
+def test_missing_innovations_leave_the_scale_unchanged():
     fit = np.array([CONSISTENT_NIS])
     update_mean_nis(fit, 1.0, np.nan)
 

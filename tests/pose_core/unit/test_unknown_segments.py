@@ -3,6 +3,7 @@
 import numpy as np
 
 from pose_core.body.model import load_body_model
+from pose_core.body.shape import shape_of
 from pose_core.counters import Counters
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
@@ -11,7 +12,6 @@ from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuState, states_of
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINTS, TrackingState
-from pose_core.session.n_pose import shape_of
 
 MODEL = load_body_model("default")
 FRAMES = 150  # enough for IMUs whose mounting is known to be aligned
@@ -47,7 +47,7 @@ def reading(turn):
     return ImuState(R_world_sensor=R, angular_velocity=np.zeros(3), stddev=np.full(3, 0.02))
 
 
-def test_an_imu_on_a_segment_that_the_model_does_not_have_changes_nothing_and_is_named():
+def test_an_imu_on_a_segment_unknown_to_the_model_is_reported_and_not_used():
     known = {"left_thigh": -0.5, "torso": 0.4}
     _, alone = run(known)
     runner, angles = run({"tail": 1.0, **known})

@@ -32,7 +32,7 @@ def test_moments_of_a_linear_map_are_exact(alpha):
     np.testing.assert_allclose(moments.covariance, A @ P @ A.T, atol=1e-8)
 
 
-def test_on_a_linear_model_it_is_the_kalman_filter():
+def test_the_ukf_equals_the_kalman_filter_on_a_linear_model():
     rng = np.random.default_rng(2)
     mean, P, H = rng.normal(size=5), covariance(rng, 5), rng.normal(size=(3, 5))
     R, z = covariance(rng, 3), rng.normal(size=3)
@@ -44,7 +44,7 @@ def test_on_a_linear_model_it_is_the_kalman_filter():
     np.testing.assert_allclose(P_updated, kalman.P, atol=1e-9)
 
 
-def test_on_a_nonlinear_model_it_is_filterpys_filter():
+def test_the_ukf_equals_filterpys_on_a_nonlinear_model():
     rng = np.random.default_rng(3)
     mean, P, R = rng.normal(size=4), 0.1 * covariance(rng, 4), covariance(rng, 2)
     z = rng.normal(size=2)

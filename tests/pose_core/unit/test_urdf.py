@@ -34,7 +34,7 @@ def test_the_tree_has_one_revolute_joint_for_each_joint_angle():
     assert {j.get("type") for j in robot.iter("joint")} == {"revolute", "fixed"}
 
 
-def test_a_reader_of_the_urdf_puts_the_links_where_we_do():
+def test_forward_kinematics_of_the_urdf_equals_the_models():
     robot = ElementTree.fromstring(make_urdf(MODEL, SHAPE, "me"))
     for dof in random_dof(np.random.default_rng(30), 10):
         dof[:ROOT_DOF] = 0.0

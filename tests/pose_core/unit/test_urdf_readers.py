@@ -46,7 +46,7 @@ def compute_joints(urdf, angles):
 
 
 @pytest.mark.parametrize("model", MODELS, ids=[model.name for model in MODELS])
-def test_pinocchio_finds_all_15_joints_where_the_fusion_has_them(model):
+def test_pinocchio_computes_the_same_positions_of_all_15_joints(model):
     shape = shape_of(model)
     urdf = make_urdf(model, shape, "me")
     for dof in moving(model, 60)[::15]:

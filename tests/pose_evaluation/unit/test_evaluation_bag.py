@@ -3,46 +3,22 @@ import pytest
 from moving_body import motion
 
 from pose_core.errors import InputError
-from pose_core.joints import JOINTS
 from pose_evaluation.methods import methods_of_bag
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
+from pose_io.message_maker import MessageMaker
 from pose_io.typestore import make_typestore
 
-TYPES = make_typestore().types
-POINT = TYPES["geometry_msgs/msg/Point"]
-
-
-def header(stamp_ns, frame):
-    seconds, nanoseconds = divmod(int(stamp_ns), 10**9)
-    stamp = TYPES["builtin_interfaces/msg/Time"](sec=seconds, nanosec=nanoseconds)
-    return TYPES["std_msgs/msg/Header"](stamp=stamp, frame_id=frame)
+MAKE = MessageMaker(make_typestore())
+T_MAP_SENSOR = np.eye(4)
+T_MAP_SENSOR[2, 3] = 1.0  # [m]
 
 
 def skeletons(series):
     for stamp_ns, positions, state in zip(
-        series.stamps_ns, series.positions, series.tracking_state, strict=True
+        series.stamps_ns.tolist(), series.positions, series.tracking_state, strict=True
     ):
-        yield (
-            int(stamp_ns),
-            TYPES["pose_msgs/msg/Skeleton"](
-                header=header(stamp_ns, "map"),
-                id="1",
-                name=list(JOINTS),
-                position=[POINT(*map(float, position)) for position in positions],
-                tracking_state=state,
-            ),
-        )
-
-
-def static_transform(child):
-    vector = TYPES["geometry_msgs/msg/Vector3"](x=0.0, y=0.0, z=1.0)
-    quaternion = TYPES["geometry_msgs/msg/Quaternion"](x=0.0, y=0.0, z=0.0, w=1.0)
-    return TYPES["geometry_msgs/msg/TransformStamped"](
-        header=header(0, "map"),
-        child_frame_id=child,
-        transform=TYPES["geometry_msgs/msg/Transform"](translation=vector, rotation=quaternion),
-    )
+        yield stamp_ns, MAKE.skeleton(MAKE.header(stamp_ns, "map"), "1", positions, state)
 
 
 @pytest.fixture
@@ -50,15 +26,13 @@ def make_bag(tmp_path):
     def make(sensors=("left", "right"), placed=("left", "right"), fused=True):
         path = tmp_path / "bag"
         with BagWriter(path) as bag:
-            frames = [static_transform(f"kinect_{name}_optical_frame") for name in placed]
-            if frames:
-                bag.write("/tf_static", TYPES["tf2_msgs/msg/TFMessage"](transforms=frames), 0)
+            if placed:
+                transforms = MAKE.sensor_transforms(dict.fromkeys(placed, T_MAP_SENSOR), 0)
+                bag.write("/tf_static", transforms, 0)
             for index, name in enumerate(sensors):
                 series = motion(rate=30.0, duration_s=2.0, begin_s=0.01 * index)
                 for stamp_ns, skeleton in skeletons(series):
-                    seen = TYPES["pose_msgs/msg/SkeletonArray"](
-                        header=skeleton.header, skeletons=[skeleton]
-                    )
+                    seen = MAKE.skeletons(skeleton.header, [skeleton])
                     bag.write(f"/kinect_{name}/skeletons", seen, stamp_ns)
             for stamp_ns, skeleton in skeletons(motion(rate=30.0, duration_s=2.0)) if fused else ():
                 bag.write("/humans/bodies/subject/skeleton", skeleton, stamp_ns)

@@ -52,9 +52,7 @@ def image_message(stamp_ns, image):
     return message
 
 
-def test_a_board_that_is_shown_around_gives_a_file_and_the_tool_ends(
-    ros_context, start_process, tmp_path
-):
+def test_a_moved_board_is_calibrated_and_the_tool_ends(ros_context, start_process, tmp_path):
     output = tmp_path / "extrinsics.yaml"
     node = ros_context.make_node("cameras")
     images, infos = (

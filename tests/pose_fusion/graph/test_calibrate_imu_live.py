@@ -19,7 +19,7 @@ def executable(package, name):
     return f"{get_package_prefix(package)}/lib/{package}/{name}"
 
 
-def test_a_person_who_stands_and_moves_gives_a_file_and_the_tool_ends(start_process, tmp_path):
+def test_n_pose_and_motion_give_an_alignment_file_and_the_tool_ends(start_process, tmp_path):
     """The Kinects' places are found meanwhile, by a calibration node that is told nothing."""
     session, output = tmp_path / "session", tmp_path / "session.yaml"
     start_at = str(time.time_ns() + round((first_lead_s() + GENERATING_S) * 1e9))

@@ -37,7 +37,9 @@ def seen_again_and_again():
             yield replace(one, stamp_ns=one.stamp_ns + k * 60_000_000_000)
 
 
-def test_a_walking_person_gives_a_file_and_the_tool_ends(ros_context, start_process, tmp_path):
+def test_a_walking_person_gives_an_extrinsics_file_and_the_tool_ends(
+    ros_context, start_process, tmp_path
+):
     output = tmp_path / "extrinsics.yaml"
     sensors = publishers(ros_context)
     enough = ["--enough-rotation-stddev", "0.03", "--enough-position-stddev", "0.1"]
@@ -61,7 +63,7 @@ def test_a_walking_person_gives_a_file_and_the_tool_ends(ros_context, start_proc
     assert "right: known to" in tool.output
 
 
-def test_without_anybody_it_gives_up_with_the_reason(start_process, tmp_path):
+def test_without_a_person_the_tool_ends_with_the_reason(start_process, tmp_path):
     tool = start_process([*TOOL, "-o", tmp_path / "extrinsics.yaml", "--timeout", "1.0"])
     assert tool.wait() == 1
     assert "error: not calibrated within 1 s: no skeletons from left, right yet" in tool.output

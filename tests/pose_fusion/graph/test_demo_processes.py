@@ -82,7 +82,7 @@ def test_another_program_decodes_every_topic_by_the_definitions_in_the_bag(synth
     assert "/imu_left_shank/data" in decoded
 
 
-def test_everything_that_rviz_and_foxglove_are_told_to_show_was_in_the_graph(synthetic):
+def test_every_topic_of_the_rviz_and_foxglove_layouts_was_published(synthetic):
     _, folder, _ = synthetic
     share = Path(get_package_share_directory("pose_fusion"))
     rviz = yaml.safe_load((share / "rviz" / "pose.rviz").read_text())
@@ -108,7 +108,7 @@ def test_everything_that_rviz_and_foxglove_are_told_to_show_was_in_the_graph(syn
     assert all(hasattr(messages[topic], field) for topic, field in fields)
 
 
-def test_the_bag_holds_what_went_in_and_what_came_out(synthetic):
+def test_the_bag_holds_the_inputs_and_outputs(synthetic):
     _, folder, _ = synthetic
     with open_bag(folder / "bag") as bag:
         counts = {name: topic.count for name, topic in bag.topics.items()}
@@ -120,7 +120,7 @@ def test_the_bag_holds_what_went_in_and_what_came_out(synthetic):
     assert min(out) > 50
 
 
-def test_plots_are_left(synthetic):
+def test_the_demo_writes_plots(synthetic):
     _, folder, _ = synthetic
     for name in ("angles.png", "errors.png"):
         assert (folder / name).read_bytes().startswith(b"\x89PNG")

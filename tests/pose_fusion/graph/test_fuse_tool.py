@@ -70,7 +70,7 @@ def test_fusing_twice_gives_identical_bytes_of_messages(bag, fused, tmp_path):
     }
 
 
-def test_the_bags_joint_states_are_the_pipelines(fused, samples):
+def test_joint_states_of_the_bag_equal_those_of_the_pipeline(fused, samples):
     with open_bag(fused) as opened:
         states = [opened.deserialize(m) for m in opened.messages([f"{BODY}/joint_states"])]
     pipeline = FusionPipeline(FusionParameters(), extrinsics())
@@ -80,9 +80,7 @@ def test_the_bags_joint_states_are_the_pipelines(fused, samples):
     np.testing.assert_allclose(states[-1].position, expected[-1].position[6:], atol=1e-6)
 
 
-def test_a_bag_without_extrinsics_is_calibrated_from_its_own_motion_and_that_is_said(
-    samples, tmp_path
-):
+def test_a_bag_without_extrinsics_is_calibrated_from_its_motion_and_reported(samples, tmp_path):
     write_bag(tmp_path / "in", samples, with_extrinsics=False)
     result = run_fuse(tmp_path / "in", tmp_path / "out")
     assert result.returncode == 0, result.stderr
@@ -112,7 +110,7 @@ def test_parameters_come_from_a_file_and_from_options(bag, tmp_path):
         (["{bag}", "{tmp}/out", "--extrinsics-file", "{tmp}/no.yaml"], "no.yaml"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_nothing(
+def test_bad_input_is_reported_in_one_line_and_leaves_no_output(
     bag, tmp_path, monkeypatch, capsys, arguments, message
 ):
     words = [a.format(tmp=tmp_path, bag=bag) for a in arguments]
@@ -132,7 +130,7 @@ def test_a_bag_without_skeletons_is_refused(fused, tmp_path):
     assert "holds no skeletons" in result.stderr
 
 
-def test_the_bodys_measures_are_saved_and_used_again(bag, fused, tmp_path):
+def test_the_body_shape_is_saved_and_reused(bag, fused, tmp_path):
     measures = fused.with_name("me.yaml")
     assert "left_knee" in measures.read_text()
     result = run_fuse(bag, tmp_path / "two", "--shape-file", measures)

@@ -47,7 +47,7 @@ def by_stamp(states):
     return {nanoseconds(state.header.stamp): np.array(state.position) for state in states}
 
 
-def test_a_played_bag_is_fused_live_as_offline(start_process, ros_context, bag, offline):
+def test_live_and_offline_fusion_of_a_bag_agree(start_process, ros_context, bag, offline):
     node = ros_context.make_node("listener")
     received = ros_context.collect(JointState, STATES, 1000, node)
     start_process([f"{EXECUTABLES}/fusion", "--ros-args", *EACH_FRAME])

@@ -39,7 +39,7 @@ def test_help_is_half_a_page_and_starts_no_ros(start_process, node):
 
 
 @pytest.mark.parametrize("node", ["fusion", "viewer"])
-def test_an_argument_that_no_node_knows_is_refused(start_process, node):
+def test_an_unknown_argument_is_refused(start_process, node):
     process = start_process([path_of(node), "rate:=10"])
 
     assert process.wait() == 2
@@ -48,7 +48,7 @@ def test_an_argument_that_no_node_knows_is_refused(start_process, node):
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda one: one.name)
 @pytest.mark.parametrize("node", THAT_RUN)
-def test_signals_one_upon_another_end_a_running_node_well(
+def test_repeated_signals_end_a_running_node_cleanly(
     ros_context, start_process, tmp_path, node, number
 ):
     watcher = ros_context.make_node("watcher")
@@ -64,7 +64,7 @@ def test_signals_one_upon_another_end_a_running_node_well(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda one: one.name)
-def test_signals_while_it_imports_end_a_node_well(start_process, tmp_path, number):
+def test_signals_during_imports_end_a_node_cleanly(start_process, tmp_path, number):
     (tmp_path / "slow_package").mkdir()
     (tmp_path / "slow_package" / "nodes").mkdir()
     (tmp_path / "slow_package" / "nodes" / "slow.py").write_text(

@@ -38,7 +38,9 @@ def recording(ros_context, spin_until, start_process, tmp_path):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_completes_the_bag(recording, tmp_path, number, spin_until, ros_context):
+def test_a_signal_ends_the_recorder_with_a_complete_bag(
+    recording, tmp_path, number, spin_until, ros_context
+):
     process, publisher = recording
     reports = ros_context.collect(DiagnosticArray, "/diagnostics")
     for index in range(50):
@@ -55,7 +57,7 @@ def test_a_signal_completes_the_bag(recording, tmp_path, number, spin_until, ros
     assert texts(tmp_path / "bag") == [str(index) for index in range(50)]
 
 
-def test_a_killed_recorder_leaves_what_was_flushed(recording, tmp_path, spin_until):
+def test_a_killed_recorder_leaves_all_flushed_messages(recording, tmp_path, spin_until):
     process, publisher = recording
     file = tmp_path / "bag" / "bag.mcap"
     sent = 0
@@ -75,7 +77,7 @@ def test_a_killed_recorder_leaves_what_was_flushed(recording, tmp_path, spin_unt
     assert found
 
 
-def test_a_disk_that_takes_no_more_ends_a_bag_and_the_next_begins_once_it_does(
+def test_a_full_disk_ends_the_bag_and_a_new_one_starts_once_there_is_space(
     recording, spin_until, tmp_path
 ):
     process, publisher = recording
@@ -148,7 +150,7 @@ def test_a_recorded_bag_is_played_byte_by_byte(ros_context, spin_until, start_pr
         ([RECORDER, "-o", "/proc/x", "count"], "cannot write /proc/x"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_1(start_process, command, complaint):
+def test_bad_input_is_reported_in_one_line_with_exit_code_1(start_process, command, complaint):
     process = start_process(command)
 
     assert process.wait() == 1

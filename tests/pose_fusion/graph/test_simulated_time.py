@@ -117,7 +117,7 @@ class Graph:
         return future.result().results[0]
 
 
-def test_at_five_times_the_pace_the_joint_states_are_the_offline_ones(
+def test_joint_states_at_five_times_real_time_equal_the_offline_ones(
     start_process, ros_context, bag, offline
 ):
     graph = Graph(start_process, ros_context, bag, "--rate", "5")
@@ -128,7 +128,9 @@ def test_at_five_times_the_pace_the_joint_states_are_the_offline_ones(
     assert graph.player.wait() == 0
 
 
-def test_looped_and_sought_back_they_are_so_again(start_process, ros_context, bag, offline):
+def test_joint_states_after_a_loop_and_a_seek_equal_the_offline_ones(
+    start_process, ros_context, bag, offline
+):
     graph = Graph(start_process, ros_context, bag, "--rate", "2", "--loop")
     graph.round(last_of(offline))
     graph.until_back(min(offline) + SETTLED_NS)

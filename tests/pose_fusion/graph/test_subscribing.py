@@ -13,7 +13,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 
 
 @pytest.mark.graph
-def test_the_python_subscriber_follows_the_angles_and_notices_silence(start_process, ros_context):
+def test_the_python_subscriber_receives_angles_and_detects_silence(start_process, ros_context):
     topic = "/humans/bodies/subject/joint_states"
     node = ros_context.make_node("publisher")
     publisher = node.create_publisher(JointState, topic, 10)

@@ -24,7 +24,7 @@ def test_top_once_prints_one_page_and_ends(start_process):
     assert "no messages yet: try ./pose doctor" in process.output
 
 
-def test_top_in_a_terminal_ends_on_ctrl_c_and_gives_the_terminal_back(ros_domain_id):
+def test_top_ends_on_ctrl_c_and_restores_the_terminal(ros_domain_id):
     ours, theirs = pty.openpty()
     environment = {**os.environ, "TERM": "xterm", "COLUMNS": "80", "LINES": "24"}
     process = subprocess.Popen(
@@ -54,7 +54,7 @@ def test_top_in_a_terminal_ends_on_ctrl_c_and_gives_the_terminal_back(ros_domain
     assert output.rindex(b"\x1b[?1049l") > output.rindex(b"\x1b[?1049h")  # the normal screen
 
 
-def test_doctor_looks_at_everything_and_says_so_in_json(start_process):
+def test_doctor_reports_every_check_as_json(start_process):
     process = start_process([*DOCTOR, "--json", "--listen", "3"])
 
     code = process.wait()
@@ -67,7 +67,7 @@ def test_doctor_looks_at_everything_and_says_so_in_json(start_process):
 
 
 @pytest.mark.parametrize("command", [TOP, DOCTOR])
-def test_a_bad_option_is_said(start_process, command):
+def test_an_invalid_option_is_reported(start_process, command):
     process = start_process([*command, "--listen", "-1"])
 
     assert process.wait() == 2

@@ -46,7 +46,7 @@ def test_raw_and_compressed_images_and_infos_reach_the_collector(ros_context):
     ros_context.spin_until(lambda: "left" in node.cameras, what="the camera info")
 
 
-def test_an_image_that_cannot_be_read_is_told(ros_context):
+def test_an_unreadable_image_is_reported(ros_context):
     collector = BoardCollector(BOARD, list(TOPICS), max_skew_s=0.1)
     node = ros_context.add(BoardImagesNode(collector, TOPICS, INFOS))
     publisher = ros_context.make_node("cameras").create_publisher(Image, TOPICS["left"], 10)

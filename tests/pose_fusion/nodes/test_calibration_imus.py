@@ -22,7 +22,7 @@ def imu_message(stamp_ns):
     return message
 
 
-def test_imus_are_heard_with_the_frames_that_want_them(ros_context):
+def test_imu_samples_are_collected_with_the_frames(ros_context):
     node = ros_context.add(CalibrationNode())
     reports = ros_context.collect(DiagnosticArray, "/diagnostics", 10)
     tester = ros_context.make_node("sensors")
@@ -49,7 +49,7 @@ def test_imus_are_heard_with_the_frames_that_want_them(ros_context):
     ros_context.spin_until(shown, what="the diagnostics")
 
 
-def test_a_clock_that_agrees_again_is_told_of_again(ros_context):
+def test_a_clock_offset_that_vanishes_is_published(ros_context):
     node = ros_context.add(CalibrationNode())
     told = ros_context.collect(TimeReference, "clock_offsets", LATCHED)
     node._publish_clocks({IMUS: Clock(offset_ns=90_000_000)})

@@ -92,7 +92,7 @@ def graph(ros_context):
     return Graph()
 
 
-def test_a_walking_person_gives_transforms_that_late_listeners_still_get(graph):
+def test_a_walking_person_gives_latched_transforms(graph):
     graph.start(collect_duration=5.0)
     graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.extrinsics)
     graph.listen()
@@ -119,7 +119,7 @@ def values_of(graph):
     return {value.key: value.value for value in status.values}
 
 
-def test_what_is_missing_stands_in_diagnostics(graph):
+def test_missing_inputs_are_reported_in_diagnostics(graph):
     graph.start()
     graph.listen()
     graph.play([one for one in samples(duration_s=0.5) if one.sensor == "left"])
@@ -136,7 +136,7 @@ def test_what_is_missing_stands_in_diagnostics(graph):
     assert values["person/held_frames"] == "0"
 
 
-def test_a_found_calibration_is_saved(graph, tmp_path):
+def test_a_new_calibration_is_saved(graph, tmp_path):
     path = tmp_path / "extrinsics.yaml"
     graph.start(file=str(path))
     graph.play(samples(duration_s=6.0), until=path.exists)
@@ -153,7 +153,7 @@ def test_a_saved_calibration_is_published_at_once(graph, tmp_path):
     np.testing.assert_allclose(placed["right"], RIGHT, atol=1e-5)
 
 
-def test_the_service_calibrate_starts_again(graph, tmp_path):
+def test_the_service_calibrate_restarts_the_calibration(graph, tmp_path):
     path = tmp_path / "extrinsics.yaml"
     save_extrinsics(path, extrinsics_from_map({name: np.eye(4) for name in POSES}))
     graph.start(file=str(path))
@@ -162,7 +162,7 @@ def test_the_service_calibrate_starts_again(graph, tmp_path):
     assert angle_deg(load_extrinsics(path).T_reference_sensor["right"], TRUE) < 0.6
 
 
-def test_the_service_save_writes_what_there_is(graph, tmp_path):
+def test_the_service_save_writes_the_current_calibration(graph, tmp_path):
     path = tmp_path / "extrinsics.yaml"
     save_extrinsics(path, extrinsics_from_map(POSES))
     graph.start(file=str(path))
@@ -172,14 +172,14 @@ def test_the_service_save_writes_what_there_is(graph, tmp_path):
     assert path.exists()
 
 
-def test_the_service_save_says_why_there_is_nothing_to_save(graph, tmp_path):
+def test_the_service_save_reports_a_missing_calibration(graph, tmp_path):
     graph.start(file=str(tmp_path / "extrinsics.yaml"))
     answer = graph.call("save")
     assert not answer.success
     assert answer.message.startswith("nothing to save yet: collecting")
 
 
-def test_the_service_save_without_a_file_says_so(graph):
+def test_the_service_save_reports_a_missing_file_name(graph):
     graph.start()
     assert "start the node with the parameter 'file'" in graph.call("save").message
 

@@ -13,7 +13,7 @@ from pose_fusion.nodes.fusion import FusionNode
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
-def test_clocks_from_the_topic_are_used_shown_and_outlive_new_extrinsics(ros_context):
+def test_clock_offsets_of_the_topic_are_used_reported_and_kept_with_new_extrinsics(ros_context):
     fusion = ros_context.add(FusionNode())
     reports = ros_context.collect(DiagnosticArray, "/diagnostics", 10)
     calibration = ros_context.make_node("calibrated")

@@ -86,7 +86,7 @@ def samples():
     return skeleton_samples(positions, extrinsics(), np.random.default_rng(40), 0.005)
 
 
-def test_live_output_is_the_offline_chains_to_the_last_bit(
+def test_live_output_is_identical_to_offline_output(
     ros_context, patient, make_placed_fusion, feed, samples
 ):
     fusion = make_placed_fusion()
@@ -116,7 +116,7 @@ def test_live_output_is_the_offline_chains_to_the_last_bit(
     assert "left_knee_flexion" in urdfs[0].data
 
 
-def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor_comes_first(
+def test_joint_states_are_in_order_of_stamps_whichever_sensor_arrives_first(
     ros_context, patient, make_placed_fusion, feed
 ):
     fusion = make_placed_fusion()
@@ -134,7 +134,7 @@ def test_every_frame_gives_a_joint_state_in_the_order_of_stamps_whichever_sensor
     assert counts["frames_late_but_used"] == 0
 
 
-def test_a_frame_whose_counterpart_stays_out_is_used_all_the_same(
+def test_a_frame_is_used_if_the_other_sensors_frame_is_missing(
     ros_context, make_placed_fusion, feed
 ):
     fusion = make_placed_fusion()
@@ -154,7 +154,9 @@ def stamped_now(fusion, samples):
         yield replace(sample, stamp_ns=fusion.get_clock().now().nanoseconds - 20_000_000)
 
 
-def test_the_pose_of_now_is_published_at_the_output_rate(ros_context, make_placed_fusion, feed):
+def test_the_pose_predicted_to_now_is_published_at_the_output_rate(
+    ros_context, make_placed_fusion, feed
+):
     fusion = make_placed_fusion(output_rate=100.0, forget_after=60.0)
     fusion.pipeline.use_shape(SHAPE)
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
@@ -180,7 +182,7 @@ def test_the_pose_of_now_is_published_at_the_output_rate(ros_context, make_place
     assert min(heard_ns) >= 0
 
 
-def test_a_camera_whose_stamps_are_a_year_ahead_is_set_aside_and_named(
+def test_a_camera_with_stamps_a_year_ahead_is_rejected_and_reported(
     ros_context, make_placed_fusion, feed
 ):
     fusion = make_placed_fusion(output_rate=100.0)
@@ -204,9 +206,7 @@ def test_a_camera_whose_stamps_are_a_year_ahead_is_set_aside_and_named(
     assert fusion.pipeline.skeletons == 0
 
 
-def test_what_imus_have_sent_is_taken_with_the_next_frame_and_by_itself(
-    ros_context, make_fusion, feed, samples
-):
+def test_imu_samples_are_processed_without_frames(ros_context, make_fusion, feed, samples):
     fusion = make_fusion()
     node = ros_context.make_node("imus")
     publisher = node.create_publisher(Imu, "imu_torso/data", qos_profile_sensor_data)
@@ -219,7 +219,7 @@ def test_what_imus_have_sent_is_taken_with_the_next_frame_and_by_itself(
     ros_context.spin_until(lambda: fusion.pipeline.imu_samples == 30, what="the IMU's samples")
 
 
-def test_extrinsics_may_come_later_by_static_transforms(ros_context, make_fusion, feed, samples):
+def test_extrinsics_can_be_set_later_by_static_transforms(ros_context, make_fusion, feed, samples):
     fusion = make_fusion()
     states = ros_context.collect(JointState, f"{BODY}/joint_states", 1000)
     feed(fusion, samples[:20])
@@ -232,9 +232,7 @@ def test_extrinsics_may_come_later_by_static_transforms(ros_context, make_fusion
     ros_context.spin_until(lambda: states, what="joint states")
 
 
-def test_a_broken_skeleton_is_counted_and_shown_in_diagnostics(
-    ros_context, make_fusion, feed, samples
-):
+def test_a_malformed_skeleton_is_counted_in_diagnostics(ros_context, make_fusion, feed, samples):
     make_fusion()
     reports = ros_context.collect(DiagnosticArray, "/diagnostics", 10)
     node = ros_context.make_node("broken")
@@ -268,7 +266,7 @@ def test_a_bad_parameter_stops_the_node_with_one_line(ros_context, values, error
     assert "\n" not in str(caught.value)
 
 
-def test_a_camera_that_is_there_and_not_used_is_named(make_placed_fusion, ros_context, spin_until):
+def test_an_unused_camera_is_reported(make_placed_fusion, ros_context, spin_until):
     back = ros_context.make_node("back")
     back.create_publisher(SkeletonArray, "kinect_back/skeletons", qos_profile_sensor_data)
     diagnostics = ros_context.collect(DiagnosticArray, "/diagnostics")

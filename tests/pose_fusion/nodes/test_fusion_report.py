@@ -46,7 +46,7 @@ def report_of(change_rate):
         (lambda rate: -rate, "flipped axis, or another frame"),
     ],
 )
-def test_an_imu_whose_angular_velocity_is_wrong_is_named(change_rate, what):
+def test_an_imu_with_a_wrong_angular_velocity_is_reported(change_rate, what):
     report = report_of(change_rate)
     assert report.level == Level.WARN
     assert ANGULAR_VELOCITY in report.message
@@ -54,7 +54,7 @@ def test_an_imu_whose_angular_velocity_is_wrong_is_named(change_rate, what):
     assert what in report.values["imu/left_thigh"]
 
 
-def test_an_angular_velocity_that_no_device_measures_is_no_warning():
+def test_an_imu_without_a_gyroscope_causes_no_warning():
     report = report_of(lambda rate: np.full_like(rate, np.nan))
     assert ANGULAR_VELOCITY not in report.message
     assert "is not measured; the orientation's change is used" in report.values["imu/left_thigh"]

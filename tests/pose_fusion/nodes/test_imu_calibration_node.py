@@ -48,7 +48,7 @@ def imu_message(sample):
 
 
 @pytest.mark.parametrize("parameter", ["imus_file", "extrinsics_file"])
-def test_the_fusion_takes_mountings_from_the_sessions_file(
+def test_the_fusion_uses_the_alignments_of_the_sessions_file(
     ros_context, session_file, parameter, monkeypatch
 ):
     taken = []
@@ -60,9 +60,7 @@ def test_the_fusion_takes_mountings_from_the_sessions_file(
     assert taken == [["left_thigh"]]
 
 
-def test_a_fusion_that_died_goes_on_with_the_alignment_of_its_imus(
-    ros_context, monkeypatch, tmp_path
-):
+def test_a_restarted_fusion_uses_the_last_imu_alignment(ros_context, monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     overrides = [Parameter("run", value="r1"), Parameter("output_rate", value=0.0)]
     node = ros_context.add(FusionNode(parameter_overrides=overrides))
@@ -89,7 +87,7 @@ def test_a_damaged_section_stops_the_fusion_at_the_start(ros_context, session_fi
         FusionNode(parameter_overrides=[Parameter("imus_file", value=str(session_file))])
 
 
-def test_the_calibration_hears_cameras_imus_and_where_the_cameras_are(ros_context):
+def test_the_calibration_receives_cameras_imus_and_extrinsics(ros_context):
     node = ros_context.add(ImuCalibrationNode(ImuCalibrationParameters()))
     assert "the poses of the Kinects" in node.missing
     feeder = ros_context.make_node("feeder")

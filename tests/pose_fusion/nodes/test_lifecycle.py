@@ -67,7 +67,7 @@ NODES = ("kinect_bridge", "imu_bridge", "calibration", "recorder")
 
 
 @pytest.mark.parametrize("name", NODES)
-def test_a_node_goes_through_its_life_twice(make, name):
+def test_a_node_passes_its_lifecycle_twice(make, name):
     node = make(name, autostart=False)
     assert not node.is_active
     before = len(list(node.timers)), len(list(node.subscriptions)), len(list(node.services))
@@ -85,7 +85,9 @@ def test_a_node_goes_through_its_life_twice(make, name):
     assert after == before
 
 
-def test_a_deactivated_camera_publishes_nothing_and_then_begins_anew(ros_context, spin_until, make):
+def test_a_deactivated_camera_publishes_nothing_and_restarts_when_activated(
+    ros_context, spin_until, make
+):
     received = ros_context.collect(SkeletonArray, "kinect_left/skeletons", qos_profile_sensor_data)
     node = make("kinect_bridge")
     spin_until(lambda: len(received) > 3, what="frames")
@@ -102,7 +104,7 @@ def test_a_deactivated_camera_publishes_nothing_and_then_begins_anew(ros_context
     spin_until(lambda: len(received) > before + 3, what="frames again")
 
 
-def test_a_deactivated_calibration_keeps_what_it_has_found(make, tmp_path):
+def test_a_deactivated_calibration_keeps_its_result(make, tmp_path):
     save_extrinsics(tmp_path / "extrinsics.yaml", extrinsics())
     node = make("calibration", file=str(tmp_path / "extrinsics.yaml"))
     known = node.calibration.extrinsics
@@ -114,7 +116,7 @@ def test_a_deactivated_calibration_keeps_what_it_has_found(make, tmp_path):
     assert node.calibration.extrinsics is known
 
 
-def test_a_calibration_whose_time_begins_anew_keeps_what_it_has_found(make, tmp_path):
+def test_a_calibration_keeps_its_result_when_time_restarts(make, tmp_path):
     save_extrinsics(tmp_path / "extrinsics.yaml", extrinsics())
     node = make("calibration", file=str(tmp_path / "extrinsics.yaml"))
     known = node.calibration.extrinsics
@@ -125,7 +127,7 @@ def test_a_calibration_whose_time_begins_anew_keeps_what_it_has_found(make, tmp_
     assert node.calibration.is_finished
 
 
-def test_each_activation_of_a_recorder_is_a_bag_of_its_own(make, tmp_path):
+def test_each_activation_of_the_recorder_writes_a_new_bag(make, tmp_path):
     node = make("recorder")
     node.trigger_deactivate()
     node.trigger_activate()
@@ -134,7 +136,7 @@ def test_each_activation_of_a_recorder_is_a_bag_of_its_own(make, tmp_path):
     assert node._recording is None
 
 
-def test_configuring_says_what_is_wrong_with_a_file(make):
+def test_configuring_reports_an_invalid_file(make):
     node = make("kinect_bridge", autostart=False, file="nowhere.csv")
 
     assert node.trigger_configure() is not SUCCESS

@@ -31,7 +31,7 @@ def found(listener, name):
     return next((topic for topic in listener.snapshot().topics if topic.name == name), None)
 
 
-def test_it_finds_sensors_their_tracking_and_their_latency(ros_context, spin_until):
+def test_the_listener_reports_sensors_tracking_and_latency(ros_context, spin_until):
     listener = ros_context.add(GraphListener())
     talker = ros_context.make_node("kinect_left")
     publisher = talker.create_publisher(
@@ -55,15 +55,15 @@ def test_it_finds_sensors_their_tracking_and_their_latency(ros_context, spin_unt
     assert "/kinect_left" in snapshot.nodes
 
 
-def test_it_hears_itself_and_names_no_node_of_its_own(ros_context, spin_until):
+def test_the_listener_receives_its_own_messages_and_lists_no_node_of_its_own(
+    ros_context, spin_until
+):
     listener = ros_context.add(GraphListener())
     spin_until(lambda: listener.snapshot().hears_itself, what="its own message")
     assert listener.snapshot().nodes == ()
 
 
-def test_it_knows_what_nodes_say_where_kinects_are_and_how_late_the_fusion_is(
-    ros_context, spin_until
-):
+def test_the_listener_reports_diagnostics_extrinsics_and_latency(ros_context, spin_until):
     listener = ros_context.add(GraphListener())
     talker = ros_context.make_node("talker")
     diagnostics = talker.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -87,9 +87,7 @@ def test_it_knows_what_nodes_say_where_kinects_are_and_how_late_the_fusion_is(
     assert snapshot.placed_sensors == ("left",)
 
 
-def test_malformed_skeletons_are_counted_and_other_people_s_topics_left_alone(
-    ros_context, spin_until
-):
+def test_malformed_skeletons_are_counted_and_foreign_topics_ignored(ros_context, spin_until):
     listener = ros_context.add(GraphListener())
     talker = ros_context.make_node("talker")
     publisher = talker.create_publisher(SkeletonArray, "kinect_left/skeletons", 10)

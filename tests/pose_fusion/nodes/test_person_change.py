@@ -15,7 +15,7 @@ from pose_fusion.nodes.fusion import FusionNode
     ],
     ids=["fusion", "calibration"],
 )
-def test_a_node_follows_the_person_that_is_set(ros_context, make, rule_of):
+def test_the_parameter_person_changes_the_tracked_person(ros_context, make, rule_of):
     node = ros_context.add(make())
 
     (result,) = node.set_parameters([Parameter("person", value="2")])
@@ -24,7 +24,7 @@ def test_a_node_follows_the_person_that_is_set(ros_context, make, rule_of):
     assert rule_of(node) == "2"
 
 
-def test_the_fusion_keeps_the_person_over_a_jump_back_of_time_and_its_own_death(
+def test_the_chosen_person_is_kept_over_a_time_jump_and_a_restart(
     ros_context, monkeypatch, tmp_path
 ):
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
@@ -37,7 +37,7 @@ def test_the_fusion_keeps_the_person_over_a_jump_back_of_time_and_its_own_death(
     assert ros_context.add(FusionNode(parameter_overrides=run)).pipeline.choice.rule == "2"
 
 
-def test_every_other_parameter_stays_as_it_was_at_the_start(ros_context):
+def test_other_parameters_cannot_be_changed_at_run_time(ros_context):
     node = ros_context.add(FusionNode())
 
     (result,) = node.set_parameters([Parameter("subject", value="other")])

@@ -51,7 +51,7 @@ def texts(received):
     return [message.data for message in received]
 
 
-def test_all_messages_arrive_in_order_once_somebody_listens(ros_context, spin_until, play):
+def test_all_messages_arrive_in_order_once_subscribed(ros_context, spin_until, play):
     count = ros_context.collect(String, "count", 100)
     latched = ros_context.collect(String, "latched", LATCHED)
     play(wait_for_subscribers=10.0, pause_at_end=True)
@@ -62,7 +62,7 @@ def test_all_messages_arrive_in_order_once_somebody_listens(ros_context, spin_un
     assert texts(latched) == ["model"]
 
 
-def test_the_very_bytes_are_published(ros_context, spin_until, play):
+def test_messages_are_published_byte_by_byte(ros_context, spin_until, play):
     raw = []
     ros_context.make_node().create_subscription(String, "count", raw.append, 100, raw=True)
     ros_context.collect(String, "latched", LATCHED)
@@ -73,7 +73,7 @@ def test_the_very_bytes_are_published(ros_context, spin_until, play):
     assert raw[7] == serialize_message(String(data="7"))
 
 
-def test_late_subscribers_get_what_is_latched(ros_context, spin_until, play):
+def test_late_subscribers_receive_latched_messages(ros_context, spin_until, play):
     player = play(pause_at_end=True)
     spin_until(lambda: player._counters["played"] == 21, what="the end")
 
@@ -90,13 +90,13 @@ def test_only_chosen_topics_are_published(ros_context, spin_until, play):
     assert "/count" not in dict(player.get_topic_names_and_types())
 
 
-def test_it_loops(ros_context, spin_until, play):
+def test_the_player_loops(ros_context, spin_until, play):
     player = play(loop=True, rate=10.0)
 
     spin_until(lambda: player._counters["played"] > 60, what="the third round")
 
 
-def test_it_shuts_down_at_the_end(spin_until, play):
+def test_the_player_shuts_down_at_the_end(spin_until, play):
     player = play(rate=10.0)
 
     spin_until(lambda: not rclpy.ok(), what="the shutdown")
@@ -104,7 +104,7 @@ def test_it_shuts_down_at_the_end(spin_until, play):
     assert player._counters["played"] == 21
 
 
-def test_it_pauses_and_resumes(ros_context, spin_until, play):
+def test_the_player_pauses_and_resumes(ros_context, spin_until, play):
     player = play(start_paused=True, pause_at_end=True)
     node = ros_context.make_node("caller")
     pause = node.create_client(Trigger, "/player/pause")
@@ -155,7 +155,7 @@ def test_the_command_line_sets_parameters(words, expected):
     assert overrides == expected
 
 
-def test_the_bags_time_goes_out_before_its_messages(ros_context, spin_until, play):
+def test_the_clock_is_published_before_the_messages(ros_context, spin_until, play):
     node = ros_context.make_node()
     heard = []
     node.create_subscription(Clock, "/clock", lambda m: heard.append(nanoseconds(m.clock)), 1000)

@@ -71,7 +71,7 @@ def test_every_message_is_recorded_byte_by_byte(ros_context, spin_until, record,
     assert recorded == sent
 
 
-def test_what_was_latched_before_is_recorded_with_its_qos(
+def test_earlier_latched_messages_are_recorded_with_their_qos(
     ros_context, spin_until, record, tmp_path
 ):
     publisher = publisher_of(ros_context, String, "urdf", LATCHED)
@@ -89,7 +89,7 @@ def test_what_was_latched_before_is_recorded_with_its_qos(
     assert topic.count == 1
 
 
-def test_a_topic_that_appears_later_is_picked_up(ros_context, spin_until, record, tmp_path):
+def test_a_topic_created_later_is_recorded(ros_context, spin_until, record, tmp_path):
     recorder = record(all=True)
     publisher = publisher_of(ros_context, String, "late", 10)
     spin_until(lambda: publisher.get_subscription_count() == 1, what="the recorder")
@@ -189,7 +189,7 @@ def test_a_recording_without_a_name_goes_into_a_dated_folder(record, tmp_path, m
     record.finish(recorder)
 
 
-def test_in_simulated_time_the_clock_dates_what_is_recorded(
+def test_in_simulated_time_messages_are_stamped_by_the_clock(
     ros_context, spin_until, record, tmp_path
 ):
     clock = publisher_of(ros_context, Clock, "/clock", 10)
@@ -207,7 +207,7 @@ def test_in_simulated_time_the_clock_dates_what_is_recorded(
         assert [message.stamp_ns for message in bag.messages()] == [5 * 10**9]
 
 
-def test_a_recorder_that_was_killed_goes_on_beside_what_it_left(record, tmp_path):
+def test_a_restarted_recorder_writes_a_new_bag_beside_the_old_one(record, tmp_path):
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "bag.mcap").touch()
 

@@ -45,9 +45,7 @@ def say(ros_context, spin_until, publisher, recorder, count):
     spin_until(said)
 
 
-def test_it_waits_for_start_and_makes_a_bag_at_each(
-    ros_context, spin_until, recorder, call, tmp_path
-):
+def test_each_start_service_call_creates_a_bag(ros_context, spin_until, recorder, call, tmp_path):
     node = recorder(start_paused=True)
     publisher = ros_context.make_node().create_publisher(String, "/chatter", 10)
     paths = [tmp_path / "bag", tmp_path / "bag-2"]
@@ -66,7 +64,7 @@ def test_it_waits_for_start_and_makes_a_bag_at_each(
             assert bag.topics["/chatter"].count >= 3
 
 
-def test_what_cannot_be_done_is_said(recorder, call, tmp_path):
+def test_impossible_requests_are_refused_with_the_reason(recorder, call, tmp_path):
     recorder(start_paused=True)
 
     assert call("stop").message == "not recording"

@@ -72,13 +72,13 @@ def apart_deg(one, other, begin_ns, from_s):
     return found
 
 
-def test_a_run_that_begins_later_agrees(recorded, whole):
+def test_a_run_started_later_agrees_with_the_whole(recorded, whole):
     found = apart_deg(whole, fused(recorded, LATER_S), recorded[1], LATER_S + SETTLED_S)
     assert len(found) >= 11
     assert max(map(abs, found.values())) < AGREE_DEG, found
 
 
-def test_a_live_run_agrees_with_one_that_knew_all_from_the_start(recorded, whole):
+def test_a_live_run_agrees_with_one_calibrated_beforehand(recorded, whole):
     found = apart_deg(whole, fused(recorded, live=True), recorded[1], LIVE_S + SETTLED_S)
     assert len(found) >= 11
     assert max(map(abs, found.values())) < AGREE_DEG, found

@@ -43,7 +43,7 @@ def test_report_takes_a_recording(shared_data, tmp_path, monkeypatch):
     assert list((tmp_path / "report").glob("*.html"))
 
 
-def test_people_whom_fuse_does_not_follow_are_named(shared_data, tmp_path, monkeypatch, capfd):
+def test_people_not_tracked_by_fuse_are_reported(shared_data, tmp_path, monkeypatch, capfd):
     recording = shared_data / "kinectmultitrack"
     recording /= "two_persons_Study_22_Kinect_1_Time_2_16_21_PM.csv.gz"
 
@@ -54,7 +54,7 @@ def test_people_whom_fuse_does_not_follow_are_named(shared_data, tmp_path, monke
     assert "skeletons of others (--max-people" in told
 
 
-def test_all_people_are_fused_where_they_are_wanted(shared_data, tmp_path, monkeypatch):
+def test_several_people_are_fused_if_requested(shared_data, tmp_path, monkeypatch):
     recording = shared_data / "kinectmultitrack"
     recording /= "two_persons_Study_22_Kinect_1_Time_2_16_21_PM.csv.gz"
 
@@ -65,7 +65,7 @@ def test_all_people_are_fused_where_they_are_wanted(shared_data, tmp_path, monke
     assert bodies == {"subject", "person_2"}
 
 
-def test_view_computes_everybody_of_a_recording(shared_data):
+def test_view_estimates_every_person_of_a_recording(shared_data):
     recording = shared_data / "kinectmultitrack"
     recording /= "two_persons_Study_22_Kinect_1_Time_2_16_21_PM.csv.gz"
 

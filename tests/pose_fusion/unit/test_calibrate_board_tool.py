@@ -137,7 +137,7 @@ def test_the_board_is_printed(tmp_path, monkeypatch):
         (["--board", "checkerboard", "--rows", "7", "--print", "x.pdf"], "same from four sides"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(arguments, text, tmp_path, monkeypatch, capsys):
+def test_errors_are_reported_in_one_line(arguments, text, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert run(monkeypatch, *arguments) == 1
     error = capsys.readouterr().err

@@ -52,7 +52,7 @@ def run(monkeypatch, *arguments):
     return ending.value.code
 
 
-def test_a_bag_gives_mountings_that_the_fusion_uses(bag, tmp_path, monkeypatch, capsys):
+def test_a_bag_gives_alignments_that_the_fusion_uses(bag, tmp_path, monkeypatch, capsys):
     path = tmp_path / "session.yaml"
     assert run(monkeypatch, bag, "-o", path) == 0
     assert "left_shank" in capsys.readouterr().out
@@ -73,7 +73,7 @@ def test_a_bag_gives_mountings_that_the_fusion_uses(bag, tmp_path, monkeypatch, 
     assert [use.is_aligned for use in pipeline.subject.imu_uses] == [True] * 5
 
 
-def test_where_the_kinects_are_is_taken_from_a_file_that_exists(bag, tmp_path, monkeypatch):
+def test_extrinsics_are_read_from_an_existing_file(bag, tmp_path, monkeypatch):
     path = tmp_path / "session.yaml"
     assert run(monkeypatch, bag, "-o", path) == 0
     first = path.read_bytes()
@@ -81,7 +81,7 @@ def test_where_the_kinects_are_is_taken_from_a_file_that_exists(bag, tmp_path, m
     assert path.read_bytes() == first
 
 
-def test_exchanged_sensors_are_named_and_nothing_is_saved(
+def test_exchanged_sensors_are_reported_and_nothing_is_saved(
     exchanged_bag, tmp_path, monkeypatch, capsys
 ):
     path = tmp_path / "session.yaml"
@@ -91,7 +91,7 @@ def test_exchanged_sensors_are_named_and_nothing_is_saved(
     assert not path.exists()
 
 
-def test_the_other_sensors_are_saved_if_wanted(exchanged_bag, tmp_path, monkeypatch):
+def test_the_remaining_sensors_are_saved_if_requested(exchanged_bag, tmp_path, monkeypatch):
     path = tmp_path / "session.yaml"
     assert run(monkeypatch, exchanged_bag, "-o", path, "--keep-going") == 0
     assert set(load_alignments(path)) == {"torso", "left_forearm", "left_shank"}
@@ -104,7 +104,7 @@ def test_the_other_sensors_are_saved_if_wanted(exchanged_bag, tmp_path, monkeypa
         (["--worn", "left_wing"], "worn names left_wing"),
     ],
 )
-def test_what_cannot_be_is_refused_with_one_line(
+def test_invalid_input_is_refused_in_one_line(
     bag, tmp_path, monkeypatch, capsys, arguments, message
 ):
     assert run(monkeypatch, bag, "-o", tmp_path / "session.yaml", *arguments) == 1

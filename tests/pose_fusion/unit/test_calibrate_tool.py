@@ -6,35 +6,25 @@ import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.files.extrinsics_file import load_extrinsics
-from pose_core.joints import JOINTS
 from pose_core.transforms import inverse
 from pose_fusion.tools import calibrate
 from pose_io.bag_writer import BagWriter
+from pose_io.message_maker import MessageMaker
 from pose_io.typestore import make_typestore
 
-TYPES = make_typestore().types
+MAKE = MessageMaker(make_typestore())
 TRUE = inverse(LEFT) @ RIGHT
 
 
 def message(sensor, persons):
-    header = TYPES["std_msgs/msg/Header"](
-        stamp=TYPES["builtin_interfaces/msg/Time"](
-            sec=persons[0].stamp_ns // 10**9, nanosec=persons[0].stamp_ns % 10**9
-        ),
-        frame_id=f"kinect_{sensor}_optical_frame",
+    header = MAKE.header(persons[0].stamp_ns, f"kinect_{sensor}_optical_frame")
+    return MAKE.skeletons(
+        header,
+        [
+            MAKE.skeleton(header, f"{index}", one.positions, one.tracking_state)
+            for index, one in enumerate(persons)
+        ],
     )
-    point = TYPES["geometry_msgs/msg/Point"]
-    skeletons = [
-        TYPES["pose_msgs/msg/Skeleton"](
-            header=header,
-            id=f"{index}",
-            name=list(JOINTS),
-            position=[point(x=float(x), y=float(y), z=float(z)) for x, y, z in one.positions],
-            tracking_state=one.tracking_state,
-        )
-        for index, one in enumerate(persons)
-    ]
-    return TYPES["pose_msgs/msg/SkeletonArray"](header=header, skeletons=skeletons)
 
 
 def write(path, some, copies=1):
@@ -89,13 +79,13 @@ def refused(monkeypatch, capsys, tmp_path, *arguments):
     return line
 
 
-def test_a_missing_bag_is_named(tmp_path, monkeypatch, capsys):
+def test_a_missing_bag_is_reported(tmp_path, monkeypatch, capsys):
     assert "found no bag at" in refused(monkeypatch, capsys, tmp_path, tmp_path / "gone")
 
 
 def test_a_bag_without_skeletons_is_refused(tmp_path, monkeypatch, capsys):
     with BagWriter(tmp_path / "bag") as bag:
-        bag.write("/chatter", TYPES["std_msgs/msg/String"](data="hello"), 1)
+        bag.write("/chatter", MAKE.make("std_msgs/String", data="hello"), 1)
     assert "holds no skeletons" in refused(monkeypatch, capsys, tmp_path, tmp_path / "bag")
 
 
@@ -105,7 +95,7 @@ def test_a_bag_with_one_sensor_is_refused(tmp_path, monkeypatch, capsys):
     assert "one sensor alone (left)" in refused(monkeypatch, capsys, tmp_path, bag)
 
 
-def test_a_sensor_that_the_bag_lacks_is_named(walk, tmp_path, monkeypatch, capsys):
+def test_a_sensor_missing_in_the_bag_is_reported(walk, tmp_path, monkeypatch, capsys):
     line = refused(monkeypatch, capsys, tmp_path, walk, "--sensors", "left", "middle")
     assert line.endswith("holds no skeletons of middle: it has left, right")
 
@@ -116,9 +106,7 @@ def test_standing_still_is_refused(tmp_path, monkeypatch, capsys):
     assert "too little motion" in line
 
 
-def test_several_people_of_whom_nobody_is_seen_long_enough_are_refused(
-    tmp_path, monkeypatch, capsys
-):
+def test_several_people_with_too_little_data_of_each_are_refused(tmp_path, monkeypatch, capsys):
     bag = write(tmp_path / "bag", samples(duration_s=1.0), copies=2)
     line = refused(monkeypatch, capsys, tmp_path, bag)
     assert "views in left, right agree on none" in line
@@ -130,6 +118,6 @@ def test_a_bad_parameter_is_refused(walk, tmp_path, monkeypatch, capsys):
     assert line == "error: median_residual = 7.0 m is outside [0.01, 1]"
 
 
-def test_an_output_folder_that_does_not_exist_is_named(walk, tmp_path, monkeypatch, capsys):
+def test_a_missing_output_folder_is_reported(walk, tmp_path, monkeypatch, capsys):
     assert run(monkeypatch, walk, "-o", tmp_path / "nowhere" / "x.yaml") == 1
     assert "its folder does not exist" in capsys.readouterr().err

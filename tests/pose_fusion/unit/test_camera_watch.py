@@ -48,7 +48,7 @@ def looks(watch, note):
     ],
     ids=["silent", "malformed", "nobody", "no joints", "somebody else"],
 )
-def test_a_camera_without_the_subject_is_named_with_the_reason(watch, note, reason):
+def test_a_camera_that_does_not_see_the_subject_is_reported_with_the_reason(watch, note, reason):
     missing = looks(watch, lambda k: note(watch, k))
     assert list(missing) == ["right"]
     assert reason in missing["right"]
@@ -56,7 +56,7 @@ def test_a_camera_without_the_subject_is_named_with_the_reason(watch, note, reas
     assert not watch.missing
 
 
-def test_a_picture_that_is_repeated_is_of_no_use_until_it_changes(watch):
+def test_a_frozen_camera_is_rejected_until_its_frames_change(watch):
     watch.note_frame("right", [person(1.0)])
     used = [watch.note_frame("right", [person(2.0)]) for _ in range(FROZEN_FRAMES + 2)]
     assert used == [True] * FROZEN_FRAMES + [False] * 2
@@ -67,10 +67,10 @@ def test_a_picture_that_is_repeated_is_of_no_use_until_it_changes(watch):
     assert watch.note_frame("right", [person(3.0)])
 
 
-def test_a_source_that_never_changes_is_no_frozen_camera(watch):
+def test_a_source_that_has_never_changed_is_not_a_frozen_camera(watch):
     assert all(watch.note_frame("right", [person(1.0)]) for _ in range(3 * FROZEN_FRAMES))
 
 
-def test_a_camera_that_has_never_shown_the_subject_is_not_missed():
+def test_a_camera_that_has_never_seen_the_subject_is_not_reported():
     watch = CameraWatch(("left", "right"))
     assert not looks(watch, lambda _: None)

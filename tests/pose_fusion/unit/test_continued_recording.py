@@ -68,7 +68,7 @@ def read(path, topic="/count"):
         return [bag.deserialize(message).data for message in bag.messages([topic])]
 
 
-def test_a_bag_that_has_lasted_long_enough_is_followed_by_the_next(start, clock, tmp_path):
+def test_a_bag_is_split_by_duration(start, clock, tmp_path):
     row = start(split_duration=10.0)
     row.write("/tf_static", text("places"), 1)
     row.write("/count", text("a"), 2)
@@ -85,7 +85,7 @@ def test_a_bag_that_has_lasted_long_enough_is_followed_by_the_next(start, clock,
     assert row.message_count == 5
 
 
-def test_a_bag_that_is_large_enough_is_followed_by_the_next(start, tmp_path):
+def test_a_bag_is_split_by_size(start, tmp_path):
     row = start(split_size=0.01)
     for _ in range(3):
         for _ in range(4):
@@ -96,7 +96,7 @@ def test_a_bag_that_is_large_enough_is_followed_by_the_next(start, tmp_path):
     assert [len(read(tmp_path / name)) for name in ("bag", "bag-2", "bag-3")] == [4, 4, 4]
 
 
-def test_a_full_disk_ends_a_bag_and_the_next_begins_once_there_is_room(
+def test_recording_resumes_in_a_new_bag_once_the_disk_has_space(
     start, clock, tmp_path, monkeypatch
 ):
     row = start(least_free_space=1.0)
@@ -122,7 +122,7 @@ def test_a_full_disk_ends_a_bag_and_the_next_begins_once_there_is_room(
     assert read(tmp_path / "bag-2") == ["b"]
 
 
-def test_a_folder_that_has_gone_is_made_again(start, clock, tmp_path):
+def test_a_deleted_folder_is_created_again(start, clock, tmp_path):
     row = start()
     row.write("/count", text("a"), 1)
     shutil.rmtree(tmp_path / "bag")
@@ -164,7 +164,7 @@ def test_a_next_bag_that_cannot_be_made_is_tried_again_and_no_message_counted_tw
     assert [read(tmp_path / name) for name in ("bag", "bag-2")] == [["a"], ["b"]]
 
 
-def test_a_bag_cut_at_any_byte_gives_back_all_that_had_been_flushed(start, tmp_path):
+def test_a_bag_cut_at_any_byte_keeps_all_flushed_messages(start, tmp_path):
     row = start()
     file = tmp_path / "bag" / "bag.mcap"
     flushed = []  # bytes of the file, messages until then

@@ -53,13 +53,13 @@ def test_an_existing_folder_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("words", [["--duration", "0"], ["--duration", "nan"], ["--rate", "-1"]])
-def test_lengths_and_rates_that_make_no_sense_are_refused(words, capsys):
+def test_invalid_durations_and_rates_are_refused(words, capsys):
     with pytest.raises(SystemExit):
         demo._parser().parse_args(words)
     assert "is not greater than 0" in capsys.readouterr().err
 
 
-def test_a_session_that_took_longer_to_make_begins_later(tmp_path, monkeypatch):
+def test_a_session_that_takes_longer_to_generate_starts_later(tmp_path, monkeypatch):
     now_ns = [0]
     started = []
     monkeypatch.setattr(demo.time, "time_ns", lambda: now_ns[0])
@@ -79,7 +79,7 @@ def test_a_session_that_took_longer_to_make_begins_later(tmp_path, monkeypatch):
     assert start_at_ns - now_ns[0] >= 4 * 10**9
 
 
-def test_a_failing_tool_is_one_line_in_its_own_words():
+def test_the_error_of_a_failing_tool_is_its_last_line():
     code = "import sys; print('noise', file=sys.stderr); sys.exit('error: no such thing')"
     with pytest.raises(InputError) as caught:
         run_to_end(python(code))
@@ -97,7 +97,7 @@ def test_a_missing_executable_says_to_build():
         executable("no_such_package", "up")
 
 
-def test_a_process_that_heeds_the_interrupt_ends_by_itself():
+def test_a_process_that_handles_the_interrupt_is_not_killed():
     process = start(python("import time; print(flush=True); time.sleep(60)"))
     assert stop(process) != -signal.SIGKILL
 
@@ -120,7 +120,7 @@ def test_a_count_that_a_node_does_not_report_is_zero():
     assert [node.count(name) for name in ("frames_published", "file", "other")] == [12, 0, 0]
 
 
-def test_before_the_first_frame_progress_says_who_is_up():
+def test_before_the_first_frame_progress_lists_the_running_nodes():
     assert describe({"/fusion": NodeStatus()}, -2.0, 10.0) == ("starting, 1 nodes are up", "")
 
 
@@ -136,7 +136,7 @@ def test_progress_counts_frames_in_and_joint_states_out():
     )
 
 
-def test_progress_shows_what_a_node_complains_of():
+def test_progress_shows_warnings_of_nodes():
     nodes = {"/fusion": NodeStatus(level=1, message="no extrinsics yet")}
     _, counts = describe(nodes, 1.0, 10.0)
     assert counts.endswith("warnings 1 (fusion: no extrinsics yet)")
@@ -151,7 +151,7 @@ def test_progress_shows_what_a_node_complains_of():
         ("", "it said nothing"),
     ],
 )
-def test_a_failed_graph_is_told_by_its_most_telling_line(tmp_path, log, told):
+def test_a_failed_graph_is_reported_by_its_most_severe_line(tmp_path, log, told):
     graph = LiveGraph("demo.launch.yaml", {}, tmp_path / "graph.log")
     error = graph._error("the graph failed", log)
     assert isinstance(error, GraphError)
@@ -160,7 +160,7 @@ def test_a_failed_graph_is_told_by_its_most_telling_line(tmp_path, log, told):
     assert "graph.log" in str(error)
 
 
-def test_devices_that_fall_silent_at_the_end_are_no_warning():
+def test_devices_silent_after_the_end_cause_no_warning():
     nodes = {"/imu_bridge": NodeStatus(level=2, message="the port was lost")}
     assert describe(nodes, 11.0, 10.0) == (
         "stopping",
@@ -225,21 +225,21 @@ def start_two(tmp_path, monkeypatch):
     return start_two
 
 
-def test_the_input_begins_when_every_node_is_up(start_two):
+def test_the_input_starts_once_every_node_is_running(start_two):
     leads, left_s, output = start_two(8.0, fusion=2.0, recorder=3.0)
     assert leads == [8.0]
     assert left_s == pytest.approx(5.0, abs=0.2)
     assert output == ""
 
 
-def test_a_machine_that_is_too_slow_gets_twice_the_time(start_two):
+def test_a_slow_machine_gets_twice_the_time(start_two):
     leads, left_s, output = start_two(8.0, fusion=2.0, recorder=9.0)
     assert leads == [8.0, 16.0]
     assert left_s >= 1.0
     assert "recorder: not up yet; starting again, with 16 s" in output
 
 
-def test_after_a_minute_the_input_begins_and_who_is_late_is_said(start_two):
+def test_the_input_starts_after_a_minute_and_missing_nodes_are_reported(start_two):
     leads, _, output = start_two(20.0, fusion=2.0, recorder=1e9)
     assert leads == [20.0, 40.0, 60.0]
     assert "not up when the input begins: recorder" in output

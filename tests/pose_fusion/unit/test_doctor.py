@@ -29,21 +29,21 @@ from pose_fusion.watching.machine import (
         ((3, 14), Verdict.WRONG),
     ],
 )
-def test_python_is_one_that_ros_knows(version, verdict):
+def test_an_unsupported_python_is_reported(version, verdict):
     assert python_finding(version).verdict is verdict
 
 
-def test_one_core_is_too_few():
+def test_a_single_core_is_reported():
     assert cores_finding(1).verdict is Verdict.WRONG
     assert cores_finding(2).verdict is Verdict.OK
 
 
-def test_a_full_disk_is_wrong(tmp_path):
+def test_a_full_disk_is_an_error(tmp_path):
     assert disk_finding(tmp_path, 5e8).verdict is Verdict.WRONG
     assert disk_finding(tmp_path, 5e10).verdict is Verdict.OK
 
 
-def test_missing_shared_memory_is_wrong_with_what_to_do_in_containers(tmp_path):
+def test_missing_shared_memory_is_an_error_with_a_remedy_for_containers(tmp_path):
     finding = shared_memory_finding(tmp_path / "shm")
     assert finding.verdict is Verdict.WRONG
     assert "--ipc=host" in finding.remedy
@@ -58,7 +58,7 @@ def test_the_ros_domain_is_a_number_that_has_ports(domain, verdict):
     assert domain_finding({"ROS_DOMAIN_ID": domain}).verdict is verdict
 
 
-def test_multicast_matters_only_between_hosts():
+def test_missing_multicast_is_reported_only_between_hosts():
     asked = []
     here = {"ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
     assert multicast_finding(here, lambda: bool(asked.append(1))).verdict is Verdict.OK
@@ -67,12 +67,12 @@ def test_multicast_matters_only_between_hosts():
     assert multicast_finding({}, lambda: True).verdict is Verdict.OK
 
 
-def test_this_machine_is_looked_at_in_every_respect(tmp_path):
+def test_every_check_runs_on_this_machine(tmp_path):
     subjects = [finding.subject for finding in machine_findings(tmp_path, os.environ)]
     assert subjects == ["Python", "cores", "disk", "shared memory", "ROS domain", "multicast"]
 
 
-def test_a_port_that_may_not_be_opened_names_the_group():
+def test_a_port_without_permission_is_reported_with_its_group():
     port = SerialPort(
         path="/dev/ttyUSB0", description="USB serial", may_open=False, group="dialout"
     )
@@ -81,11 +81,11 @@ def test_a_port_that_may_not_be_opened_names_the_group():
     assert "usermod -aG dialout" in finding.remedy
 
 
-def test_no_devices_are_noted_not_blamed():
+def test_missing_devices_are_a_note_not_an_error():
     assert {finding.verdict for finding in device_findings([], [])} == {Verdict.NOTE}
 
 
-def test_kinects_are_known_by_their_usb_ids(tmp_path):
+def test_kinects_are_found_by_their_usb_ids(tmp_path):
     for folder, vendor, product in (
         ("1-1", "045e", "02c4"),
         ("1-2", "1234", "02c4"),
@@ -117,7 +117,7 @@ ODD = Finding(area="machine", subject="ports", verdict=Verdict.NOTE, found="none
 BAD = Finding(area="machine", subject="disk", verdict=Verdict.WRONG, found="full", remedy="tidy up")
 
 
-def test_it_exits_with_1_only_if_something_is_wrong(run):
+def test_doctor_exits_with_1_only_after_an_error(run):
     assert run([FINE, ODD])[0] == 0
     code, output = run([FINE, BAD])
     assert code == 1
@@ -139,7 +139,7 @@ def test_json_holds_every_finding(run):
     }
 
 
-def test_ros_that_cannot_start_is_a_finding_not_a_traceback(monkeypatch):
+def test_a_failing_start_of_ros_is_a_finding(monkeypatch):
     import rclpy
 
     def refuse(**_):

@@ -13,7 +13,7 @@ from pose_io.typestore import make_typestore
 
 
 @pytest.mark.parametrize("estimator", ["default", "left"])
-def test_bytes_are_those_of_the_messages(estimator):
+def test_serialised_estimates_equal_the_messages(estimator):
     _, dof = motion(3.0)
     samples = skeleton_samples(
         kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(2), 0.005
@@ -36,14 +36,14 @@ def test_bytes_are_those_of_the_messages(estimator):
             assert found[topic][0].tobytes() == bytes(data), topic
 
 
-def test_a_template_tells_its_own_numbers():
+def test_a_template_returns_its_numbers():
     typestore = make_typestore()
     point = typestore.types["geometry_msgs/msg/Point"](x=1.0, y=2.0, z=3.0)
     np.testing.assert_array_equal(MessageTemplate(point, typestore).float64, [1.0, 2.0, 3.0])
 
 
 @pytest.mark.parametrize("count", [2, 4])
-def test_a_template_refuses_more_or_fewer_numbers_than_it_has(count):
+def test_a_template_refuses_a_wrong_count_of_numbers(count):
     typestore = make_typestore()
     point = typestore.types["geometry_msgs/msg/Point"](x=1.0, y=2.0, z=3.0)
     with pytest.raises(ValueError, match="expected"):

@@ -63,7 +63,7 @@ def test_csv_keeps_every_instant_with_its_own_stamp_and_units(recorded, tmp_path
     assert float(rows[3]["left_knee_flexion_stddev_deg"]) == pytest.approx(np.degrees(0.01))
 
 
-def test_json_lines_say_where_each_segment_is_and_how_it_is_turned(recorded, tmp_path, monkeypatch):
+def test_json_lines_hold_position_and_orientation_of_each_segment(recorded, tmp_path, monkeypatch):
     path, dof, joints = recorded
     file = tmp_path / "motion.json"
 
@@ -84,7 +84,7 @@ def test_json_lines_say_where_each_segment_is_and_how_it_is_turned(recorded, tmp
     np.testing.assert_allclose([s["position"] for s in shank], knees, atol=1e-3)
 
 
-def test_quaternions_never_jump_to_their_negatives(recorded, tmp_path, monkeypatch):
+def test_exported_quaternions_have_no_sign_changes(recorded, tmp_path, monkeypatch):
     file = tmp_path / "motion.json"
     export(monkeypatch, recorded[0], "--to", "json", "-o", file)
     segments = [json.loads(line)["segments"] for line in file.read_text().splitlines()]
@@ -93,7 +93,7 @@ def test_quaternions_never_jump_to_their_negatives(recorded, tmp_path, monkeypat
         assert (np.sum(q[1:] * q[:-1], axis=1) > 0.9).all()
 
 
-def test_a_lower_rate_leaves_the_motion_as_it_is(recorded):
+def test_resampling_to_a_lower_rate_preserves_the_motion(recorded):
     path, _, joints = recorded
     with open_bag(path) as bag:
         motion = read_motion(bag).at_rate(10.0)
@@ -102,14 +102,14 @@ def test_a_lower_rate_leaves_the_motion_as_it_is(recorded):
     np.testing.assert_allclose(motion.pose.positions, joints[::3], atol=1e-4)
 
 
-def test_the_default_rate_is_the_mean_one_whatever_the_spacing_and_the_gaps(tmp_path):
+def test_the_default_rate_is_the_mean_rate_without_gaps(tmp_path):
     odd = {index for index in range(60) if index % 3 == 2}  # two frames, then one is missing
     write_motion_bag(tmp_path / "bag", MODEL, 90, drop=odd | set(range(60, 80)))
     with open_bag(tmp_path / "bag") as bag:
         assert read_motion(bag).mean_rate == pytest.approx(30.0 * 48 / 67, rel=1e-3)
 
 
-def test_instants_between_frames_lie_between_them(recorded):
+def test_poses_between_frames_are_interpolated(recorded):
     path, _, joints = recorded
     with open_bag(path) as bag:
         motion = read_motion(bag).at_rate(60.0)
@@ -119,7 +119,7 @@ def test_instants_between_frames_lie_between_them(recorded):
     np.testing.assert_allclose(motion.pose.positions[9], middle, atol=2e-3)
 
 
-def test_frames_in_a_gap_are_marked_and_without_joints(tmp_path):
+def test_frames_in_a_gap_are_marked_and_have_no_joints(tmp_path):
     write_motion_bag(tmp_path / "bag", MODEL, COUNT, drop=range(10, 20))
     with open_bag(tmp_path / "bag") as bag:
         motion = read_motion(bag).at_rate(30.0)
@@ -128,7 +128,7 @@ def test_frames_in_a_gap_are_marked_and_without_joints(tmp_path):
     assert np.isfinite(motion.dof).all()
 
 
-def test_the_bones_are_the_measured_ones(recorded):
+def test_exported_bone_lengths_are_the_measured_ones(recorded):
     with open_bag(recorded[0]) as bag:
         motion = read_motion(bag)
     length = np.linalg.norm(motion.offsets[JOINT_INDEX["left_knee"]])
@@ -137,9 +137,7 @@ def test_the_bones_are_the_measured_ones(recorded):
 
 
 @pytest.mark.parametrize("form", EXPORTERS)
-def test_every_format_is_written_whole_and_replaces_what_was_there(
-    recorded, tmp_path, monkeypatch, capsys, form
-):
+def test_every_format_replaces_an_existing_file(recorded, tmp_path, monkeypatch, capsys, form):
     file = tmp_path / f"motion.{form}"
     file.write_text("old")
 
@@ -175,7 +173,7 @@ def test_a_bag_without_a_fused_pose_says_what_to_do(tmp_path, monkeypatch, capsy
     assert len(error.splitlines()) == 1
 
 
-def test_an_unknown_person_is_named(recorded):
+def test_an_unknown_person_is_reported(recorded):
     with (
         open_bag(recorded[0]) as bag,
         pytest.raises(InputError, match=r"no 'other': choose among \w+"),
@@ -183,7 +181,7 @@ def test_an_unknown_person_is_named(recorded):
         read_motion(bag, "other")
 
 
-def test_of_several_persons_one_has_to_be_chosen(tmp_path):
+def test_one_of_several_people_must_be_chosen(tmp_path):
     with BagWriter(tmp_path / "bag") as bag:
         for body in ("anna", "ben"):
             text = bag.typestore.types["std_msgs/msg/String"](data="x")
@@ -192,7 +190,7 @@ def test_of_several_persons_one_has_to_be_chosen(tmp_path):
         read_motion(bag)
 
 
-def test_bodies_fused_for_comparison_are_not_asked_about(recorded, tmp_path):
+def test_bodies_fused_for_comparison_are_not_offered(recorded, tmp_path):
     with open_bag(recorded[0]) as bag:
         body = chosen_body(bag, "")
     with BagWriter(tmp_path / "bag") as bag:
@@ -205,18 +203,18 @@ def test_bodies_fused_for_comparison_are_not_asked_about(recorded, tmp_path):
         assert chosen_body(bag, f"{body}_imu") == f"{body}_imu"
 
 
-def test_a_missing_folder_is_one_line(recorded, tmp_path, monkeypatch, capsys):
+def test_a_missing_folder_is_reported_in_one_line(recorded, tmp_path, monkeypatch, capsys):
     assert export(monkeypatch, recorded[0], "--to", "bvh", "-o", tmp_path / "no" / "x.bvh") == 1
     assert "existing folder" in capsys.readouterr().err
 
 
-def test_a_rate_that_cannot_be_is_refused(recorded, tmp_path, monkeypatch, capsys):
+def test_an_invalid_rate_is_refused(recorded, tmp_path, monkeypatch, capsys):
     words = ("--to", "bvh", "-o", tmp_path / "x.bvh", "--rate", "0")
     assert export(monkeypatch, recorded[0], *words) == 2
     assert "outside [1, 1000]" in capsys.readouterr().err
 
 
-def test_every_joint_has_a_place_in_csv(recorded, tmp_path, monkeypatch):
+def test_every_joint_has_columns_in_csv(recorded, tmp_path, monkeypatch):
     file = tmp_path / "motion.csv"
     export(monkeypatch, recorded[0], "--to", "csv", "-o", file)
     header = file.read_text().splitlines()[0].split(",")

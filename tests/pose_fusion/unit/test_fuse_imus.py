@@ -38,7 +38,7 @@ def test_fuse_prints_one_line_for_each_imu(bag, tmp_path, monkeypatch, capsys, a
     assert ("used for" in told["left_thigh"]) == (not arguments)
 
 
-def test_the_estimator_of_imus_alone_says_that_there_are_none(tmp_path, monkeypatch):
+def test_the_imu_estimator_reports_missing_imus(tmp_path, monkeypatch):
     _, _, skeletons, _ = moving_wearer(4.0)
     placed = {sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")}
     cameras = write_session(tmp_path / "in", skeletons, placed)

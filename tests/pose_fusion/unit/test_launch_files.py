@@ -57,12 +57,12 @@ def installed(file):
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_it_evaluates_with_its_required_arguments(file):
+def test_a_launch_file_evaluates_with_its_required_arguments(file):
     assert evaluate(installed(file)).processes
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_its_parameters_are_the_nodes_own(file):
+def test_parameters_of_a_launch_file_exist_in_its_nodes(file):
     for process in evaluate(installed(file)).processes:
         if not process.is_node:
             continue
@@ -79,7 +79,7 @@ def test_its_parameters_are_the_nodes_own(file):
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_a_text_stays_one_whatever_it_looks_like(file):
+def test_string_parameters_stay_strings(file):
     """YAML takes ``off`` for false and ``5`` for a number, unless ``type`` says what it is."""
     for node in nodes_of(yaml.safe_load(file.read_text())["launch"]):
         texts = [
@@ -93,13 +93,13 @@ def test_a_text_stays_one_whatever_it_looks_like(file):
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_every_argument_says_what_it_is(file):
+def test_every_launch_argument_has_a_description(file):
     assert all(
         argument.description for argument in Evaluation({}, describe=True).run(file).arguments
     )
 
 
-def test_names_that_look_like_numbers_stay_names():
+def test_numeric_names_stay_strings():
     graph = evaluate(installed(SRC / "pose_fusion/launch/capture.launch.yaml"), sensor_left="0")
 
     kinect = next(process for process in graph.processes if process.name == "kinect_left")
@@ -111,7 +111,7 @@ def test_names_that_look_like_numbers_stay_names():
     "sensors",
     ["[left]", "[left,right]", "[left, right, back]", "[a, b, c, d, e, f]"],
 )
-def test_one_camera_or_several_are_started_and_used_by_the_same_file(sensors):
+def test_one_launch_file_starts_one_or_several_cameras(sensors):
     graph = evaluate(installed(SRC / "pose_fusion/launch/capture.launch.yaml"), sensors=sensors)
     names = sensors.strip("[]").replace(" ", "").split(",")
 
@@ -137,7 +137,7 @@ def test_the_estimator_of_the_params_file_is_overridden_only_if_one_is_given(giv
     assert given_estimators == ([expected] if expected else [])
 
 
-def test_both_kinects_start_at_one_time():
+def test_both_kinects_have_the_same_start_time():
     graph = evaluate(installed(SRC / "pose_fusion/launch/sensors.launch.yaml"))
 
     starts = {p.parameters[-1]["start_at"] for p in graph.processes if "kinect" in p.name}
@@ -178,7 +178,7 @@ def test_the_services_have_no_rights_and_open_no_port_but_the_page_s_on_the_loop
         ({"extrinsics_file": "s.yaml", "imus_file": "i.yaml"}, "i.yaml"),
     ],
 )
-def test_the_fusion_reads_how_the_imus_sit_from_the_sessions_file(given, expected):
+def test_the_fusion_reads_imu_alignments_from_the_sessions_file(given, expected):
     graph = evaluate(installed(SRC / "pose_fusion/launch/fusion.launch.yaml"), **given)
 
     (fusion,) = [process for process in graph.processes if process.node_name == "fusion"]

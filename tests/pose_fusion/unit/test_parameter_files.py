@@ -13,5 +13,5 @@ FILES = sorted(
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_no_section_names_a_node_whose_launch_arguments_it_would_overrule(path):
+def test_parameter_files_have_only_the_wildcard_section(path):
     assert list(yaml.safe_load(path.read_text())) == ["/**"]

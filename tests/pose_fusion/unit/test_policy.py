@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 from pose_fusion.nodes.policy import NodeUse, policy_xml
 
 
-def test_each_node_may_do_what_it_does_and_nothing_else():
+def test_each_node_is_permitted_exactly_its_topics_and_services():
     nodes = {
         ("/", "fusion"): NodeUse(
             publishes=["/tf", "/humans/bodies/subject/joint_states"],
@@ -34,7 +34,7 @@ def test_each_node_may_do_what_it_does_and_nothing_else():
     ]
 
 
-def test_names_of_others_are_escaped():
+def test_names_are_escaped_in_xml():
     text = policy_xml({("/", 'a"<b>'): NodeUse(publishes=["/<x>&"])}, "/pose")
 
     assert ElementTree.fromstring(text.split("\n", 1)[1]).find(".//topic").text == "<x>&"

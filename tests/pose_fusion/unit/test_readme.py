@@ -1,8 +1,5 @@
-import re
-from pathlib import Path
-
 import pytest
-from readme_tables import markdown_table
+from readme_tables import SRC, generated_part, markdown_table
 
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.parameters import LiveCalibrationParameters
@@ -11,7 +8,6 @@ from pose_core.parameters import from_mapping, values_from_ros_yaml
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 
-PACKAGE = Path(__file__).parents[3] / "src" / "pose_fusion"
 NODES = {
     "fusion": FusionParameters,
     "calibration": LiveCalibrationParameters,
@@ -23,15 +19,11 @@ NODES = {
 
 @pytest.mark.parametrize("node", NODES)
 def test_the_readmes_parameters_are_those_of_the_node(node):
-    readme = (PACKAGE / "README.md").read_text()
-    marked = rf"<!-- parameters: {node} -->\n(.*?)<!-- /parameters: {node} -->"
-    found = re.search(marked, readme, re.DOTALL)
-    assert found, f"no parameters of {node} in the README"
-    assert found[1] == markdown_table(NODES[node])
+    assert generated_part("pose_fusion", f"parameters: {node}") == markdown_table(NODES[node])
 
 
 @pytest.mark.parametrize("node", ["fusion", "calibration"])
-def test_the_config_files_set_only_what_exists_and_is_allowed(node):
-    values = values_from_ros_yaml(PACKAGE / "config" / f"{node}.yaml", node)
+def test_config_files_set_only_valid_parameters(node):
+    values = values_from_ros_yaml(SRC / "pose_fusion" / "config" / f"{node}.yaml", node)
     assert values
     from_mapping(NODES[node], values)

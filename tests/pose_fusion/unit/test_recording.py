@@ -60,7 +60,7 @@ def read(path):
 
 
 @pytest.mark.parametrize("storage", STORAGES)
-def test_a_bag_holds_the_very_bytes_and_stamps(tmp_path, data, storage):
+def test_a_bag_holds_the_original_bytes_and_stamps(tmp_path, data, storage):
     recording = start(tmp_path / "bag", storage)
     for index, datum in enumerate(data):
         recording.write("/greeting", datum, 1_000 + index)
@@ -71,7 +71,7 @@ def test_a_bag_holds_the_very_bytes_and_stamps(tmp_path, data, storage):
 
 
 @pytest.mark.parametrize("storage", STORAGES)
-def test_a_bag_needs_nobody_s_definitions_and_keeps_the_qos(tmp_path, storage):
+def test_a_bag_contains_its_message_definitions_and_qos(tmp_path, storage):
     recording = Recording(tmp_path / "bag", storage)
     recording.add_topic("/kinect_left/skeletons", "pose_msgs/msg/SkeletonArray", [LATCHED])
     store = make_typestore()
@@ -118,7 +118,7 @@ def test_large_messages_do_not_disturb_the_flushes(tmp_path):
     assert [stamp for stamp, _ in read(tmp_path / "bag")] == [0, 1, 2]
 
 
-def test_an_empty_recording_leaves_nothing(tmp_path):
+def test_an_empty_recording_leaves_no_file(tmp_path):
     start(tmp_path / "bag").close()
 
     assert not (tmp_path / "bag").exists()
@@ -129,7 +129,7 @@ def test_an_existing_folder_is_refused(tmp_path):
         Recording(tmp_path)
 
 
-def test_a_folder_that_cannot_be_made_is_refused(tmp_path):
+def test_a_folder_that_cannot_be_created_is_refused(tmp_path):
     (tmp_path / "file").touch()
 
     with pytest.raises(InputError, match="cannot write"):
@@ -166,7 +166,7 @@ def test_an_unknown_type_is_refused(tmp_path):
         recording.add_topic("/x", "no_such_msgs/msg/Thing", [])
 
 
-def test_a_nearly_full_disk_ends_the_recording_complete(tmp_path, data):
+def test_a_nearly_full_disk_ends_the_recording_with_a_complete_bag(tmp_path, data):
     recording = start(tmp_path / "bag", least_free=2**62)
     recording.write("/greeting", data[0], 1)
 
@@ -207,7 +207,7 @@ def test_after_a_write_error_the_flushed_messages_can_be_read(tmp_path, data):
     assert len(read(tmp_path / "bag")) == 60
 
 
-def test_after_an_early_write_error_nothing_is_left(tmp_path, data):
+def test_an_early_write_error_leaves_no_file(tmp_path, data):
     recording = start(tmp_path / "bag")
     recording.write("/greeting", data[0], 2)
     storage = recording._writer.storage

@@ -5,7 +5,7 @@ from pose_fusion.watching.stages import LatencyStages
 MS = 1_000_000
 
 
-def test_each_stage_has_its_own_time():
+def test_each_stage_has_its_own_latency():
     stages = LatencyStages()
     for stamp_ns in (10**18, 10**18 + 33 * MS):
         stages.note_taken(stamp_ns, stamp_ns + 20 * MS, stamp_ns + 22 * MS)
@@ -17,7 +17,7 @@ def test_each_stage_has_its_own_time():
     }
 
 
-def test_frames_that_give_no_estimate_are_not_kept_for_ever():
+def test_frames_without_an_estimate_are_discarded():
     stages = LatencyStages()
     for frame in range(1000):
         stages.note_taken(frame * MS, frame * MS, frame * MS)

@@ -3,13 +3,13 @@ from pose_fusion.unused_sensors import unused_sensors
 ARRAY = ["pose_msgs/msg/SkeletonArray"]
 
 
-def test_a_camera_that_is_there_and_not_used_is_named():
+def test_an_unused_camera_is_reported():
     topics = [(f"/kinect_{name}/skeletons", ARRAY) for name in ("left", "right", "back")]
 
     assert unused_sensors(topics, ("left", "right"), "/") == ("back",)
 
 
-def test_cameras_of_other_namespaces_and_other_topics_are_no_matter():
+def test_cameras_of_other_namespaces_are_ignored():
     topics = [
         ("/lab/kinect_back/skeletons", ARRAY),
         ("/kinect_side/skeletons", ["std_msgs/msg/String"]),

@@ -32,12 +32,12 @@ def layout():
 
 
 @pytest.mark.parametrize("name", ["rviz/pose.rviz", "foxglove/pose.json"])
-def test_it_is_installed_with_the_package(name):
+def test_the_layouts_are_installed_with_the_package(name):
     installed = Path(get_package_share_directory("pose_fusion")) / name
     assert installed.read_text() == (SOURCE / name).read_text()
 
 
-def test_rviz_takes_the_person_from_the_latched_urdf(displays):
+def test_rviz_reads_the_body_from_the_latched_urdf(displays):
     topic = displays["RobotModel"]["Description Topic"]
     assert topic["Value"] == urdf_topic("subject")
     assert topic["Durability Policy"] == "Transient Local"
@@ -48,7 +48,7 @@ def test_rviz_shows_the_markers_under_their_topic(displays):
     assert TYPES[topic] == "visualization_msgs/msg/MarkerArray"
 
 
-def test_foxglove_takes_only_topics_that_there_are(layout):
+def test_foxglove_uses_only_published_topics(layout):
     named = set(re.findall(r'"(/humans/[^".]+)', json.dumps(layout)))
     assert named
     assert named <= TOPICS
@@ -56,7 +56,7 @@ def test_foxglove_takes_only_topics_that_there_are(layout):
 
 
 @pytest.mark.parametrize("model", available_models())
-def test_every_curve_is_the_joint_that_its_label_says(layout, model):
+def test_every_curve_shows_the_joint_of_its_label(layout, model):
     names = load_body_model(model).dof_names[ROOT_DOF:]
     curves = [
         path

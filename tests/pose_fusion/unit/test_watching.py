@@ -67,7 +67,7 @@ def verdicts(snapshot):
 # -- statistics ---------------------------------------------------------------------------------
 
 
-def test_a_rate_is_messages_a_second():
+def test_a_rate_is_in_messages_per_second():
     watch = TopicWatch("/t")
     for index in range(91):
         watch.add(index * S // 30, index * S // 30 - 5_000_000)
@@ -77,7 +77,7 @@ def test_a_rate_is_messages_a_second():
     assert status.age_s == 0.0
 
 
-def test_a_topic_that_falls_silent_loses_its_rate_but_not_its_age():
+def test_a_silent_topic_has_an_age_and_no_rate():
     watch = TopicWatch("/t")
     for index in range(30):
         watch.add(index * S // 30, None)
@@ -87,12 +87,12 @@ def test_a_topic_that_falls_silent_loses_its_rate_but_not_its_age():
     assert status.latency_s is None
 
 
-def test_a_topic_without_messages_has_neither():
+def test_a_topic_without_messages_has_neither_rate_nor_age():
     status = TopicWatch("/t").status(S)
     assert (status.rate, status.age_s, status.latency_s) == (0.0, None, None)
 
 
-def test_the_share_of_tracked_frames_is_per_joint_and_forgets():
+def test_the_share_of_tracked_frames_is_per_joint_over_a_sliding_window():
     watch = TrackingWatch()
     state = np.full(15, 2, np.uint8)
     watch.add(0, np.zeros(15, np.uint8))
@@ -109,11 +109,11 @@ def test_the_share_of_tracked_frames_is_per_joint_and_forgets():
 # -- findings -----------------------------------------------------------------------------------
 
 
-def test_nothing_is_wrong_with_a_healthy_graph():
+def test_a_healthy_graph_has_no_errors():
     assert set(verdicts(HEALTHY).values()) == {Verdict.OK}
 
 
-def test_a_graph_that_does_not_run_is_noted_not_blamed():
+def test_a_graph_that_does_not_run_is_a_note_not_an_error():
     empty = replace(HEALTHY, topics=(), nodes=(), statuses=(), tracked={}, placed_sensors=())
     (messages, nodes) = graph_findings(empty)
     assert messages.verdict is Verdict.OK
@@ -121,7 +121,7 @@ def test_a_graph_that_does_not_run_is_noted_not_blamed():
     assert "./pose up" in nodes.remedy
 
 
-def test_deaf_middleware_is_wrong_and_all_that_is_said():
+def test_middleware_that_receives_nothing_is_the_only_error_reported():
     (finding,) = graph_findings(replace(HEALTHY, hears_itself=False))
     assert finding.verdict is Verdict.WRONG
     assert "firewall" in finding.remedy
@@ -137,28 +137,28 @@ def test_deaf_middleware_is_wrong_and_all_that_is_said():
         ("/humans/bodies/subject/joint_states", {"rate": 0.0}, Verdict.WRONG, "the fusion says"),
     ],
 )
-def test_a_stream_that_is_amiss_is_found_with_what_to_do(name, values, verdict, words):
+def test_a_faulty_stream_is_reported_with_a_remedy(name, values, verdict, words):
     findings = graph_findings(changed(HEALTHY, name, **values))
     found = next(finding for finding in findings if finding.subject == name)
     assert found.verdict is verdict
     assert words in found.remedy
 
 
-def test_a_silent_imu_is_named():
+def test_a_silent_imu_is_reported():
     findings = graph_findings(changed(HEALTHY, "/imu_pelvis/data", rate=0.0))
     found = next(finding for finding in findings if finding.subject == "IMUs")
     assert found.verdict is Verdict.WRONG
     assert found.found == "silent: /imu_pelvis/data"
 
 
-def test_unknown_extrinsics_are_a_matter_of_time_only_while_somebody_calibrates():
+def test_unknown_extrinsics_are_no_error_during_a_calibration():
     unknown = replace(HEALTHY, placed_sensors=("left",))
     assert verdicts(unknown)["extrinsics"] is Verdict.NOTE
     alone = replace(unknown, nodes=("/fusion", "/kinect_left", "/kinect_right"))
     assert verdicts(alone)["extrinsics"] is Verdict.WRONG
 
 
-def test_a_slow_fusion_is_wrong():
+def test_a_slow_fusion_is_an_error():
     assert verdicts(replace(HEALTHY, fusion_latency_s=(0.2, 0.4)))["fusion latency"] is (
         Verdict.WRONG
     )
@@ -167,7 +167,7 @@ def test_a_slow_fusion_is_wrong():
 @pytest.mark.parametrize(
     ("level", "verdict"), [(Level.WARN, Verdict.NOTE), (Level.ERROR, Verdict.WRONG)]
 )
-def test_what_a_node_says_of_itself_counts(level, verdict):
+def test_diagnostics_of_a_node_are_findings(level, verdict):
     status = NodeStatus(name="/imu_bridge", level=level, message="the port was lost")
     findings = graph_findings(replace(HEALTHY, statuses=(status,)))
     found = next(finding for finding in findings if finding.subject == "/imu_bridge")
@@ -190,7 +190,7 @@ def test_the_page_of_a_full_graph_fits_into_80_columns_and_24_lines():
     assert not any("…" in line for line in lines)
 
 
-def test_the_page_says_rates_latencies_shares_and_what_nodes_say():
+def test_the_page_shows_rates_latencies_shares_and_diagnostics():
     text = "\n".join(shown(HEALTHY))
     assert "rate [Hz]" in text
     assert "latency [ms]" in text
@@ -201,7 +201,7 @@ def test_the_page_says_rates_latencies_shares_and_what_nodes_say():
     assert "extrinsics: left, right" in text
 
 
-def test_what_is_wrong_is_said_first_however_little_room_there_is():
+def test_errors_are_shown_first_on_a_small_page():
     status = NodeStatus(name="/zzz", level=Level.ERROR, message="the port was lost")
     lines = shown(replace(HEALTHY, statuses=(*HEALTHY.statuses, status)), height=20)
     assert len(lines) <= 20
@@ -209,7 +209,7 @@ def test_what_is_wrong_is_said_first_however_little_room_there_is():
     assert "more nodes" in lines[-1]
 
 
-def test_a_node_that_says_much_is_still_named():
+def test_a_node_with_a_long_message_is_still_named():
     status = NodeStatus(name="/calibration", level=Level.OK, message="calibrated " * 20)
 
     line = shown(replace(HEALTHY, statuses=(status,)))[-1]
@@ -218,13 +218,13 @@ def test_a_node_that_says_much_is_still_named():
     assert line.endswith("…")
 
 
-def test_an_empty_graph_says_how_to_start_one():
+def test_the_page_of_an_empty_graph_says_how_to_start_one():
     empty = replace(HEALTHY, topics=(), statuses=(), tracked={}, placed_sensors=())
     text = "\n".join(shown(replace(empty, fusion_latency_s=None)))
     assert "no messages yet: try ./pose doctor" in text
     assert "not known yet" in text
 
 
-def test_stamps_of_a_recording_are_no_latency():
+def test_a_replayed_recording_has_no_latency():
     text = "\n".join(shown(changed(HEALTHY, "/kinect_left/skeletons", latency_s=1e6)))
     assert "replayed" in text

@@ -36,14 +36,14 @@ def slow(tmp_path, start_process, request):
     return process
 
 
-def test_ctrl_c_while_it_imports_ends_it_without_a_traceback(slow):
+def test_ctrl_c_during_imports_ends_an_executable_without_a_traceback(slow):
     slow.signal(signal.SIGINT)
 
     assert slow.wait() == 130
     assert slow.output == "importing\n"
 
 
-def test_a_module_that_is_not_there_is_told_of(start_process):
+def test_a_missing_module_is_reported(start_process):
     code = "from pose_node.entry import start; start.no_such_module()"
     process = start_process([sys.executable, "-c", code])
 
@@ -68,7 +68,7 @@ def test_ctrl_c_while_python_itself_starts_waits_for_the_executable(start_proces
     assert process.output == "starting\n"
 
 
-def test_an_executable_of_pose_heeds_ctrl_c(start_process, tmp_path):
+def test_an_executable_ends_on_ctrl_c(start_process, tmp_path):
     process = start_process([POSE, "run", "pose_fusion", "recorder", "-o", tmp_path / "bag"])
     process.wait_for_output("recording every topic")
 

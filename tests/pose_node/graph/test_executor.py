@@ -55,7 +55,7 @@ def _spin_quietly(executor):
         executor.spin()
 
 
-def test_messages_are_taken_in_their_order_each_once(node, peer, spin):
+def test_messages_are_received_once_and_in_order(node, peer, spin):
     publisher = peer.create_publisher(String, "words", 100)
     sent = [str(number) for number in range(50)]
     taken = []
@@ -79,7 +79,7 @@ def test_messages_are_taken_in_their_order_each_once(node, peer, spin):
     assert taken == sent
 
 
-def test_a_callback_that_wants_it_is_told_when_a_message_was_sent(node, peer, spin):
+def test_a_callback_can_receive_the_message_info(node, peer, spin):
     publisher = peer.create_publisher(String, "words", 10)
     told = []
 
@@ -96,7 +96,7 @@ def test_a_callback_that_wants_it_is_told_when_a_message_was_sent(node, peer, sp
     assert told[0][1] > 0
 
 
-def test_services_answer(node, peer, spin):
+def test_the_executor_handles_service_calls(node, peer, spin):
     answers = []
 
     def serve(_request, response):
@@ -121,7 +121,7 @@ def test_services_answer(node, peer, spin):
     assert answers[0].message == "served"
 
 
-def test_the_answer_of_another_node_s_service_is_told(node, peer, spin):
+def test_the_executor_delivers_service_responses(node, peer, spin):
     answers = []
 
     def serve(_request, response):
@@ -146,7 +146,7 @@ def test_the_answer_of_another_node_s_service_is_told(node, peer, spin):
     assert answers == ["served"]
 
 
-def test_the_middleware_s_events_are_told_of(node, peer, spin):
+def test_the_executor_delivers_middleware_events(node, peer, spin):
     from rclpy.event_handler import SubscriptionEventCallbacks
     from rclpy.qos import QoSProfile, ReliabilityPolicy
 
@@ -172,7 +172,7 @@ def test_the_middleware_s_events_are_told_of(node, peer, spin):
     assert events == [1]
 
 
-def test_what_a_callback_makes_is_waited_for_and_what_it_destroys_is_not(node, spin):
+def test_entities_created_or_destroyed_in_callbacks_are_noticed(node, spin):
     calls = []
 
     def first():
@@ -194,7 +194,7 @@ def test_what_a_callback_makes_is_waited_for_and_what_it_destroys_is_not(node, s
     assert "destroyed" not in calls
 
 
-def test_messages_for_which_nobody_wants_to_be_called_do_not_wake_it(node, peer, spin, monkeypatch):
+def test_messages_without_a_callback_do_not_wake_the_executor(node, peer, spin, monkeypatch):
     class NotCalled(CallbackGroup):
         def can_execute(self, entity):
             return False
@@ -223,7 +223,7 @@ def test_messages_for_which_nobody_wants_to_be_called_do_not_wake_it(node, peer,
     assert len(wakes) < len(sent) / 2
 
 
-def test_a_cancelled_timer_stays_silent(node, spin):
+def test_a_cancelled_timer_is_not_called(node, spin):
     calls = []
 
     def first():
@@ -239,7 +239,7 @@ def test_a_cancelled_timer_stays_silent(node, spin):
     assert calls == ["first"] * 3
 
 
-def test_what_another_thread_makes_wakes_it(node, spin):
+def test_entities_created_in_another_thread_wake_the_executor(node, spin):
     def make():
         node.create_timer(0.001, spin.end)
 
@@ -248,7 +248,7 @@ def test_what_another_thread_makes_wakes_it(node, spin):
     spin()  # would last for as long as its patience
 
 
-def test_a_callback_s_exception_ends_it(node, spin):
+def test_an_exception_in_a_callback_ends_the_executor(node, spin):
     def fail():
         raise ValueError("of a callback")
 
@@ -258,7 +258,7 @@ def test_a_callback_s_exception_ends_it(node, spin):
         spin()
 
 
-def test_a_node_that_comes_later_is_spun_too(node, ros_context, spin):
+def test_a_node_added_later_is_spun(node, ros_context, spin):
     other = Node("later")
     ros_context.add(other)
     other.create_timer(0.01, spin.end)
@@ -267,7 +267,7 @@ def test_a_node_that_comes_later_is_spun_too(node, ros_context, spin):
     spin()
 
 
-def test_the_end_of_the_context_ends_it(node, spin):
+def test_the_end_of_the_context_ends_the_executor(node, spin):
     node.create_timer(0.01, rclpy.shutdown)
 
     with pytest.raises(ExternalShutdownException):

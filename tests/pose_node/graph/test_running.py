@@ -42,14 +42,14 @@ NAMES = "NUMBER, WHERE = {!r}, {!r}\n"
 
 
 @pytest.mark.parametrize("where", ["making", "publishing"])
-def test_a_sigterm_in_the_midst_of_a_callback_ends_the_process_cleanly(start_process, where):
+def test_a_sigterm_during_a_callback_ends_the_process_cleanly(start_process, where):
     process = start(start_process, int(signal.SIGTERM), where)
 
     assert process.wait() == 0
     assert "Traceback" not in process.output
 
 
-def test_the_same_errors_of_a_node_that_nobody_stops_are_not_hidden(start_process):
+def test_errors_without_a_signal_are_not_hidden(start_process):
     process = start(start_process, 0, "publishing")
 
     assert process.wait() == 1
@@ -78,7 +78,7 @@ run_node(Busy)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_callback_is_not_broken_off_by_a_signal(start_process, number):
+def test_a_signal_does_not_interrupt_a_callback(start_process, number):
     process = start_process([sys.executable, "-c", BUSY])
     process.wait_for_output("writing")
 
@@ -103,7 +103,7 @@ run_node(make)
 """
 
 
-def test_ctrl_c_breaks_the_making_of_a_node_off(start_process):
+def test_ctrl_c_interrupts_the_construction_of_a_node(start_process):
     process = start_process([sys.executable, "-c", SLOW])
     process.wait_for_output("making")
 
@@ -137,7 +137,7 @@ run_node(Compiling)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_compilation_in_a_callback_is_left_at_a_signal(start_process, number):
+def test_a_signal_interrupts_a_compilation_in_a_callback(start_process, number):
     process = start_process([sys.executable, "-c", COMPILING])
     process.wait_for_output("compiling")
 

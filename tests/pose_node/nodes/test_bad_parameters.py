@@ -29,12 +29,12 @@ def test_a_misspelt_parameter_is_refused(ros_context):
         declare(ros_context, raet=50.0)
 
 
-def test_what_every_node_has_is_no_misspelling(ros_context):
+def test_parameters_common_to_all_nodes_are_accepted(ros_context):
     given = {"use_sim_time": False, "qos_overrides./parameter_events.publisher.depth": 10}
     assert declare(ros_context, **given) == Parameters()
 
 
-def test_a_value_outside_its_range_is_named_with_its_unit(ros_context):
+def test_a_value_outside_its_range_is_reported_with_its_unit(ros_context):
     with pytest.raises(ParameterError) as caught:
         declare(ros_context, rate=0.5)
     assert str(caught.value) == "rate = 0.5 Hz is outside [1, 240]"
@@ -49,7 +49,7 @@ def test_a_name_that_cannot_be_part_of_a_topic_is_refused(ros_context, name, val
         declare(ros_context, **{name: value})
 
 
-def test_each_name_of_a_list_is_checked(ros_context):
+def test_each_name_in_a_list_is_checked(ros_context):
     assert declare(ros_context, sensors=["left", "2"]).sensors == ("left", "2")
     with pytest.raises(ParameterError, match="sensors = 'a b' cannot be part of a topic"):
         declare(ros_context, sensors=["left", "a b"])

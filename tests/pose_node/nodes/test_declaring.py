@@ -24,7 +24,7 @@ def declare(ros_context, **values):
     return declare_parameters(node, Parameters)
 
 
-def test_defaults_hold_where_nothing_is_given(ros_context):
+def test_parameters_not_given_have_their_defaults(ros_context):
     assert declare(ros_context) == Parameters()
 
 
@@ -43,7 +43,7 @@ def test_a_value_outside_its_range_is_refused(ros_context):
         declare(ros_context, rate=0.5)
 
 
-def test_an_integer_is_a_number_where_a_double_is_declared(ros_context):
+def test_an_integer_is_accepted_for_a_double(ros_context):
     rate = declare(ros_context, rate=60).rate
 
     assert rate == 60.0
@@ -55,7 +55,7 @@ def test_an_integer_outside_the_range_of_a_double_is_refused_by_name(ros_context
         declare(ros_context, rate=600)
 
 
-def test_a_fraction_is_no_integer(ros_context):
+def test_a_fraction_is_refused_for_an_integer(ros_context):
     with pytest.raises(ParameterError, match="count"):
         declare(ros_context, count=2.5)
 
@@ -73,7 +73,7 @@ def test_a_double_may_be_set_to_an_integer_and_stays_a_double(ros_context):
     assert node.get_parameter("rate").type_ == Parameter.Type.DOUBLE
 
 
-def test_a_changeable_parameter_reaches_its_handler_checked(ros_context):
+def test_a_changed_parameter_is_validated_before_its_handler(ros_context):
     node = ros_context.add(Node("changing"))
     declare_parameters(node, Parameters, changeable=("rate",))
     heard = []

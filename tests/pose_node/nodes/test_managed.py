@@ -101,7 +101,7 @@ def bench(ros_context):
     return make
 
 
-def test_a_node_starts_by_itself(bench):
+def test_a_node_configures_and_activates_itself(bench):
     b = bench()
 
     assert b.state == "active"
@@ -109,7 +109,7 @@ def test_a_node_starts_by_itself(bench):
     assert b.listens
 
 
-def test_without_autostart_it_waits_for_the_transitions(bench):
+def test_without_autostart_a_node_waits_for_transitions(bench):
     b = bench(autostart=False)
 
     assert b.state == "unconfigured"
@@ -122,7 +122,7 @@ def test_without_autostart_it_waits_for_the_transitions(bench):
     assert b.listens
 
 
-def test_deactivated_it_neither_listens_nor_publishes_and_can_go_on(bench):
+def test_a_deactivated_node_neither_subscribes_nor_publishes_and_can_be_reactivated(bench):
     b = bench()
     timers = len(list(b.node.timers))
 
@@ -135,7 +135,7 @@ def test_deactivated_it_neither_listens_nor_publishes_and_can_go_on(bench):
     assert b.node.log[2:] == ["deactivated", "activated"]
 
 
-def test_cleaned_up_it_may_be_set_and_configured_anew(bench):
+def test_a_cleaned_up_node_can_be_reconfigured(bench):
     b = bench()
     assert b.go("deactivate")
     assert b.go("cleanup")
@@ -148,7 +148,7 @@ def test_cleaned_up_it_may_be_set_and_configured_anew(bench):
     assert b.node.log[-1] == "configured at 60 Hz"
 
 
-def test_shut_down_it_stops_first(bench):
+def test_shutdown_stops_the_node_first(bench):
     b = bench()
 
     assert b.go("active_shutdown")
@@ -156,14 +156,14 @@ def test_shut_down_it_stops_first(bench):
     assert b.node.log[2:] == ["deactivated", "cleaned up"]
 
 
-def test_destroyed_it_stops_first(bench):
+def test_destruction_stops_the_node_first(bench):
     b = bench()
     b.node.destroy_node()
 
     assert b.node.log[2:] == ["deactivated", "cleaned up"]
 
 
-def test_what_is_wrong_stays_the_reason_and_can_be_mended(bench):
+def test_a_configuration_error_is_kept_as_the_reason_and_can_be_corrected(bench):
     b = bench(autostart=False, file="missing")
 
     assert not b.go("configure")
@@ -174,7 +174,7 @@ def test_what_is_wrong_stays_the_reason_and_can_be_mended(bench):
     assert b.state == "inactive"
 
 
-def test_what_no_node_foresees_leaves_it_unconfigured(bench):
+def test_an_unexpected_exception_leaves_the_node_unconfigured(bench):
     b = bench(autostart=False, file="bug")
 
     assert not b.go("configure")
@@ -183,24 +183,24 @@ def test_what_no_node_foresees_leaves_it_unconfigured(bench):
 
 
 @pytest.mark.parametrize(("file", "error"), [("missing", InputError), ("bug", ZeroDivisionError)])
-def test_at_the_start_what_is_wrong_is_raised(bench, file, error):
+def test_a_configuration_error_at_the_start_is_raised(bench, file, error):
     with pytest.raises(error):
         bench(file=file)
 
 
-def test_a_misspelt_parameter_is_refused_with_those_that_there_are(bench):
+def test_a_misspelt_parameter_is_refused_with_the_known_names(bench):
     with pytest.raises(ParameterError, match="unknown parameter raet: expected some of rate"):
         bench(raet=3.0)
 
 
-def test_what_may_change_while_it_runs_does(bench):
+def test_a_dynamic_parameter_changes_at_run_time(bench):
     b = bench()
 
     assert b.set("whom", "anna") == ""
     assert b.node.log[-1] == "anna"
 
 
-def test_what_may_not_is_refused_with_the_reason_and_the_way(bench):
+def test_a_static_parameter_is_refused_with_reason_and_remedy(bench):
     b = bench()
 
     assert b.set("rate", 60.0) == (
@@ -210,7 +210,7 @@ def test_what_may_not_is_refused_with_the_reason_and_the_way(bench):
     assert "outside" in b.set("rate", 0.5) or "range" in b.set("rate", 0.5)
 
 
-def test_what_it_is_is_in_the_diagnostics(bench):
+def test_the_lifecycle_state_is_in_the_diagnostics(bench):
     b = bench(autostart=False)
 
     assert b.node._report().message == "unconfigured: ros2 lifecycle set /listener configure"

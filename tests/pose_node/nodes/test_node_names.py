@@ -23,7 +23,7 @@ def names_of(node_class):
             yield part.attr
 
 
-def test_no_node_hides_an_attribute_of_rclpys(ros_context):
+def test_no_node_overrides_an_attribute_of_rclpys_node(ros_context):
     taken = (set(vars(ros_context.make_node())) | set(dir(Node))) - MEANT
     node_classes = {
         f"{path.stem}.{each.name}": each

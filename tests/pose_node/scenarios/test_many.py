@@ -45,7 +45,7 @@ def written(out):
     return sorted(path.name for path in out.rglob("*") if path.is_file())
 
 
-def test_bags_are_found_at_any_depth_and_a_bag_is_no_folder_of_bags(tmp_path):
+def test_bags_are_found_at_any_depth_and_not_inside_a_bag(tmp_path):
     found = bags(tmp_path / "in", 4)
     assert [each.name for each in found] == ["walk0", "walk2", "walk1", "walk3"]
     assert recordings_under(found[0]) == []
@@ -53,7 +53,7 @@ def test_bags_are_found_at_any_depth_and_a_bag_is_no_folder_of_bags(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["walk.db3", "walk_0.db3", "walk_0.mcap"])
-def test_a_bag_that_lost_its_metadata_is_no_folder_of_bags(tmp_path, name):
+def test_a_bag_without_metadata_is_not_a_folder_of_bags(tmp_path, name):
     bag = tmp_path / "day" / "walk"
     bag.mkdir(parents=True)
     (bag / name).touch()
@@ -61,7 +61,7 @@ def test_a_bag_that_lost_its_metadata_is_no_folder_of_bags(tmp_path, name):
     assert recordings_under(tmp_path / "day") == [bag]
 
 
-def test_bag_files_of_other_names_are_bags_of_their_own(tmp_path):
+def test_bag_files_with_other_names_are_separate_bags(tmp_path):
     files = [tmp_path / "in" / f"{name}.mcap" for name in ("run", "walk")]
     files[0].parent.mkdir()
     for file in files:
@@ -69,13 +69,13 @@ def test_bag_files_of_other_names_are_bags_of_their_own(tmp_path):
     assert recordings_under(tmp_path / "in") == files
 
 
-def test_all_that_a_tool_has_printed_is_shown(tmp_path):
+def test_the_complete_output_of_a_tool_is_shown(tmp_path):
     code = COPY + "; print('  IMU torso: used')"
     (job,) = jobs_of(bags(tmp_path / "in", 1), tmp_path / "out", code)
     assert run_job(job).message == f"made {job.output}\n  IMU torso: used"
 
 
-def test_a_second_run_makes_only_what_is_missing(tmp_path):
+def test_a_second_run_creates_only_missing_outputs(tmp_path):
     jobs = jobs_of(bags(tmp_path / "in", 5), tmp_path / "out")
     made = list(run_jobs(jobs, 2))
     assert [each.state for each in made] == ["done"] * 5
@@ -87,7 +87,7 @@ def test_a_second_run_makes_only_what_is_missing(tmp_path):
     assert written(tmp_path / "out") == sorted(Path(each.output).name for each in jobs)
 
 
-def test_a_failure_is_told_and_leaves_nothing_half_made(tmp_path):
+def test_a_failure_is_reported_and_leaves_no_partial_output(tmp_path):
     (job,) = jobs_of(bags(tmp_path / "in", 1), tmp_path / "out", BROKEN)
     outcome = run_job(job)
     assert (outcome.state, outcome.message) == ("failed", "error: damaged")
@@ -96,7 +96,7 @@ def test_a_failure_is_told_and_leaves_nothing_half_made(tmp_path):
 
 
 @pytest.mark.timeout(120)
-def test_a_worker_that_is_killed_half_way_loses_nothing_and_makes_nothing_twice(tmp_path):
+def test_the_job_of_a_killed_worker_is_completed_once(tmp_path):
     jobs = jobs_of(bags(tmp_path / "in", 12), tmp_path / "out", SLOW_COPY)
     with LocalCluster(
         n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"

@@ -26,7 +26,7 @@ def test_every_executable_starts_so_that_ctrl_c_is_quiet(setup):
         assert "\ndef main() -> None:" in Path(spec.origin).read_text(), module
 
 
-def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeypatch):
+def test_an_executable_runs_main_and_returns_its_exit_code(tmp_path, monkeypatch):
     (tmp_path / "a_tool.py").write_text("import sys\ndef main() -> None:\n    sys.exit(7)\n")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(SystemExit) as ending:
@@ -35,7 +35,7 @@ def test_it_runs_the_module_s_main_and_passes_its_exit_code_on(tmp_path, monkeyp
     assert "a_tool" in sys.modules
 
 
-def test_a_missing_package_is_one_line_with_a_way_out(tmp_path, monkeypatch):
+def test_a_missing_package_is_reported_in_one_line_with_a_remedy(tmp_path, monkeypatch):
     (tmp_path / "needy_tool.py").write_text("import no_such_package_anywhere.part\n")
     monkeypatch.syspath_prepend(tmp_path)
 
@@ -48,7 +48,7 @@ def test_a_missing_package_is_one_line_with_a_way_out(tmp_path, monkeypatch):
     )
 
 
-def test_starting_imports_nothing_heavy():
+def test_the_entry_point_imports_no_heavy_library():
     text = (SRC / "pose_node" / "pose_node" / "entry.py").read_text()
     imported = re.findall(r"^(?:import|from) (\S+)", text, re.MULTILINE)
     assert imported == ["atexit", "os", "signal", "sys", "importlib"]

@@ -13,7 +13,7 @@ def state(tmp_path, monkeypatch):
     return tmp_path / "pose_fusion"
 
 
-def test_a_node_finds_its_file_again_within_a_run(state):
+def test_a_restarted_node_finds_its_saved_state(state):
     path = kept_file("/lab/fusion", "r1")
     path.write_text("x")
 
@@ -22,7 +22,7 @@ def test_a_node_finds_its_file_again_within_a_run(state):
     assert state.stat().st_mode & 0o777 == 0o700
 
 
-def test_the_next_run_begins_anew_and_leaves_other_nodes_alone(state, monkeypatch):
+def test_a_new_run_removes_only_the_nodes_own_old_state(state, monkeypatch):
     old, other = kept_file("/fusion", "r1"), kept_file("/calibration", "r1")
     old.write_text("x")
     other.write_text("x")
@@ -32,18 +32,18 @@ def test_the_next_run_begins_anew_and_leaves_other_nodes_alone(state, monkeypatc
     assert other.exists()
 
 
-def test_without_a_run_nothing_is_kept(state):
+def test_without_a_run_no_state_is_saved(state):
     assert kept_file("/fusion", "") is None
     assert not state.exists()
 
 
-def test_a_home_that_cannot_be_written_keeps_nothing(state, monkeypatch):
+def test_in_a_read_only_home_no_state_is_saved(state, monkeypatch):
     monkeypatch.setenv("XDG_STATE_HOME", "/proc/none")
 
     assert kept_file("/fusion", "r1") is None
 
 
-def test_a_value_is_found_again_within_a_run(state):
+def test_a_saved_value_is_loaded_within_a_run(state):
     beside = kept_file("/fusion", "r1")
     assert Kept(beside, "person", str).load() is None
     Kept(beside, "person", str).save("12")
@@ -54,7 +54,7 @@ def test_a_value_is_found_again_within_a_run(state):
     assert Kept(None, "person", str).load() is None
 
 
-def test_a_value_that_cannot_be_read_is_none(state):
+def test_an_unreadable_saved_value_is_none(state):
     def refuse(_plain):
         raise InputError("not this")
 

@@ -1,9 +1,8 @@
 import ast
-import re
 from pathlib import Path
 
 import pytest
-from readme_tables import markdown_table
+from readme_tables import generated_part, markdown_table
 
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.imu_noise import ImuParameters
@@ -18,11 +17,8 @@ README = (PACKAGE / "README.md").read_text()
 
 @pytest.mark.parametrize("declared", [SceneParameters, Variation, KinectParameters, ImuParameters])
 def test_the_table_of_parameters_is_the_declaration(declared):
-    found = re.search(
-        rf"<!-- parameters {declared.__name__} -->\n(.*?)<!-- /parameters -->", README, re.DOTALL
-    )
-    assert found
-    assert found[1] == markdown_table(declared)
+    name = f"parameters: {declared.__name__}"
+    assert generated_part("pose_sim", name) == markdown_table(declared)
 
 
 def test_every_choreography_is_described():

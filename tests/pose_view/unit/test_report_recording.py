@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from exported_motion import write_motion_bag
 from moving_body import motion
-from session_bag import static_transforms, write_session
+from session_bag import MAKE, write_session
 
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import load_body_model
@@ -78,7 +78,7 @@ def test_one_sensor_has_a_report_too(one):
 def test_a_bag_without_a_camera_is_refused_with_what_it_holds(tmp_path):
     path = tmp_path / "fused"
     with BagWriter(path) as bag:
-        bag.write("/tf_static", static_transforms({"left": np.eye(4)}), 1)
+        bag.write("/tf_static", MAKE.sensor_transforms({"left": np.eye(4)}, 0), 1)
     with pytest.raises(InputError, match=r"holds no skeletons: expected topics kinect_<name>"):
         read(path)
 

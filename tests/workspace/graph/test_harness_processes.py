@@ -23,7 +23,7 @@ def test_a_process_is_interrupted_and_its_output_kept(start_process):
     assert process.stop() == -signal.SIGINT
 
 
-def test_an_orphan_in_another_session_is_found_and_ended(start_process):
+def test_an_orphaned_process_in_another_session_is_terminated(start_process):
     process = start_process([sys.executable, "-c", GRANDCHILD])
     assert process.wait() == 0
 

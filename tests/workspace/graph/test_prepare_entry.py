@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[3]
 POSE = ROOT / "pose"
 
 
-def test_a_second_build_does_nothing(start_process):
+def test_a_second_build_changes_nothing(start_process):
     first = start_process([POSE, "build"])
     assert first.wait(300.0) == 0
 
@@ -21,7 +21,7 @@ def test_a_second_build_does_nothing(start_process):
     assert second.output == ""
 
 
-def test_it_runs_from_anywhere_through_a_link(start_process, tmp_path):
+def test_pose_runs_from_any_folder_through_a_link(start_process, tmp_path):
     link = tmp_path / "pose"
     link.symlink_to(POSE)
 
@@ -70,7 +70,7 @@ def test_every_verb_of_the_help_is_known(start_process):
     assert set(verbs) <= known
 
 
-def test_a_path_with_a_space_is_refused_with_a_way_out(start_process, tmp_path):
+def test_a_path_with_a_space_is_refused_with_a_remedy(start_process, tmp_path):
     process = start_process([POSE, "build"], env={"POSE_HOME": str(tmp_path / "a b")})
 
     assert process.wait() == 1
@@ -78,7 +78,7 @@ def test_a_path_with_a_space_is_refused_with_a_way_out(start_process, tmp_path):
     assert "set POSE_HOME to another folder" in process.output
 
 
-def test_a_python_that_does_not_fit_is_refused(start_process, tmp_path):
+def test_an_unsupported_python_is_refused(start_process, tmp_path):
     old = tmp_path / "python"
     old.write_text("#!/bin/sh\nexit 1\n")
     old.chmod(0o755)
@@ -90,7 +90,7 @@ def test_a_python_that_does_not_fit_is_refused(start_process, tmp_path):
     assert f"error: found no Python 3.10 to 3.13 among {old}" in process.output
 
 
-def test_the_environment_keeps_the_python_it_was_made_with(start_process, tmp_path):
+def test_the_environment_keeps_its_original_python(start_process, tmp_path):
     """Until POSE_PYTHON names another: with stand-ins that say who was asked."""
     remembered, named = tmp_path / "remembered", tmp_path / "named"
     for python in (remembered, named):
@@ -145,7 +145,7 @@ def test_the_image_is_made_of_the_repository_s_scripts():
         assert (ROOT / program).is_file(), f"{step}: not a script of the repository"
 
 
-def test_a_home_that_cannot_be_written_is_told_with_a_way_out(start_process):
+def test_a_read_only_home_is_reported_with_a_remedy(start_process):
     process = start_process([POSE, "build"], env={"POSE_HOME": "/proc/pose"})
 
     assert process.wait() == 1

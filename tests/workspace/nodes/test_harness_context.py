@@ -5,7 +5,7 @@ import os
 from std_msgs.msg import String
 
 
-def test_a_message_arrives_on_the_module_s_domain(ros_context, spin_until, ros_domain_id):
+def test_messages_stay_on_the_modules_ros_domain(ros_context, spin_until, ros_domain_id):
     assert os.environ["ROS_DOMAIN_ID"] == str(ros_domain_id)
     received = ros_context.collect(String, "greeting")
     publisher = ros_context.make_node().create_publisher(String, "greeting", 10)

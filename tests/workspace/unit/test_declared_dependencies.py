@@ -59,7 +59,7 @@ def test_every_foreign_import_is_declared(folder):
 
 
 @pytest.mark.parametrize("folder", PACKAGES.values(), ids=PACKAGES)
-def test_its_requirements_are_those_of_the_whole(folder):
+def test_requirements_of_a_package_are_in_the_common_requirements(folder):
     names = ("python.in", "teleop.in")
     whole = {k: v for name in names for k, v in requirements(ROOT / "requirements" / name).items()}
 

@@ -22,7 +22,7 @@ NOT_YET = ("steady.py", "arrays.py", "six_shorts.py", "stick.py")  # what the ho
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_module_that_a_document_names_is_there(document):
+def test_every_module_named_in_a_document_exists(document):
     named = set(MODULE.findall(document.read_text()))
     gone = {
         name
@@ -33,6 +33,6 @@ def test_every_module_that_a_document_names_is_there(document):
 
 
 @pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
-def test_every_file_that_a_document_links_is_there(document):
+def test_every_file_linked_in_a_document_exists(document):
     links = [link for link in LINK.findall(document.read_text()) if ":" not in link]
     assert [link for link in links if not (document.parent / link).exists()] == []

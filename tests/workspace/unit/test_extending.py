@@ -45,7 +45,7 @@ def line_of(page):
     return name.strip('"'), value
 
 
-def test_an_estimator_is_a_file_and_a_line(new_module, monkeypatch):
+def test_an_estimator_is_added_by_a_file_and_a_line(new_module, monkeypatch):
     new_module("estimator.md")
     name, value = line_of("estimator.md")
     monkeypatch.setitem(ESTIMATORS, name, value.strip('"'))
@@ -58,7 +58,7 @@ def test_an_estimator_is_a_file_and_a_line(new_module, monkeypatch):
     assert np.isfinite(series.position).all()
 
 
-def test_a_skeleton_format_is_a_file_and_a_line(new_module, monkeypatch, tmp_path):
+def test_a_skeleton_format_is_added_by_a_file_and_a_line(new_module, monkeypatch, tmp_path):
     arrays = new_module("skeleton_format.md")
     name, value = line_of("skeleton_format.md")
     monkeypatch.setitem(FORMATS, name, eval(value, {"arrays": arrays}))
@@ -70,7 +70,7 @@ def test_a_skeleton_format_is_a_file_and_a_line(new_module, monkeypatch, tmp_pat
     np.testing.assert_array_equal([s.positions for s in recorded.samples], joints)
 
 
-def test_an_imu_protocol_is_a_file_and_a_line(new_module, monkeypatch):
+def test_an_imu_protocol_is_added_by_a_file_and_a_line(new_module, monkeypatch):
     module = new_module("imu_protocol.md")
     name, value = line_of("imu_protocol.md")
     entry = eval(value, {"ProtocolEntry": ProtocolEntry, **vars(module)})
@@ -84,7 +84,7 @@ def test_an_imu_protocol_is_a_file_and_a_line(new_module, monkeypatch):
     assert parser.counters["bytes_skipped"] == len(b"noise")
 
 
-def test_an_exporter_is_a_file_and_a_line(new_module, monkeypatch, tmp_path, capsys):
+def test_an_exporter_is_added_by_a_file_and_a_line(new_module, monkeypatch, tmp_path, capsys):
     stick = new_module("exporter.md")
     name, value = line_of("exporter.md")
     monkeypatch.setitem(EXPORTERS, name, eval(value, {"stick": stick}))

@@ -10,7 +10,7 @@ PAGE = """<!doctype html><title>t</title><p id="p">local</p>
 </script>"""
 
 
-def test_it_opens_a_file_draws_with_webgl_and_reaches_no_other_machine(browser, tmp_path: Path):
+def test_the_browser_opens_files_with_webgl_and_has_no_network(browser, tmp_path: Path):
     file = tmp_path / "page.html"
     file.write_text(PAGE)
 

@@ -25,12 +25,12 @@ def test_there_are_launch_files():
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_it_uses_only_what_the_yaml_front_end_defines(file):
+def test_a_launch_file_uses_only_elements_of_the_yaml_front_end(file):
     assert complaints(file) == []
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.name)
-def test_its_nodes_are_started_again_when_they_die(file):
+def test_nodes_of_a_launch_file_are_respawned(file):
     for kind, element in walk(yaml.safe_load(file.read_text())["launch"]):
         if kind == "node":
             assert element.get("respawn") == "true", element["exec"]
@@ -50,7 +50,7 @@ def test_its_nodes_are_started_again_when_they_die(file):
         ("- include: {file: $(dirname)/x.yaml}", r"\$\(dirname …\)"),
     ],
 )
-def test_the_grammar_tells_what_is_wrong(tmp_path, text, complaint):
+def test_the_grammar_rejects_invalid_launch_files(tmp_path, text, complaint):
     file = tmp_path / "x.launch.yaml"
     file.write_text(f"launch:\n{text}\n")
 

@@ -22,7 +22,7 @@ def test_every_package_is_pinned_and_hashed(lock):
 
 
 @pytest.mark.parametrize("lock", LOCKS, ids=lambda lock: lock.name)
-def test_a_lock_has_all_that_is_asked_for(lock):
+def test_a_lock_contains_every_requirement(lock):
     pinned = {line.split("==")[0].lower() for line in lock.read_text().splitlines() if "==" in line}
     asked = {
         re.split(r"[<>= ;\[]", line.lower())[0]

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
 from pose_bench import kinectmultitrack, uiprmd
 from pose_bench.accuracy import (
@@ -17,12 +17,13 @@ from pose_bench.accuracy import (
     scores_csv,
 )
 from pose_bench.methods import METHODS, Method, available_methods
-from pose_bench.pool import Progress as ToldProgress
+from pose_bench.pool import Progress
 from pose_bench.suite import CALIBRATION_WALK, JUDGING_SEEDS, LEVELS, cells, quick_cells
 from pose_bench.summary import failures, tables
 from pose_bench.tables import TextTable
 from pose_bench.tools.showing import document, output_folder, show
 from pose_core.errors import InputError
+from pose_node.plain_console import progress_bar
 from pose_sim.choreography import CHOREOGRAPHIES
 from pose_sim.session import NOISE_PRESETS
 
@@ -109,13 +110,8 @@ class _Bench:
         self._methods = self._available()
 
     def run(self) -> int:
-        with Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-            console=self._console,
-        ) as self._progress:
+        columns = (MofNCompleteColumn(), TimeRemainingColumn())
+        with progress_bar(self._console, *columns) as self._progress:
             if not self._arguments.only_real:
                 self._run_synthetic()
             self._run_real()
@@ -183,7 +179,7 @@ class _Bench:
             self._tables.append(kinectmultitrack.table(views))
             self._files["accuracy_kinectmultitrack.csv"] = rows_csv(views)
 
-    def _bar(self, what: str) -> ToldProgress:
+    def _bar(self, what: str) -> Progress:
         task = self._progress.add_task(what, total=None)
 
         def update(done: int, total: int) -> None:

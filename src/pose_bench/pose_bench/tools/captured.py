@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import MofNCompleteColumn, TimeRemainingColumn
 
 from pose_bench.captured import METHODS, CapturedMethod, CapturedScore, run_session
 from pose_bench.captured_suite import captured_specs
@@ -19,6 +19,7 @@ from pose_core.api import FusionParameters
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_core.parameters import specs as parameter_specs
+from pose_node.plain_console import progress_bar
 from pose_sim.captured.session import CapturedSpec
 
 SUMMARY = "how accurate the estimators are on captured people before simulated sensors"
@@ -83,8 +84,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.through_bags:
         from pose_bench.tools.captured_bags import through_bags as work  # loads ROS's messages
     console = Console(stderr=True)
-    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as progress:
+    with progress_bar(console, MofNCompleteColumn(), TimeRemainingColumn()) as progress:
         task = progress.add_task("sessions", total=len(chosen))
         found = run_all(
             work,

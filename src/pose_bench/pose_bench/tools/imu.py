@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import Progress, TimeRemainingColumn
 
 from pose_bench.imu_accuracy import (
     VARIANTS,
@@ -18,6 +18,7 @@ from pose_bench.imu_accuracy import (
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
 from pose_core.errors import InputError
+from pose_node.plain_console import progress_bar
 
 SUMMARY = "how accurate the IMUs' orientation filters are, on BROAD and on the synthetic subject"
 PUBLISHED = (
@@ -60,12 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the filters and print the tables."""
     if arguments.no_synthetic and arguments.broad is None:
         raise InputError("nothing to run: give BROAD_DIR, or leave out --no-synthetic")
-    with Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TimeRemainingColumn(),
-        console=Console(stderr=True),
-    ) as progress:
+    with progress_bar(Console(stderr=True), TimeRemainingColumn()) as progress:
         tables: list[TextTable] = []
         if arguments.broad is not None:
             tables += _broad(arguments.broad, progress)

@@ -20,10 +20,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from pose_calibration.rigid_transform import MAXWELL_MEDIAN, TUKEY
 from pose_core.api import FloatArray, transformed
-from pose_core.body.kinematics import rotation_from_vector, skew
+from pose_core.body.kinematics import skew
 from pose_core.joints import JOINT_INDEX, JOINTS
 
 OFFSET_STDDEV_M = 0.012  # [m] prior of an offset in the body, per axis and sensor
@@ -241,7 +242,7 @@ class JointRefinement:
     def _apply(self, step: FloatArray) -> None:
         for s in range(1, len(self._T)):
             turn, shift = step[6 * (s - 1) : 6 * s - 3], step[6 * s - 3 : 6 * s]
-            R = rotation_from_vector(turn)
+            R = Rotation.from_rotvec(turn).as_matrix()
             T = self._T[s]
             T[:3, 3] = R @ (T[:3, 3] - self._centre) + self._centre + shift
             T[:3, :3] = R @ T[:3, :3]

@@ -88,7 +88,7 @@ class ObservationRecorder:
         self._tracks = ImuHistory()
         self._views = np.full((len(sensors), len(JOINTS), 3), np.nan)
         self._views_ns = np.zeros(len(sensors), np.int64)
-        self._watcher = NPoseDetector(model)
+        self._watcher = NPoseDetector()
         self._standing: deque[Instant] = deque()
         self._moving: deque[Instant] = deque(maxlen=MOST_INSTANTS)
         self._kept_ns = 0
@@ -154,7 +154,7 @@ class ObservationRecorder:
         if self.is_still:
             self.stand = stand
         else:
-            self._watcher = NPoseDetector(self._model)
+            self._watcher = NPoseDetector()
 
     @property
     def is_still(self) -> bool:

@@ -7,11 +7,12 @@ measurement noise comes from the data (12), (13) and weights the sensors (14), (
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pose_core.baseline_filters.measurement_noise import fuse_measurements, measurement_noise
 from pose_core.baseline_filters.unscented import UnscentedTransform, kalman_update
 from pose_core.body.inverse_kinematics import dof_from_positions
-from pose_core.body.kinematics import ForwardKinematics, left_jacobian, rotation_from_vector
+from pose_core.body.kinematics import ForwardKinematics, left_jacobian
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import trunk_axes
@@ -54,14 +55,6 @@ class Li2020Parameters:
         limits=(0.01, 1.0),
         doc="`li2020`: spread of the sigma points, in units of √n standard deviations",
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class FilterStep:
-    """Result of one update."""
-
-    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint's measurement
-    innovation: FloatArray  # (15,) [m] distance from prediction to fused measurement; NaN unseen
 
 
 class Li2020Filter:
@@ -123,12 +116,15 @@ class Li2020Filter:
         self._covariance = np.diag(stddev**2)
         return True
 
-    def step(self, dt_s: float, measured: FloatArray) -> FilterStep:
+    def step(self, dt_s: float, measured: FloatArray) -> FloatArray:
         """Predict by ``dt_s`` and update with the sensors' measurements.
 
         Args:
             dt_s: Time since the last step [s].
             measured: Joints of each sensor in map, shape (sensors, 15, 3) [m]; NaN unseen.
+
+        Returns:
+            Distance from the predicted to the fused joints, shape (15,) [m]; NaN unseen.
 
         Raises:
             numpy.linalg.LinAlgError: If a covariance lost its positive definiteness.
@@ -155,7 +151,8 @@ class Li2020Filter:
         self._bound_angles()
         self._bound_turns()
         self._re_reference()
-        return _describe_step(noise, fused - measurement.mean, measured.shape)
+        distance = np.linalg.norm((fused - measurement.mean).reshape(-1, 3), axis=-1)
+        return np.where(np.isfinite(measured).all(axis=2).any(axis=0), distance, np.nan)
 
     def _process_noise(self) -> FloatArray:
         from filterpy.common import Q_discrete_white_noise  # imports scipy.stats, see unscented
@@ -193,19 +190,11 @@ class Li2020Filter:
         if np.linalg.norm(vector) < RE_REFERENCE_ANGLE:
             return
         d = self._size
-        self.kinematics.R_reference = rotation_from_vector(vector) @ self.kinematics.R_reference
+        turn = Rotation.from_rotvec(vector).as_matrix()
+        self.kinematics.R_reference = turn @ self.kinematics.R_reference
         change = np.eye(2 * d)
         change[3:6, 3:6] = change[d + 3 : d + 6, d + 3 : d + 6] = left_jacobian(vector)
         self._mean = change @ self._mean
         self._mean[3:6] = 0.0
         covariance = change @ self._covariance @ change.T
         self._covariance = 0.5 * (covariance + covariance.T)
-
-
-def _describe_step(noise: FloatArray, innovation: FloatArray, shape: tuple[int, ...]) -> FilterStep:
-    information = 1.0 / noise.reshape(shape).mean(axis=-1)
-    total = information.sum(axis=0)
-    seen = total > 0.0
-    weight = np.where(seen, information / np.where(seen, total, 1.0), 0.0)
-    distance = np.linalg.norm(innovation.reshape(shape[1:]), axis=-1)
-    return FilterStep(sensor_weight=weight, innovation=np.where(seen, distance, np.nan))

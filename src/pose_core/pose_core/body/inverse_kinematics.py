@@ -5,8 +5,8 @@ flexion and abduction, the next bone's direction gives rotation and the hinge's 
 """
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from pose_core.body.kinematics import rotation_from_vector
 from pose_core.body.model import BodyModel
 from pose_core.body.trunk import mid_hip, trunk_axes
 from pose_core.joints import JOINT_INDEX, SIDES
@@ -21,27 +21,21 @@ LIMBS = (
 )
 
 
-def dof_from_positions(
-    model: BodyModel, positions: FloatArray, R_reference: FloatArray | None = None
-) -> FloatArray:
+def dof_from_positions(model: BodyModel, positions: FloatArray) -> FloatArray:
     """Estimate one pose's degrees of freedom.
 
     Args:
         model: Any model that has the limbs' degrees of freedom of li2020; further ones stay zero.
         positions: Joint positions [m] in map, shape (15, 3); a limb with a NaN joint stays
             neutral as far as it is not determined.
-        R_reference: Rotation of the root's zero rotation vector; by default the trunk's,
-            so that the root's rotation vector is zero.
 
     Returns:
-        Degrees of freedom [m], [rad], shape (d,). The root's rotation vector is zero unless
-        ``R_reference`` is given. NaN where the trunk is not determined.
+        Degrees of freedom [m], [rad], shape (d,); the root's rotation vector is zero, that is, the
+        trunk's axes are its reference. NaN where the trunk is not determined.
     """
     R_map_body = trunk_axes(positions)
     dof = np.zeros(model.size)
     dof[:3] = mid_hip(positions)
-    if R_reference is not None:
-        dof[3:6] = vector_from_rotation(R_map_body @ R_reference.T)
     bones = {name: R_map_body.T @ positions[index] for name, index in JOINT_INDEX.items()}
     values = _neck_angles(bones["head"] - bones["neck"])
     for side in SIDES:
@@ -85,9 +79,7 @@ def _limb_angles(
     x, y, z = first / np.linalg.norm(first)
     flexion = np.arctan2(x, -z)
     abduction = outward * np.arcsin(np.clip(y, -1.0, 1.0))
-    swing = rotation_from_vector(np.array([0.0, -flexion, 0.0])) @ rotation_from_vector(
-        np.array([outward * abduction, 0.0, 0.0])
-    )
+    swing = Rotation.from_euler("YX", (-flexion, outward * abduction)).as_matrix()
     across = swing.T @ (second / np.linalg.norm(second))
     hinge_flexion = np.arctan2(np.hypot(across[0], across[1]), -across[2])
     # The hinge moves the end along ±x of the limb, which determines the limb's axial rotation.

@@ -10,6 +10,7 @@ with + for the left; the knee's and the elbow's flexion is the angle between the
 
 import numpy as np
 
+from pose_core.body.trunk import trunk_axes
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.streams.samples import FloatArray
 
@@ -63,25 +64,6 @@ def joint_angles(positions: FloatArray) -> dict[str, FloatArray]:
             angles[f"{side}_{joint}_abduction"] = np.arcsin(np.clip(outward * y, -1.0, 1.0))
             angles[f"{side}_{hinge}_flexion"] = _angle_between(upper, lower)
     return {name: angles[name] for name in ANGLES}
-
-
-def trunk_axes(positions: FloatArray) -> FloatArray:
-    """Reference axes of the limbs' angles: columns x forward, y left, z up.
-
-    Args:
-        positions: Joint positions [m], shape (n, 15, 3).
-
-    Returns:
-        Rotation matrices ``R_frame_trunk``, shape (n, 3, 3); NaN where hips and neck do not
-        span them.
-    """
-    left, right = positions[:, JOINT_INDEX["left_hip"]], positions[:, JOINT_INDEX["right_hip"]]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        y = (left - right) / _norm(left - right)[:, None]
-        up = positions[:, JOINT_INDEX["neck"]] - 0.5 * (left + right)
-        up = up - np.sum(up * y, axis=1, keepdims=True) * y
-        z = up / _norm(up)[:, None]
-    return np.stack([np.cross(y, z), y, z], axis=2)
 
 
 def wrapped(angle: FloatArray) -> FloatArray:

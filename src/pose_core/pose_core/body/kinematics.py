@@ -17,7 +17,7 @@ from pose_core.kernels import joint_angle_extraction
 from pose_core.kernels.forward_kinematics import ModelArrays, compute_links
 from pose_core.streams.samples import FloatArray
 
-SMALL_ANGLE = 1e-6  # [rad] below it, series replace sin x / x and (1 - cos x) / x²
+SMALL_ANGLE = 1e-6  # [rad] below it, the series of the left Jacobian
 
 
 def skew(vector: FloatArray) -> FloatArray:
@@ -27,21 +27,6 @@ def skew(vector: FloatArray) -> FloatArray:
     matrix[..., 1, 0], matrix[..., 1, 2] = vector[..., 2], -vector[..., 0]
     matrix[..., 2, 0], matrix[..., 2, 1] = -vector[..., 1], vector[..., 0]
     return matrix
-
-
-def rotation_from_vector(vector: FloatArray) -> FloatArray:
-    """Rotation matrices from rotation vectors [rad], shape (..., 3) to (..., 3, 3).
-
-    Unlike ``scipy``'s, it takes any number of leading axes and any numpy version's arrays.
-    """
-    angle_squared = np.sum(vector**2, axis=-1)[..., None, None]
-    angle = np.sqrt(angle_squared)
-    small = angle < SMALL_ANGLE
-    safe = np.where(small, 1.0, angle)
-    first = np.where(small, 1.0 - angle_squared / 6.0, np.sin(safe) / safe)
-    second = np.where(small, 0.5 - angle_squared / 24.0, (1.0 - np.cos(safe)) / safe**2)
-    cross = skew(vector)
-    return np.eye(3) + first * cross + second * (cross @ cross)
 
 
 def left_jacobian(vector: FloatArray) -> FloatArray:

@@ -43,6 +43,16 @@ class BodyShape:
         return dict(zip(JOINTS, map(float, np.linalg.norm(self.offsets, axis=1)), strict=True))
 
 
+def shape_of(model: BodyModel, neutral: FloatArray) -> BodyShape:
+    """Body measures from the joints in the N-pose, shape (15, 3) [m]."""
+    offsets = neutral.copy()
+    for name, place in model.joints.items():
+        joint = model.links[place.link].joint
+        if joint is not None:
+            offsets[JOINT_INDEX[name]] -= neutral[JOINT_INDEX[joint]]
+    return BodyShape(offsets=offsets)
+
+
 def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
     """Estimate a person's body measures.
 

@@ -92,7 +92,6 @@ class DefaultEstimator(StepwiseEstimator):
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
-        self._tracking_state = np.zeros((len(parameters.sensors), len(JOINTS)), np.uint8)
         self._readings = NO_IMUS  # at the state's instant
         self._information = np.zeros((2, links, 3, 3))  # of the last update with each source
 
@@ -152,15 +151,13 @@ class DefaultEstimator(StepwiseEstimator):
         if self._state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
-        is_heard = self._state.silent_s + ahead_s < SILENT_S
         aligned = self._alignments.readings(readings)
         information = np.zeros((2, self._layout.links, 3, 3))
-        if is_heard.any():
+        if np.any(self._state.silent_s + ahead_s < SILENT_S):
             information[0] = self._information[0]
         information[1, aligned.links] = self._information[1, aligned.links]
         pose = self._published(self._state, information, ahead_s, aligned)
-        tracking_state = self._tracking_state * is_heard[:, None]
-        return TimedPose(stamp_ns=stamp_ns, tracking_state=tracking_state, pose=pose)
+        return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
     def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
         """Predict the filter to an observation's instant, or start it there.
@@ -234,7 +231,6 @@ class DefaultEstimator(StepwiseEstimator):
                 self._discard_state()
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
-            self._tracking_state[sensor] = frame.tracking_state
             self._information[0] = information[0]
         if len(observation.readings) and late_s == 0.0:
             self._state = self._alignments.observe(

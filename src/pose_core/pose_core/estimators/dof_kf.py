@@ -5,6 +5,7 @@ positions, so their mean is shifted, which a subsequent linear filter cannot cor
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.baseline_filters.constant_velocity import ConstantVelocityFilter
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
@@ -49,7 +50,8 @@ class DofKalmanFilter(StepwiseEstimator):
         assert self._filter is not None
         for each in seen:
             self._filter.update(each, self._variance)
-        return self._describe([bool(np.isfinite(each[:6]).all()) for each in seen])
+        is_seen = any(np.isfinite(each[:6]).all() for each in seen)
+        return self._describe(is_seen, observation.tracking_state.max(axis=0))
 
     def _start(self, seen: list[FloatArray]) -> bool:
         if not seen:
@@ -77,12 +79,10 @@ class DofKalmanFilter(StepwiseEstimator):
         dof[ROOT_DOF:] += FULL_TURN * turns
         return dof
 
-    def _describe(self, seen: list[bool]) -> FusedPose:
+    def _describe(self, is_seen: bool, tracking_state: NDArray[np.uint8]) -> FusedPose:
         assert self._filter is not None
         size, mean = self.model.size, self._filter.mean
         pose = self._kinematics.pose(mean[:, 0])
-        is_seen = any(seen)
-        share = np.array(seen, float) / max(sum(seen), 1)
         return FusedPose(
             position=mean[:, 0].copy(),
             velocity=mean[:, 1].copy(),
@@ -92,5 +92,5 @@ class DofKalmanFilter(StepwiseEstimator):
             source=np.full(size, Source.KINECT if is_seen else Source.PREDICTED, np.uint8),
             rotations=pose.rotations,
             joints=pose.positions,
-            sensor_weight=np.repeat(share[:, None], pose.positions.shape[0], axis=1),
+            tracking_state=tracking_state,
         )

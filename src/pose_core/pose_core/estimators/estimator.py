@@ -11,7 +11,7 @@ from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
 from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses, timed
+from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.streams.samples import FloatArray
@@ -98,7 +98,7 @@ class Estimator(ABC):
 
     def block_of(self, poses: Sequence[TimedPose], newest_ns: Sequence[int]) -> PoseBlock:
         """Poses as a block, see :func:`pose_core.fusion.pose_block.block_of_poses`."""
-        return block_of_poses(poses, newest_ns, self.model, self.parameters.sensors)
+        return block_of_poses(poses, newest_ns, self.model)
 
     def flush(self) -> list[TimedPose]:
         """The remaining poses, after the end of the streams."""
@@ -115,4 +115,4 @@ class StepwiseEstimator(Estimator):
     def track(self, observation: Observation) -> list[TimedPose]:
         """Process an observation; return its pose in a list, empty if there is none."""
         pose = self.update(observation)
-        return [] if pose is None else [timed(pose, observation)]
+        return [] if pose is None else [TimedPose(stamp_ns=observation.stamp_ns, pose=pose)]

@@ -16,7 +16,6 @@ from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import FusedPose
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 ACCELERATION = 25.0  # [m/s²] white, over a frame; tuned on the motions for tuning
 MEASUREMENT_STDDEV = 0.02  # [m] of a tracked joint
@@ -47,7 +46,7 @@ class JointKalmanFilter(StepwiseEstimator):
         for positions, each in zip(observation.positions, stddev, strict=True):
             self._filter.update(positions.ravel(), np.repeat(each**2, 3))
         joints = self._filter.mean[:, 0].reshape(len(JOINTS), 3)
-        return self._pose.at(observation.stamp_ns, joints, _shares(observation.positions, stddev))
+        return self._pose.at(observation.stamp_ns, joints, observation.tracking_state.max(axis=0))
 
     def _start(self, observation: Observation) -> bool:
         """Initialise from the mean of the sensors, once every joint has been measured."""
@@ -60,9 +59,3 @@ class JointKalmanFilter(StepwiseEstimator):
             mean.ravel(), MEASUREMENT_STDDEV, 0.5, ACCELERATION**2 * FRAME_PERIOD_S
         )
         return True
-
-
-def _shares(positions: FloatArray, stddev: FloatArray) -> FloatArray:
-    information = np.where(np.isfinite(positions).all(axis=2), stddev**-2.0, 0.0)
-    total = information.sum(axis=0)
-    return np.asarray(information / np.where(total > 0.0, total, 1.0))

@@ -46,7 +46,6 @@ class KinectTracker:
         counters: Counters,
     ) -> None:
         self.filter = Li2020Filter(model, shape, parameters)
-        self.sensor_weight: FloatArray = np.zeros((0, 0))
         self._parameters = parameters
         self._counters = counters
         self._last_ns: int | None = None
@@ -70,13 +69,12 @@ class KinectTracker:
         if self._last_ns is None:
             return self._start(stamp_ns, measured)
         try:
-            step = self.filter.step((stamp_ns - self._last_ns) / NS_PER_S, measured)
+            innovation = self.filter.step((stamp_ns - self._last_ns) / NS_PER_S, measured)
         except np.linalg.LinAlgError:
             self._counters.add("filter_restarts_numerical")
             return self._start(stamp_ns, measured)
         self._last_ns = stamp_ns
-        self.sensor_weight = step.sensor_weight
-        if self._has_diverged(stamp_ns, step.innovation):
+        if self._has_diverged(stamp_ns, innovation):
             self._counters.add("filter_restarts_strayed")
             return self._start(stamp_ns, measured)
         return True
@@ -88,8 +86,6 @@ class KinectTracker:
             return False
         self._counters.add("filter_starts")
         self._last_ns = stamp_ns
-        share = np.isfinite(measured).all(axis=-1).astype(float)
-        self.sensor_weight = share / np.maximum(share.sum(axis=0), 1.0)
         return True
 
     def _has_diverged(self, stamp_ns: int, innovation: FloatArray) -> bool:

@@ -94,5 +94,5 @@ class Li2020Estimator(StepwiseEstimator):
             source=np.where(seen, Source.KINECT, Source.PREDICTED).astype(np.uint8),
             rotations=placed.rotations,
             joints=placed.positions,
-            sensor_weight=self._tracker.sensor_weight,
+            tracking_state=tracking_state,
         )

@@ -1,6 +1,7 @@
 """Degrees of freedom from joint positions, for methods that estimate only positions."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_core.body.inverse_kinematics import dof_from_positions, vector_from_rotation
 from pose_core.body.joint_rotations import FULL_TURN, continuous_vector
@@ -31,14 +32,16 @@ class PoseOfJoints:
         self._position: FloatArray | None = None
         self._stamp_ns = 0
 
-    def at(self, stamp_ns: int, joints: FloatArray, sensor_weight: FloatArray) -> FusedPose | None:
+    def at(
+        self, stamp_ns: int, joints: FloatArray, tracking_state: NDArray[np.uint8]
+    ) -> FusedPose | None:
         """Compute the pose of one instant.
 
         Args:
             stamp_ns: The instant.
             joints: Shape (15, 3) [m] in map. If a joint is NaN (unseen), its last position is
                 used.
-            sensor_weight: Each sensor's share in each joint, shape (sensors, 15).
+            tracking_state: Of the joints, shape (15,).
 
         Returns:
             None until the trunk has been seen. Variances are NaN, because they are unknown.
@@ -71,5 +74,5 @@ class PoseOfJoints:
             source=np.full(size, Source.KINECT if seen else Source.PREDICTED, np.uint8),
             rotations=self._kinematics.pose(position).rotations,
             joints=joints.copy(),
-            sensor_weight=sensor_weight,
+            tracking_state=tracking_state,
         )

@@ -45,9 +45,8 @@ class MeanOfSensors(StepwiseEstimator):
     def update(self, observation: Observation) -> FusedPose | None:
         """Return the joints unfiltered; a joint that no sensor measures is NaN."""
         chosen = np.where(self._is_chosen[:, None, None], observation.positions, np.nan)
-        seen = np.isfinite(chosen).all(axis=2)
-        share = seen / np.maximum(seen.sum(axis=0), 1)
-        return self._pose.at(observation.stamp_ns, mean_of_sensors(chosen), share)
+        tracking_state = observation.tracking_state.max(axis=0)
+        return self._pose.at(observation.stamp_ns, mean_of_sensors(chosen), tracking_state)
 
 
 class LeftSensor(MeanOfSensors):

@@ -5,9 +5,6 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
 from pose_core.estimators.default import DefaultEstimator
 from pose_core.estimators.uncertainty import SMOOTHED, VarianceCalibrations
 from pose_core.filter.smoother import FilterStep, smoothed
@@ -25,7 +22,6 @@ CHUNK_NS = NS_PER_S  # published together
 @dataclass(frozen=True, kw_only=True)
 class _Step:
     stamp_ns: int  # [ns]
-    tracking_state: NDArray[np.uint8]  # (sensors, 15)
     numbers: StateNumbers  # as the filter published it
     filter_step: FilterStep
 
@@ -85,7 +81,6 @@ class SmoothedEstimator(DefaultEstimator):
         self._steps.append(
             _Step(
                 stamp_ns=observation.stamp_ns,
-                tracking_state=observation.tracking_state,
                 numbers=numbers,
                 filter_step=FilterStep(
                     dt_s=dt_ns / NS_PER_S,
@@ -104,11 +99,6 @@ class SmoothedEstimator(DefaultEstimator):
                 break
             step = self._steps.popleft()
             pose = self._published(state, step.numbers.information)
-            poses.append(
-                TimedPose(
-                    stamp_ns=step.stamp_ns,
-                    tracking_state=step.tracking_state,
-                    pose=pose._replace(scale=step.numbers.scale),
-                )
-            )
+            pose = pose._replace(scale=step.numbers.scale)
+            poses.append(TimedPose(stamp_ns=step.stamp_ns, pose=pose))
         return poses

@@ -31,11 +31,11 @@ from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import FusedPose
 from pose_core.imu.aligned_readings import AlignedReadings
-from pose_core.imu.readings import SegmentReading
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
 
 BALL_JOINT = 3  # degrees of freedom; the last one is the axial rotation
 
@@ -72,9 +72,9 @@ class Zhang2015Estimator(StepwiseEstimator):
         """The fused pose at a frame of the first sensor; None at frames of the others."""
         if not observation.tracking_state[0].any():
             return None
-        seen = np.zeros(observation.tracking_state.shape)
-        seen[0] = np.isfinite(observation.positions[0]).all(axis=1)
-        pose = self._raw.at(observation.stamp_ns, observation.positions[0], seen)
+        pose = self._raw.at(
+            observation.stamp_ns, observation.positions[0], observation.tracking_state.max(axis=0)
+        )
         if pose is None:
             return None
         self._imus.observe(observation.stamp_ns, observation.readings, pose.rotations)
@@ -89,7 +89,7 @@ class Zhang2015Estimator(StepwiseEstimator):
         return pose
 
     def _fuse(
-        self, pose: FusedPose, observation: Observation, readings: Mapping[str, SegmentReading]
+        self, pose: FusedPose, observation: Observation, readings: Mapping[str, FloatArray]
     ) -> None:
         """Replace the rotations of links that carry an IMU, and recompute all angles."""
         tracked = observation.tracking_state[0] == TrackingState.TRACKED
@@ -105,7 +105,7 @@ class Zhang2015Estimator(StepwiseEstimator):
                 is_tracked=bool(tracked[ends].all()),
             )
             mean = fuse_trunk if link.parent is None else fuse_limb
-            pose.rotations[index] = mean(pose.rotations[index], reading.R_map_segment, weight.imu)
+            pose.rotations[index] = mean(pose.rotations[index], reading, weight.imu)
         before = pose.position if self._previous is None else self._previous[1].position
         pose.position[3:6] = continuous_vector(vector_from_rotation(pose.rotations[0]), before[3:6])
         for index, link in enumerate(self.model.links.values()):

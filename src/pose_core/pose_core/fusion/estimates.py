@@ -1,6 +1,6 @@
 """Estimates of one person's pose, at one instant or at several."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -39,7 +39,6 @@ class BodyEstimate:
     tracking_state: NDArray[np.uint8]  # (15,), of the estimate
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (links, 4, 4), origin at the joint that the link rotates about
-    sensor_weight: Mapping[str, FloatArray]  # (15,) each sensor's share in each joint
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,8 +60,6 @@ class EstimateBlock:
     tracking_state: NDArray[np.uint8]  # (n, 15)
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (n, links, 4, 4)
-    sensors: tuple[str, ...]
-    sensor_weight: FloatArray  # (n, sensors, 15)
 
     def __len__(self) -> int:
         return len(self.stamps_ns)
@@ -96,5 +93,4 @@ class EstimateBlock:
             tracking_state=self.tracking_state[row],
             link_names=self.link_names,
             T_map_link=self.T_map_link[row],
-            sensor_weight=dict(zip(self.sensors, self.sensor_weight[row], strict=True)),
         )

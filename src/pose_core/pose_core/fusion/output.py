@@ -28,7 +28,6 @@ class Output:
 
     def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
         self._model = model
-        self._sensors = parameters.sensors
         self._calibrations = estimator_class(parameters.estimator).VARIANCE_CALIBRATION
         self._shape: BodyShape | None = None
         self._states: _StateOutput | None = None
@@ -44,7 +43,7 @@ class Output:
             return block
         if self._states is None or shape is not self._shape:
             self._shape = shape
-            self._states = _StateOutput(self._model, shape, self._calibrations, self._sensors)
+            self._states = _StateOutput(self._model, shape, self._calibrations)
         return self._states.estimates(block)
 
 
@@ -55,19 +54,12 @@ class _StateOutput:
         model: The body model.
         shape: The person's body measures.
         calibrations: Calibration of the filter's variances.
-        sensors: Their names.
     """
 
     def __init__(
-        self,
-        model: BodyModel,
-        shape: BodyShape,
-        calibrations: VarianceCalibrations,
-        sensors: tuple[str, ...],
+        self, model: BodyModel, shape: BodyShape, calibrations: VarianceCalibrations
     ) -> None:
         self._model = model
-        self._sensors = sensors
-        self._offsets = shape.offsets
         no_limits = np.tile([-np.inf, np.inf], (ROOT_DOF, 1))
         self._body = OutputBody(
             numbers=model_arrays(model, shape.offsets),
@@ -94,7 +86,7 @@ class _StateOutput:
 
     def _estimates(self, block: StateBlock) -> EstimateBlock:
         model, size, links = self._model, self._model.size, len(self._model.link_names)
-        count, sensors = block.tracking_state.shape[:2]
+        count = len(block.stamps_ns)
         position, velocity, variance, weight_kinect, weight_imu = np.empty((5, count, size))
         output = PoseOutput(
             position=position,
@@ -107,12 +99,9 @@ class _StateOutput:
             joints=np.empty((count, len(JOINTS), 3)),
             placed_joints=np.empty((count, len(JOINTS), 3)),
             T_map_link=np.empty((count, links, 4, 4)),
-            sensor_weight=np.empty((count, sensors, len(JOINTS))),
         )
         stamps_ns, states = block.stamps_ns, block.states
-        self._output_states(
-            self._body, stamps_ns, states, block.tracking_state, self._blending, output
-        )
+        self._output_states(self._body, stamps_ns, states, self._blending, output)
         tracking_state = np.empty((count, len(JOINTS)), np.uint8)
         self._tracking_states(self._body.numbers, states, tracking_state)
         # A smoothed covariance may be indefinite by rounding.
@@ -134,6 +123,4 @@ class _StateOutput:
             tracking_state=tracking_state,
             link_names=model.link_names,
             T_map_link=output.T_map_link,
-            sensors=self._sensors,
-            sensor_weight=output.sensor_weight,
         )

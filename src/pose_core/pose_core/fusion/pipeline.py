@@ -127,11 +127,6 @@ class FusionPipeline:
         return self._preprocessor.extrinsics
 
     @property
-    def clocks(self) -> Clocks:
-        """The clocks by which stamps are corrected."""
-        return self._preprocessor.clocks
-
-    @property
     def shape(self) -> BodyShape | None:
         """The person's body measures, once they are known."""
         return self._preprocessor.shape

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.observation import Observation
 from pose_core.kernels.joint_angle_extraction import StateNumbers
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.streams.samples import FloatArray
@@ -27,7 +26,7 @@ class FusedPose:
     source: NDArray[np.uint8]
     rotations: FloatArray  # (links, 3, 3): R_map_link
     joints: FloatArray  # (15, 3) [m] in map
-    sensor_weight: FloatArray  # (sensors, 15): each sensor's share in each joint
+    tracking_state: NDArray[np.uint8]  # (15,) best state over the sensors
 
 
 EstimatedPose: TypeAlias = FusedPose | StateNumbers
@@ -39,15 +38,7 @@ class TimedPose:
     """A pose with its stamp."""
 
     stamp_ns: int  # [ns]
-    tracking_state: NDArray[np.uint8]  # (sensors, 15)
     pose: EstimatedPose
-
-
-def timed(pose: EstimatedPose, observation: Observation) -> TimedPose:
-    """A pose at an observation's instant."""
-    return TimedPose(
-        stamp_ns=observation.stamp_ns, tracking_state=observation.tracking_state, pose=pose
-    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +47,6 @@ class StateBlock:
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     newest_ns: NDArray[np.int64]  # (n,) [ns] stamp of the newest sample of any source by then
-    tracking_state: NDArray[np.uint8]  # (n, sensors, 15)
     states: StateNumbers  # n rows
 
 
@@ -65,10 +55,7 @@ PoseBlock: TypeAlias = EstimateBlock | StateBlock
 
 
 def block_of_poses(
-    poses: Sequence[TimedPose],
-    newest_ns: Sequence[int],
-    model: BodyModel,
-    sensors: Sequence[str],
+    poses: Sequence[TimedPose], newest_ns: Sequence[int], model: BodyModel
 ) -> PoseBlock:
     """Combine poses of one estimator to a block.
 
@@ -76,16 +63,13 @@ def block_of_poses(
         poses: n >= 1 poses with their stamps.
         newest_ns: For each, stamp of the newest sample of any source by then [ns].
         model: The body model.
-        sensors: Names, in the order of the poses' weights.
     """
     stamps_ns = np.array([each.stamp_ns for each in poses], np.int64)
-    tracking_state = stacked([each.tracking_state for each in poses])
     states = [each.pose for each in poses if isinstance(each.pose, StateNumbers)]
     if states:
         return StateBlock(
             stamps_ns=stamps_ns,
             newest_ns=np.array(newest_ns, np.int64),
-            tracking_state=tracking_state,
             states=StateNumbers(*map(stacked, zip(*states, strict=True))),
         )
     fused = [each.pose for each in poses if isinstance(each.pose, FusedPose)]
@@ -105,11 +89,9 @@ def block_of_poses(
         source=stacked([each.source for each in fused]),
         joints=joints,
         placed_joints=joints,
-        tracking_state=tracking_state.max(axis=1),
+        tracking_state=stacked([each.tracking_state for each in fused]),
         link_names=model.link_names,
         T_map_link=link_transforms(position, rotations, joints, model.link_joints),
-        sensors=tuple(sensors),
-        sensor_weight=stacked([each.sensor_weight for each in fused]),
     )
 
 

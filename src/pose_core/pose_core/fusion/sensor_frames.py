@@ -19,7 +19,6 @@ class SensorFrame:
     """Joints of all sensors at one instant, in map."""
 
     stamp_ns: int  # [ns]
-    is_present: NDArray[np.bool_]  # (sensors,) which sensors have a frame
     positions: FloatArray  # (sensors, 15, 3) [m]; NaN where not observed
     tracking_state: NDArray[np.uint8]  # (sensors, 15)
 
@@ -47,10 +46,9 @@ class SensorsInMap:
         count = len(self._index)
         positions = np.empty((count, len(JOINTS), 3))
         positions.fill(np.nan)
-        state, is_present = np.zeros((count, len(JOINTS)), np.uint8), np.zeros(count, np.bool_)
+        state = np.zeros((count, len(JOINTS)), np.uint8)
         for sensor, sample in frame.samples.items():
             index = self._index[sensor]
-            is_present[index] = True
             self._into_map(
                 self._T_map_sensor[index],
                 np.ascontiguousarray(sample.positions),
@@ -60,7 +58,6 @@ class SensorsInMap:
             )
         return SensorFrame(
             stamp_ns=frame.stamp_ns,
-            is_present=is_present,
             positions=positions,
             tracking_state=state,
         )

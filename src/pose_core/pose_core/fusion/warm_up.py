@@ -7,7 +7,7 @@ import numpy as np
 
 from pose_core.body.frames import BodyFrames
 from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
+from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.fusion.estimates import EstimateBlock
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
@@ -20,7 +20,6 @@ from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import announce_compilation
 from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
-from pose_core.session.n_pose import shape_of
 from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame
 

@@ -7,8 +7,7 @@ import numpy as np
 from pose_core.body.model import BodyModel
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
-from pose_core.imu.imu_history import ImuState, ImuStates
-from pose_core.imu.readings import SegmentReading
+from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.rotations import exponential
 from pose_core.stamps import NS_PER_S
@@ -82,8 +81,8 @@ class AlignedReadings:
         use.tilt_stddev, use.turn_stddev = float(max(stddev[0], stddev[1])), float(stddev[2])
         use.heading_stddev = float(stddev[3])
 
-    def read(self, states: ImuStates) -> dict[str, SegmentReading]:
-        """Attitudes of the segments by the aligned IMUs."""
+    def read(self, states: ImuStates) -> dict[str, FloatArray]:
+        """Attitudes ``R_map_segment`` of the segments by the aligned IMUs, (3, 3)."""
         readings = {}
         for segment, state in states.items():
             if segment not in self._uses:
@@ -92,16 +91,7 @@ class AlignedReadings:
             found = self._found.get(segment)
             if found is not None:
                 self._uses[segment].used += 1
-                readings[segment] = aligned_reading(state, found)
+                R_z = np.empty((3, 3))
+                exponential(0.0, 0.0, found.heading, R_z)
+                readings[segment] = R_z @ state.R_world_sensor @ found.R_sensor_link
         return readings
-
-
-def aligned_reading(state: ImuState, alignment: Alignment) -> SegmentReading:
-    """Transform one IMU's state to its segment."""
-    R_z = np.empty((3, 3))
-    exponential(0.0, 0.0, alignment.heading, R_z)
-    R_map_sensor = R_z @ state.R_world_sensor
-    return SegmentReading(
-        R_map_segment=R_map_sensor @ alignment.R_sensor_link,
-        angular_velocity=R_map_sensor @ state.angular_velocity,
-    )

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pose_core.body.kinematics import rotation_from_vector
 from pose_core.streams.samples import FloatArray
 
 NEARLY_PARALLEL = 1e-9
@@ -52,7 +51,7 @@ def fuse_trunk(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> Fl
     The mean lies on the shortest rotation from one to the other.
     """
     turn = Rotation.from_matrix(R_kinect.T @ R_imu).as_rotvec()
-    return R_kinect @ rotation_from_vector(imu_weight * np.asarray(turn))
+    return R_kinect @ Rotation.from_rotvec(imu_weight * turn).as_matrix()
 
 
 def fuse_limb(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> FloatArray:
@@ -66,4 +65,4 @@ def fuse_limb(R_kinect: FloatArray, R_imu: FloatArray, imu_weight: float) -> Flo
     if sine < NEARLY_PARALLEL:  # equal or opposite: use the IMU's
         return R_imu
     angle = np.arctan2(sine, cosine)
-    return rotation_from_vector((1.0 - imu_weight) * angle * axis / sine) @ R_imu
+    return Rotation.from_rotvec((1.0 - imu_weight) * angle * axis / sine).as_matrix() @ R_imu

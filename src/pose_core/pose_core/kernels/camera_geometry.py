@@ -48,17 +48,6 @@ def transform_to_map(
 
 
 @compiled_in_place
-def share_cameras(tracking_state: NDArray[np.uint8], out: FloatArray) -> None:
-    """Weight [-] of each camera in each joint, (s, 15), by tracking state."""
-    for j in range(out.shape[1]):
-        total = 0
-        for s in range(len(out)):
-            total += tracking_state[s, j]
-        for s in range(len(out)):
-            out[s, j] = tracking_state[s, j] / total if total > 0 else 0.0
-
-
-@compiled_in_place
 def compute_trunk_axes(
     joints: FloatArray, hips_and_neck: NDArray[np.int64], out: FloatArray
 ) -> None:

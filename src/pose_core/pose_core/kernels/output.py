@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.kernels.camera_geometry import share_cameras
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
 from pose_core.kernels.hinge_plane import Hinges, turn_into_hinge_planes
@@ -44,7 +43,6 @@ class PoseOutput(NamedTuple):
     joints: FloatArray  # (n, joints, 3) [m]: the filter's, relative to the published root
     placed_joints: FloatArray  # (n, joints, 3) [m]: from the published degrees of freedom
     T_map_link: FloatArray  # (n, links, 4, 4): likewise
-    sensor_weight: FloatArray  # (n, s, joints) [-]
 
 
 @compiled
@@ -52,7 +50,6 @@ def output_states(
     body: OutputBody,
     stamps_ns: NDArray[np.int64],
     states: StateNumbers,
-    tracking_state: NDArray[np.uint8],
     blending: Blending,
     output: PoseOutput,
 ) -> None:
@@ -62,7 +59,6 @@ def output_states(
         body: The body.
         stamps_ns: (n,) [ns].
         states: The states, n rows.
-        tracking_state: (n, s, joints).
         blending: The last output; updated.
         output: Filled.
     """
@@ -110,7 +106,6 @@ def output_states(
             body.numbers.turns_about,
             output.T_map_link[n],
         )
-        share_cameras(tracking_state[n], output.sensor_weight[n])
 
 
 @compiled

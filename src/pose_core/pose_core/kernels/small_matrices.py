@@ -2,36 +2,8 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from pose_core.kernels.compiling import compiled_in_place
 from pose_core.streams.samples import FloatArray
-
-
-@compiled_in_place
-def solve(A: FloatArray, B: FloatArray, size: int) -> None:
-    """Replace B by A⁻¹ B, and the symmetric positive definite A by its Cholesky factor.
-
-    Args:
-        A: Only the first ``size`` rows and columns are used.
-        B: Only the first ``size`` rows are used; any number of columns.
-        size: At most the number of rows.
-    """
-    for i in range(size):
-        for j in range(i + 1):
-            total = A[i, j]
-            for k in range(j):
-                total -= A[i, k] * A[j, k]
-            A[i, j] = np.sqrt(total) if i == j else total / A[j, j]
-    for column in range(B.shape[1]):
-        for i in range(size):
-            for k in range(i):
-                B[i, column] -= A[i, k] * B[k, column]
-            B[i, column] /= A[i, i]
-        for i in range(size - 1, -1, -1):
-            for k in range(i + 1, size):
-                B[i, column] -= A[k, i] * B[k, column]
-            B[i, column] /= A[i, i]
 
 
 @compiled_in_place

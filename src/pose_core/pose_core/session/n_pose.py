@@ -1,4 +1,4 @@
-"""N-pose: body measures of a standing person, and each tracker's offset at every joint.
+"""N-pose: each tracker's offset at every joint of a standing person.
 
 In the N-pose every joint angle is zero by definition: the limbs hang straight down, and the body is
 symmetric. If a sensor observes a joint elsewhere, its tracker has a constant offset there.
@@ -12,9 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.body.joint_angles import joint_angles
-from pose_core.body.kinematics import ForwardKinematics
-from pose_core.body.model import BodyModel
-from pose_core.body.shape import BodyShape
 from pose_core.body.trunk import mid_hip, standing_heading
 from pose_core.finite_numbers import nan_mean
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
@@ -32,8 +29,7 @@ LARGEST_OFFSET = 0.12  # [m] a larger deviation is a gross error, not an offset
 
 TRACKER_ERROR = (0.03, 0.06)
 """[m] Up to the first mean distance from its neutral position, over all sensors, a joint's
-deviation is
-the trackers' error; from the second on it is the person's posture."""
+deviation is the trackers' error; from the second on it is the person's posture."""
 LEAST_SENSORS = 2  # [-] for this distinction; one sensor alone cannot make it
 
 CHAINS = (("hip", "knee", "foot"), ("shoulder", "elbow", "hand"))
@@ -44,24 +40,18 @@ class NPose:
     """Result of the detection of the N-pose."""
 
     stamp_ns: int  # [ns] of its end
-    shape: BodyShape
     offsets: FloatArray  # (sensors, 15, 3) [m] in heading axes (x forward, z up); zero where unseen
 
 
 class NPoseDetector:
     """Detects the N-pose."""
 
-    def __init__(self, model: BodyModel) -> None:
-        self._model = model
+    def __init__(self) -> None:
         self._samples: deque[tuple[int, FloatArray]] = deque()
         self._checked_ns = 0
 
     def add(
-        self,
-        stamp_ns: int,
-        positions: FloatArray,
-        tracking_state: NDArray[np.uint8],
-        shape: BodyShape | None = None,
+        self, stamp_ns: int, positions: FloatArray, tracking_state: NDArray[np.uint8]
     ) -> NPose | None:
         """Add the sensors' joints at one instant.
 
@@ -69,7 +59,6 @@ class NPoseDetector:
             stamp_ns: The instant.
             positions: In map, shape (sensors, 15, 3) [m]; NaN where not observed.
             tracking_state: Shape (sensors, 15).
-            shape: The person's body measures if they are already known; they are not changed.
 
         Returns:
             The N-pose, once it has been held for long enough.
@@ -84,9 +73,9 @@ class NPoseDetector:
         if not is_long or abs(stamp_ns - self._checked_ns) < CHECK_EVERY_NS:
             return None
         self._checked_ns = stamp_ns
-        return self._n_pose(stamp_ns, shape)
+        return self._n_pose(stamp_ns)
 
-    def _n_pose(self, stamp_ns: int, shape: BodyShape | None) -> NPose | None:
+    def _n_pose(self, stamp_ns: int) -> NPose | None:
         views = np.stack([positions for _, positions in self._samples])  # (n, sensors, 15, 3)
         count = np.isfinite(views[..., 0]).sum(axis=0)
         with np.errstate(invalid="ignore"):
@@ -101,9 +90,6 @@ class NPoseDetector:
             return None
         heading, root = _placed(mean)
         neutral = n_pose_joints((mean - root) @ heading)
-        if shape is not None:
-            upright = np.zeros(self._model.size)
-            neutral = ForwardKinematics(self._model, shape.offsets).pose(upright).positions
         shift = np.mean((mean - root) @ heading - neutral, axis=0)
         own = (median - mean) @ heading
         common = (mean - root) @ heading - shift - neutral
@@ -113,11 +99,7 @@ class NPoseDetector:
         share[np.isfinite(median[..., 0]).sum(axis=0) < LEAST_SENSORS] = 0.0
         offsets = own + share * common
         is_offset = np.linalg.norm(offsets, axis=-1) < LARGEST_OFFSET  # false of NaN
-        return NPose(
-            stamp_ns=stamp_ns,
-            shape=shape or shape_of(self._model, neutral),
-            offsets=np.where(is_offset[..., None], offsets, 0.0),
-        )
+        return NPose(stamp_ns=stamp_ns, offsets=np.where(is_offset[..., None], offsets, 0.0))
 
 
 def is_n_pose(joints: FloatArray) -> bool:
@@ -165,16 +147,6 @@ def n_pose_joints(observed: FloatArray) -> FloatArray:
                     joints[JOINT_INDEX[f"{side}_{upper}"]] + down
                 )
     return joints
-
-
-def shape_of(model: BodyModel, neutral: FloatArray) -> BodyShape:
-    """Body measures from the joints in the N-pose, shape (15, 3) [m]."""
-    offsets = neutral.copy()
-    for name, place in model.joints.items():
-        joint = model.links[place.link].joint
-        if joint is not None:
-            offsets[JOINT_INDEX[name]] -= neutral[JOINT_INDEX[joint]]
-    return BodyShape(offsets=offsets)
 
 
 def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:

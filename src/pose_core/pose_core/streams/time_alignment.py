@@ -47,7 +47,6 @@ class AlignedFrame:
 class _Stream:
     """One sensor's samples that may still be needed."""
 
-    name: str
     samples: list[SkeletonSample] = field(default_factory=list)  # ascending stamps
     next_index: int = 0  # index of the first sample that may still open a frame
     first_ns: int | None = None
@@ -126,7 +125,7 @@ class TimeAligner:
         self._max_skew_ns = round(max_skew_s * NS_PER_S)
         self._max_gap_ns = round(max_gap_s * NS_PER_S)
         self._max_wait_ns = round(max_wait_s * NS_PER_S)
-        self._streams = {name: _Stream(name) for name in sensors}
+        self._streams = {name: _Stream() for name in sensors}
         self._last_emitted_ns: int | None = None
         self.counters = Counters(*COUNTS)
 
@@ -163,7 +162,7 @@ class TimeAligner:
 
     def reset(self) -> None:
         """Discard all samples; counts stay."""
-        self._streams = {name: _Stream(name) for name in self._streams}
+        self._streams = {name: _Stream() for name in self._streams}
         self._last_emitted_ns = None
 
     def _append(self, stream: _Stream, sample: SkeletonSample) -> None:

@@ -1,11 +1,10 @@
 """Live images for the calibration with a board."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
@@ -15,6 +14,7 @@ from pose_calibration.board.collecting import BoardCollector
 from pose_calibration.board.images import grey_from_message
 from pose_core.errors import InputError
 from pose_io.skeleton_messages import stamp_ns
+from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
 
@@ -83,15 +83,12 @@ def collect_live(
     Returns:
         The intrinsics published by the cameras.
     """
-    rclpy.init(args=[])
-    node = BoardImagesNode(collector, topics, info_topics)
-    try:
+    cameras: dict[str, Camera] = {}
+    make = partial(BoardImagesNode, collector, topics, info_topics)
+    # After an interruption, the collected views may suffice.
+    with suppress(KeyboardInterrupt), node_of_tool(make) as (node, executor):
+        cameras = node.cameras
         while collector.missing:
-            rclpy.spin_once(node, timeout_sec=SPIN_S)
+            executor.spin_once(timeout_sec=SPIN_S)
             on_progress(node.malformed)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the collected views may suffice
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
-    return node.cameras
+    return cameras

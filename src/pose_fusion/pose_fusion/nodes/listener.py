@@ -10,7 +10,6 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from pose_msgs.msg import PoseEstimate, Skeleton, SkeletonArray
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
@@ -31,6 +30,7 @@ from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
 from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_node.nodes.message_types import message_class
+from pose_node.nodes.running import node_of_tool
 
 DISCOVERY_S = 0.3  # [s] between searches for new topics
 DEPTH = 200  # [messages]
@@ -177,21 +177,11 @@ class GraphListener(Node):
 
 def listen(duration_s: float) -> GraphSnapshot:
     """Listen to the graph for a while, with a separate node."""
-    rclpy.init(args=[])
-    executor = SingleThreadedExecutor()
-    node = None
-    try:
-        node = GraphListener("doctor")
-        executor.add_node(node)
+    with node_of_tool(lambda: GraphListener("doctor")) as (node, executor):
         end_s = time.monotonic() + duration_s
         while rclpy.ok() and (left_s := end_s - time.monotonic()) > 0.0:
             executor.spin_once(timeout_sec=min(left_s, 0.1))
         return node.snapshot()
-    finally:
-        executor.shutdown()
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
 
 
 def _is_ours(topic: str) -> bool:

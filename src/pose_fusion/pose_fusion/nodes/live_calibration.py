@@ -2,16 +2,15 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.parameter import Parameter
 
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import Extrinsics
 from pose_fusion.nodes.calibration import CalibrationNode
-from pose_node.nodes.running import RCLError
+from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
 
@@ -31,26 +30,13 @@ def calibrate_live(
     Raises:
         CalibrationError: If there is no result in time; the message says what was missing.
     """
-    rclpy.init(args=[])
-    node = None
-    try:
-        node = CalibrationNode(
-            parameter_overrides=[Parameter(name, value=value) for name, value in parameters.items()]
-        )
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    with node_of_tool(partial(CalibrationNode, parameter_overrides=overrides)) as (node, executor):
         deadline = time.monotonic() + timeout_s
         while not node.calibration.is_finished and time.monotonic() < deadline:
-            rclpy.spin_once(node, timeout_sec=SPIN_S)
+            executor.spin_once(timeout_sec=SPIN_S)
             on_progress(node.calibration)
         return _result(node.calibration, timeout_s)
-    except (ExternalShutdownException, RCLError):
-        # A signal ends the context at once, also while the node is made.
-        if rclpy.ok():
-            raise
-        raise KeyboardInterrupt from None
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
 
 
 def _result(calibration: LiveCalibration, timeout_s: float) -> Extrinsics:

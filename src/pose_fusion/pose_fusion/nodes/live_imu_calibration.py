@@ -6,10 +6,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import rclpy
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
@@ -37,7 +35,7 @@ from pose_io.cdr.imu_bytes import imu_block
 from pose_io.clock_messages import clock_of
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import transforms_to_map
-from pose_node.nodes.running import RCLError
+from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
 SHOW_S = 0.3  # [s] between two progress reports
@@ -159,12 +157,8 @@ def calibrate_imus_live(
     Raises:
         CalibrationError: If nothing could be found in time; the message says what was missing.
     """
-    rclpy.init(args=[])
-    executor = SingleThreadedExecutor()
-    node = None
-    try:
-        node = ImuCalibrationNode(parameters, extrinsics)
-        executor.add_node(node)
+    make = partial(ImuCalibrationNode, parameters, extrinsics)
+    with node_of_tool(make) as (node, executor):
         deadline = time.monotonic() + timeout_s
         show_at = 0.0
         while (now := time.monotonic()) < deadline:
@@ -180,13 +174,3 @@ def calibrate_imus_live(
         if unused:
             node.get_logger().warning(f"not used: {', '.join(unused)}")
         return node.calibration.finish(), node.extrinsics
-    except (ExternalShutdownException, RCLError):
-        # A signal ends the context at once, also while the node is made.
-        if rclpy.ok():
-            raise
-        raise KeyboardInterrupt from None
-    finally:
-        executor.shutdown()
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()

@@ -19,7 +19,7 @@ from std_srvs.srv import Trigger
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
-from pose_core.parameters import add_arguments, specs
+from pose_core.parameters import add_arguments
 from pose_core.stamps import NS_PER_S
 from pose_fusion.nodes import qos
 from pose_fusion.recording.player_parameters import PlayerParameters
@@ -27,7 +27,7 @@ from pose_io.bags import BagMessage, open_bag
 from pose_io.playback import PlaybackClock, Playlist
 from pose_node.conversions import ns_to_stamp
 from pose_node.level import Level
-from pose_node.nodes.declaring import accept_changes, declare_parameters
+from pose_node.nodes.declaring import accept_changes, declare_parameters, overrides_of
 from pose_node.nodes.diagnostics import DiagnosticsPublisher, Report
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
@@ -280,11 +280,7 @@ def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
     add_arguments(parser, PlayerParameters)
     options = vars(parser.parse_args(words))
     options["bag"] = options["path"] or options["bag"]
-    return [
-        Parameter(name, value=options[name])
-        for name in specs(PlayerParameters)
-        if options[name] is not None
-    ]
+    return overrides_of(PlayerParameters, options)
 
 
 def main() -> None:

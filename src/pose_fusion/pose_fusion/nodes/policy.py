@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
-import rclpy
 from rclpy.node import Node
 
 from pose_core.errors import InputError, writing
 from pose_node.command_line import run_tool
+from pose_node.nodes.running import node_of_tool
 
 VERSION = "0.2.0"  # of sros2's policy schema
 
@@ -97,14 +97,9 @@ def make_parser() -> argparse.ArgumentParser:
 def run(arguments: list[str] | None = None) -> None:
     """The tool."""
     options = make_parser().parse_args(arguments)
-    rclpy.init(args=[])
-    node = Node("policy_writer", enable_rosout=False)
-    try:
+    with node_of_tool(lambda: Node("policy_writer", enable_rosout=False)) as (node, _):
         time.sleep(LOOKED_S)
         nodes = graph_of(node)
-    finally:
-        node.destroy_node()
-        rclpy.try_shutdown()
     if not nodes:
         raise InputError("no node runs: start the graph first, for example with ./pose up")
     text = policy_xml(nodes, options.enclave) + "\n"

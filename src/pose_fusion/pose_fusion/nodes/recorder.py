@@ -17,7 +17,7 @@ from std_srvs.srv import Trigger
 
 from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
-from pose_core.parameters import add_arguments, specs
+from pose_core.parameters import add_arguments
 from pose_fusion.nodes import qos
 from pose_fusion.nodes.inbox import Losses, NotWoken, ignore_message, waiting
 from pose_fusion.recording.continued import ContinuedRecording
@@ -28,6 +28,7 @@ from pose_fusion.recording.recording import (
     free_path,
 )
 from pose_node.level import Level
+from pose_node.nodes.declaring import overrides_of
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
 from pose_node.nodes.message_types import message_class
@@ -278,11 +279,7 @@ def overrides_from_arguments(words: Sequence[str]) -> list[Parameter]:
     topics = options.pop("topic")
     if topics:
         options["topics"] = [*topics, *(options["topics"] or [])]
-    return [
-        Parameter(name, value=options[name])
-        for name in specs(RecorderParameters)
-        if options[name] is not None
-    ]
+    return overrides_of(RecorderParameters, options)
 
 
 def main() -> None:

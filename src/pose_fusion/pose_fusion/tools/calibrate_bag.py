@@ -14,6 +14,7 @@ from rich.progress import TimeRemainingColumn
 from rich.table import Table
 
 from pose_calibration.files.extrinsics_file import save_extrinsics
+from pose_calibration.inertial.imu_clock import ImuFindings
 from pose_calibration.parameters import CalibrationParameters
 from pose_calibration.session_calibration import SessionCalibration, calibrate_people
 from pose_core.api import PairResiduals
@@ -148,11 +149,8 @@ def _ahead(session: SessionCalibration, sensor: str) -> str:
     return f"{text}, {drift:+.0f} ppm"
 
 
-def imus_line(session: SessionCalibration) -> str:
-    """One line about the IMUs' clock; empty without IMUs."""
-    imus = session.imus
-    if imus is None:
-        return ""
+def imus_line(imus: ImuFindings) -> str:
+    """One line about the IMUs' clock."""
     if not np.isfinite(imus.offset_stddev_s):
         return "the IMUs' clock: not determined by the motion"
     taken = "" if imus.clock is not None else ", taken as 0: trackers' lags differ by as much"
@@ -160,11 +158,6 @@ def imus_line(session: SessionCalibration) -> str:
         f"the IMUs' clock is {imus.offset_s * 1e3:.0f} ± {imus.offset_stddev_s * 1e3:.0f} ms "
         f"ahead{taken}"
     )
-
-
-def people_line(session: SessionCalibration) -> str:
-    """One line about the person used, if there were several."""
-    return f"{session.people} people at once: calibrated with the one whose views agree longest"
 
 
 def floor_line(session: SessionCalibration) -> str:
@@ -197,9 +190,9 @@ def main(given: list[str]) -> None:
     save_extrinsics(arguments.output, session.extrinsics, arguments.date)
     console = Console(soft_wrap=True)
     console.print(agreement_table(session))
-    if session.people > 1:
-        print(people_line(session))
+    if session.people_line:
+        print(session.people_line)
     print(floor_line(session))
     if session.imus is not None:
-        print(imus_line(session))
+        print(imus_line(session.imus))
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")

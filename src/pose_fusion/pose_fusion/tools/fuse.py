@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import Progress, TimeRemainingColumn
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
 from pose_calibration.imus.section import load_alignments_if_any
@@ -43,6 +43,7 @@ from pose_io.clock_messages import read_clocks
 from pose_io.topics import imu_topics, sensor_topics
 from pose_node.command_line import run_tool
 from pose_node.many import add_many_arguments, recordings_under, run_many
+from pose_node.plain_console import progress_bar
 
 TF_STATIC = "/tf_static"
 
@@ -102,10 +103,8 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
         return replace(extrinsics, clocks=clocks)
     console.print("extrinsics: none in the bag, estimating them from its motion")
     session = calibrate_people(BagFrames(bag), parameters.sensors)
-    if session.people > 1:
-        console.print(
-            f"{session.people} people at once: calibrated with the one whose views agree longest"
-        )
+    if session.people_line:
+        console.print(session.people_line)
     return session.extrinsics
 
 
@@ -196,10 +195,9 @@ def fuse(
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
     extrinsics = find_extrinsics(bag, parameters, console)
-    columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:.0f} %"))
     with (
         BagWriter(out_bag, storage) as writer,
-        Progress(*columns, TimeRemainingColumn(), console=console) as progress,
+        progress_bar(console, TimeRemainingColumn()) as progress,
     ):
         output = EstimateWriter(writer, parameters)
         pipeline = make_pipeline(parameters, extrinsics, output.write, console)

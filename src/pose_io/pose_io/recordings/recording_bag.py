@@ -10,13 +10,11 @@ from heapq import merge
 from pathlib import Path
 from typing import Any
 
-from rosbags.typesys.store import Typestore
-
-from pose_core.joints import JOINTS
 from pose_core.stamps import NS_PER_S
 from pose_io.bag_writer import BagWriter
+from pose_io.message_maker import MessageMaker
 from pose_io.recordings.recording import Recording, SensorStream
-from pose_io.recordings.timeline import make_timeline
+from pose_io.samples import frames_of_stream
 
 ARRAY = "pose_msgs/msg/SkeletonArray"
 USUAL_NAMES = ("left", "right")
@@ -38,7 +36,7 @@ def write_recording_bag(recording: Recording, path: Path) -> None:
         streams = []
         for stream, name in zip(recording.streams, names, strict=True):
             bag.add_topic(f"/kinect_{name}/skeletons", ARRAY, reliable=False, depth=5)
-            streams.append(_messages(stream, name, shift_ns, bag.typestore))
+            streams.append(_messages(stream, name, shift_ns, MessageMaker(bag.typestore)))
         for stamp_ns, topic, message in merge(*streams, key=lambda entry: entry[0]):
             bag.write(topic, message, stamp_ns)
 
@@ -55,26 +53,12 @@ def sensor_names(names: Sequence[str]) -> tuple[str, ...]:
     return (*USUAL_NAMES[: len(names)], *numbered)
 
 
-def _messages(stream: SensorStream, name: str, shift_ns: int, typestore: Typestore) -> Any:
+def _messages(stream: SensorStream, name: str, shift_ns: int, make: MessageMaker) -> Any:
     """Stamp [ns], topic and message of each frame, in order of time."""
-    types = typestore.types
-    header_type, time_type = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
-    point_type, skeleton_type = types["geometry_msgs/msg/Point"], types["pose_msgs/msg/Skeleton"]
-    timeline = make_timeline(stream)
-    for frame, time_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
-        stamp_ns = time_ns + shift_ns
-        seconds, rest = divmod(stamp_ns, NS_PER_S)
-        stamp = time_type(sec=seconds, nanosec=rest)
-        header = header_type(stamp=stamp, frame_id=f"kinect_{name}_optical_frame")
+    topic, frame_id = f"/kinect_{name}/skeletons", f"kinect_{name}_optical_frame"
+    for _, time_ns, persons in frames_of_stream(stream):
+        header = make.header(time_ns + shift_ns, frame_id)
         skeletons = [
-            skeleton_type(
-                header=header,
-                id=stream.person[row],
-                name=list(JOINTS),
-                position=[point_type(x=x, y=y, z=z) for x, y, z in stream.positions[row].tolist()],
-                tracking_state=stream.tracking_state[row],
-            )
-            for row in stream.rows(frame)
+            make.skeleton(header, one.person, one.positions, one.tracking_state) for one in persons
         ]
-        message = types[ARRAY](header=header, skeletons=skeletons)
-        yield stamp_ns, f"/kinect_{name}/skeletons", message
+        yield time_ns + shift_ns, topic, make.skeletons(header, skeletons)

@@ -22,6 +22,15 @@ OF_EVERY_NODE = ("use_sim_time", "start_type_description_service")
 QOS_OVERRIDES = "qos_overrides."
 
 
+def overrides_of(parameters: type, options: Mapping[str, Any]) -> list[Parameter]:
+    """ROS parameters from a command line's options; those that were not given are None."""
+    return [
+        Parameter(name, value=options[name])
+        for name in specs(parameters)
+        if options[name] is not None
+    ]
+
+
 def declare_parameters(
     node: Node,
     parameters: type[T],

@@ -2,11 +2,13 @@
 
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TypeVar
 
 import rclpy
 from rclpy.exceptions import InvalidHandle, NotInitializedException
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
@@ -16,6 +18,7 @@ from pose_node.nodes.executor import QuickExecutor
 from pose_node.nodes.help import answer_arguments
 
 RCLError = rclpy_implementation.RCLError
+N = TypeVar("N", bound=Node)
 
 
 def run_node(
@@ -41,6 +44,31 @@ def run_node(
     except KeyboardInterrupt:
         status = 0
     leave(status)
+
+
+@contextmanager
+def node_of_tool(make_node: Callable[[], N]) -> Iterator[tuple[N, Executor]]:
+    """Start ROS for a tool, and make its node and an executor to spin it; both end with the block.
+
+    Raises:
+        KeyboardInterrupt: After a signal, which ends the context at once.
+    """
+    rclpy.init(args=[])
+    executor = SingleThreadedExecutor()
+    node = None
+    try:
+        node = make_node()
+        executor.add_node(node)
+        yield node, executor
+    except (ExternalShutdownException, RCLError):
+        if rclpy.ok():
+            raise
+        raise KeyboardInterrupt from None
+    finally:
+        executor.shutdown()
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
 
 
 def _init(args: Sequence[str] | None) -> int:
