@@ -127,3 +127,16 @@ def test_a_sample_is_marked_if_its_rate_is_the_orientation_difference():
     assert states.replaced_rates == {"torso"}
     assert states["torso"].angular_velocity == pytest.approx(rates[-2], abs=0.3)
     assert "zero while the orientation turns" in imus.contradicted_rates["torso"]
+
+
+def test_an_angular_velocity_that_is_not_finite_any_more_is_named_until_it_is_measured_again():
+    orientations, rates = turning(3 * SECONDS)
+    third = len(rates) // 3
+    check = AngularVelocityCheck()
+    rates[third : 2 * third] = np.inf
+    samples = block(orientations, rates)
+    checked = check.checked(samples.rows(slice(0, 2 * third)))
+    assert check.faults == {"torso": RateFault.LOST}
+    assert np.isfinite(checked.angular_velocity).all()
+    check.checked(samples.rows(slice(2 * third, 3 * third)))
+    assert not check.faults

@@ -36,6 +36,7 @@ LEAST_WINDOWS = 4.5  # [-] weight of the windows before a rate is replaced
 CERTAIN_WINDOWS = 9.0  # [-] and before it is named
 CONTRADICTION = 0.5  # [-] error's power about an axis, against the turn's
 LEAST_SHARE = 0.2  # [-] of the turn's power, that an axis counts with at least
+LEAST_MEASURED = 50  # [-] samples with a rate, of a device that measures it
 MISSING_MEMORY = 0.02  # [-] weight of a sample in the share of those without a rate
 NO_TURN, MANY_TURNS = 0.01, 100.0  # [-] power of the rate's turn, against the orientation's
 
@@ -48,6 +49,7 @@ class RateFault(IntEnum):
     ZERO = 2
     TOO_LARGE = 3
     OTHER_AXES = 4
+    LOST = 5
 
     def __str__(self) -> str:
         return _WORDS[self]
@@ -56,6 +58,7 @@ class RateFault(IntEnum):
 _WORDS = {
     RateFault.NONE: "",
     RateFault.MISSING: "is not measured",
+    RateFault.LOST: "is not measured any more, or not finite",
     RateFault.ZERO: "stays zero while the orientation turns: make its driver publish it",
     RateFault.TOO_LARGE: "does not match the orientation's change: degrees per second?",
     RateFault.OTHER_AXES: (
@@ -81,6 +84,7 @@ class _Memory(NamedTuple):
     power: FloatArray  # (imus, 3) that of the orientation's turn
     given_power: FloatArray  # (imus,) that of the angular velocity's turn, all axes
     missing: FloatArray  # (imus,) share of samples without an angular velocity
+    measured: NDArray[np.int64]  # (imus,) number of samples with one
     fault: NDArray[np.int64]  # (imus,) contradiction, see :class:`RateFault`
 
 
@@ -103,7 +107,9 @@ class AngularVelocityCheck:
         """What is certainly wrong with angular velocities that are replaced, by segment."""
         memory = self._memory
         contradicted = np.where(memory.windows < CERTAIN_WINDOWS, RateFault.NONE, memory.fault)
-        missing = np.where(memory.missing > 0.5, RateFault.MISSING, RateFault.NONE)
+        had_rates = memory.measured >= LEAST_MEASURED
+        unmeasured = np.where(had_rates, RateFault.LOST, RateFault.MISSING)
+        missing = np.where(memory.missing > 0.5, unmeasured, RateFault.NONE)
         faults = np.where(contradicted, contradicted, missing)
         faulty = np.flatnonzero(faults).tolist()
         return {self._segments[i]: RateFault(int(faults[i])) for i in faulty}
@@ -133,6 +139,7 @@ def _make_memory(imus: int) -> _Memory:
     return _Memory(
         stamp_ns=np.zeros(imus, np.int64),
         orientation=np.zeros((imus, 4)),
+        measured=np.zeros(imus, np.int64),
         fault=np.zeros(imus, np.int64),
         **vectors,
         **numbers,
@@ -178,6 +185,7 @@ def check_rates(
                 _judge(memory, i)
                 _begin_window(memory, i)
         memory.stamp_ns[i] = stamps_ns[row]
+        memory.measured[i] += is_measured
         memory.missing[i] += MISSING_MEMORY * ((0.0 if is_measured else 1.0) - memory.missing[i])
         if memory.fault[i] != RateFault.NONE or not is_measured:
             for axis in range(3):
