@@ -11,8 +11,7 @@ from pose_core.api import FusionParameters, PeoplePipeline
 from pose_core.counters import Counters
 from pose_core.streams.samples import ImuSample
 from pose_fusion.nodes.fusion_report import FusionReporter
-from pose_fusion.watching.cameras import CameraWatch
-from pose_fusion.watching.stages import LatencyStages
+from pose_fusion.sample_reader import COUNTS, SampleReader
 from pose_node.level import Level
 
 DURATION_S = 12.0
@@ -32,8 +31,8 @@ def report_of(change_rate):
     pipeline = PeoplePipeline(parameters, lambda body, block: None, extrinsics())
     for sample in merged(skeletons, imus):
         pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
-    watch = CameraWatch(parameters.sensors)
-    reporter = FusionReporter(pipeline, None, watch, LatencyStages(), Counters())
+    reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
+    reporter = FusionReporter(pipeline, reader)
     reporter.look()
     return reporter.report((), "", {})
 

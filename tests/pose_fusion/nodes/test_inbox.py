@@ -37,13 +37,13 @@ def receive(inbox, publisher, spin_until, count):
 
 def test_what_a_full_queue_drops_is_counted(inbox, publisher, spin_until):
     assert receive(inbox, publisher, spin_until, DEPTH) == DEPTH
-    assert inbox.lost() == {}
+    assert inbox.take_lost() == {}
 
     read = receive(inbox, publisher, spin_until, 50)
 
     assert read < 50
-    assert inbox.lost() == {"one": 50 - read}
-    assert inbox.lost() == {}
+    assert inbox.take_lost() == {"one": 50 - read}
+    assert inbox.take_lost() == {}
 
 
 def test_of_several_publishers_nothing_is_counted(inbox, publisher, ros_context, spin_until):
@@ -53,4 +53,4 @@ def test_of_several_publishers_nothing_is_counted(inbox, publisher, ros_context,
     receive(inbox, second, spin_until, 20)
     receive(inbox, publisher, spin_until, 2)
 
-    assert inbox.lost() == {}
+    assert inbox.take_lost() == {}

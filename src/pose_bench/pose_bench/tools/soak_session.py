@@ -6,7 +6,6 @@ is an argument.
 
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from pose_core.api import (
     Extrinsics,
     FusionParameters,
     PeoplePipeline,
-    SkeletonSample,
     StampJudge,
     make_urdf,
     warm_up,
@@ -30,8 +28,7 @@ from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.nodes.calibration import EVERY_OTHER
 from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.fusion_report import FusionReporter
-from pose_fusion.watching.cameras import CameraWatch
-from pose_fusion.watching.stages import LatencyStages
+from pose_fusion.sample_reader import COUNTS, MessageTimes, SampleReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_io.typestore import make_typestore
@@ -62,13 +59,9 @@ class LiveSession:
         self._example = warm_up(parameters.estimator, model)
         self._typestore = make_typestore()
         self._bodies: dict[str, EstimateBytes] = {}
-        self._judge, self._watch = StampJudge(), CameraWatch(SENSORS)
-        self._stages = LatencyStages()
-        self._counters = Counters("malformed_skeletons", "imu_without_orientation")
-        self._reporter = FusionReporter(
-            self.fusion, self._judge, self._watch, self._stages, self._counters
-        )
-        self._readers = {sensor: SkeletonReader(sensor) for sensor in SENSORS}
+        self._counters = Counters(*COUNTS)
+        self._reader = SampleReader(SENSORS, StampJudge(), self._counters)
+        self._reporter = FusionReporter(self.fusion, self._reader)
         self._calibration_readers = {sensor: SkeletonReader(sensor) for sensor in SENSORS}
         self._calibration_imus: dict[str, list[bytes]] = defaultdict(list)
         self._steps = 0
@@ -87,7 +80,7 @@ class LiveSession:
                 imus[source.removeprefix("imu/")].append(data)
         self._take_imus(imus, now_ns)
         for source, data in messages:
-            if source in self._readers:
+            if source in SENSORS:
                 self._take_frame(source, data, now_ns)
         self.fusion.publish_until(now_ns)
         self._steps += 1
@@ -100,20 +93,13 @@ class LiveSession:
         for segment, of_one in datas.items():
             self._calibration_imus[segment].extend(of_one)
         if datas:
-            block, _ = imu_block(datas)
-            block = self._judge.imus(block, now_ns, self.fusion.clocks)
-            self.fusion.add(block.rows(np.argsort(block.stamps_ns)))
+            self.fusion.add(self._reader.imus(datas, now_ns, self.fusion.clocks))
 
     def _take_frame(self, sensor: str, data: bytes, now_ns: int) -> None:
-        (persons,) = self._readers[sensor].read([data])
-        if isinstance(persons, InputError):
-            self._counters.add("malformed_skeletons")
-            return
-        self._watch.note_frame(sensor, persons)
-        judged = self._judge.skeleton(persons[0], now_ns, self.fusion.clocks)
-        if judged is not None:
-            self._stages.note_taken(judged.stamp_ns, now_ns, now_ns)
-            self.fusion.add(_stamped(persons, judged.stamp_ns))
+        times = MessageTimes(published_ns=now_ns, received_ns=now_ns, taken_ns=now_ns)
+        frame = self._reader.frame(sensor, data, times, self.fusion.clocks)
+        if frame is not None:
+            self.fusion.add(frame)
             self.fusion.wait_no_longer()
             self.fusion.calibrate_session()
         self._calibrate(sensor, data)
@@ -137,7 +123,7 @@ class LiveSession:
         self.outputs += len(estimates)
         if self.kept is not None and body_id == self.fusion.parameters.subject:
             self.kept.append(estimates)
-        self._stages.note_output(int(estimates.stamps_ns[-1]))
+        self._reader.stages.note_output(int(estimates.stamps_ns[-1]))
 
     def _report(self) -> None:
         """What the nodes do each second."""
@@ -156,9 +142,3 @@ class LiveSession:
         stamps_ns = np.concatenate([np.zeros(0, np.int64), *(b.stamps_ns for b in blocks)])
         joints = np.concatenate([np.zeros((0, 15, 3)), *(block.joints for block in blocks)])
         return Poses(stamps_ns=stamps_ns, arrived_ns=stamps_ns, values=joints)
-
-
-def _stamped(persons: Sequence[SkeletonSample], stamp_ns: int) -> tuple[SkeletonSample, ...]:
-    if persons[0].stamp_ns == stamp_ns:
-        return tuple(persons)
-    return tuple(replace(person, stamp_ns=stamp_ns) for person in persons)

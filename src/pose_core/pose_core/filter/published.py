@@ -72,7 +72,7 @@ def predict_published(
             + dt_s**3 / 3.0 * power[0]
         )
     for link in range(len(parents)):
-        add_relative_covariance(
+        fill_relative_covariance(
             constants, state, dt_s, power, rate_times_s, link, parents[link], out.covariance[link]
         )
 
@@ -133,7 +133,7 @@ def later_covariance(
 
 
 @compiled_in_place
-def add_relative_covariance(
+def fill_relative_covariance(
     constants: FilterConstants,
     state: FilterState,
     dt_s: float,

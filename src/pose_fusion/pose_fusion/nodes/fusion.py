@@ -5,10 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
-from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
 
@@ -23,7 +21,6 @@ from pose_core.api import (
     EstimateBlock,
     FusionParameters,
     PeoplePipeline,
-    SkeletonSample,
     StampJudge,
     estimator_class,
     extrinsics_from_map,
@@ -37,13 +34,10 @@ from pose_core.errors import InputError, ParameterError
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
-from pose_fusion.nodes.inbox import Inbox, Losses, waiting
+from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
 from pose_fusion.nodes.qos import latched, sensor_data
+from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_fusion.unused_sensors import unused_sensors
-from pose_fusion.watching.cameras import CameraWatch
-from pose_fusion.watching.stages import LatencyStages
-from pose_io.cdr.imu_bytes import imu_block
-from pose_io.cdr.skeleton_bytes import SkeletonReader
 from pose_io.clock_messages import clock_of
 from pose_io.preparing import prepare_reading
 from pose_io.static_transforms import transforms_to_map
@@ -86,14 +80,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._kept_person = Kept(kept, "person", str)
         read = partial(read_alignments, "the kept alignments")
         self._kept_alignments = Kept(kept, "alignments", read)
-        self._counters = Counters(
-            "malformed_skeletons",
-            "frames_repeated",
-            "joints_not_tracked",
-            "imu_without_orientation",
-            "malformed_transforms",
-            "messages_lost",
-        )
+        self._counters = Counters(*COUNTS, "malformed_transforms", "messages_lost")
         self._static_transforms: dict[str, TransformStamped] = {}
         self._malformed_transform = ""  # why the last message on /tf_static was rejected
         self._person = self._kept_person.load() or self.settings.person
@@ -108,11 +95,10 @@ class FusionNode(ManagedNode[FusionParameters]):
 
     def activate(self) -> None:
         """Process what cameras and IMUs send from now on, publish."""
-        self._readers = {sensor: SkeletonReader(sensor) for sensor in self.settings.sensors}
         self._imus.take()
-        for sensor, subscription in self._cameras.items():
-            waiting(subscription, self._camera_losses[sensor])
-        self._lost()  # before: nobody waited for them
+        for queue in self._cameras.values():
+            queue.take()
+        self._take_lost()  # before: nobody waited for them
         if self.settings.use_imus:
             steady_timer(self, IMU_PERIOD_S, self._take_imus)  # cameras may be silent
         self._patience = steady_timer(self, PATIENCE_S, self._on_patience_ended)
@@ -148,12 +134,9 @@ class FusionNode(ManagedNode[FusionParameters]):
     def _make_pipeline(self) -> None:
         parameters = replace(self.settings, person=self._person)
         self.pipeline = PeoplePipeline(parameters, self._publish, is_live=True)
-        self._judge = StampJudge() if has_output_rate(self.settings) else None
-        self._stages = LatencyStages()  # of the reference sensor's frames
-        self._watch = CameraWatch(self.settings.sensors)
-        self._reporter = FusionReporter(
-            self.pipeline, self._judge, self._watch, self._stages, self._counters
-        )
+        judge = StampJudge() if has_output_rate(self.settings) else None
+        self._reader = SampleReader(self.settings.sensors, judge, self._counters)
+        self._reporter = FusionReporter(self.pipeline, self._reader)
 
     def _load_files(self) -> None:
         parameters, pipeline = self.settings, self.pipeline
@@ -177,71 +160,56 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._kept_person.save(person)
 
     def _subscribe_to_sensors(self) -> None:
-        self._cameras: dict[str, Subscription] = {
-            sensor: self.create_subscription(
-                SkeletonArray,
-                f"kinect_{sensor}/skeletons",
-                partial(self._on_skeletons, sensor),
-                SENSOR_QOS,
-                raw=True,
+        self._cameras = {
+            sensor: MessageQueue(
+                self.create_subscription(
+                    SkeletonArray,
+                    f"kinect_{sensor}/skeletons",
+                    partial(self._on_skeletons, sensor),
+                    SENSOR_QOS,
+                    raw=True,
+                )
             )
             for sensor in self.settings.sensors
         }
-        self._camera_losses = {name: Losses(each) for name, each in self._cameras.items()}
         segments = SEGMENTS if self.settings.use_imus else ()
         topics = {segment: f"imu_{segment}/data" for segment in segments}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
 
-    def _on_skeletons(self, sensor: str, data: bytes, info: dict[str, Any]) -> None:
-        self._camera_losses[sensor].note(info)
+    def _on_skeletons(self, sensor: str, data: bytes, info: MessageInfo) -> None:
+        self._cameras[sensor].note(info)
         if not self.is_active:
             return
         taken_ns = self.get_clock().now().nanoseconds
         self._take_imus()  # process the samples before this frame first
         # Sensors with the same phase deliver together: reading all saves wake-ups.
-        frames = [(sensor, data, info)]
-        for other, subscription in self._cameras.items():
-            entries = waiting(subscription, self._camera_losses[other])
-            frames += [(other, more, noted) for more, noted in entries]
-        read = [persons for frame in frames for persons in self._persons_of(*frame, taken_ns)]
+        received = [(sensor, data, info)]
+        for other, queue in self._cameras.items():
+            received += [(other, *entry) for entry in queue.take()]
+        read = (self._read_frame(*entry, taken_ns) for entry in received)
+        frames = [frame for frame in read if frame is not None]
         # After a pause each queue holds many frames: process them in the order of their stamps.
-        for persons in sorted(read, key=lambda persons: persons[0].stamp_ns if persons else 0):
-            self.pipeline.add(persons)
+        for frame in sorted(frames, key=lambda frame: frame[0].stamp_ns if frame else 0):
+            self.pipeline.add(frame)
         if self.pipeline.holds_frames:
             self._patience.reset()
         self._calibrate_session()
 
-    def _persons_of(
-        self, sensor: str, data: bytes, info: dict[str, Any], taken_ns: int
-    ) -> list[tuple[SkeletonSample, ...]]:
-        """All people in a camera's message, as one frame; no frame if it is unusable."""
-        (persons,) = self._readers[sensor].read([data])
-        if isinstance(persons, InputError):
-            self._counters.add("malformed_skeletons")
-            self._watch.note_trouble(sensor, str(persons))
-            self.get_logger().warning(str(persons), throttle_duration_sec=5.0)
-            return []
-        if not self._watch.note_frame(sensor, persons):
-            self._counters.add("frames_repeated")
-            return []
-        for person in persons:
-            missing = len(person.tracking_state) - int(np.count_nonzero(person.tracking_state))
-            self._counters.add("joints_not_tracked", missing)
-        if persons and self._judge is not None:
-            arrival_ns = self._time_of(info, "received_timestamp", taken_ns)
-            judged = self._judge.skeleton(persons[0], arrival_ns, self.pipeline.clocks)
-            if judged is None:
-                return []
-            persons = [replace(person, stamp_ns=judged.stamp_ns) for person in persons]
-        if persons and sensor == self.settings.sensors[0]:
-            published_ns = self._time_of(info, "source_timestamp", taken_ns)
-            self._stages.note_taken(persons[0].stamp_ns, published_ns, taken_ns)
-        return [tuple(persons)]
-
-    def _time_of(self, info: dict[str, Any], what: str, taken_ns: int) -> int:
-        """A time that the middleware reports [ns]; in simulated time, ``taken_ns``."""
-        is_known = not self.get_clock().ros_time_is_active and info.get(what, 0) > 0
-        return int(info[what]) if is_known else taken_ns
+    def _read_frame(
+        self, sensor: str, data: bytes, info: MessageInfo, taken_ns: int
+    ) -> Frame | None:
+        """The people in a camera's message; None if it is not to be used."""
+        known = {} if self.get_clock().ros_time_is_active else info  # on the host's clock
+        times = MessageTimes(
+            published_ns=known.get("source_timestamp", 0) or taken_ns,
+            received_ns=known.get("received_timestamp", 0) or taken_ns,
+            taken_ns=taken_ns,
+        )
+        try:
+            return self._reader.frame(sensor, data, times, self.pipeline.clocks)
+        except InputError as error:
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return None
 
     def _on_patience_ended(self) -> None:
         self._patience.cancel()
@@ -252,14 +220,10 @@ class FusionNode(ManagedNode[FusionParameters]):
     def _take_imus(self) -> None:
         datas = self._imus.take()
         if datas:
-            block, _ = imu_block(datas)
-            count = sum(map(len, datas.values()))
-            self._counters.add("imu_without_orientation", count - len(block))
-            if self._judge is not None:
-                now_ns = self.get_clock().now().nanoseconds
-                block = self._judge.imus(block, now_ns, self.pipeline.clocks)
+            now_ns = self.get_clock().now().nanoseconds
+            block = self._reader.imus(datas, now_ns, self.pipeline.clocks)
             if len(block):
-                self.pipeline.add(block.rows(np.argsort(block.stamps_ns)))
+                self.pipeline.add(block)
 
     def _on_tf_static(self, message: TFMessage) -> None:
         transforms = {t.child_frame_id: t for t in message.transforms}
@@ -295,7 +259,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         latency_s = self._bodies.publish(body_id, estimates)
         if body_id == self.settings.subject:
             self._reporter.latency_s = latency_s
-            self._stages.note_output(self.get_clock().now().nanoseconds)
+            self._reader.stages.note_output(self.get_clock().now().nanoseconds)
 
     def _publish_shapes(self) -> None:
         """Publish each person's kinematic tree and save the subject's shape, once known."""
@@ -334,15 +298,15 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._alignments = {**known, **subject.sensor_to_segment}
         self._kept_alignments.save(alignments_document(self._alignments))
 
-    def _lost(self) -> dict[str, int]:
+    def _take_lost(self) -> dict[str, int]:
         """Messages lost since the last call, by source."""
-        cameras = {name: each.count() for name, each in self._camera_losses.items()}
-        imus = {f"imu/{segment}": lost for segment, lost in self._imus.lost().items()}
+        cameras = {sensor: queue.take_lost() for sensor, queue in self._cameras.items()}
+        imus = {f"imu/{segment}": lost for segment, lost in self._imus.take_lost().items()}
         return {name: lost for name, lost in {**cameras, **imus}.items() if lost}
 
     def report(self) -> Report:
         """State of the tracking, sensors in use, and latency."""
-        lost = self._lost()
+        lost = self._take_lost()
         self._counters.add("messages_lost", sum(lost.values()))
         topics = self.get_topic_names_and_types()
         unused = unused_sensors(topics, self.settings.sensors, self.get_namespace())

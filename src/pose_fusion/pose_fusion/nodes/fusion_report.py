@@ -4,10 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pose_core.api import PeoplePipeline, StampJudge
-from pose_core.counters import Counters
-from pose_fusion.watching.cameras import MISSED_LOOKS, CameraWatch
-from pose_fusion.watching.stages import LatencyStages
+from pose_core.api import PeoplePipeline
+from pose_fusion.sample_reader import SampleReader
+from pose_fusion.watching.cameras import MISSED_LOOKS
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 
@@ -17,28 +16,16 @@ class FusionReporter:
 
     Args:
         pipeline: The node's pipeline.
-        judge: Its check of stamps, if it has one.
-        watch: Its check of the cameras.
-        stages: Latency by stage.
-        counters: The node's own counters.
+        reader: The node's reader of messages.
 
     Attributes:
         latency_s: Latency of the subject's last estimate [s].
     """
 
-    def __init__(
-        self,
-        pipeline: PeoplePipeline,
-        judge: StampJudge | None,
-        watch: CameraWatch,
-        stages: LatencyStages,
-        counters: Counters,
-    ) -> None:
+    def __init__(self, pipeline: PeoplePipeline, reader: SampleReader) -> None:
         self._pipeline = pipeline
-        self._judge = judge
-        self._watch = watch
-        self._stages = stages
-        self._counters = counters
+        self._reader = reader
+        self._judge, self._watch = reader.judge, reader.watch
         self._estimates = 0  # at the last check
         self._missed = 0  # checks in a row without new estimates
         self._named: set[str] = set()
@@ -138,7 +125,7 @@ class FusionReporter:
             "estimator": pipeline.parameters.estimator,
             "sensors": ", ".join(pipeline.parameters.sensors),
             "latency_s": f"{self.latency_s:.4f}",
-            **self._stages.as_dict(),
+            **self._reader.stages.as_dict(),
             **{
                 f"clock_ahead_ms/{source}": f"{clock.ahead_ns(clock.at_ns) * 1e-6:.1f}"
                 for source, clock in pipeline.clocks.items()
@@ -152,7 +139,7 @@ class FusionReporter:
             **{f"imu/{use.segment}": str(use) for use in uses},
             **subject.counters.as_dict(),
             **subject.imus.counters.as_dict(),
-            **self._counters.as_dict(),
+            **self._reader.counters.as_dict(),
             **self._clocks(),
             "people": ", ".join(pipeline.people) or "none",
             "people_not_followed": pipeline.others,

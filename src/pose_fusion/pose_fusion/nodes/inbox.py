@@ -13,6 +13,9 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
+MessageInfo = Mapping[str, Any]
+"""What the middleware tells of a message: times, and its publisher's number."""
+
 
 class NotWoken(CallbackGroup):
     """Callback group whose subscriptions an executor does not wait for."""
@@ -31,32 +34,43 @@ class NotWoken(CallbackGroup):
         """Nothing ends that never begins."""
 
 
-class Losses:
-    """Counts messages that a subscription lost, by gaps in their publisher's numbers.
+class MessageQueue:
+    """Messages of one topic that wait until they are taken, and how many of them were lost.
 
-    The middleware's own count lacks the messages that a full queue drops. Numbers of several
-    publishers are not comparable: while a topic has more than one, nothing is counted.
+    The middleware's own count of losses lacks the messages that a full queue drops: they are gaps
+    in their publisher's numbers. Numbers of several publishers are not comparable: while a topic
+    has more than one, nothing is counted.
 
     Args:
-        subscription: The subscription.
+        subscription: The subscription, with ``raw=True``.
     """
 
     def __init__(self, subscription: Subscription) -> None:
-        self._subscription = subscription
+        self.subscription = subscription
         self._newest = 0  # number of the last message; 0: none yet
         self._lost = 0
 
-    def note(self, info: Mapping[str, Any]) -> None:
-        """Take note of a received message, by the information of the middleware."""
+    def take(self) -> list[tuple[bytes, MessageInfo]]:
+        """All waiting messages, each with the middleware's information."""
+        entries = []
+        with self.subscription.handle:
+            while entry := self.subscription.handle.take_message(self.subscription.msg_type, True):
+                entries.append(entry)
+        for _, info in entries:
+            self.note(info)
+        return entries
+
+    def note(self, info: MessageInfo) -> None:
+        """Take note of a message that a callback received."""
         number = info.get("publication_sequence_number") or 0
         if 0 < self._newest < number:
             self._lost += number - self._newest - 1
         self._newest = number
 
-    def count(self) -> int:
+    def take_lost(self) -> int:
         """Number of lost messages since the last call."""
         lost, self._lost = self._lost, 0
-        return lost if self._subscription.get_publisher_count() == 1 else 0
+        return lost if self.subscription.get_publisher_count() == 1 else 0
 
 
 class Inbox:
@@ -73,45 +87,23 @@ class Inbox:
         self, node: Node, message_type: type, topics: Mapping[str, str], profile: QoSProfile
     ) -> None:
         group = NotWoken()
-        self._subscriptions = {
-            name: node.create_subscription(
-                message_type, topic, ignore_message, profile, callback_group=group, raw=True
+        self._queues = {
+            name: MessageQueue(
+                node.create_subscription(
+                    message_type, topic, ignore_message, profile, callback_group=group, raw=True
+                )
             )
             for name, topic in topics.items()
         }
-        self._losses = {name: Losses(each) for name, each in self._subscriptions.items()}
 
     def take(self) -> dict[str, list[bytes]]:
         """All messages since the last call, by the caller's names; without silent topics."""
-        taken = {}
-        for name, subscription in self._subscriptions.items():
-            entries = waiting(subscription, self._losses[name])
-            if entries:
-                taken[name] = [data for data, _ in entries]
-        return taken
+        taken = {name: queue.take() for name, queue in self._queues.items()}
+        return {name: [data for data, _ in entries] for name, entries in taken.items() if entries}
 
-    def lost(self) -> dict[str, int]:
+    def take_lost(self) -> dict[str, int]:
         """Numbers of messages lost since the last call, by the caller's names."""
-        return {name: lost for name, each in self._losses.items() if (lost := each.count())}
-
-
-def waiting(
-    subscription: Subscription, losses: Losses | None = None
-) -> list[tuple[bytes, dict[str, Any]]]:
-    """The serialised messages in a subscription's queue, each with the middleware's information.
-
-    Args:
-        subscription: The subscription.
-        losses: Counts the messages that are missing.
-    """
-    entries = []
-    with subscription.handle:
-        while entry := subscription.handle.take_message(subscription.msg_type, True):
-            entries.append(entry)
-    if losses is not None:
-        for _, info in entries:
-            losses.note(info)
-    return entries
+        return {name: lost for name, queue in self._queues.items() if (lost := queue.take_lost())}
 
 
 def ignore_message(_data: bytes) -> None:

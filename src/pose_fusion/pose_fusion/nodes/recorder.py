@@ -10,7 +10,6 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
-from rclpy.subscription import Subscription
 from rclpy.topic_or_service_is_hidden import topic_or_service_is_hidden
 from rclpy.utilities import remove_ros_args
 from std_srvs.srv import Trigger
@@ -19,7 +18,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments
 from pose_fusion.nodes import qos
-from pose_fusion.nodes.inbox import Losses, NotWoken, ignore_message, waiting
+from pose_fusion.nodes.inbox import MessageQueue, NotWoken, ignore_message
 from pose_fusion.recording.continued import ContinuedRecording
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_fusion.recording.recording import (
@@ -56,8 +55,7 @@ class Recorder(ManagedNode[RecorderParameters]):
             raise ParameterError("set either topics, or all to true")
         self._output = Path(self.settings.output or dated_path())
         self._wanted = [self._resolved(topic) for topic in self.settings.topics]
-        self._subscriptions_by_topic: dict[str, Subscription] = {}
-        self._losses_by_topic: dict[str, Losses] = {}
+        self._queues: dict[str, MessageQueue] = {}  # by topic
         self._not_woken = NotWoken()
         self._refused: dict[str, str] = {}  # topics that cannot be recorded, and why
         self._counters = Counters("lost_messages")
@@ -97,7 +95,7 @@ class Recorder(ManagedNode[RecorderParameters]):
         recording, self._recording = self._recording, None
         if recording is None:
             return ""
-        for topic in list(self._subscriptions_by_topic):
+        for topic in list(self._queues):
             self._unsubscribe(topic)
         self._refused.clear()
         recording.close()
@@ -159,16 +157,16 @@ class Recorder(ManagedNode[RecorderParameters]):
         for topic, types in self.get_topic_names_and_types():
             if topic in self._refused or not self._is_wanted(topic):
                 continue
-            if topic in self._subscriptions_by_topic and self._looks % LOOKED_AGAIN:
+            if topic in self._queues and self._looks % LOOKED_AGAIN:
                 continue
             offered = [info.qos_profile for info in self.get_publishers_info_by_topic(topic)]
             if not offered:
                 continue
             profile = qos.for_subscription(offered, self.settings.depth)
-            current = self._subscriptions_by_topic.get(topic)
+            current = self._queues.get(topic)
             if current is None:
                 self._start_topic(topic, types, offered, profile)
-            elif _asks_more(current.qos_profile, profile):
+            elif _asks_more(current.subscription.qos_profile, profile):
                 self._take()
                 self._unsubscribe(topic)
                 self._subscribe(topic, types[0], profile)
@@ -203,12 +201,12 @@ class Recorder(ManagedNode[RecorderParameters]):
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
         )
-        self._subscriptions_by_topic[topic] = subscription
-        self._losses_by_topic[topic] = Losses(subscription)
+        self._queues[topic] = MessageQueue(subscription)
 
     def _unsubscribe(self, topic: str) -> None:
-        self._counters.add("lost_messages", self._losses_by_topic.pop(topic).count())
-        self.destroy_subscription(self._subscriptions_by_topic.pop(topic))
+        queue = self._queues.pop(topic)
+        self._counters.add("lost_messages", queue.take_lost())
+        self.destroy_subscription(queue.subscription)
 
     # -- messages -------------------------------------------------------------------------------
 
@@ -222,8 +220,8 @@ class Recorder(ManagedNode[RecorderParameters]):
             return  # there is no time yet: messages wait in the queues
         entries = [
             (noted["received_timestamp"], topic, data)
-            for topic, subscription in self._subscriptions_by_topic.items()
-            for data, noted in waiting(subscription, self._losses_by_topic[topic])
+            for topic, queue in self._queues.items()
+            for data, noted in queue.take()
         ]
         for stamp_ns, topic, data in sorted(entries, key=itemgetter(0)):
             self._recording.write(topic, data, stamp_ns if simulated_ns is None else simulated_ns)
@@ -233,8 +231,8 @@ class Recorder(ManagedNode[RecorderParameters]):
         recording = self._recording
         if recording is None:
             return Report(level=Level.OK, message="not recording", values={"bag": ""})
-        for losses in self._losses_by_topic.values():
-            self._counters.add("lost_messages", losses.count())
+        for queue in self._queues.values():
+            self._counters.add("lost_messages", queue.take_lost())
         counts = recording.counts
         missing = [topic for topic in self._wanted if not counts.get(topic)]
         level, message = Level.OK, f"recording {len(counts)} topics into {recording.path}"

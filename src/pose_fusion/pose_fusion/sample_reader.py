@@ -1,0 +1,102 @@
+"""Messages of cameras and IMUs read into samples that a pipeline may use."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pose_core.api import Clocks, ImuBlock, SkeletonSample, StampJudge
+from pose_core.counters import Counters
+from pose_core.errors import InputError
+from pose_fusion.watching.cameras import CameraWatch
+from pose_fusion.watching.stages import LatencyStages
+from pose_io.cdr.imu_bytes import imu_block
+from pose_io.cdr.skeleton_bytes import SkeletonReader
+
+COUNTS = (
+    "malformed_skeletons",
+    "frames_repeated",
+    "joints_not_tracked",
+    "imu_without_orientation",
+)
+
+Frame = tuple[SkeletonSample, ...]
+"""Everybody in a camera's message."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MessageTimes:
+    """Times of a message [ns], on the host's clock."""
+
+    published_ns: int
+    received_ns: int
+    taken_ns: int  # from its queue
+
+
+class SampleReader:
+    """Reads messages, checks their stamps, and notes what cannot be used.
+
+    Args:
+        sensors: The cameras' names; the first is the reference sensor.
+        judge: Its check of stamps; None to take all.
+        counters: Counts by reason; :data:`COUNTS` are declared.
+
+    Attributes:
+        watch: Check of the cameras.
+        stages: Latency of the reference sensor's frames, by stage.
+    """
+
+    def __init__(
+        self, sensors: Sequence[str], judge: StampJudge | None, counters: Counters
+    ) -> None:
+        self.judge, self.counters = judge, counters
+        self.watch, self.stages = CameraWatch(sensors), LatencyStages()
+        self._reference = sensors[0]
+        self._readers = {sensor: SkeletonReader(sensor) for sensor in sensors}
+
+    def frame(self, sensor: str, data: bytes, times: MessageTimes, clocks: Clocks) -> Frame | None:
+        """The people in a camera's message; None if it is not to be used.
+
+        Args:
+            sensor: The camera.
+            data: The serialised message.
+            times: Of this message.
+            clocks: Clocks that correct the stamps afterwards.
+
+        Raises:
+            InputError: If the message is malformed.
+        """
+        (persons,) = self._readers[sensor].read([data])
+        if isinstance(persons, InputError):
+            self.counters.add("malformed_skeletons")
+            self.watch.note_trouble(sensor, str(persons))
+            raise persons
+        if not self.watch.note_frame(sensor, persons):
+            self.counters.add("frames_repeated")
+            return None
+        if not persons:
+            return ()
+        states = np.array([person.tracking_state for person in persons])
+        self.counters.add("joints_not_tracked", states.size - int(np.count_nonzero(states)))
+        if self.judge is not None:
+            judged = self.judge.skeleton(persons[0], times.received_ns, clocks)
+            if judged is None:
+                return None
+            persons = [replace(person, stamp_ns=judged.stamp_ns) for person in persons]
+        if sensor == self._reference:
+            self.stages.note_taken(persons[0].stamp_ns, times.published_ns, times.taken_ns)
+        return tuple(persons)
+
+    def imus(self, datas: Mapping[str, Sequence[bytes]], now_ns: int, clocks: Clocks) -> ImuBlock:
+        """The IMUs' samples, in the order of their stamps.
+
+        Args:
+            datas: Serialised messages by segment.
+            now_ns: The host's clock [ns].
+            clocks: Clocks that correct the stamps afterwards.
+        """
+        block, _ = imu_block(datas)
+        self.counters.add("imu_without_orientation", sum(map(len, datas.values())) - len(block))
+        if self.judge is not None:
+            block = self.judge.imus(block, now_ns, clocks)
+        return block.rows(np.argsort(block.stamps_ns))
