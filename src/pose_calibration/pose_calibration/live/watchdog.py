@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.api import AlignedFrame, Extrinsics, FloatArray, transformed
+from pose_core.finite_numbers import nan_median
 from pose_core.stamps import NS_PER_S
 
 BLOCK_NS = NS_PER_S
@@ -78,7 +79,7 @@ class Watchdog:
         if frame.stamp_ns >= end_ns:
             end_ns += BLOCK_NS
             if len(self._frames) >= LEAST_FRAMES:
-                self._blocks.append(_median(np.stack(self._frames)))
+                self._blocks.append(nan_median(np.stack(self._frames)))
                 noticed = self._judge()
             self._frames.clear()
         self._block_end_ns = end_ns
@@ -100,14 +101,14 @@ class Watchdog:
         others = is_known.sum(axis=0) - is_known
         mean = (filled.sum(axis=0) - filled) / np.maximum(others, 1)[..., None]
         off = np.where((is_known & (others > 0))[..., None], places - mean, np.nan)
-        return _median(off.transpose(1, 0, 2))
+        return nan_median(off.transpose(1, 0, 2))
 
     def _judge(self) -> Moved | None:
         if len(self._blocks) < LEAST_BASELINE + NEWEST_BLOCKS:
             return None
         blocks = np.stack(self._blocks)
         before, newest = blocks[:-NEWEST_BLOCKS], blocks[-NEWEST_BLOCKS:]
-        baseline = _median(before)
+        baseline = nan_median(before)
         threshold = np.maximum(MOVED_M, DEVIATIONS * _scatter_of_means(before, baseline))
         steps = newest - baseline
         mean = steps.mean(axis=0)
@@ -136,14 +137,6 @@ def _scatter_of_means(blocks: FloatArray, baseline: FloatArray) -> FloatArray:
     """
     rows = np.lib.stride_tricks.sliding_window_view(blocks, NEWEST_BLOCKS, axis=0).mean(axis=-1)
     of_means, of_blocks = (
-        SCATTER * _median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
+        SCATTER * nan_median(np.abs(some - baseline)).max(axis=1) for some in (rows, blocks)
     )
     return np.fmax(of_means, of_blocks / np.sqrt(NEWEST_BLOCKS))
-
-
-def _median(values: FloatArray) -> FloatArray:
-    """Median along the first axis, ignoring NaN; NaN where all values are NaN."""
-    known = np.isfinite(values)
-    some = known.any(axis=0)
-    filled = np.where(some, np.where(known, values, np.nan), 0.0)
-    return np.where(some, np.nanmedian(filled, axis=0), np.nan)

@@ -3,10 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.body.shape import BodyShape
-from pose_core.finite_numbers import nan_mean
+from pose_core.finite_numbers import nan_mean, nan_median
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
@@ -82,25 +81,12 @@ class _Lengths:
             rows = np.array(self.rows).reshape(-1, len(BONES))
             count = np.isfinite(rows).sum(axis=0)
             is_known = count >= LEAST
-            median = np.where(is_known, _median(rows, count), np.nan)
-            scatter = MAD_TO_DEVIATION * _median(np.abs(rows - median), count)
+            median = np.where(is_known, nan_median(rows), np.nan)
+            scatter = MAD_TO_DEVIATION * nan_median(np.abs(rows - median))
             frames = np.maximum(count * self.every, 1.0)
             variance = scatter**2 / np.maximum(frames / SCATTER_FRAMES, 1.0)
             self._summary = _Summary(median=median, variance=variance, frames=frames)
         return self._summary
-
-
-def _median(rows: FloatArray, count: NDArray[np.int_]) -> FloatArray:
-    """Median of each column's finite values, of which there are so many.
-
-    In a fraction of the time of numpy's nanmedian.
-    """
-    if not len(rows):
-        return np.full(rows.shape[1], np.nan)
-    rows = np.sort(rows, axis=0)  # NaN comes last
-    columns = np.arange(rows.shape[1])
-    low, high = np.maximum(count - 1, 0) // 2, np.minimum(count // 2, len(rows) - 1)
-    return np.asarray(0.5 * (rows[low, columns] + rows[high, columns]))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pose_core.body.joint_angles import joint_angles
 from pose_core.body.trunk import mid_hip, standing_heading
-from pose_core.finite_numbers import nan_mean
+from pose_core.finite_numbers import nan_mean, nan_median
 from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
@@ -80,7 +80,7 @@ class NPoseDetector:
         count = np.isfinite(views[..., 0]).sum(axis=0)
         with np.errstate(invalid="ignore"):
             known = (count >= LEAST_SAMPLES)[..., None]
-            median = np.where(known, _nan_median(views), np.nan)
+            median = np.where(known, nan_median(views), np.nan)
             spread = np.where(known, _nan_spread(views, median), np.nan)
         moving = np.nanmin(np.where(np.isfinite(spread), spread, np.inf), axis=0).max(axis=-1)
         if np.sum(moving > STILL_STDDEV) > MOST_MOVING:
@@ -157,14 +157,6 @@ def _placed(joints: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.stack([np.cross(y, up), y, up], axis=1), mid_hip(joints)
 
 
-def _nan_median(views: FloatArray) -> FloatArray:
-    filled = np.where(np.isfinite(views), views, np.inf)
-    ordered = np.sort(filled, axis=0)
-    count = np.isfinite(views).sum(axis=0)
-    middle = np.maximum(count - 1, 0) // 2
-    return np.asarray(np.take_along_axis(ordered, middle[None], axis=0)[0])
-
-
 def _nan_spread(views: FloatArray, center: FloatArray) -> FloatArray:
     """Standard deviation from the median distance to a centre."""
-    return np.asarray(1.4826 * _nan_median(np.abs(views - center)))
+    return np.asarray(1.4826 * nan_median(np.abs(views - center)))
