@@ -17,3 +17,9 @@ def test_six_persons_who_come_and_go_are_not_confused(seed):
     score = score_scene(make_scene(6, seed, 60.0)).identity
     assert (score.switches, score.wrong, score.identities) == (0, 0, 6)
     assert score.assigned > 0.8 * score.skeletons
+
+
+def test_six_persons_who_stay_are_distinguished_once_their_size_is_known():
+    score = score_scene(make_scene(6, 0, 30.0)).identity
+    assert (score.switches, score.wrong) == (0, 0)
+    assert score.assigned > 0.95 * score.skeletons
