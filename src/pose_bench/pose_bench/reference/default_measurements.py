@@ -84,7 +84,7 @@ def imu_groups(
         Q = R_map_sensor @ state.R_sensor_link[link]
         rate = R_map_sensor @ readings.angular_velocity[row]
         speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), readings.age_s[row]
-        stddev = constants.stddev + constants.soft_tissue * speed
+        stddev = constants.stddev[link] + constants.soft_tissue * speed
         variance = constants.correlated_samples * stddev**2 + (HELD_JERK * age_s**3 / 3.0) ** 2
         H = np.zeros((3, len(state.P)))
         H[:, link_columns(link)] = np.eye(3)

@@ -13,7 +13,7 @@ from pose_core.filter.motion import MotionConstants
 from pose_core.filter.occlusion import make_capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.shared_offsets import SharedOffsetConstants
-from pose_core.filter.tuning import FilterTuning
+from pose_core.filter.tuning import FilterTuning, ImuNoise
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.left_right_swaps import SWAPS, SwapArrays
 
@@ -61,13 +61,7 @@ def make_constants(
         motion=_motion(tree, tuning),
         camera=_camera(tree, tuning),
         posture=_posture(tree, tuning),
-        imu=ImuConstants(
-            stddev=tuning.imu.orientation_stddev,
-            soft_tissue=tuning.imu.soft_tissue,
-            correlated_samples=tuning.imu.correlated_samples,
-            student_dof=tuning.imu.student_dof,
-            rate_stddev=tuning.imu.rate_stddev,
-        ),
+        imu=_imu(tree.model, tuning.imu),
         shared_offsets=_shared_offsets(tree, tuning),
         swaps=SWAPS,
         starts=tree.model.link_joints,
@@ -142,6 +136,17 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
         spine_parents=tree.parents[spine].astype(np.int64),
         spine_links=spine,
         spine_variance=np.square(prior.waist_stddev),
+    )
+
+
+def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
+    is_trunk = np.isin(model.link_names, ["pelvis", "trunk"])
+    return ImuConstants(
+        stddev=np.where(is_trunk, noise.trunk_stddev, noise.orientation_stddev),
+        soft_tissue=noise.soft_tissue,
+        correlated_samples=noise.correlated_samples,
+        student_dof=noise.student_dof,
+        rate_stddev=noise.rate_stddev,
     )
 
 

@@ -27,7 +27,7 @@ HELD_JERK = 100.0  # [rad/s³] of a swinging limb while its sample is extrapolat
 class ImuConstants(NamedTuple):
     """Parameters of :class:`pose_core.filter.tuning.ImuNoise`."""
 
-    stddev: float  # [rad]
+    stddev: FloatArray  # (links,) [rad]
     soft_tissue: float  # [s]
     correlated_samples: float  # [-]
     student_dof: float  # [-]
@@ -62,7 +62,7 @@ def add_imus(
         column, age_s = state.imu_column[link], readings.age_s[row]
         speed = min(imu_residual(state, readings, row, Q, residual), FASTEST)
         held = HELD_JERK * age_s**3 / 3.0
-        stddev = constants.stddev + constants.soft_tissue * speed
+        stddev = constants.stddev[link] + constants.soft_tissue * speed
         variance = constants.correlated_samples * stddev**2 + held**2
         rate_variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
         rate_variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2

@@ -84,7 +84,8 @@ class PosturePrior:
 class ImuNoise:
     """Measurement noise of aligned IMUs, and random walk of their alignment."""
 
-    orientation_stddev: float = 0.02  # [rad]
+    orientation_stddev: float = 0.02  # [rad] of its link's axes
+    trunk_stddev: float = 0.08  # [rad] the same for pelvis and trunk, which are not rigid
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]
