@@ -32,7 +32,7 @@ MAD_TO_DEVIATION = 1.4826  # [-] of the normal distribution
 OTHER_SENSOR_SPREAD, OTHER_SENSOR_COMMON = 0.06, 0.04  # [-] in addition, against another sensor's
 PEOPLE_SPREAD, PEOPLE_COMMON = 0.05, 0.07  # [-] in addition, from one person to another
 FRAMES, FADING = 45.0, 0.35  # [-] of 1.5 s; power of their number with which the variances fall
-TAIL = 4.0  # [-] degrees of freedom of Student's distribution: hidden joints are far off
+STUDENT_DOF = 4.0  # [-] degrees of freedom of Student's distribution: hidden joints are far off
 LEAST = 8  # [-] measurements of a bone before it counts
 LEAST_BONES = 4  # [-]
 KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
@@ -117,7 +117,7 @@ class BodySize:
     def log_likelihood_ratio(self, other: "BodySize") -> float:
         """How much likelier these are one person's than two persons', log ratio; 0: unknown."""
         shared = [
-            _difference(lengths, other._by_sensor[sensor])
+            _sensor_log_likelihood_ratio(lengths, other._by_sensor[sensor])
             for sensor, lengths in self._by_sensor.items()
             if sensor in other._by_sensor
         ]
@@ -139,7 +139,7 @@ class BodySize:
         return sum(len(lengths.rows) for lengths in self._by_sensor.values())
 
 
-def _difference(one: _Lengths, other: _Lengths) -> float | None:
+def _sensor_log_likelihood_ratio(one: _Lengths, other: _Lengths) -> float | None:
     """Log likelihood ratio of what one sensor measures of both."""
     first, second = one.summary(), other.summary()
     share = (FRAMES / first.frames) ** FADING + (FRAMES / second.frames) ** FADING
@@ -176,8 +176,8 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
 
 def _log_student(off: FloatArray, variance: FloatArray) -> FloatArray:
     """Logarithm of Student's density, but for a constant."""
-    power = 0.5 * (TAIL + 1.0)
-    return np.asarray(-power * np.log1p(off**2 / (TAIL * variance)) - 0.5 * np.log(variance))
+    power = 0.5 * (STUDENT_DOF + 1.0)
+    return np.asarray(-power * np.log1p(off**2 / (STUDENT_DOF * variance)) - 0.5 * np.log(variance))
 
 
 def is_of_size(size: BodySize, shape: BodyShape) -> bool | None:
