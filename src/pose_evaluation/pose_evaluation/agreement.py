@@ -66,7 +66,7 @@ def measure_agreement(
     """Compute the figures of a recording of several sensors.
 
     Args:
-        methods: Joints by method, as ``evaluation_methods.methods_of_bag`` gives them.
+        methods: Joints by method, as :func:`pose_evaluation.methods.methods_of_bag` gives them.
         T_map_sensor: Each sensor's (4, 4) extrinsics; the sensors are those among the methods
             that are neither ``mean`` nor ``fused``.
     """
