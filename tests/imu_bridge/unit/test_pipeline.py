@@ -180,9 +180,8 @@ def test_a_cut_stream_does_not_join_halves_of_two_frames():
 
 
 def test_transport_delay_is_taken_off_the_stamps():
-    batch = ImuPipeline([TORSO], ImuBridgeParameters(transport_delay=0.004)).process(
-        [chunk(0, sample(0))]
-    )
+    parameters = ImuBridgeParameters(transport_delay=0.004)
+    batch = ImuPipeline([TORSO], parameters).process([chunk(0, sample(0))])
     assert batch.stamp_ns == [START_NS - 4 * MS]
 
 

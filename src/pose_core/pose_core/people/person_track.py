@@ -77,7 +77,7 @@ class PersonTrack:
         """Whether they are a known person whom a sensor sees at this instant [ns]."""
         return self.presence is Presence.PRESENT and self.unseen_s(stamp_ns) < LOST_AFTER_S
 
-    def move(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
+    def update(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
         """Update with joints in the common frame, (15, 3) [m]; ``anew``: without a prediction."""
         expected = seen if anew else self.predicted(stamp_ns)
         blended = expected + POSITION_GAIN * (seen - expected)

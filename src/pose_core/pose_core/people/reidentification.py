@@ -114,7 +114,7 @@ class Reidentification:
         """Mark somebody as back, with doubt until their size has been compared."""
         self._counters.add("returned")
         track.presence = Presence.PRESENT
-        track.move(stamp_ns, joints, anew=True)
+        track.update(stamp_ns, joints, anew=True)
         track.restart_recent_size(stamp_ns)
         self._doubts.add(track.number)
 
@@ -180,7 +180,7 @@ class Reidentification:
             views=track.views,
             frames=track.frames,
         )
-        other.move(stamp_ns, track.positions, anew=True)
+        other.update(stamp_ns, track.positions, anew=True)
         track.presence, track.views = Presence.ABSENT, {}
         self.drop_recent_size(track)
         return other

@@ -114,7 +114,7 @@ class TrackManager:
             initiated_at=centre(joints),
             positions=np.full_like(joints, np.nan),
         )
-        track.move(stamp_ns, joints, anew=True)
+        track.update(stamp_ns, joints, anew=True)
         track.note_detection(sample, stamp_ns)
         track.size.add(sample)
         self.tracks.append(track)

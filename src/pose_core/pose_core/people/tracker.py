@@ -179,7 +179,7 @@ class PeopleTracker:
         view = track.views.get(sample.sensor)
         if view is not None and view.person != sample.person:
             self.counters.add("sensor_ids_changed")
-        track.move(stamp_ns, joints)
+        track.update(stamp_ns, joints)
         track.note_detection(sample, stamp_ns)
         if track.presence is Presence.TENTATIVE:
             track.size.add(sample)
