@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import SampleRound
 from imu_bridge.node_clock import CountingClock, NodeClock, NodeTime
 from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.protocols.reading import Parser, Reading, is_plausible
@@ -20,6 +20,7 @@ IndexArray = NDArray[np.intp]
 
 NO_VECTOR = (np.nan,) * 3
 NO_QUATERNION = (np.nan,) * 4
+DEFAULTS = ImuBridgeParameters()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -109,12 +110,8 @@ class ImuPipeline:
 
     Args:
         nodes: The nodes to expect; frames of others are counted by id and dropped.
+        parameters: Those of the node ``imu_bridge``.
         parsers: Parser of each port; by default one star network.
-        filter_name: A key of :data:`imu_bridge.filters.FILTERS`.
-        settings: The user's settings of the filter.
-        max_gap_s: Gap after which a node's orientation is reset [s].
-        max_drift: Largest relative drift of a node's clock [s/s].
-        transport_delay_s: Minimum delay from sampling to arrival, subtracted from the stamps [s].
 
     Attributes:
         parsers: Parsers, with the counters of the byte streams.
@@ -126,47 +123,25 @@ class ImuPipeline:
     def __init__(
         self,
         nodes: Sequence[ImuNode],
-        *,
+        parameters: ImuBridgeParameters = DEFAULTS,
         parsers: Sequence[Parser] | None = None,
-        filter_name: str = "vqf",
-        settings: FilterSettings | None = None,
-        max_gap_s: float = 0.3,
-        max_drift: float = 1e-3,
-        transport_delay_s: float = 0.0,
     ) -> None:
         self.nodes = tuple(nodes)
         self.parsers = (StarParser(),) if parsers is None else tuple(parsers)
         self.states = [
-            NodeState(max_drift, self.parsers[node.port].clock_modulus_us) for node in self.nodes
+            NodeState(parameters.max_clock_drift, self.parsers[node.port].clock_modulus_us)
+            for node in self.nodes
         ]
         self.unknown_nodes: dict[tuple[int, int], int] = {}
-        self.filter = FILTERS[filter_name](len(self.nodes), settings or FilterSettings())
+        self.filter = FILTERS[parameters.filter](len(self.nodes), parameters.filter_settings())
         self._index = {(node.port, node.node_id): i for i, node in enumerate(self.nodes)}
-        self._max_gap_s = max_gap_s
-        self._transport_delay_ns = round(transport_delay_s * 1e9)
+        self._max_gap_s = parameters.max_gap
+        self._transport_delay_ns = round(parameters.transport_delay * 1e9)
         self._gyroscope_bias = np.array([n.gyroscope_bias for n in self.nodes])
         self._accelerometer_offset = np.array([n.accelerometer.offset for n in self.nodes])
         self._accelerometer_matrix = np.array([n.accelerometer.matrix for n in self.nodes])
         self._magnetometer_offset = np.array([n.magnetometer.offset for n in self.nodes])
         self._magnetometer_matrix = np.array([n.magnetometer.matrix for n in self.nodes])
-
-    @classmethod
-    def from_parameters(
-        cls,
-        nodes: Sequence[ImuNode],
-        parameters: ImuBridgeParameters,
-        parsers: Sequence[Parser] | None = None,
-    ) -> "ImuPipeline":
-        """Create the pipeline with a node's parameters."""
-        return cls(
-            nodes,
-            parsers=parsers,
-            filter_name=parameters.filter,
-            settings=parameters.filter_settings(),
-            max_gap_s=parameters.max_gap,
-            max_drift=parameters.max_clock_drift,
-            transport_delay_s=parameters.transport_delay,
-        )
 
     def process(self, chunks: Sequence[Chunk]) -> ImuBatch:
         """Process chunks, in order of arrival at each port; returns all complete samples."""

@@ -163,7 +163,7 @@ def _parsed(make: Callable[[], Parser]) -> Callable[[bytes], object]:
 def _oriented(data: bytes) -> None:
     """Valid samples give an orientation, also after fuzzed ones."""
     node = ImuNode(segment="torso", node_id=1)
-    pipeline = ImuPipeline.from_parameters([node], ImuBridgeParameters(), [TextParser(LINES)])
+    pipeline = ImuPipeline([node], ImuBridgeParameters(), [TextParser(LINES)])
     pipeline.process([Chunk(arrival_ns=10**9, data=b"\n" + data + b"\n")])
     last = 0.0
     for k in range(3):

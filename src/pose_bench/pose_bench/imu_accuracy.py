@@ -14,7 +14,7 @@ References:
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,8 @@ from scipy.io.matlab import MatReadError
 from scipy.spatial.transform import Rotation
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import FilterSettings, SampleRound
+from imu_bridge.filters.orientation_filter import SampleRound
+from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuPipeline
 from imu_bridge.segments import ImuNode
 from pose_bench.sessions import JUDGED_FROM_S
@@ -45,34 +46,31 @@ class Variant:
     """A filter with its settings."""
 
     name: str
-    filter_name: str
-    settings: FilterSettings = field(default_factory=FilterSettings)
+    parameters: ImuBridgeParameters
 
     @property
     def knows_heading(self) -> bool:
         """Whether it uses the magnetometer."""
-        return self.settings.magnetometer != "off"
+        return self.parameters.magnetometer != "off"
 
 
-_DEFAULTS = FilterSettings()
 VARIANTS = (
-    Variant(name="vqf", filter_name="vqf"),
+    Variant(name="vqf", parameters=ImuBridgeParameters(filter="vqf")),
     Variant(
         name="vqf, its authors' tuning",
-        filter_name="vqf",
-        settings=replace(_DEFAULTS, acceleration_tau_s=3.0, magnetometer_tau_s=9.0),
+        parameters=ImuBridgeParameters(filter="vqf", acceleration_tau=3.0, magnetometer_tau=9.0),
     ),
-    Variant(name="imufusion", filter_name="imufusion"),
-    Variant(name="madgwick", filter_name="madgwick"),
+    Variant(name="imufusion", parameters=ImuBridgeParameters(filter="imufusion")),
+    Variant(name="madgwick", parameters=ImuBridgeParameters(filter="madgwick")),
     Variant(
         name="madgwick, the paper's",
-        filter_name="madgwick",
-        settings=replace(_DEFAULTS, magnetometer="on", beta=0.12, bias_window_s=0.0),
+        parameters=ImuBridgeParameters(
+            filter="madgwick", magnetometer="on", beta=0.12, gyro_bias_window=0.0
+        ),
     ),
     Variant(
         name="vqf, no magnetometer",
-        filter_name="vqf",
-        settings=replace(_DEFAULTS, magnetometer="off"),
+        parameters=ImuBridgeParameters(filter="vqf", magnetometer="off"),
     ),
 )
 """Compared variants; ``the paper's`` has the gain of BROAD's authors and no bias estimation."""
@@ -176,7 +174,7 @@ def filtered(
     trials: Sequence[Trial], variant: Variant, progress: Progress | None = None
 ) -> list[FloatArray]:
     """Orientations of a filter for each trial, processed in parallel, shape (n, 4) each."""
-    filter_ = FILTERS[variant.filter_name](len(trials), variant.settings)
+    filter_ = FILTERS[variant.parameters.filter](len(trials), variant.parameters.filter_settings())
     lengths = np.array([len(trial.judged) for trial in trials])
     periods = np.array([trial.period_s for trial in trials])
     results = [np.empty((length, 4)) for length in lengths]
@@ -224,7 +222,7 @@ def synthetic_errors(
     """
     session = make_session(choreography, duration_s, seed, settings_of(level))
     nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
-    pipeline = ImuPipeline(nodes, filter_name=variant.filter_name, settings=variant.settings)
+    pipeline = ImuPipeline(nodes, variant.parameters)
     chunks = zip(session.imus.due_ns.tolist(), encode_all(session.imus), strict=True)
     batch = pipeline.process([Chunk(arrival_ns=due_ns, data=data) for due_ns, data in chunks])
     # The link's minimum delay is part of the stamps; it is known here and removed.

@@ -26,7 +26,7 @@ def imu_samples(session: Session, start_ns: int, imu_filter: str = FILTER) -> li
     """
     parameters = ImuBridgeParameters(filter=imu_filter, magnetometer=MAGNETOMETER)
     nodes = [ImuNode(node_id=node_id, segment=segment) for node_id, segment in NODES.items()]
-    pipeline = ImuPipeline.from_parameters(nodes, parameters)
+    pipeline = ImuPipeline(nodes, parameters)
     arrivals_ns = session.imus.due_ns.tolist()
     chunks = [
         Chunk(arrival_ns=arrival_ns, data=data)

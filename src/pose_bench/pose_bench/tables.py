@@ -1,14 +1,10 @@
-"""Tables for the terminal and for Markdown."""
+"""Tables that are made row by row."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rich import box
-from rich.table import Table
-from rich.text import Text
-
-from pose_evaluation.tables import UNKNOWN, number
+from pose_evaluation.table import UNKNOWN, Table, number, text_row
 
 
 @dataclass(kw_only=True)
@@ -20,34 +16,16 @@ class TextTable:
     rows: list[Sequence[str]] = field(default_factory=list)
     note: str = ""
 
-    def markdown(self) -> str:
-        """The table as Markdown."""
-        lines = [
-            f"### {self.title}",
-            "",
-            f"| {' | '.join(self.header)} |",
-            "|---" + "|---:" * (len(self.header) - 1) + "|",
-            *(f"| {' | '.join(row)} |" for row in self.rows),
-        ]
-        if self.note:
-            lines += ["", self.note]
-        return "\n".join(lines) + "\n"
-
-    def rich(self) -> Table:
-        """The table for the terminal."""
-        table = Table(
-            title=Text(self.title, style="bold"),
-            title_justify="left",
-            caption=Text(self.note) if self.note else None,
-            caption_justify="left",
-            box=box.SIMPLE_HEAD,
-            show_edge=False,
+    @property
+    def table(self) -> Table:
+        """The table, to be rendered."""
+        return Table(
+            caption=self.title,
+            head=self.header[0],
+            columns=tuple(self.header[1:]),
+            rows=tuple(text_row(*row) for row in self.rows),
+            note=self.note,
         )
-        for index, name in enumerate(self.header):
-            table.add_column(Text(name), justify="right" if index else "left", no_wrap=not index)
-        for row in self.rows:
-            table.add_row(*map(Text, row))
-        return table
 
 
 def percent(share: float) -> str:

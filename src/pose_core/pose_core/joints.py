@@ -30,19 +30,19 @@ SEGMENTS: tuple[str, ...] = (
 )
 """The body segments an IMU can be strapped to."""
 
-SEGMENT_ENDS: dict[str, tuple[str, str]] = {
-    "torso": ("torso", "neck"),
-    **{
-        f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
-        for side in SIDES
-        for segment, start, end in (
-            ("upper_arm", "shoulder", "elbow"),
-            ("forearm", "elbow", "hand"),
-            ("thigh", "hip", "knee"),
-            ("shank", "knee", "foot"),
-        )
-    },
+LIMB_ENDS: dict[str, tuple[str, str]] = {
+    f"{side}_{segment}": (f"{side}_{start}", f"{side}_{end}")
+    for side in SIDES
+    for segment, start, end in (
+        ("upper_arm", "shoulder", "elbow"),
+        ("forearm", "elbow", "hand"),
+        ("thigh", "hip", "knee"),
+        ("shank", "knee", "foot"),
+    )
 }
+"""The joints at the ends of each segment of the limbs."""
+
+SEGMENT_ENDS: dict[str, tuple[str, str]] = {"torso": ("torso", "neck"), **LIMB_ENDS}
 """The joints between which cameras observe a segment's direction."""
 
 

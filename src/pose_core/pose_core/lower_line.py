@@ -13,6 +13,8 @@ References:
 
 import itertools
 from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
 
 BLOCK_NS = 500_000_000  # [ns] of each block only the earliest arrival is used
 BLOCKS = 60  # [-] that the line is fitted to: half a minute
@@ -23,6 +25,37 @@ STEP_NS = 20_000_000  # [ns] by which they must be late
 Point = tuple[int, int]  # node time, arrival minus node time [ns]
 
 
+class Line(NamedTuple):
+    """Host time minus node time, linear in the node time."""
+
+    skew: float = 0.0  # [s/s]
+    origin_ns: int = 0  # [ns] node time
+    offset_ns: int = 0  # [ns] at the origin
+
+    def at(self, node_ns: int) -> int:
+        """Host time minus node time, at a node time [ns]."""
+        return self.offset_ns + round(self.skew * (node_ns - self.origin_ns))
+
+
+def line_below(points: Sequence[Point], max_skew: float) -> Line:
+    """The line below points that has the least sum of distances from them.
+
+    Args:
+        points: At least one, sorted.
+        max_skew: Bound of the line's skew [s/s].
+    """
+    hull = _lower_hull(points)
+    skew = 0.0
+    if len(hull) > 1:
+        mean_ns = sum(point[0] for point in points) / len(points)
+        left, right = next(pair for pair in itertools.pairwise(hull) if pair[1][0] >= mean_ns)
+        # The least sum is convex in the skew: within a bound it is at the bound.
+        skew = (right[1] - left[1]) / (right[0] - left[0])
+        skew = max(-max_skew, min(max_skew, skew))
+    line = Line(skew, origin_ns=points[-1][0])
+    return line._replace(offset_ns=min(delay - line.at(node_ns) for node_ns, delay in hull))
+
+
 class LowerLine:
     """The line below the arrivals of the last half minute.
 
@@ -30,9 +63,6 @@ class LowerLine:
         max_skew: Largest relative difference between the two clocks [s/s].
         skew_blocks: Half seconds before a skew is estimated; until then it is 0.
         step_ns: Lasting delay of arrivals after a step of the clocks [ns].
-
-    Attributes:
-        skew: Relative rate of the host's clock to the node's, minus 1 [s/s].
     """
 
     def __init__(
@@ -49,9 +79,12 @@ class LowerLine:
         self._block_end_ns = 0
         self._block_arrival_ns: deque[int] = deque(maxlen=STEP_BLOCKS + 1)
         self._earliest: Point | None = None  # of the current block
-        self._origin_ns = 0
-        self._offset_ns = 0
-        self.skew = 0.0
+        self._line = Line()
+
+    @property
+    def skew(self) -> float:
+        """Relative rate of the host's clock to the node's, minus 1 [s/s]."""
+        return self._line.skew
 
     @property
     def is_empty(self) -> bool:
@@ -60,25 +93,27 @@ class LowerLine:
 
     def at(self, node_ns: int) -> int:
         """The line: host time minus node time, at a node time [ns]."""
-        return self._offset_ns + round(self.skew * (node_ns - self._origin_ns))
+        return self._line.at(node_ns)
 
     def add(self, node_ns: int, arrival_ns: int) -> bool:
         """Add an arrival, in order of node time; return whether the clocks stepped before it."""
         point = (node_ns, arrival_ns - node_ns)
         if self._earliest is None:
             self._begin(point, arrival_ns)
-            self._origin_ns, self._offset_ns = point
+            self._line = Line(origin_ns=node_ns, offset_ns=point[1])
             return False
         stepped = False
         if node_ns >= self._block_end_ns:
             self._blocks.append(self._earliest)
             self._begin(point, arrival_ns)
             stepped = self._has_stepped()
-            self._lay()
+            is_long = len(self._blocks) >= self._skew_blocks
+            self._line = line_below(self._blocks, self._max_skew if is_long else 0.0)
         elif point[1] < self._earliest[1]:
             self._earliest = point
         # An arrival below the line lowers it at once.
-        self._offset_ns += min(0, point[1] - self.at(node_ns))
+        lower_ns = self._line.offset_ns + min(0, point[1] - self.at(node_ns))
+        self._line = self._line._replace(offset_ns=lower_ns)
         return stepped
 
     def _begin(self, point: Point, arrival_ns: int) -> None:
@@ -101,26 +136,13 @@ class LowerLine:
         self._blocks.extend(blocks)
         return True
 
-    def _lay(self) -> None:
-        """Fit the line to the blocks' earliest arrivals."""
-        hull = _lower_hull(list(self._blocks))
-        if len(self._blocks) < self._skew_blocks:
-            self.skew = 0.0
-        else:
-            mean_ns = sum(point[0] for point in self._blocks) / len(self._blocks)
-            left, right = next(pair for pair in itertools.pairwise(hull) if pair[1][0] >= mean_ns)
-            skew = (right[1] - left[1]) / (right[0] - left[0])
-            self.skew = max(-self._max_skew, min(self._max_skew, skew))
-        self._origin_ns = self._blocks[-1][0]
-        self._offset_ns = min(
-            delay - round(self.skew * (node_ns - self._origin_ns)) for node_ns, delay in hull
-        )
 
-
-def _lower_hull(points: list[Point]) -> list[Point]:
-    """The lower convex hull of points in order of time (Andrew's monotone chain)."""
+def _lower_hull(points: Sequence[Point]) -> list[Point]:
+    """The lower convex hull of sorted points (Andrew's monotone chain)."""
     hull: list[Point] = []
     for x, y in points:
+        if hull and x == hull[-1][0]:
+            continue
         while len(hull) > 1:
             (x0, y0), (x1, y1) = hull[-2:]
             if (x1 - x0) * (y - y0) > (x - x0) * (y1 - y0):

@@ -18,7 +18,7 @@ from pose_core.api import (
 from pose_core.finite_numbers import mean_known
 from pose_evaluation.methods import aligned_frames
 from pose_evaluation.scores import known_joints, rigidly_aligned
-from pose_evaluation.stability import bone_length_cv_percent, bone_length_sd_mm, rms_jerk
+from pose_evaluation.stability import Stability, bone_length_cv_percent, bone_length_sd_mm, rms_jerk
 
 COMPARING_RATE = 30.0  # [Hz]
 GAP_S = 0.2  # [s] six frames at 30 Hz: longer intervals count as gaps
@@ -38,30 +38,18 @@ class ViewAgreement:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Steadiness:
+class Steadiness(Stability):
     """Constancy of a method's bone lengths and smoothness of its joints."""
 
     frames: int  # [-]
     gaps: int  # [-] intervals of more than 0.2 s
     longest_gap_s: float  # [s]
     bone_cv_percent: Mapping[str, float]  # [%] by bone
-    bone_sd_mm: Mapping[str, float]  # [mm] by bone
-    jerk: Mapping[str, float]  # [m/s³] RMS by joint
 
     @property
     def mean_bone_cv_percent(self) -> float:
         """Mean over the bones [%]."""
         return mean_known(list(self.bone_cv_percent.values()))
-
-    @property
-    def mean_bone_sd_mm(self) -> float:
-        """Mean over the bones [mm]."""
-        return mean_known(list(self.bone_sd_mm.values()))
-
-    @property
-    def mean_jerk(self) -> float:
-        """Mean over the joints [m/s³]."""
-        return mean_known(list(self.jerk.values()))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +66,7 @@ def measure_agreement(
     """Compute the figures of a recording of several sensors.
 
     Args:
-        methods: Joints by method, as ``evaluation_methods.methods_of_bag`` gives them.
+        methods: Joints by method, as :func:`pose_evaluation.methods.methods_of_bag` gives them.
         T_map_sensor: Each sensor's (4, 4) extrinsics; the sensors are those among the methods
             that are neither ``mean`` nor ``fused``.
     """

@@ -13,7 +13,6 @@ class IdentityScore:
     assigned: int  # [-] of them, skeletons with an identity
     switches: int  # [-] changes of a person's identity
     wrong: int  # [-] skeletons with an identity that mostly belongs to another person
-    people: int  # [-] true persons
     identities: int  # [-] assigned identities
 
     def __add__(self, other: "IdentityScore") -> "IdentityScore":
@@ -51,6 +50,5 @@ def score_identities(pairs: Iterable[tuple[Hashable, Hashable | None]]) -> Ident
         assigned=assigned,
         switches=switches,
         wrong=wrong,
-        people=len(last),
         identities=len(together),
     )

@@ -27,7 +27,7 @@ from pose_core.api import (
 from pose_core.errors import InputError
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX
-from pose_evaluation.stability import bone_length_sd_mm, rms_jerk
+from pose_evaluation.stability import Stability, bone_length_sd_mm, rms_jerk
 from pose_evaluation.time_shift import STILL, estimate_angle_shift
 from pose_io.references.reference import Reference
 
@@ -59,14 +59,12 @@ class AngleScore:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MethodScores:
+class MethodScores(Stability):
     """All figures of one method."""
 
     name: str
     angles: Mapping[str, AngleScore]  # by angle
     joint_error_mm: Mapping[str, float]  # [mm] by joint, after one rigid alignment
-    bone_sd_mm: Mapping[str, float]  # [mm] standard deviation by bone
-    jerk: Mapping[str, float]  # [m/s³] RMS by joint
     shift_s: float  # [s] delay of the method's stamps relative to the reference
     coverage: float  # [-] share of the reference's instants with a skeleton of the method
 
@@ -89,16 +87,6 @@ class MethodScores:
     def mpjpe_mm(self) -> float:
         """Mean error over the joints [mm]."""
         return mean_known(list(self.joint_error_mm.values()))
-
-    @property
-    def mean_bone_sd_mm(self) -> float:
-        """Mean standard deviation of bone lengths [mm]."""
-        return mean_known(list(self.bone_sd_mm.values()))
-
-    @property
-    def mean_jerk(self) -> float:
-        """Mean RMS jerk over the joints [m/s³]."""
-        return mean_known(list(self.jerk.values()))
 
 
 @dataclass(frozen=True, kw_only=True)

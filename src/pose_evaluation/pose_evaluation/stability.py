@@ -1,29 +1,41 @@
 """Stability of a skeleton without a reference: bone lengths and jerk."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+
 import numpy as np
 
 from pose_core.api import FloatArray, SkeletonSeries
 from pose_core.finite_numbers import mean_known
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS
 
 BONES: dict[str, tuple[str, str]] = {
     "neck": ("neck", "head"),
-    **{
-        f"{side}_{bone}": (f"{side}_{top}", f"{side}_{end}")
-        for side in SIDES
-        for bone, top, end in (
-            ("upper_arm", "shoulder", "elbow"),
-            ("forearm", "elbow", "hand"),
-            ("thigh", "hip", "knee"),
-            ("shank", "knee", "foot"),
-        )
-    },
+    **LIMB_ENDS,
     "shoulders": ("left_shoulder", "right_shoulder"),
     "hips": ("left_hip", "right_hip"),
 }
 """Pairs of joints with a constant distance on a body."""
 
 JERK_RATE = 30.0  # [Hz] for the jerk, which increases with the cube of the rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stability:
+    """Constancy of bone lengths and smoothness of joints."""
+
+    bone_sd_mm: Mapping[str, float]  # [mm] standard deviation by bone
+    jerk: Mapping[str, float]  # [m/s³] RMS by joint
+
+    @property
+    def mean_bone_sd_mm(self) -> float:
+        """Mean standard deviation of bone lengths [mm]."""
+        return mean_known(list(self.bone_sd_mm.values()))
+
+    @property
+    def mean_jerk(self) -> float:
+        """Mean RMS jerk over the joints [m/s³]."""
+        return mean_known(list(self.jerk.values()))
 
 
 def bone_lengths(positions: FloatArray) -> dict[str, FloatArray]:

@@ -1,30 +1,37 @@
-"""The result tables: for the terminal, as CSV and as Markdown."""
+"""The result tables of the terminal, of the report and of Markdown; all figures as CSV."""
 
 import csv
 import io
 import math
-from collections.abc import Callable, Iterable, Sequence
-
-from rich import box
-from rich.table import Table
-from rich.text import Text
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from pose_core.api import ANGLES
+from pose_core.finite_numbers import mean_known
 from pose_core.joints import SIDES
-from pose_evaluation.agreement import Agreement, ViewAgreement
-from pose_evaluation.methods import FUSED
+from pose_evaluation.agreement import Agreement, Steadiness, ViewAgreement
 from pose_evaluation.scores import Evaluation, MethodScores
-
-UNKNOWN = "–"
-
-SUMMARY: tuple[tuple[str, int, Callable[[MethodScores], float]], ...] = (
-    ("mean |bias| [deg]", 1, lambda m: m.mean_absolute_bias_deg),
-    ("joint position error [mm]", 0, lambda m: m.mpjpe_mm),
-    ("bone length SD [mm]", 1, lambda m: m.mean_bone_sd_mm),
-    ("RMS jerk [m/s³]", 0, lambda m: m.mean_jerk),
-    ("time shift [ms]", 0, lambda m: 1000.0 * m.shift_s),
-    ("instants covered [%]", 0, lambda m: 100.0 * m.coverage),
+from pose_evaluation.table import (
+    Cell,
+    Judge,
+    Row,
+    Table,
+    nearest_zero,
+    number,
+    number_row,
+    smallest,
+    text_row,
 )
+
+SUMMARY: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
+    ("mean absolute bias [deg]", lambda m: m.mean_absolute_bias_deg, 1, smallest, False),
+    ("joint position error [mm]", lambda m: m.mpjpe_mm, 0, smallest, False),
+    ("bone length SD [mm]", lambda m: m.mean_bone_sd_mm, 1, smallest, False),
+    ("RMS jerk [m/s³]", lambda m: m.mean_jerk, 0, smallest, False),
+    ("lag [ms]", lambda m: 1000.0 * m.shift_s, 0, nearest_zero, True),
+    ("instants with a pose [%]", lambda m: 100.0 * m.coverage, 0, None, False),
+)
+"""Figures over all angles: name, value, digits, which is best, whether signed."""
 
 
 def readable(name: str) -> str:
@@ -32,76 +39,114 @@ def readable(name: str) -> str:
     return name.replace("_", " ")
 
 
-def number(value: float, digits: int, sign: bool = False) -> str:
-    """Format a number; a dash if it is unknown."""
-    if not math.isfinite(value):
-        return UNKNOWN
-    rounded = round(value, digits) + 0.0  # no −0.0
-    return f"{rounded:{'+' if sign else ''}.{digits}f}"
+def method_label(name: str) -> str:
+    """Label of a method."""
+    return name.replace("+imus", " + IMUs")
 
 
-def title_of(evaluation: Evaluation) -> str:
-    """Title of an evaluation's tables."""
+def summary_rows(methods: Sequence[MethodScores]) -> list[Row]:
+    """The lines of :data:`SUMMARY`."""
+    return [
+        number_row(name, [value(method) for method in methods], digits, best, sign=sign)
+        for name, value, digits, best, sign in SUMMARY
+    ]
+
+
+def evaluation_table(evaluation: Evaluation, *, with_bias: bool = False) -> Table:
+    """RMSE [deg] and r by angle and method, the best RMSE marked; with the bias [deg] if wanted."""
+    methods = evaluation.methods
+
+    def row(name: str, figures: Sequence[tuple[float, float, float]], is_summary: bool) -> Row:
+        best = number_row(name, [rmse for rmse, _, _ in figures], 1, smallest)
+        return Row(
+            name=name,
+            cells=tuple(
+                Cell(
+                    text=f"{number(rmse, 1)} / {number(bias, 1, sign=True)} / {number(r, 2)}"
+                    if with_bias
+                    else f"{number(rmse, 1):>5} {number(r, 2):>4}",
+                    is_best=cell.is_best,
+                )
+                for cell, (rmse, bias, r) in zip(best.cells, figures, strict=True)
+            ),
+            is_summary=is_summary,
+        )
+
+    angles = {name: [method.angles[name] for method in methods] for name in ANGLES}
+    means = [(m.mean_rmse_deg, m.mean_absolute_bias_deg, m.mean_r) for m in methods]
     subject = "synthetic subject, " if evaluation.synthetic else ""
-    return (
-        f"Joint angle error against {evaluation.reference} ({subject}{evaluation.duration_s:.1f} s)"
+    figures = "RMSE [deg], bias [deg] (mean: of sizes)" if with_bias else "RMSE [deg]"
+    summary = summary_rows(methods)
+    return Table(
+        caption=f"Joint angle error against {evaluation.reference} "
+        f"({subject}{evaluation.duration_s:.1f} s)",
+        head="angle",
+        columns=tuple(method_label(method.name) for method in methods),
+        rows=(
+            *(
+                row(readable(name), [(s.rmse_deg, s.bias_deg, s.r) for s in scores], False)
+                for name, scores in angles.items()
+            ),
+            row("mean of the angles", means, True),
+            replace(summary[0], is_summary=True),
+            *summary[1:],
+        ),
+        note=f"{figures}, Pearson's r (– where it hardly moves); smallest error in bold",
     )
 
 
-def evaluation_table(evaluation: Evaluation) -> Table:
-    """RMSE [deg] and r by angle and method, for the terminal; the best RMSE in bold."""
-    table = Table(
-        title=Text(title_of(evaluation), style="bold"),
-        caption=Text("RMSE [deg], Pearson's r (– where it hardly moves); smallest error in bold"),
-        title_justify="left",
-        caption_justify="left",
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
+def view_tables(agreement: Agreement) -> list[Table]:
+    """Agreement of the sensors."""
+    if not agreement.views:
+        return []
+    distance = Table(
+        caption="Mean distance of the same joint in two views [cm]",
+        head="views",
+        columns=("as logged", "calibrated", "best rigid fit", "angles, RMS [deg]", "instants"),
+        rows=tuple(
+            text_row(
+                f"{view.first} – {view.second}",
+                number(view.as_logged_cm, 1),
+                number(view.calibrated_cm, 1),
+                number(view.best_rigid_cm, 1),
+                number(mean_known(list(view.angle_difference_deg.values())), 1),
+                str(view.frames),
+            )
+            for view in agreement.views
+        ),
+        note="The best rigid fit to the same data is the lower bound for any calibration.",
     )
-    table.add_column("angle", no_wrap=True)
-    for method in evaluation.methods:
-        table.add_column(method.name, justify="right", no_wrap=True)
-    for angle in ANGLES:
-        rmse = [method.angles[angle].rmse_deg for method in evaluation.methods]
-        r = [method.angles[angle].r for method in evaluation.methods]
-        table.add_row(readable(angle), *_rmse_cells(rmse, r))
-    table.add_section()
-    rmse = [method.mean_rmse_deg for method in evaluation.methods]
-    r = [method.mean_r for method in evaluation.methods]
-    table.add_row("mean of the angles", *_rmse_cells(rmse, r))
-    table.add_section()
-    for name, digits, value in SUMMARY:
-        cells = [number(value(method), digits) for method in evaluation.methods]
-        table.add_row(Text(name), *cells)
-    return table
+    return [distance, *(_difference_table(view) for view in agreement.views)]
 
 
-def evaluation_markdown(evaluation: Evaluation) -> str:
-    """RMSE, bias and r by angle and method, as a Markdown table."""
-    names = [method.name for method in evaluation.methods]
-    lines = [
-        f"{title_of(evaluation)}: RMSE [deg] / bias [deg] / r",
-        "",
-        f"| angle | {' | '.join(names)} |",
-        f"|---|{'---|' * len(names)}",
-    ]
-    for angle in ANGLES:
-        scores = [method.angles[angle] for method in evaluation.methods]
-        cells = [
-            f"{number(s.rmse_deg, 1)} / {number(s.bias_deg, 1, sign=True)} / {number(s.r, 2)}"
-            for s in scores
-        ]
-        lines.append(f"| {readable(angle)} | {' | '.join(cells)} |")
-    cells = [
-        f"**{number(m.mean_rmse_deg, 1)}** / {number(m.mean_absolute_bias_deg, 1)} "
-        f"/ {number(m.mean_r, 2)}"
-        for m in evaluation.methods
-    ]
-    lines.append(f"| mean (of sizes, for the bias) | {' | '.join(cells)} |")
-    for name, digits, value in SUMMARY[1:]:
-        cells = [number(value(method), digits) for method in evaluation.methods]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
+def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
+    """Frames, gaps, bones and jerk of every method."""
+    return Table(
+        caption="Steadiness of each method",
+        head="method",
+        columns=(
+            "frames",
+            "gaps > 0.2 s",
+            "longest [s]",
+            "bone SD [mm]",
+            "bone CV [%]",
+            "RMS jerk [m/s³]",
+        ),
+        rows=tuple(
+            text_row(
+                method_label(name),
+                str(each.frames),
+                str(each.gaps),
+                number(each.longest_gap_s, 1),
+                number(each.mean_bone_sd_mm, 1),
+                number(each.mean_bone_cv_percent, 1),
+                number(each.mean_jerk, 0),
+            )
+            for name, each in steadiness.items()
+        ),
+        note="The bones of li2020 and zhang2015 are constant by construction; the default lets "
+        "shoulders, hips, knees and feet slide.",
+    )
 
 
 def evaluation_csv(evaluation: Evaluation) -> str:
@@ -127,46 +172,6 @@ def evaluation_csv(evaluation: Evaluation) -> str:
     return _csv(_reference(evaluation.reference, evaluation.synthetic), rows)
 
 
-def agreement_tables(agreement: Agreement) -> list[Table]:
-    """Tables of the figures without a reference, for the terminal."""
-    tables = []
-    if agreement.views:
-        views = _table("Do the views agree? (mean distance of the same joint)")
-        for heading in ("views", "instants", "as logged", "calibrated", "best rigid fit", "angles"):
-            views.add_column(heading, justify="left" if heading == "views" else "right")
-        for view in agreement.views:
-            differences = list(view.angle_difference_deg.values())
-            known = [d for d in differences if math.isfinite(d)]
-            mean = sum(known) / len(known) if known else math.nan
-            views.add_row(
-                f"{view.first} – {view.second}",
-                str(view.frames),
-                f"{number(view.as_logged_cm, 1)} cm",
-                f"{number(view.calibrated_cm, 1)} cm",
-                f"{number(view.best_rigid_cm, 1)} cm",
-                f"{number(mean, 1)}° RMS",
-            )
-        tables.append(views)
-        tables += [_angle_difference_table(view) for view in agreement.views]
-    steady = _table("Are bones constant, is motion smooth?")
-    if FUSED in agreement.steadiness:
-        steady.caption = Text("fused: shoulders, hips, knees and feet slide by a centimetre or so")
-    for heading in ("method", "frames", "gaps > 0.2 s", "longest", "bone CV", "bone SD", "jerk"):
-        steady.add_column(heading, justify="left" if heading == "method" else "right")
-    for name, each in agreement.steadiness.items():
-        steady.add_row(
-            name,
-            str(each.frames),
-            str(each.gaps),
-            f"{each.longest_gap_s:.1f} s",
-            f"{number(each.mean_bone_cv_percent, 1)} %",
-            f"{number(each.mean_bone_sd_mm, 1)} mm",
-            f"{number(each.mean_jerk, 0)} m/s³",
-        )
-    tables.append(steady)
-    return tables
-
-
 def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
     """All figures, one per row: method or pair, quantity, of what, value, unit."""
     rows: list[tuple[str, str, str, float, str]] = []
@@ -190,38 +195,19 @@ def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
     return _csv(_reference("none", synthetic), rows)
 
 
-def _angle_difference_table(view: ViewAgreement) -> Table:
-    table = _table(f"RMS difference of the angles, {view.first} – {view.second} [deg]")
-    table.add_column("angle")
-    for side in SIDES:
-        table.add_column(f"{side} limb", justify="right")
-    for angle in ANGLES[: len(ANGLES) // len(SIDES)]:
-        joint = angle.removeprefix(f"{SIDES[0]}_")
-        cells = [number(view.angle_difference_deg[f"{side}_{joint}"], 1) for side in SIDES]
-        table.add_row(readable(joint), *cells)
-    return table
-
-
-def _table(title: str) -> Table:
+def _difference_table(view: ViewAgreement) -> Table:
+    angles = [name.removeprefix(f"{SIDES[0]}_") for name in ANGLES[: len(ANGLES) // len(SIDES)]]
     return Table(
-        title=Text(title, style="bold"),
-        title_justify="left",
-        caption_justify="left",
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
+        caption=f"RMS difference of angles, {view.first} – {view.second} [deg]",
+        head="angle",
+        columns=tuple(f"{side} limb" for side in SIDES),
+        rows=tuple(
+            number_row(
+                readable(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
+            )
+            for angle in angles
+        ),
     )
-
-
-def _rmse_cells(rmse: Sequence[float], r: Sequence[float]) -> list[Text]:
-    known = [value for value in rmse if math.isfinite(value)]
-    best = min(known) if known else math.nan
-    return [
-        Text(
-            f"{number(error, 1):>5} {number(correlation, 2):>4}",
-            style="bold" if error == best else "",
-        )
-        for error, correlation in zip(rmse, r, strict=True)
-    ]
 
 
 def _reference(name: str, synthetic: bool) -> str:

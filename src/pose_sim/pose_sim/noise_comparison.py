@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pose_core.api import best_rigid_transform, transformed
-from pose_core.joints import JOINT_INDEX, SIDES
+from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
 from pose_sim.angles import measured_angles
 from pose_sim.choreography import STILL
 from pose_sim.motion import Motion
@@ -24,11 +24,6 @@ WARM_UP_END = 16.0  # [s] figures are computed after the warm-up
 DURATION = 60.0  # [s] of each session
 LARGEST_SHIFT = 0.2  # [s] searched for the one global time shift
 POLE = np.radians(60.0)  # abduction from which on flexion is undefined
-BONES = tuple(
-    (f"{side}_{a}", f"{side}_{b}")
-    for side in SIDES
-    for a, b in (("hip", "knee"), ("knee", "foot"), ("shoulder", "elbow"), ("elbow", "hand"))
-)
 
 
 KNEES = tuple(f"{side}_knee_flexion" for side in SIDES)
@@ -145,7 +140,7 @@ def two_views(session: Session, start: float, end: float) -> TwoViews:
         for view in (first, second)
         for length in (
             np.linalg.norm(view[:, JOINT_INDEX[p]] - view[:, JOINT_INDEX[q]], axis=1)
-            for p, q in BONES
+            for p, q in LIMB_ENDS.values()
         )
     ]
     return TwoViews(

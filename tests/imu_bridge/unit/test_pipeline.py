@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from imu_bridge.filters import FILTERS
-from imu_bridge.filters.orientation_filter import FilterSettings
+from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.protocols import star as protocol
 from imu_bridge.protocols.star import RawSample, encode
@@ -66,7 +66,7 @@ def test_without_a_magnetometer_there_is_no_heading_and_no_field():
 def test_a_turn_is_integrated_over_the_nodes_own_clock():
     counts = 13107  # 200 deg/s at +-500 deg/s full scale, to 0.01 %
     turning = {"gyroscope": (0, 0, counts), "gyroscope_range": 1, "magnetometer_valid": False}
-    pipeline = ImuPipeline([TORSO], settings=FilterSettings(bias_window_s=0.0))
+    pipeline = ImuPipeline([TORSO], ImuBridgeParameters(gyro_bias_window=0.0))
     batch = pipeline.process([chunk(k, sample(k, **turning)) for k in range(46)])
     turned = Rotation.from_quat(batch.orientation[0]).inv() * Rotation.from_quat(
         batch.orientation[-1]
@@ -108,7 +108,7 @@ def test_calibration_goes_into_the_oriented_data_and_not_into_the_raw():
         accelerometer=Linear(offset=np.array([0, 0, 1.0]), matrix=np.diag([1, 1, 2.0])),
         magnetometer=Linear(offset=np.array([0, 48e-6, 0])),  # leaves (0, -24, -48) uT: south
     )
-    pipeline = ImuPipeline([node], settings=FilterSettings(bias_window_s=0.0))
+    pipeline = ImuPipeline([node], ImuBridgeParameters(gyro_bias_window=0.0))
     batch = pipeline.process([chunk(0, sample(0))])
     np.testing.assert_allclose(batch.raw_acceleration, [[0, 0, 9.80665]])
     np.testing.assert_allclose(batch.acceleration, [[0, 0, 2 * 8.80665]])
@@ -119,9 +119,7 @@ def test_calibration_goes_into_the_oriented_data_and_not_into_the_raw():
 
 
 def test_a_rest_removes_the_gyroscopes_bias():
-    pipeline = ImuPipeline(
-        [TORSO], filter_name="madgwick", settings=FilterSettings(bias_window_s=1.0)
-    )
+    pipeline = ImuPipeline([TORSO], ImuBridgeParameters(filter="madgwick", gyro_bias_window=1.0))
     batch = pipeline.process([chunk(k, sample(k, gyroscope=(200, 0, 0))) for k in range(150)])
     assert batch.angular_velocity[10, 0] == pytest.approx(200 * protocol.GYROSCOPE_LSB[0])
     assert batch.angular_velocity[-1, 0] == pytest.approx(0, abs=1e-9)
@@ -145,7 +143,7 @@ def test_repeated_and_late_frames_are_dropped_and_counted():
 
 
 def test_a_long_gap_begins_the_orientation_anew():
-    pipeline = ImuPipeline([TORSO], max_gap_s=1.0)
+    pipeline = ImuPipeline([TORSO], ImuBridgeParameters(max_gap=1.0))
     pipeline.process([chunk(0, sample(0))])
     batch = pipeline.process([chunk(500, sample(500, accelerometer=(0, 16384, 0)))])
     up = Rotation.from_quat(batch.orientation[0]).apply([0, 1, 0])
@@ -182,7 +180,8 @@ def test_a_cut_stream_does_not_join_halves_of_two_frames():
 
 
 def test_transport_delay_is_taken_off_the_stamps():
-    batch = ImuPipeline([TORSO], transport_delay_s=0.004).process([chunk(0, sample(0))])
+    parameters = ImuBridgeParameters(transport_delay=0.004)
+    batch = ImuPipeline([TORSO], parameters).process([chunk(0, sample(0))])
     assert batch.stamp_ns == [START_NS - 4 * MS]
 
 
@@ -199,7 +198,7 @@ def test_one_absurd_sample_does_not_disturb_those_after_it(filter_name, value):
 
     def orientations(absurd):
         parser = TextParser(line_format({"fields": fields, "units": units}))
-        pipeline = ImuPipeline([TORSO], parsers=[parser], filter_name=filter_name)
+        pipeline = ImuPipeline([TORSO], ImuBridgeParameters(filter=filter_name), [parser])
         pipeline.process([Chunk(arrival_ns=START_NS, data=b"\n")])
         found = []
         for k in range(50):

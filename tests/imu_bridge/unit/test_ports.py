@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING, FilterSettings
+from imu_bridge.filters.orientation_filter import UNKNOWN_HEADING
+from imu_bridge.parameters import ImuBridgeParameters
 from imu_bridge.pipeline import Chunk, ImuBatch, ImuPipeline
 from imu_bridge.protocols.reading import Parser
 from imu_bridge.protocols.text import TextParser, line_format
@@ -74,8 +75,8 @@ def test_a_node_on_another_port_is_another_node():
 
 
 def test_samples_without_number_and_time_are_integrated_over_their_even_spacing():
-    settings = FilterSettings(magnetometer="off", bias_window_s=0.0)
-    subject = pipeline(WitMotionParser(), settings=settings)
+    parameters = ImuBridgeParameters(magnetometer="off", gyro_bias_window=0.0)
+    subject = pipeline(WitMotionParser(), parameters=parameters)
     batch = run(subject, witmotion_sample, 200)
     assert np.all(np.diff(batch.stamp_ns) > 0)
     seconds = (batch.stamp_ns[-1] - batch.stamp_ns[0]) * 1e-9
@@ -102,7 +103,7 @@ def test_a_clock_in_milliseconds_is_used_where_lines_have_one():
 
 
 def test_a_sensors_own_orientation_is_handed_on_by_the_filter_device():
-    subject = pipeline(WitMotionParser(), filter_name="device")
+    subject = pipeline(WitMotionParser(), parameters=ImuBridgeParameters(filter="device"))
     batch = run(subject, lambda k: witmotion_sample(k, (0x51, 0x52, 0x59)), 50)
     assert abs(turned(batch) - RATE * 0.01 * (len(batch) - 1)) < 1e-3
     assert (batch.heading_stddev == UNKNOWN_HEADING).all()

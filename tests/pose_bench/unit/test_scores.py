@@ -154,7 +154,7 @@ def test_targets_show_which_are_met():
 def test_tables_and_csv_name_the_synthetic_subject_and_every_failure():
     scores = scores_of(RMSE)
 
-    text = "\n".join(table.markdown() for table in tables(scores))
+    text = "\n".join(table.table.markdown() for table in tables(scores))
     rows = list(csv.DictReader(io.StringIO(scores_csv(scores))))
 
     assert "Synthetic subject" in text

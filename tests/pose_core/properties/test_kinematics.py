@@ -10,8 +10,6 @@ from pose_core.body.kinematics import left_jacobian
 from pose_core.body.trunk import trunk_axes
 from pose_core.joints import JOINT_INDEX
 
-STEP = 1e-6
-
 
 @pytest.fixture
 def rng():
@@ -23,19 +21,6 @@ def test_left_jacobian_is_the_derivative_of_the_exponential(rng, scale):
     v, delta = scale * rng.normal(size=3), 1e-6 * rng.normal(size=3)
     moved = Rotation.from_rotvec(v + delta) * Rotation.from_rotvec(v).inv()
     np.testing.assert_allclose(left_jacobian(v) @ delta, moved.as_rotvec(), atol=1e-11)
-
-
-def test_position_jacobian_matches_finite_differences(rng):
-    body = kinematics()
-    for dof in random_dof(rng, 5, spread=1.0):
-        numeric = np.stack(
-            [
-                (body.pose(dof + step).positions - body.pose(dof - step).positions) / (2 * STEP)
-                for step in STEP * np.eye(MODEL.size)
-            ],
-            axis=-1,
-        )
-        np.testing.assert_allclose(body.jacobian(dof), numeric, atol=1e-8)
 
 
 def test_bone_lengths_are_the_same_in_every_pose(rng):

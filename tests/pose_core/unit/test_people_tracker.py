@@ -9,8 +9,8 @@ from walking_person import POSES
 from pose_core.joints import JOINTS
 from pose_core.people.distances import OTHER_SIDE
 from pose_core.people.person_track import Presence
+from pose_core.people.track_manager import MOST_TENTATIVE
 from pose_core.people.tracker import PeopleTracker
-from pose_core.people.tracks import MOST_TENTATIVE
 from pose_core.session.clocks import Clock
 
 TO_THE_LEFT = walker((2.5, -1.5), (0.0, 1.0))
@@ -93,7 +93,7 @@ def test_somebody_new_is_held_until_their_size_is_measured():
     frames = frames_of([standing((2.5, 0.0)), standing((3.0, 1.0))], 4.0, there=there)
     people = tracker()
     assert 1 not in numbers_of(people, frames)
-    assert (people.counters["ghosts"], people.counters["came"]) == (1, 1)
+    assert (people.counters["ghosts"], people.counters["appeared"]) == (1, 1)
 
 
 def test_a_person_of_known_size_is_not_somebody_new_while_it_is_uncertain():
@@ -113,7 +113,7 @@ def test_an_overlapping_second_skeleton_is_a_duplicate():
     people = tracker()
     given = numbers_of(people, frames_of([standing((2.5, 0.0)), beside], 3.0))
     assert len({number for numbers in given.values() for number in numbers}) == 1
-    assert people.counters["doubles"] > 0
+    assert people.counters["duplicates"] > 0
 
 
 def test_identities_are_independent_of_the_order_of_skeletons():

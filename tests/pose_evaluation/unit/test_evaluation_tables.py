@@ -11,10 +11,10 @@ from pose_evaluation.agreement import measure_agreement
 from pose_evaluation.scores import evaluate
 from pose_evaluation.tables import (
     agreement_csv,
-    agreement_tables,
     evaluation_csv,
-    evaluation_markdown,
     evaluation_table,
+    steadiness_table,
+    view_tables,
 )
 
 
@@ -29,8 +29,12 @@ def evaluation():
 def shown(*tables, width=80):
     console = Console(file=io.StringIO(), width=width, color_system=None)
     for table in tables:
-        console.print(table)
+        console.print(table.terminal())
     return console.file.getvalue()
+
+
+def agreement_tables(agreement):
+    return [*view_tables(agreement), steadiness_table(agreement.steadiness)]
 
 
 def rows(text):
@@ -39,7 +43,7 @@ def rows(text):
 
 def test_the_table_says_that_the_subject_is_synthetic(evaluation):
     assert "synthetic subject" in " ".join(shown(evaluation_table(evaluation)).split())
-    assert "synthetic subject" in evaluation_markdown(evaluation)
+    assert "synthetic subject" in evaluation_table(evaluation, with_bias=True).markdown()
     assert {row["reference"] for row in rows(evaluation_csv(evaluation))} == {
         "the truth, synthetic subject"
     }
@@ -65,7 +69,7 @@ def test_csv_holds_what_was_measured(evaluation):
 
 
 def test_markdown_has_a_row_for_every_angle(evaluation):
-    lines = evaluation_markdown(evaluation).splitlines()
+    lines = evaluation_table(evaluation, with_bias=True).markdown().splitlines()
     widths = {line.count("|") for line in lines if line.startswith("|")}
     assert widths == {4}
     assert any(line.startswith("| left knee flexion | 1") for line in lines)

@@ -13,6 +13,7 @@ from pose_core.errors import InputError
 from pose_core.session.extrinsics import extrinsics_from_map
 from pose_core.streams.samples import SkeletonSample
 from pose_evaluation.offline import IMU_ENDING, known_setups
+from pose_evaluation.tables import view_tables
 from pose_io.bag_writer import BagWriter
 from pose_io.bags import open_bag
 from pose_io.references.reference import reference_of_skeleton
@@ -25,7 +26,6 @@ from pose_view.report.figures.courses import (
 )
 from pose_view.report.page.page import facts, notes, render_page
 from pose_view.report.recording import Wanted, preferred, read_recording
-from pose_view.report.tables.steadiness import view_tables
 
 
 def seen_by(sensor, **kind):

@@ -39,7 +39,7 @@ class ImuBridge(ManagedNode[ImuBridgeParameters]):
         devices = read_devices(Path(parameters.nodes_file), sink)
         nodes, self._ports = devices.nodes, devices.ports
         parsers = [port.make_parser() for port in self._ports]
-        self._pipeline = ImuPipeline.from_parameters(nodes, parameters, parsers)
+        self._pipeline = ImuPipeline(nodes, parameters, parsers)
         self._messages = [
             SegmentMessages(node.segment, parameters.inclination_stddev) for node in nodes
         ]

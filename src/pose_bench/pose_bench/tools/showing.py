@@ -13,7 +13,7 @@ def show(tables: Sequence[TextTable]) -> None:
     """Print tables, each followed by an empty line."""
     console = plain_console()
     for table in tables:
-        console.print(table.rich())
+        console.print(table.table.terminal())
         console.print()
 
 
@@ -27,7 +27,7 @@ def publish(tables: Sequence[TextTable], title: str, folder: Path | None, name: 
 
 def document(title: str, tables: Sequence[TextTable]) -> str:
     """Tables as one Markdown document."""
-    return "\n".join([f"# {title}", "", *(table.markdown() for table in tables)])
+    return "\n".join([f"# {title}", "", *(table.table.markdown() for table in tables)])
 
 
 @contextmanager

@@ -87,7 +87,6 @@ def estimate_floor(
         source=source,
         up_stddev=slope_stddev,
         height_stddev=height_stddev,
-        upright_frames=len(directions),
     )
 
 

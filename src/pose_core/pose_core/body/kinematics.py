@@ -9,11 +9,9 @@ vector v; a joint fixed in a link at offset o lies at
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pose_core.body.model import ROOT_DOF, BodyModel
+from pose_core.body.model import BodyModel
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.kernels import joint_angle_extraction
 from pose_core.kernels.forward_kinematics import ModelArrays, compute_links
 from pose_core.streams.samples import FloatArray
 
@@ -42,24 +40,6 @@ def left_jacobian(vector: FloatArray) -> FloatArray:
     )
 
 
-def moved_axes(R_map_parent: FloatArray, axes: FloatArray, angles: FloatArray) -> FloatArray:
-    """A joint's axes in map, each moved by the preceding rotations.
-
-    Args:
-        R_map_parent: Shape (3, 3).
-        axes: In the link's own axes, shape (k, 3).
-        angles: Angles of the k rotations [rad].
-
-    Returns:
-        Shape (k, 3).
-    """
-    moved = np.empty((len(axes), 3))
-    joint_angle_extraction.moved_axes(
-        np.ascontiguousarray(R_map_parent), np.array(axes, float), np.array(angles, float), moved
-    )
-    return moved
-
-
 @dataclass(frozen=True, kw_only=True)
 class BodyPose:
     """Link rotations and joint positions, for one state or many."""
@@ -81,12 +61,7 @@ class ForwardKinematics:
         self, model: BodyModel, offsets: FloatArray, R_reference: FloatArray | None = None
     ) -> None:
         self.model = model
-        self.offsets = offsets
         self.R_reference = np.eye(3) if R_reference is None else R_reference
-        self._link_index = {name: index for index, name in enumerate(model.link_names)}
-        axes = {dof.name: dof.axis for link in model.links.values() for dof in link.dof}
-        self._axes = np.array([axes[name] for name in model.angle_names], dtype=float)
-        self._angle_index = {name: index for index, name in enumerate(model.angle_names)}
         self._numbers = model_arrays(model, offsets)
 
     def pose(self, dof: FloatArray) -> BodyPose:
@@ -105,43 +80,6 @@ class ForwardKinematics:
             positions.reshape(-1, len(JOINTS), 3),
         )
         return BodyPose(rotations=rotations, positions=positions)
-
-    def jacobian(self, dof: FloatArray) -> FloatArray:
-        """Jacobian of the joint positions with respect to the degrees of freedom, at one state.
-
-        Args:
-            dof: One state's degrees of freedom, shape (d,).
-
-        Returns:
-            Shape (15, 3, d), in [m] per [m] or [rad].
-        """
-        pose = self.pose(dof)
-        jacobian = np.zeros((len(JOINTS), 3, self.model.size))
-        jacobian[:, :, :3] = np.eye(3)
-        arms = pose.positions - dof[:3]
-        jacobian[:, :, 3:6] = -skew(arms) @ left_jacobian(dof[3:6])
-        for link in self.model.links.values():
-            if link.parent is None or link.joint is None:
-                continue
-            below = self._joints_below[link.name]
-            arms = pose.positions[below] - pose.positions[JOINT_INDEX[link.joint]]
-            parent = pose.rotations[self._link_index[link.parent]]
-            angles = [self._angle_index[degree.name] for degree in link.dof]
-            axes = moved_axes(parent, self._axes[angles], dof[ROOT_DOF:][angles])
-            for angle, axis in zip(angles, axes, strict=True):
-                jacobian[below, :, ROOT_DOF + angle] = np.cross(axis, arms)
-        return jacobian
-
-    @property
-    def _joints_below(self) -> dict[str, NDArray[np.int_]]:
-        """The joints that a rotation of a link moves."""
-        below: dict[str, list[int]] = {name: [] for name in self.model.links}
-        for joint in JOINTS:
-            name: str | None = self.model.joints[joint].link
-            while name is not None:
-                below[name].append(JOINT_INDEX[joint])
-                name = self.model.links[name].parent
-        return {name: np.array(joints, int) for name, joints in below.items()}
 
 
 def model_arrays(model: BodyModel, offsets: FloatArray) -> ModelArrays:

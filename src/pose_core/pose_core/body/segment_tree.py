@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
-from pose_core.kernels.joint_kinematics import BodyArrays, Pose, compute_joints
+from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.streams.samples import FloatArray
 
 
@@ -125,12 +125,6 @@ class SegmentTree:
         result = np.zeros(len(self.parents), bool)
         result[self.sliding_links[goes_along != 0.0]] = True
         return result
-
-    def joints(self, pose: Pose) -> FloatArray:
-        """Joint positions [m] in map, shape (15, 3)."""
-        levers, joints = np.zeros_like(self.offsets), np.empty((len(self.offsets), 3))
-        compute_joints(self.numbers, pose.position, pose.rotations, pose.slides, levers, joints)
-        return joints
 
 
 def without_side(link: str) -> str:

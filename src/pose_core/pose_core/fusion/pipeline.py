@@ -184,9 +184,9 @@ class FusionPipeline:
         return self._preprocessor.holds_frames
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
-        """Use these extrinsics, and their clocks, from now on; see :meth:`Observer.place_sensors`.
+        """Use these extrinsics, and their clocks, from now on.
 
-        Past instants are not estimated.
+        See :meth:`Preprocessor.place_sensors`. Past instants are not estimated.
         """
         self._preprocessor.place_sensors(extrinsics)
 

@@ -23,7 +23,7 @@ GATE_M = 0.35  # [m] mean distance of the joints from their predicted positions,
 OTHER_ID_GATE_M = 0.25  # [m] the same under any other id: people pass each other at arm's length
 SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and against others
 ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
-UNCERTAIN_M = 0.1  # [m] advantage of a confirmed person who is seen
+UNOBSERVED_M = 0.1  # [m] advantage of a confirmed person who is seen
 
 
 def associate(
@@ -46,17 +46,17 @@ def associate(
     """
     if not tracks:
         return [], np.empty((0, len(frame)), np.bool_)
-    predicted = np.stack([track.expected(stamp_ns) for track in tracks])
+    predicted = np.stack([track.predicted(stamp_ns) for track in tracks])
     distance, is_mirrored = joint_distances(predicted, positions)
     has_other_id = _other_ids(tracks, frame, stamp_ns)
     cost = distance + SAME_ID_M * has_other_id
     cost[distance > np.where(has_other_id, OTHER_ID_GATE_M, GATE_M)] = np.inf
-    is_certain = [track.is_certain(stamp_ns) for track in tracks]
-    cost[np.logical_not(is_certain)] += UNCERTAIN_M
+    is_observed = [track.is_observed(stamp_ns) for track in tracks]
+    cost[np.logical_not(is_observed)] += UNOBSERVED_M
     # A skeleton rather begins a track than it pushes another one off its own.
-    nobody = np.full((len(frame), len(frame)), np.inf)
-    np.fill_diagonal(nobody, GATE_M + UNCERTAIN_M)
-    pairs = assign(np.vstack([cost, nobody]))
+    unassigned = np.full((len(frame), len(frame)), np.inf)
+    np.fill_diagonal(unassigned, GATE_M + UNOBSERVED_M)
+    pairs = assign(np.vstack([cost, unassigned]))
     return [(row, column) for row, column in pairs if row < len(tracks)], is_mirrored
 
 

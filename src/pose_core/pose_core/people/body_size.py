@@ -32,12 +32,12 @@ MAD_TO_DEVIATION = 1.4826  # [-] of the normal distribution
 OTHER_SENSOR_SPREAD, OTHER_SENSOR_COMMON = 0.06, 0.04  # [-] in addition, against another sensor's
 PEOPLE_SPREAD, PEOPLE_COMMON = 0.05, 0.07  # [-] in addition, from one person to another
 FRAMES, FADING = 45.0, 0.35  # [-] of 1.5 s; power of their number with which the variances fall
-TAIL = 4.0  # [-] degrees of freedom of Student's distribution: hidden joints are far off
-LEAST = 8  # [-] measurements of a bone before it counts
+STUDENT_DOF = 4.0  # [-] degrees of freedom of Student's distribution: hidden joints are far off
+LEAST_MEASUREMENTS = 8  # [-] measurements of a bone before it counts
 LEAST_BONES = 4  # [-]
-KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
+MOST_KEPT = 256  # [-] measurements of a sensor; beyond, every other one goes
 SHAPE_BONES = 8
-SURE = 60  # [-] measurements before given measures are judged
+JUDGED_MEASUREMENTS = 60  # [-] measurements before given measures are judged
 LEAST_SHAPE_BONES = 6  # [-]
 OTHER_BODY = 0.1  # [-] of the lengths, by which measures are somebody else's
 _START, _END = (np.array([JOINT_INDEX[pair[i]] for pair in BONES]) for i in (0, 1))
@@ -53,7 +53,7 @@ def log_lengths(sample: SkeletonSample) -> FloatArray:
 
 
 @dataclass
-class _Lengths:
+class _SensorLengths:
     """What one sensor measures, thinned over time."""
 
     rows: list[FloatArray] = field(default_factory=list)  # (15,) each
@@ -68,10 +68,10 @@ class _Lengths:
         self.left_out = 0
         self._summary = None
         self.rows.append(measured)
-        if len(self.rows) > KEPT:
+        if len(self.rows) > MOST_KEPT:
             self.rows, self.every = self.rows[::2], 2 * self.every
 
-    def merge(self, other: "_Lengths") -> None:
+    def merge(self, other: "_SensorLengths") -> None:
         for row in other.rows:
             self.add(row)
 
@@ -80,7 +80,7 @@ class _Lengths:
         if self._summary is None:
             rows = np.array(self.rows).reshape(-1, len(BONES))
             count = np.isfinite(rows).sum(axis=0)
-            is_known = count >= LEAST
+            is_known = count >= LEAST_MEASUREMENTS
             median = np.where(is_known, nan_median(rows), np.nan)
             scatter = MAD_TO_DEVIATION * nan_median(np.abs(rows - median))
             frames = np.maximum(count * self.every, 1.0)
@@ -102,22 +102,22 @@ class BodySize:
     """A person's bone lengths, as each sensor measures them."""
 
     def __init__(self) -> None:
-        self._by_sensor: dict[str, _Lengths] = {}
+        self._by_sensor: dict[str, _SensorLengths] = {}
 
     def add(self, sample: SkeletonSample) -> None:
         """Take one measurement."""
-        lengths = self._by_sensor.setdefault(sample.sensor, _Lengths())
+        lengths = self._by_sensor.setdefault(sample.sensor, _SensorLengths())
         lengths.add(log_lengths(sample))
 
     def merge(self, other: "BodySize") -> None:
         """Take all measurements of the same person's from elsewhere."""
         for sensor, lengths in other._by_sensor.items():
-            self._by_sensor.setdefault(sensor, _Lengths()).merge(lengths)
+            self._by_sensor.setdefault(sensor, _SensorLengths()).merge(lengths)
 
     def log_likelihood_ratio(self, other: "BodySize") -> float:
         """How much likelier these are one person's than two persons', log ratio; 0: unknown."""
         shared = [
-            _difference(lengths, other._by_sensor[sensor])
+            _sensor_log_likelihood_ratio(lengths, other._by_sensor[sensor])
             for sensor, lengths in self._by_sensor.items()
             if sensor in other._by_sensor
         ]
@@ -139,7 +139,7 @@ class BodySize:
         return sum(len(lengths.rows) for lengths in self._by_sensor.values())
 
 
-def _difference(one: _Lengths, other: _Lengths) -> float | None:
+def _sensor_log_likelihood_ratio(one: _SensorLengths, other: _SensorLengths) -> float | None:
     """Log likelihood ratio of what one sensor measures of both."""
     first, second = one.summary(), other.summary()
     share = (FRAMES / first.frames) ** FADING + (FRAMES / second.frames) ** FADING
@@ -150,16 +150,16 @@ def _difference(one: _Lengths, other: _Lengths) -> float | None:
 
 
 def _log_likelihood_ratio(
-    off: FloatArray, variance: FloatArray, common_variance: float
+    difference: FloatArray, variance: FloatArray, common_variance: float
 ) -> float | None:
     """Log likelihood ratio of a difference of lengths; None where too little is known."""
-    known = np.isfinite(off)
+    known = np.isfinite(difference)
     if known.sum() < LEAST_BONES:
         return None
-    off, variance = off[known], variance[known]
+    difference, variance = difference[known], variance[known]
     # A difference common to all lengths is what distinguishes people best.
-    common = _weighted_median(off, 1.0 / variance)
-    own = off - common
+    common = _weighted_median(difference, 1.0 / variance)
+    own = difference - common
     common_variance += 1.5 / float((1.0 / variance).sum())
     ratio = _log_student(own, variance) - _log_student(own, variance + PEOPLE_SPREAD**2)
     variances = np.array([common_variance, common_variance + PEOPLE_COMMON**2])
@@ -174,18 +174,19 @@ def _weighted_median(values: FloatArray, weights: FloatArray) -> float:
     return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
 
 
-def _log_student(off: FloatArray, variance: FloatArray) -> FloatArray:
+def _log_student(difference: FloatArray, variance: FloatArray) -> FloatArray:
     """Logarithm of Student's density, but for a constant."""
-    power = 0.5 * (TAIL + 1.0)
-    return np.asarray(-power * np.log1p(off**2 / (TAIL * variance)) - 0.5 * np.log(variance))
+    power = 0.5 * (STUDENT_DOF + 1.0)
+    squared = difference**2 / (STUDENT_DOF * variance)
+    return np.asarray(-power * np.log1p(squared) - 0.5 * np.log(variance))
 
 
 def is_of_size(size: BodySize, shape: BodyShape) -> bool | None:
     """Whether a person is as large as given measures say; None while too little is known."""
     lengths = shape.bone_lengths()
     given = np.array([np.log(lengths[end]) for _, end in BONES[:SHAPE_BONES]])
-    off = size.mean()[:SHAPE_BONES] - given
-    off = off[np.isfinite(off)]
-    if size.measurements < SURE or len(off) < LEAST_SHAPE_BONES:
+    difference = size.mean()[:SHAPE_BONES] - given
+    difference = difference[np.isfinite(difference)]
+    if size.measurements < JUDGED_MEASUREMENTS or len(difference) < LEAST_SHAPE_BONES:
         return None
-    return bool(abs(np.median(off)) < OTHER_BODY)
+    return bool(abs(np.median(difference)) < OTHER_BODY)

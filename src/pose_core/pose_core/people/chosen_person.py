@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_core.counters import Counters
-from pose_core.people.choice import FIRST, IMUS, NEAREST
+from pose_core.people.person_choice import FIRST, IMUS, NEAREST
 from pose_core.people.subject_tracker import SubjectTracker
 from pose_core.people.tracker import PeopleTracker
 from pose_core.people.wearer import WearerSearch

@@ -10,11 +10,11 @@ from pose_core.people.distances import centre
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
-SMOOTHING = 0.6  # [-] weight of a new frame in the joints' places
-VELOCITY_OVER_NS = 150_000_000  # [ns] over which the velocity is taken
+POSITION_GAIN = 0.6  # [-] weight of a new frame in the joints' places
+VELOCITY_WINDOW_NS = 150_000_000  # [ns] over which the velocity is taken
 LOST_AFTER_S = 0.1  # [s] unseen by all sensors
-FASTEST = 3.5  # [m/s] of a person
-KEEPS_MOVING_S = 0.5  # [s] for which somebody who is not seen keeps their velocity
+MAX_SPEED = 3.5  # [m/s] of a person
+VELOCITY_DECAY_S = 0.5  # [s] for which somebody who is not seen keeps their velocity
 
 
 class Presence(Enum):
@@ -22,7 +22,7 @@ class Presence(Enum):
 
     TENTATIVE = "tentative"  # seen for a moment: a person, or a tracker's ghost
     PRESENT = "present"
-    AWAY = "away"  # known, but not seen
+    ABSENT = "absent"  # known, but not seen
 
 
 @dataclass
@@ -31,7 +31,7 @@ class SensorView:
 
     person: str  # the sensor's own id
     stamp_ns: int  # [ns] of its last frame
-    unchecked: int = 0  # [frames] that were believed by the id alone
+    frames_by_id: int = 0  # [frames] that were believed by the id alone
 
 
 @dataclass
@@ -40,47 +40,47 @@ class PersonTrack:
 
     number: int
     presence: Presence
-    born_ns: int  # [ns]
+    initiated_ns: int  # [ns] of the first skeleton
     last_seen_ns: int  # [ns]
-    born_at: FloatArray  # (3,) [m], middle of the first skeleton
+    initiated_at: FloatArray  # (3,) [m], middle of the first skeleton
     positions: FloatArray  # (15, 3) [m], NaN where never seen
     velocity: FloatArray = field(default_factory=lambda: np.zeros(3))  # [m/s]
     size: BodySize = field(default_factory=BodySize)
-    recent_size: BodySize | None = None  # measured since they came back, until they are recognised
-    returned_ns: int = 0  # [ns]
+    recent_size: BodySize | None = None  # to compare with ``size`` before it is merged into it
+    recent_since_ns: int = 0  # [ns] when its measurement began
     views: dict[str, SensorView] = field(default_factory=dict)  # by sensor
     held: list[SkeletonSample] = field(default_factory=list)  # of a tentative person
     frames: int = 0
     _updated_ns: int = 0
     _anchor: tuple[int, FloatArray] | None = None  # where the velocity is measured from
 
-    def expected(self, stamp_ns: int) -> FloatArray:
+    def predicted(self, stamp_ns: int) -> FloatArray:
         """Predicted joints at an instant [ns], shape (15, 3) [m]."""
         ahead_s = max(0.0, (stamp_ns - self._updated_ns) / NS_PER_S)
-        way_s = KEEPS_MOVING_S * (1.0 - np.exp(-ahead_s / KEEPS_MOVING_S))
+        way_s = VELOCITY_DECAY_S * (1.0 - np.exp(-ahead_s / VELOCITY_DECAY_S))
         return self.positions + self.velocity * way_s
 
     @property
     def in_view_s(self) -> float:
         """Time from the first frame to the last one [s]."""
-        return (self.last_seen_ns - self.born_ns) / NS_PER_S
+        return (self.last_seen_ns - self.initiated_ns) / NS_PER_S
 
-    def expected_centre(self, stamp_ns: int) -> FloatArray:
+    def predicted_centre(self, stamp_ns: int) -> FloatArray:
         """Predicted middle at an instant [ns], (3,) [m]."""
-        return centre(self.expected(stamp_ns))
+        return centre(self.predicted(stamp_ns))
 
     def unseen_s(self, stamp_ns: int) -> float:
         """Time since any sensor saw them [s]."""
         return max(0, stamp_ns - self.last_seen_ns) / NS_PER_S
 
-    def is_certain(self, stamp_ns: int) -> bool:
+    def is_observed(self, stamp_ns: int) -> bool:
         """Whether they are a known person whom a sensor sees at this instant [ns]."""
         return self.presence is Presence.PRESENT and self.unseen_s(stamp_ns) < LOST_AFTER_S
 
-    def move(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
+    def update(self, stamp_ns: int, seen: FloatArray, anew: bool = False) -> None:
         """Update with joints in the common frame, (15, 3) [m]; ``anew``: without a prediction."""
-        expected = seen if anew else self.expected(stamp_ns)
-        blended = expected + SMOOTHING * (seen - expected)
+        expected = seen if anew else self.predicted(stamp_ns)
+        blended = expected + POSITION_GAIN * (seen - expected)
         place = np.where(np.isfinite(blended), blended, np.where(np.isfinite(seen), seen, expected))
         if anew:
             self._anchor, self.velocity = None, np.zeros(3)
@@ -88,14 +88,19 @@ class PersonTrack:
         self.positions = np.asarray(place)
         self._updated_ns = max(self._updated_ns, stamp_ns)
 
-    def note(self, sample: SkeletonSample, stamp_ns: int) -> None:
+    def note_detection(self, sample: SkeletonSample, stamp_ns: int) -> None:
         """Note that a sensor has seen them under its id."""
         self.last_seen_ns = max(self.last_seen_ns, stamp_ns)
         self.frames += 1
         self.views[sample.sensor] = SensorView(sample.person, stamp_ns)
 
-    def exchange(self, other: "PersonTrack") -> None:
-        """Exchange number and size with another track; the positions stay."""
+    def restart_recent_size(self, stamp_ns: int) -> BodySize:
+        """Measure the size afresh from an instant [ns] on."""
+        self.recent_size, self.recent_since_ns = BodySize(), stamp_ns
+        return self.recent_size
+
+    def swap_identity(self, other: "PersonTrack") -> None:
+        """Swap number and size with another track; the positions stay."""
         self.number, other.number = other.number, self.number
         self.size, other.size = other.size, self.size
         self.recent_size = other.recent_size = None
@@ -106,11 +111,11 @@ class PersonTrack:
             self._anchor = stamp_ns, here
             return
         since_ns = stamp_ns - self._anchor[0]
-        if since_ns < VELOCITY_OVER_NS:
+        if since_ns < VELOCITY_WINDOW_NS:
             return
         velocity = (here - self._anchor[1]) * (NS_PER_S / since_ns)
         if np.isfinite(velocity).all():
             speed = float(np.linalg.norm(velocity))
-            velocity *= min(1.0, FASTEST / max(speed, 1e-9))
+            velocity *= min(1.0, MAX_SPEED / max(speed, 1e-9))
             self.velocity = 0.5 * (self.velocity + velocity)
         self._anchor = stamp_ns, here

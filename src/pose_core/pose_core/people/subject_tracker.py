@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
-from pose_core.people.choice import IMUS, PersonChoice
+from pose_core.people.person_choice import IMUS, PersonChoice
+from pose_core.people.track_manager import Assigned
 from pose_core.people.tracker import PeopleTracker
-from pose_core.people.tracks import Assigned
 from pose_core.people.wearer import WearerSearch
 from pose_core.streams.samples import SkeletonSample
 

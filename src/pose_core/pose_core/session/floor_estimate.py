@@ -15,7 +15,6 @@ class FloorEstimate:
     source: str  # source of the vertical
     up_stddev: float  # [rad]
     height_stddev: float  # [m]
-    upright_frames: int  # [-]
 
     @property
     def height(self) -> float:

@@ -21,10 +21,10 @@ from pose_evaluation.robot_plot import robot_figure
 from pose_evaluation.scores import evaluate
 from pose_evaluation.tables import (
     agreement_csv,
-    agreement_tables,
     evaluation_csv,
-    evaluation_markdown,
     evaluation_table,
+    steadiness_table,
+    view_tables,
 )
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
 from pose_fusion.watching.findings import STAGE
@@ -81,9 +81,10 @@ def report_synthetic(run: DemoRun, truth: Path, console: Console) -> None:
             methods, reference, reference_name="the simulated truth", synthetic=True
         )
         console.print()
-        console.print(evaluation_table(evaluation))
+        console.print(evaluation_table(evaluation).terminal())
         (run.folder / "evaluation.csv").write_text(evaluation_csv(evaluation))
-        (run.folder / "evaluation.md").write_text(evaluation_markdown(evaluation))
+        markdown = evaluation_table(evaluation, with_bias=True).markdown()
+        (run.folder / "evaluation.md").write_text(markdown)
         shown = {name: methods[name] for name in methods if name != FUSED}
         shown |= {REFERENCE: reference, FUSED: methods[FUSED]}
         save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")
@@ -102,9 +103,9 @@ def report_recording(run: DemoRun, console: Console) -> None:
     with open_bag(run.bag) as bag:
         methods = _methods(bag, run)
         agreement = measure_agreement(methods, read_extrinsics(bag))
-        for table in agreement_tables(agreement):
+        for table in (*view_tables(agreement), steadiness_table(agreement.steadiness)):
             console.print()
-            console.print(table)
+            console.print(table.terminal())
         (run.folder / "agreement.csv").write_text(agreement_csv(agreement))
         shown = {name: methods[name] for name in methods if name != MEAN}
         save_figure(angles_figure(f"Joint angles: {run.subject}", shown), run.folder / "angles.png")

@@ -236,8 +236,8 @@ def add_all(pipeline: PeoplePipeline, bag: BagReader, progress: Progress, what: 
 def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     """Who was there, whose pose was estimated; nothing where one person was alone."""
     counts = pipeline.people_counts
-    came = counts["came"]
-    if came < 2:
+    appeared = counts["appeared"]
+    if appeared < 2:
         return
     for body_id, count in pipeline.estimates.items():
         yield f"  {body_id}: {count} estimates"
@@ -245,8 +245,8 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
     rule = pipeline.parameters.person
     if others:
         yield (
-            f"  people: {came}; followed: {rule}; not used: {others} skeletons of others "
-            f"(--max-people {min(came, 6)}, or --person nearest, imus, a sensor's id)"
+            f"  people: {appeared}; followed: {rule}; not used: {others} skeletons of others "
+            f"(--max-people {min(appeared, 6)}, or --person nearest, imus, a sensor's id)"
         )
 
 

@@ -10,9 +10,9 @@ delays are one-sided, a mean or median is biased; the line follows from the fast
 
 .. math:: \min_{b, k} \sum_i d_i \quad\text{subject to}\quad d_i \ge 0,\; |k| \le k_{\max} \tag{2}
 
-which is Moon, Skelly, Towsley (1999), *Estimation and removal of clock skew from network delay
-measurements*, IEEE INFOCOM, with the drift bounded by crystals' tolerance. The capture stamp is
-:math:`h_i - d_i`; a delay common to all frames is part of :math:`b` and cannot be observed.
+which :func:`pose_core.lower_line.line_below` solves, with the drift bounded by crystals' tolerance.
+The capture stamp is :math:`h_i - d_i`; a delay common to all frames is part of :math:`b` and cannot
+be observed.
 
 A clock that is reset or set, the sensor's or the host's, begins a new epoch: a jump of
 :math:`h - s` larger than any queueing delay. Each epoch has a line of its own.
@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pose_core.lower_line import line_below
 from pose_io.recordings.joint_maps import FloatArray
 from pose_io.recordings.recording import StampArray
 
@@ -30,8 +31,6 @@ JUMP_NS = 5_000_000_000  # [ns] queues of 2 s occur in real recordings
 SUPPORT = 3  # [-] frames required near the line, else its lowest frame is an outlier
 SUPPORT_NS = 50_000_000  # [ns] distance that counts as near: one and a half frames at 30 Hz
 MAX_OUTLIERS = 0.05  # [-] share of an epoch's frames
-GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
-ITERATIONS = 60  # of the search for the drift: to 1e-16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,9 +72,9 @@ def fit_clock(sensor_ns: StampArray, host_ns: StampArray) -> ClockFit:
         members = np.flatnonzero(epoch == number)
         offset = host_ns[members] - sensor_ns[members]
         since = sensor_ns[members] - sensor_ns[members[0]]
-        # Seconds and nanoseconds around the first frame: a double holds those exactly.
-        delay, drift[number], dropped = _fit_line(since * 1e-9, (offset - offset[0]) * 1.0)
-        capture_ns[members] = host_ns[members] - np.rint(delay).astype(np.int64)
+        # Relative to the first frame: a double holds that to the nanosecond.
+        delay_ns, drift[number], dropped = _fit_line(since, offset - offset[0])
+        capture_ns[members] = host_ns[members] - delay_ns
         outliers += dropped
     return ClockFit(
         capture_ns=capture_ns,
@@ -102,38 +101,20 @@ def _epochs(offset_ns: StampArray) -> StampArray:
     return epoch
 
 
-def _fit_line(since_s: FloatArray, offset_ns: FloatArray) -> tuple[FloatArray, float, int]:
+def _fit_line(since_ns: StampArray, offset_ns: StampArray) -> tuple[StampArray, float, int]:
     """Solve (2) for one epoch, leaving out frames that lie alone below all others.
 
     Returns:
         Delays [ns], drift [-] and the number of outliers.
     """
-    kept = np.ones(len(since_s), dtype=bool)
+    kept = np.ones(len(since_ns), dtype=bool)
     while True:
-        drift, floor = _lower_line(since_s[kept], offset_ns[kept])
-        delay = offset_ns - (floor + drift * 1e9 * since_s)
-        near = kept & (delay <= SUPPORT_NS)
+        points = sorted(zip(since_ns[kept].tolist(), offset_ns[kept].tolist(), strict=True))
+        line = line_below(points, MAX_DRIFT)
+        above = np.rint(line.skew * (since_ns - line.origin_ns)).astype(np.int64)
+        delay_ns = offset_ns - line.offset_ns - above
+        near = kept & (delay_ns <= SUPPORT_NS)
         enough = near.sum() >= min(SUPPORT, kept.sum())
         if enough or len(kept) - kept.sum() + near.sum() > MAX_OUTLIERS * len(kept):
-            return delay, drift, int(len(kept) - kept.sum())
+            return delay_ns, line.skew, int(len(kept) - kept.sum())
         kept &= ~near
-
-
-def _lower_line(since_s: FloatArray, offset_ns: FloatArray) -> tuple[float, float]:
-    """Solve (2): the drift [-] and the line's offset [ns] at time zero."""
-    centred = since_s - since_s.mean()
-
-    # With times centred, the sum of (2) depends on the line's height at 0 alone: the highest line
-    # below all points. For a given drift that is a minimum, concave in the drift.
-    def height(drift: float) -> float:
-        return float((offset_ns - drift * 1e9 * centred).min())
-
-    low, high = -MAX_DRIFT, MAX_DRIFT
-    for _ in range(ITERATIONS):
-        step = GOLDEN * (high - low)
-        if height(high - step) < height(low + step):
-            low = high - step
-        else:
-            high = low + step
-    drift = 0.5 * (low + high)
-    return drift, height(drift) - drift * 1e9 * float(since_s.mean())

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS, SIDES
-from pose_sim.captured.clip import Clip, resampled
+from pose_sim.captured.clip import PROXIMAL_JOINTS, Clip, resampled
 from pose_sim.rotations import FloatArray
 
 if TYPE_CHECKING:
@@ -36,14 +36,6 @@ PLACES = {
     "hand": ("hand", "wrist"),
 }
 """Names of each joint in files, without the side, the most common first."""
-LIMB_SEGMENTS = {
-    "upper_arm": "shoulder",
-    "forearm": "elbow",
-    "hand": "hand",
-    "thigh": "hip",
-    "shank": "knee",
-    "foot": "foot",
-}
 ROOTS, NECKS, HEADS = ("hips", "hip", "pelvis", "root"), ("neck", "neck1"), ("head",)
 R_MAP_BVH = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
 
@@ -138,7 +130,7 @@ class _Skeleton:
         } | {
             f"{side}_{segment}": self._named(side, PLACES[joint])
             for side in SIDES
-            for segment, joint in LIMB_SEGMENTS.items()
+            for segment, joint in PROXIMAL_JOINTS.items()
         }
 
     def _spine(self, neck: str) -> list[str]:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_sim.angles import JOINT_NAMES
 from pose_sim.body import Pose
-from pose_sim.captured.clip import RATE, Clip
+from pose_sim.captured.clip import PROXIMAL_JOINTS, RATE, Clip
 from pose_sim.captured.clips import heading, mid_hip
 from pose_sim.motion import GRID_RATE, Motion
 from pose_sim.rotations import FloatArray
@@ -20,14 +20,7 @@ ORIGINS = {
     **{
         f"{side}_{segment}": f"{side}_{joint}"
         for side in SIDES
-        for segment, joint in {
-            "upper_arm": "shoulder",
-            "forearm": "elbow",
-            "hand": "hand",
-            "thigh": "hip",
-            "shank": "knee",
-            "foot": "foot",
-        }.items()
+        for segment, joint in PROXIMAL_JOINTS.items()
     },
 }
 """The proximal joint of each segment; for the pelvis midway between the hips."""

@@ -1,4 +1,4 @@
-"""Names of the topics of a person."""
+"""Topics of a person: their names, and the QoS of subscriptions and publishers."""
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 

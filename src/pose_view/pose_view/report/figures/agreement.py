@@ -12,7 +12,8 @@ from pose_core.api import (
     without_sideways_flexion,
     wrapped,
 )
-from pose_evaluation.tables import readable
+from pose_evaluation.table import number
+from pose_evaluation.tables import method_label, readable
 from pose_evaluation.uncertainty import stddev_at
 from pose_view.report.analysis import REFERENCE, Analysis, Compared
 from pose_view.report.figures.canvas import (
@@ -26,8 +27,6 @@ from pose_view.report.figures.canvas import (
 )
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
-from pose_view.report.tables.accuracy import method_label
-from pose_view.report.tables.table import number
 
 MOST_DOTS = 400  # largest number of dots in a plot
 SOURCE_COLOURS = {

@@ -15,7 +15,7 @@ from pose_evaluation.limb_attitude import LIMBS, limb_attitude, limb_roll, segme
 from pose_evaluation.methods import FUSED, MEAN
 from pose_evaluation.plots import BONES_SHOWN
 from pose_evaluation.stability import bone_lengths
-from pose_evaluation.tables import readable
+from pose_evaluation.tables import method_label, readable
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.canvas import (
     HEIGHT,
@@ -27,7 +27,6 @@ from pose_view.report.figures.canvas import (
 )
 from pose_view.report.figures.figure import FigureSet, Picture
 from pose_view.report.recording import seconds
-from pose_view.report.tables.accuracy import method_label
 
 TIME = "time [s]"
 ROLE_COLOURS = {"Kinect": "#56B4E9", "IMU": "#117733", "fused": "#D55E00", REFERENCE: "#000000"}

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from pose_evaluation.table import Table
 from pose_view.report.figures.figure import FigureSet
-from pose_view.report.tables.table import Table
 
 Block = Table | FigureSet | str
 """A table, figures, or a paragraph."""

@@ -6,7 +6,8 @@ from dataclasses import replace
 from markupsafe import Markup
 
 from pose_evaluation.gait_cycles import Cycles
-from pose_evaluation.tables import readable
+from pose_evaluation.table import Table
+from pose_evaluation.tables import method_label, readable, steadiness_table, view_tables
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.agreement import (
     SOURCE_COLOURS,
@@ -27,7 +28,6 @@ from pose_view.report.page.section import Block, Section
 from pose_view.report.tables.accuracy import (
     accuracy_tables,
     coverage_table,
-    method_label,
     overview_table,
 )
 from pose_view.report.tables.motion import (
@@ -42,11 +42,8 @@ from pose_view.report.tables.steadiness import (
     jerk_table,
     method_table,
     source_table,
-    steadiness_table,
     timing_table,
-    view_tables,
 )
-from pose_view.report.tables.table import Table
 
 
 def sections(analysis: Analysis, joint: str) -> list[Section]:

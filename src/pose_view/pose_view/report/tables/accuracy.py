@@ -9,9 +9,7 @@ from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINTS
 from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
-from pose_evaluation.tables import readable
-from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
-from pose_view.report.tables.table import (
+from pose_evaluation.table import (
     Judge,
     Row,
     Table,
@@ -22,6 +20,8 @@ from pose_view.report.tables.table import (
     smallest,
     text_row,
 )
+from pose_evaluation.tables import method_label, readable, summary_rows
+from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
 
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
 """The six angles of li2020's tables."""
@@ -46,24 +46,16 @@ def accuracy_tables(evaluation: Evaluation) -> list[Table]:
 def overview_table(evaluation: Evaluation) -> Table:
     """Overview: one line per figure."""
     methods = evaluation.methods
-    measures: tuple[tuple[str, Callable[[MethodScores], float], int, Judge | None, bool], ...] = (
-        ("RMSE, mean of 12 angles [deg]", lambda m: m.mean_rmse_deg, 1, smallest, False),
-        ("RMSE, hips and knees [deg]", _leg_rmse, 1, smallest, False),
-        ("r, mean of the moving angles [-]", lambda m: m.mean_r, 3, largest, False),
-        ("absolute bias, mean [deg]", lambda m: m.mean_absolute_bias_deg, 1, smallest, False),
-        ("joint position error, MPJPE [mm]", lambda m: m.mpjpe_mm, 0, smallest, False),
-        ("bone length SD, mean [mm]", lambda m: m.mean_bone_sd_mm, 1, smallest, False),
-        ("jerk, RMS, mean of the joints [m/s³]", lambda m: m.mean_jerk, 0, smallest, False),
-        ("lag behind the reference [ms]", lambda m: 1000.0 * m.shift_s, 0, nearest_zero, True),
-        ("instants with a pose [%]", lambda m: 100.0 * m.coverage, 0, None, False),
-    )
+    mean_rmse, mean_r = [m.mean_rmse_deg for m in methods], [m.mean_r for m in methods]
     return Table(
         caption="Overview of all methods",
         head="measure",
         columns=tuple(method_label(method.name) for method in methods),
-        rows=tuple(
-            number_row(name, [value(method) for method in methods], digits, best, sign=sign)
-            for name, value, digits, best, sign in measures
+        rows=(
+            number_row("RMSE, mean of 12 angles [deg]", mean_rmse, 1, smallest),
+            number_row("RMSE, hips and knees [deg]", list(map(_leg_rmse, methods)), 1, smallest),
+            number_row("r, mean of the moving angles [-]", mean_r, 3, largest),
+            *summary_rows(methods),
         ),
         note=f"Over {evaluation.duration_s:.1f} s that all methods and the reference have in "
         "common; each method after removing its own lag. Best of each line in bold.",
@@ -95,11 +87,6 @@ def coverage_table(coverage: Mapping[str, Mapping[str, Coverage]]) -> Table | No
         rows=tuple(rows),
         note="Larger shares: errors are smaller than the published uncertainty; smaller: larger.",
     )
-
-
-def method_label(name: str) -> str:
-    """Label of a method."""
-    return name.replace("+imus", " + IMUs")
 
 
 def _leg_rmse(method: MethodScores) -> float:

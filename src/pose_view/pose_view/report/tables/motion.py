@@ -6,9 +6,8 @@ from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.gait_cycles import CycleCurve
 from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent
-from pose_evaluation.tables import readable
-from pose_view.report.tables.accuracy import method_label
-from pose_view.report.tables.table import Row, Table, number, number_row, text_row
+from pose_evaluation.table import Row, Table, number, number_row, text_row
+from pose_evaluation.tables import method_label, readable
 
 ONE_SIDE = tuple(
     name.removeprefix(f"{SIDES[0]}_") for name in ANGLES if name.startswith(f"{SIDES[0]}_")

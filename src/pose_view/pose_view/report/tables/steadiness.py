@@ -1,28 +1,20 @@
-"""Tables without a reference: agreement of the views, bones, jerk, sources."""
+"""Tables without a reference: difference of the methods, bones, jerk, latency, sources."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from pose_core.api import ANGLES, AngleSeries, EstimateSeries, Source
+from pose_core.api import AngleSeries, EstimateSeries, Source
 from pose_core.finite_numbers import mean_known
-from pose_core.joints import JOINTS, SIDES
-from pose_evaluation.agreement import (
-    Agreement,
-    Steadiness,
-    ViewAgreement,
-    angle_differences_deg,
-)
+from pose_core.joints import JOINTS
+from pose_evaluation.agreement import Steadiness, angle_differences_deg
 from pose_evaluation.stability import BONES
-from pose_evaluation.tables import readable
-from pose_view.report.tables.accuracy import method_label
-from pose_view.report.tables.table import (
+from pose_evaluation.table import (
     Table,
-    number,
     number_row,
     smallest,
-    text_row,
 )
+from pose_evaluation.tables import method_label, readable
 
 SOURCE_NAMES = {
     Source.KINECT: "Kinect",
@@ -30,30 +22,6 @@ SOURCE_NAMES = {
     Source.IMU: "IMU",
     Source.PREDICTED: "predicted",
 }
-
-
-def view_tables(agreement: Agreement) -> list[Table]:
-    """Agreement of the sensors."""
-    if not agreement.views:
-        return []
-    distance = Table(
-        caption="Mean distance of the same joint in two views [cm]",
-        head="views",
-        columns=("as logged", "calibrated", "best rigid fit", "angles, RMS [deg]", "instants"),
-        rows=tuple(
-            text_row(
-                f"{view.first} – {view.second}",
-                number(view.as_logged_cm, 1),
-                number(view.calibrated_cm, 1),
-                number(view.best_rigid_cm, 1),
-                number(mean_known(list(view.angle_difference_deg.values())), 1),
-                str(view.frames),
-            )
-            for view in agreement.views
-        ),
-        note="The best rigid fit to the same data is the lower bound for any calibration.",
-    )
-    return [distance, *(_difference_table(view) for view in agreement.views)]
 
 
 def method_table(angles: Mapping[str, AngleSeries]) -> Table:
@@ -72,36 +40,6 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
             for first in angles
         ),
         note="Each pair over its common time; no lag is removed.",
-    )
-
-
-def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
-    """Frames, gaps, bones and jerk of every method."""
-    return Table(
-        caption="Steadiness of each method",
-        head="method",
-        columns=(
-            "frames",
-            "gaps > 0.2 s",
-            "longest gap [s]",
-            "bone length SD [mm]",
-            "bone length CV [%]",
-            "jerk, RMS [m/s³]",
-        ),
-        rows=tuple(
-            text_row(
-                method_label(name),
-                str(each.frames),
-                str(each.gaps),
-                number(each.longest_gap_s, 1),
-                number(each.mean_bone_sd_mm, 1),
-                number(each.mean_bone_cv_percent, 1),
-                number(each.mean_jerk, 0),
-            )
-            for name, each in steadiness.items()
-        ),
-        note="The bones of li2020 and zhang2015 are constant by construction; the default lets "
-        "shoulders, hips, knees and feet slide.",
     )
 
 
@@ -160,21 +98,6 @@ def source_table(name: str, estimates: EstimateSeries) -> Table:
         head="degree of freedom",
         columns=tuple(SOURCE_NAMES.values()),
         rows=tuple(rows),
-    )
-
-
-def _difference_table(view: ViewAgreement) -> Table:
-    angles = [name.removeprefix(f"{SIDES[0]}_") for name in ANGLES[: len(ANGLES) // len(SIDES)]]
-    return Table(
-        caption=f"RMS difference of the angles, {view.first} – {view.second} [deg]",
-        head="angle",
-        columns=tuple(f"{side} limb" for side in SIDES),
-        rows=tuple(
-            number_row(
-                readable(angle), [view.angle_difference_deg[f"{side}_{angle}"] for side in SIDES], 1
-            )
-            for angle in angles
-        ),
     )
 
 

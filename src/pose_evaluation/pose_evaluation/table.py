@@ -1,8 +1,11 @@
-"""A table of numbers, with the best of each row marked."""
+"""A table of numbers with the best of each row marked, and its forms: terminal, Markdown."""
 
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+
+from rich import box, table
+from rich.text import Text
 
 UNKNOWN = "–"
 Judge = Callable[[Sequence[float]], float]
@@ -40,6 +43,39 @@ class Table:
     def is_empty(self) -> bool:
         """Whether the table has no values."""
         return all(cell.text == UNKNOWN for row in self.rows for cell in row.cells)
+
+    def terminal(self) -> table.Table:
+        """The table for the terminal; the best values are bold."""
+        made = table.Table(
+            title=Text(self.caption, style="bold"),
+            title_justify="left",
+            caption=Text(self.note) if self.note else None,
+            caption_justify="left",
+            box=box.SIMPLE_HEAD,
+            show_edge=False,
+        )
+        made.add_column(Text(self.head), no_wrap=True)
+        for name in self.columns:
+            made.add_column(Text(name), justify="right")
+        for row in self.rows:
+            if row.is_summary:
+                made.add_section()
+            cells = (Text(cell.text, style="bold" if cell.is_best else "") for cell in row.cells)
+            made.add_row(Text(row.name), *cells)
+        return made
+
+    def markdown(self) -> str:
+        """The table as Markdown."""
+        lines = [
+            f"### {self.caption}",
+            "",
+            f"| {' | '.join((self.head, *self.columns))} |",
+            "|---" + "|---:" * len(self.columns) + "|",
+            *(f"| {' | '.join((row.name, *(c.text for c in row.cells)))} |" for row in self.rows),
+        ]
+        if self.note:
+            lines += ["", self.note]
+        return "\n".join(lines) + "\n"
 
 
 def smallest(values: Sequence[float]) -> float:

@@ -65,7 +65,7 @@ class PersonChoice:
         if not present or self.rule == IMUS:
             return None
         if self.rule == FIRST:
-            return min(present, key=lambda track: (track.born_ns, track.number))
+            return min(present, key=lambda track: (track.initiated_ns, track.number))
         if self.rule == NEAREST:
             return min(present, key=lambda track: _distance(track, place))
         named = (

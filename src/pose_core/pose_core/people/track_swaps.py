@@ -1,4 +1,4 @@
-"""Track swaps at encounters: two who were close may have exchanged their tracks."""
+"""Track swaps at encounters: two who were close may have swapped tracks."""
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
@@ -7,24 +7,19 @@ import numpy as np
 
 from pose_core.people.distances import centre
 from pose_core.people.person_track import PersonTrack
-from pose_core.people.recognition import WINDOW_MEASUREMENTS, Recognition
+from pose_core.people.reidentification import SWAPPED, WINDOW_MEASUREMENTS
 
 NEAR_M, APART_M = 0.7, 1.0  # [m] between the middles of two who meet, and of two who have parted
 
 
-class Encounters:
-    """Detects encounters, and compares both people's sizes afterwards.
+class TrackSwaps:
+    """Detects encounters, and compares both people's sizes before and after."""
 
-    Args:
-        recognition: Measures both afresh, and compares them.
-    """
-
-    def __init__(self, recognition: Recognition) -> None:
-        self._recognition = recognition
+    def __init__(self) -> None:
         self._meeting: set[tuple[int, int]] = set()
         self._parted: set[tuple[int, int]] = set()
 
-    def exchanged(
+    def find(
         self, present: Sequence[PersonTrack], stamp_ns: int
     ) -> Iterable[tuple[PersonTrack, PersonTrack]]:
         """Pairs of people in view whose tracks were swapped when they met."""
@@ -40,11 +35,11 @@ class Encounters:
             elif apart_m > APART_M and pair in self._meeting:
                 self._meeting.discard(pair)
                 self._parted.add(pair)
-                self._recognition.measure_anew(one, stamp_ns)
-                self._recognition.measure_anew(other, stamp_ns)
+                one.restart_recent_size(stamp_ns)
+                other.restart_recent_size(stamp_ns)
             elif pair in self._parted and _are_measured(one, other):
                 self._parted.discard(pair)
-                if self._recognition.are_exchanged(one, other):
+                if _are_swapped(one, other):
                     yield one, other
 
 
@@ -53,3 +48,15 @@ def _are_measured(one: PersonTrack, other: PersonTrack) -> bool:
         each.recent_size is not None and each.recent_size.measurements >= WINDOW_MEASUREMENTS
         for each in (one, other)
     )
+
+
+def _are_swapped(one: PersonTrack, other: PersonTrack) -> bool:
+    """Whether two people have had each other's size since they met."""
+
+    def likelihood(recent: PersonTrack, known: PersonTrack) -> float:
+        size = recent.recent_size
+        return 0.0 if size is None else size.log_likelihood_ratio(known.size)
+
+    unchanged = likelihood(one, one) + likelihood(other, other)
+    swapped = likelihood(one, other) + likelihood(other, one)
+    return swapped - unchanged > SWAPPED
