@@ -156,7 +156,8 @@ class DefaultEstimator(StepwiseEstimator):
         information = np.zeros((2, self._layout.links, 3, 3))
         if self._state.silent_s.min() + ahead_s < SILENT_S:
             information[0] = self._information[0]
-        information[1, aligned.links] = self._information[1, aligned.links]
+        if len(aligned.links):
+            information[1, aligned.links] = self._information[1, aligned.links]
         pose = self._published(self._state, information, ahead_s, aligned)
         return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
@@ -223,8 +224,8 @@ class DefaultEstimator(StepwiseEstimator):
                 return None
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
-        for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
-            if not self._uses_camera(sensor):
+        for sensor, joints in enumerate(observation.tracking_state.tolist()):
+            if not any(joints) or not self._uses_camera(sensor):
                 continue
             frame = self._frame(observation, sensor, late_s)
             result = self._update_with_frame(self._constants, self._state, frame, information[0])
