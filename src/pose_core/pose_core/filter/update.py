@@ -136,10 +136,7 @@ def reweight(rows: Rows, solved: FloatArray, least_weight: float, weights: Float
     for group in range(rows.filled[1]):
         first, size, noise = rows.first[group], rows.size[group], rows.noise[group]
         y = solved[first : first + size]
-        if size == 1:
-            squared = noise[0, 0] * y[0] ** 2
-        else:
-            squared = quadratic_form(symmetric(noise), y)
+        squared = noise[0, 0] * y[0] ** 2 if size == 1 else quadratic_form(symmetric(noise), y)
         weights[group] = weight_of(rows, group, squared / weights[group] ** 2, least_weight)
 
 
