@@ -1,5 +1,6 @@
 """``default``: the filter of :mod:`pose_core.filter`, updated with each sensor's frame."""
 
+from math import isnan
 from typing import ClassVar
 
 import numpy as np
@@ -153,9 +154,10 @@ class DefaultEstimator(StepwiseEstimator):
         ahead_s = max(ahead_s, 0.0)
         aligned = self._alignments.readings(readings)
         information = np.zeros((2, self._layout.links, 3, 3))
-        if np.any(self._state.silent_s + ahead_s < SILENT_S):
+        if self._state.silent_s.min() + ahead_s < SILENT_S:
             information[0] = self._information[0]
-        information[1, aligned.links] = self._information[1, aligned.links]
+        if len(aligned.links):
+            information[1, aligned.links] = self._information[1, aligned.links]
         pose = self._published(self._state, information, ahead_s, aligned)
         return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
@@ -215,15 +217,15 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.register(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
             self._readings = self._alignments.readings(observation.readings)
-            if not self._update_with_imus(
+            if len(self._readings.links) and not self._update_with_imus(
                 self._constants, self._state, self._readings, information[1]
             ):
                 self._discard_state()
                 return None
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
-        for sensor in np.flatnonzero(observation.tracking_state.any(axis=1)).tolist():
-            if not self._uses_camera(sensor):
+        for sensor, joints in enumerate(observation.tracking_state.tolist()):
+            if not any(joints) or not self._uses_camera(sensor):
                 continue
             frame = self._frame(observation, sensor, late_s)
             result = self._update_with_frame(self._constants, self._state, frame, information[0])
@@ -271,9 +273,10 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
         """Whether the filter has lost the person for too long."""
-        if np.isnan(result.median_nis) or result.median_nis < DIVERGED_NIS:
-            if not np.isnan(result.median_nis):
-                self._diverged_since_ns = None
+        if isnan(result.median_nis):
+            return False
+        if result.median_nis < DIVERGED_NIS:
+            self._diverged_since_ns = None
             return False
         if self._diverged_since_ns is None or observation.stamp_ns < self._diverged_since_ns:
             self._diverged_since_ns = observation.stamp_ns

@@ -98,20 +98,19 @@ class ImuAlignments:
 
     def readings(self, states: ImuStates) -> ImuReadings:
         """Measurements of the aligned IMUs for the filter."""
-        aligned = [
-            (row, worn.link, REPLACED_STDDEV * (worn.use.segment in states.replaced_rates))
-            for row, worn in self._worn_by(states.segments)
-            if worn.use.is_aligned and not self._has_slipped(worn, states)
-        ]
+        aligned = [each for each in self._worn_by(states.segments) if each[1].use.is_aligned]
+        if states.slips:
+            aligned = [each for each in aligned if not self._has_slipped(each[1], states)]
         if not aligned:
             return NO_IMUS
-        rows, links, rate_stddev = map(np.array, zip(*aligned, strict=True))
+        rows = np.array([row for row, _ in aligned])
+        is_replaced = [worn.use.segment in states.replaced_rates for _, worn in aligned]
         return ImuReadings(
-            links,
-            states.R_world_sensor[rows],
-            states.angular_velocity[rows],
-            states.age_s[rows],
-            rate_stddev,
+            np.array([worn.link for _, worn in aligned]),
+            states.R_world_sensor.take(rows, axis=0),
+            states.angular_velocity.take(rows, axis=0),
+            states.age_s.take(rows),
+            REPLACED_STDDEV * np.array(is_replaced),
         )
 
     def observe(self, stamp_ns: int, states: ImuStates, state: FilterState) -> FilterState:

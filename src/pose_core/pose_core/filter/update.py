@@ -2,7 +2,7 @@ r"""Robust measurement update: Student's t by iteratively reweighted least squar
 
 With a weight w for each group of rows, :math:`S = H P H^T + R / w`,
 :math:`\delta x = P H^T S^{-1} r`, :math:`P \leftarrow P - P H^T S^{-1} H P`. Each group's weight
-follows from its residual after the update, :math:`e = r - H\,\delta x`:
+follows from its residual after the update, :math:`e = r - H\,\delta x = R / w\,S^{-1} r`:
 
 .. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w \le 1
 
@@ -55,8 +55,8 @@ def robust_update(
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
     HP, spread = np.zeros((count, len(P))), np.zeros((count, count))
-    add_product(H, P, HP)
-    add_product(H, np.ascontiguousarray(HP.T), spread)
+    add_product(H, P, HP, False)
+    add_product(H, np.ascontiguousarray(HP.T), spread, True)
     S, solved = spread.copy(), np.empty(count)
     for row in range(count):
         variance[row] = spread[row, row]
@@ -72,7 +72,7 @@ def robust_update(
         solved[:] = residual
         solve_vector(S, solved)
         if iteration < iterations - 1:
-            reweight(rows, residual - np.dot(spread, solved), least_weight, weights)
+            reweight(rows, solved, least_weight, weights)
     error = np.dot(solved, HP)
     if not np.all(np.isfinite(error)):
         return False
@@ -83,15 +83,19 @@ def robust_update(
 
 
 @compiled_in_place
-def add_product(H: FloatArray, A: FloatArray, out: FloatArray) -> None:
-    """``out`` += H A; zeros of H, which are most of its elements, are skipped."""
+def add_product(H: FloatArray, A: FloatArray, out: FloatArray, is_symmetric: bool) -> None:
+    """``out`` += H A, of a symmetric product only the upper triangle.
+
+    Zeros of H, which are most of its elements, are skipped.
+    """
     for row in range(len(H)):
         into = out[row]
+        first = row if is_symmetric else 0
         for column in range(H.shape[1]):
             factor = H[row, column]
             if factor != 0.0:
                 values = A[column]
-                for k in range(len(into)):
+                for k in range(first, len(into)):
                     into[k] += factor * values[k]
 
 
@@ -106,29 +110,34 @@ def add_noise(rows: Rows, weights: FloatArray, S: FloatArray) -> None:
 
 
 @compiled_in_place
-def distance_of(rows: Rows, group: int, values: FloatArray, covariance: FloatArray) -> float:
-    """Squared Mahalanobis distance of a group; one row uses only ``covariance[0, 0]``."""
-    first = rows.first[group]
-    if rows.size[group] == 1:
-        return values[first] ** 2 / covariance[0, 0]
-    return quadratic_form(inverse(symmetric(covariance)), values[first : first + 3])
-
-
-@compiled_in_place
 def innovation_distances(rows: Rows, S: FloatArray, distance: FloatArray) -> None:
     """Compute rᵀ S⁻¹ r of each group with its own block of S."""
     for group in range(rows.filled[1]):
         first, size = rows.first[group], rows.size[group]
-        block = S[first : first + size, first : first + size]
-        distance[group] = distance_of(rows, group, rows.residual, block)
+        r, block = rows.residual[first : first + size], S[first : first + size, first:]
+        if size == 1:
+            distance[group] = r[0] ** 2 / block[0, 0]
+        else:
+            distance[group] = quadratic_form(inverse(symmetric(block)), r)
 
 
 @compiled_in_place
-def reweight(rows: Rows, left: FloatArray, least_weight: float, weights: FloatArray) -> None:
-    """Compute the weights from the residuals after the update."""
+def reweight(rows: Rows, solved: FloatArray, least_weight: float, weights: FloatArray) -> None:
+    """Compute the weights from the residuals after the update.
+
+    With y = S⁻¹ r, they are e = r − H P Hᵀ y = R / w y, so that eᵀ R⁻¹ e = yᵀ R y / w².
+
+    Args:
+        rows: The measurement rows.
+        solved: y, (rows,).
+        least_weight: Lower bound of a group's weight [-].
+        weights: The weights of S, (groups,); replaced.
+    """
     for group in range(rows.filled[1]):
-        squared = distance_of(rows, group, left, rows.noise[group])
-        weights[group] = weight_of(rows, group, squared, least_weight)
+        first, size, noise = rows.first[group], rows.size[group], rows.noise[group]
+        y = solved[first : first + size]
+        squared = noise[0, 0] * y[0] ** 2 if size == 1 else quadratic_form(symmetric(noise), y)
+        weights[group] = weight_of(rows, group, squared / weights[group] ** 2, least_weight)
 
 
 @compiled_in_place

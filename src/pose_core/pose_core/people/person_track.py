@@ -106,13 +106,13 @@ class PersonTrack:
         self.recent_size = other.recent_size = None
 
     def _measure_velocity(self, stamp_ns: int, positions: FloatArray) -> None:
-        here = centre(positions)
         if self._anchor is None:
-            self._anchor = stamp_ns, here
+            self._anchor = stamp_ns, centre(positions)
             return
         since_ns = stamp_ns - self._anchor[0]
         if since_ns < VELOCITY_WINDOW_NS:
             return
+        here = centre(positions)
         velocity = (here - self._anchor[1]) * (NS_PER_S / since_ns)
         if np.isfinite(velocity).all():
             speed = float(np.linalg.norm(velocity))

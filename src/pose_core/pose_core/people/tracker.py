@@ -100,7 +100,7 @@ class PeopleTracker:
             The skeletons with their persons' numbers. Those of somebody new come when it is
             certain that there is somebody, together.
         """
-        frame = [sample for sample in frame if sample.tracking_state.any()]
+        frame = [sample for sample in frame if any(sample.tracking_state.tolist())]
         if not frame:
             self.counters.add("nobody_seen")
             return []

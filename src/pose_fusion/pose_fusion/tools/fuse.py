@@ -1,6 +1,7 @@
 """``./pose fuse IN_BAG OUT_BAG``: what the fusion node does, on a recorded bag, at full speed."""
 
 import argparse
+import gc
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -202,6 +203,7 @@ def fuse(
         output = EstimateWriter(writer, parameters)
         pipeline = make_pipeline(parameters, extrinsics, output.write, console)
         output.pipeline = pipeline
+        gc.freeze()  # the garbage collector need not visit the imported modules again and again
         before = first_pass(parameters) if imu_topics(bag) else None
         if before is not None:
             aligning = make_pipeline(before, extrinsics, lambda *_: None, Console(quiet=True))
