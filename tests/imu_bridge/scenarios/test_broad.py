@@ -34,11 +34,7 @@ def named(name: str) -> Variant:
 
 
 def test_the_default_filter_is_within_1_9_degrees_of_the_truth(errors_of):
-    parameters = ImuBridgeParameters()
-    default = Variant(
-        name="default", filter_name=parameters.filter, settings=parameters.filter_settings()
-    )
-    found = errors_of(default)
+    found = errors_of(Variant(name="default", parameters=ImuBridgeParameters()))
     assert found[SLOW].total <= 1.9
     assert found[FAST].total <= 1.9
     assert found[FAST].inclination < 1.1

@@ -135,7 +135,7 @@ def test_a_real_recording_is_fused_and_its_views_are_compared(
     # The person stands for 9 s, leaves for 12 and comes back walking.
     process = start_process([demo, recording, "--duration", "60", "-o", folder])
     assert process.wait(2.0 * PATIENCE_S) == 0, process.describe()
-    assert "Do the views agree?" in process.output
+    assert "the same joint in two views" in process.output
     path = folder / "agreement.csv"
     logged = values(path, "distance_as_logged")["left-right", ""]
     calibrated = values(path, "distance_calibrated")["left-right", ""]
