@@ -205,11 +205,16 @@ def persons_steps(scene: Scene, persons: int) -> Step:
 
 def estimator_steps(scene: Scene, name: str, imus: int) -> Step:
     """A whole estimator, from observation to estimate."""
-    parameters = FusionParameters(estimator=name)
+    parameters = FusionParameters(estimator=name, output_rate=0.0)
     runner = EstimatorRunner(scene.model, parameters, Counters(*runner_counters(parameters)))
     segments = list(scene.model.segments)[:imus]
     observations = [scene.observation(frame, segments) for frame in range(scene.size)]
-    return lambda frame: runner.estimates(runner.update(observations[frame]))
+
+    def step(frame: int) -> None:
+        runner.process(observations[frame])
+        runner.take()
+
+    return step
 
 
 def li2020_steps(scene: Scene) -> Step:

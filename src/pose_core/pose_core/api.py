@@ -39,8 +39,9 @@ from pose_core.estimators.estimator import Estimator, StepwiseEstimator
 from pose_core.estimators.registry import body_model_of, estimator_class
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock, Source
 from pose_core.fusion.offline import first_pass, fuse, series_of_estimates
+from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pipeline import FusionPipeline, has_output_rate
+from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.fusion.warm_up import warm_up
 from pose_core.imu.sensor_to_segment import SensorsToSegments, SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, SEGMENTS, SIDES, TrackingState

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pose_core.fusion.pipeline import OutputGrid
+from pose_core.fusion.output_grid import OutputGrid
 from pose_core.kernels.output_blending import (
     LARGEST_TRAVEL,
     TRAVEL_AFTER_GAP,

@@ -36,7 +36,7 @@ def run(readings):
             cameras=np.array([[3.0, 0.0, 1.0]]),
             readings=states_of(states),
         )
-        runner.update(observation)
+        runner.process(observation)
     angles = runner._estimator._state.pose.rotations
     return runner, angles.ravel()
 

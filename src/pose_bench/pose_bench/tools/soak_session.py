@@ -101,7 +101,6 @@ class LiveSession:
         if frame is not None:
             self.fusion.add(frame)
             self.fusion.wait_no_longer()
-            self.fusion.calibrate_session()
         self._calibrate(sensor, data)
 
     def _calibrate(self, sensor: str, data: bytes) -> None:

@@ -19,6 +19,7 @@ from pose_calibration.clocks.joint_delays import CORRELATION_S, Delay
 from pose_calibration.clocks.motion_track import SLOW_S, Track, interpolated, without_slow
 from pose_core.api import FloatArray, ImuBlock
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS
+from pose_core.stamps import JUMP_BACK_NS
 
 GRID_RATE = 50.0  # [Hz]
 LEAST_S = 4.0  # [s] of a limb in view
@@ -35,7 +36,6 @@ UNEXPLAINED_LAG_S = (
 LEAST_LIMBS = 3  # [-] in all views together, since one may be measured badly
 TRACKER_LAG_STDDEV_S = 0.015  # [s] of a tracker's lag between motions
 FINE = 3  # [-] half width of the parabola's fit, in steps of the grid
-JUMP_BACK_NS = 1_000_000_000  # [ns]
 EVERY_NS = 19_000_000  # [ns] smallest interval between stored samples
 LEAST_LATE = 0.7  # [-] quantile: share of the limbs' weight that is later than the result
 QUANTILE_LOSS = 1.32  # [-] standard error of that quantile over that of a mean

@@ -11,8 +11,9 @@ from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.output import Output
+from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock, TimedPose
+from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
@@ -55,40 +56,30 @@ class EstimatorRunner:
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
         self._sensor_to_segment: SensorsToSegments = {}
-        self._predicted: list[TimedPose] = []
+        self._publishes_frames = not has_output_rate(parameters)
+        self._poses: list[TimedPose] = []  # that wait to be converted together
         self._newest_ns: list[int] = []  # for each of them
-        self._finished: list[EstimateBlock] = []  # converted, not returned yet
+        self._finished: list[EstimateBlock] = []  # converted, not taken yet
 
-    def advance(self, observation: Observation) -> None:
-        """Process an observation whose pose is not published."""
-        self._estimator_of(observation).advance(observation)
-
-    def update(self, observation: Observation) -> PoseBlock | None:
-        """Process an observation; return its poses."""
+    def process(self, observation: Observation) -> None:
+        """Process an observation; its poses wait for :meth:`take`, if frames are published."""
         estimator = self._estimator_of(observation)
-        poses = estimator.track(observation)
-        return estimator.block_of(poses, [observation.newest_ns] * len(poses)) if poses else None
+        if not self._publishes_frames:
+            estimator.advance(observation)
+            return
+        for pose in estimator.track(observation):
+            self._add(pose, observation.newest_ns)
 
     def _estimator_of(self, observation: Observation) -> Estimator:
         """The estimator; a new body shape starts a new one."""
         if self._estimator is None or observation.shape is not self._shape:
-            self._finished += self.predicted()
+            self._convert()
             self._shape = observation.shape
             self._estimator = self._make(
                 self._model, observation.shape, self._parameters, self._counters
             )
             self._estimator.use_sensor_to_segment(self._sensor_to_segment)
         return self._estimator
-
-    def estimates(self, poses: PoseBlock | None) -> list[EstimateBlock]:
-        """Convert poses to estimates: no block or one."""
-        if poses is None or self._shape is None:
-            return []
-        block = self._output.estimates(poses, self._shape)
-        if block is None:
-            return []
-        self._counters.add("estimates", len(block))
-        return [block]
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use sensor-to-segment rotations of a calibration."""
@@ -122,19 +113,8 @@ class EstimatorRunner:
         """State of use of each IMU with samples."""
         return () if self._estimator is None else self._estimator.imu_uses
 
-    def flush(self, newest_ns: int) -> list[EstimateBlock]:
-        """The remaining estimates, after the end of the streams: no block or one.
-
-        Args:
-            newest_ns: Stamp of the newest sample of any source [ns].
-        """
-        poses = [] if self._estimator is None else self._estimator.flush()
-        if self._estimator is None or not poses:
-            return []
-        return self.estimates(self._estimator.block_of(poses, [newest_ns] * len(poses)))
-
     def predict(self, stamp_ns: int, newest_ns: int, readings: ImuStates) -> None:
-        """Predict the pose to a later instant; :meth:`predicted` returns it. The estimator stays.
+        """Predict the pose to a later instant; it waits for :meth:`take`. The estimator stays.
 
         Args:
             stamp_ns: The instant [ns].
@@ -143,24 +123,45 @@ class EstimatorRunner:
         """
         pose = None if self._estimator is None else self._estimator.predicted(stamp_ns, readings)
         if pose is not None:
-            self._predicted.append(pose)
-            self._newest_ns.append(newest_ns)
+            self._add(pose, newest_ns)
 
     def predict_one(
         self, stamp_ns: int, newest_ns: int, readings: ImuStates
     ) -> BodyEstimate | None:
-        """As :meth:`predict`, but returns the estimate; those that wait are converted first."""
-        waiting = self.predicted()
+        """As :meth:`predict`, but returns the estimate; those that wait go on waiting."""
+        earlier = self.take()
         self.predict(stamp_ns, newest_ns, readings)
-        blocks = self.predicted()
-        self._finished = waiting
+        blocks = self.take()
+        self._finished = earlier
         return blocks[0][0] if blocks else None
 
-    def predicted(self, least: int = 1) -> list[EstimateBlock]:
-        """The estimates of the predicted poses, once there are at least ``least``."""
+    def flush(self, newest_ns: int) -> None:
+        """Add the estimator's remaining poses, after the end of the streams.
+
+        Args:
+            newest_ns: Stamp of the newest sample of any source [ns].
+        """
+        for pose in [] if self._estimator is None else self._estimator.flush():
+            self._add(pose, newest_ns)
+
+    def take(self, least: int = 1) -> list[EstimateBlock]:
+        """Remove and return the estimates of the poses that wait, once there are ``least``."""
+        if len(self._poses) >= least:
+            self._convert()
         finished, self._finished = self._finished, []
-        if self._estimator is None or len(self._predicted) < least:
-            return finished
-        poses = self._estimator.block_of(self._predicted, self._newest_ns)
-        self._predicted, self._newest_ns = [], []
-        return finished + self.estimates(poses)
+        return finished
+
+    def _add(self, pose: TimedPose, newest_ns: int) -> None:
+        self._poses.append(pose)
+        self._newest_ns.append(newest_ns)
+
+    def _convert(self) -> None:
+        """Convert the poses that wait, which are of one body."""
+        if not self._poses or self._estimator is None or self._shape is None:
+            return
+        poses = self._estimator.block_of(self._poses, self._newest_ns)
+        self._poses, self._newest_ns = [], []
+        block = self._output.estimates(poses, self._shape)
+        if block is not None:
+            self._counters.add("estimates", len(block))
+            self._finished.append(block)

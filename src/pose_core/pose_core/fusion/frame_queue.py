@@ -5,10 +5,10 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.frame_order import FrameOrder
 from pose_core.streams.samples import SkeletonSample
-from pose_core.streams.time_alignment import JUMP_BACK_NS, AlignedFrame, TimeAligner
+from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
 SILENT_NS = NS_PER_S // 20  # silence of the cameras after which the IMUs give frames
 LONGEST_LAG_NS = NS_PER_S // 2  # bound of the cameras' usual lag behind the IMUs

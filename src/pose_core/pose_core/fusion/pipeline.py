@@ -6,16 +6,17 @@ needs all sensors at common instants gets them aligned in time (li2020 (2)); any
 frames of the sensors one by one. The output depends only on the samples, never on a clock.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
-from pose_core.estimators.registry import body_model_of, estimator_class
+from pose_core.estimators.registry import body_model_of
 from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
+from pose_core.fusion.output_grid import OutputGrid, has_output_rate
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.preprocessor import COUNTERS, Preprocessor
 from pose_core.fusion.warm_up import warm_up
@@ -23,64 +24,11 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.session.clocks import Clocks
 from pose_core.session.extrinsics import Extrinsics
-from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample
 from pose_core.streams.time_alignment import TimeAligner
 
-JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
 LONGEST_BACKLOG_NS = 50_000_000  # [ns] older instants are not published
 BLOCK = 50  # [estimates] of a recording that are published together
-
-
-class OutputGrid:
-    """Regular grid of output instants, in strictly increasing order.
-
-    Args:
-        rate: Rate of the grid [Hz].
-        longest_gap_s: Time [s] after the last known state from which on nothing is published.
-    """
-
-    def __init__(self, rate: float, longest_gap_s: float) -> None:
-        self.period_ns = round(NS_PER_S / rate)
-        self._longest_gap_ns = round(longest_gap_s * NS_PER_S)
-        self._last_ns: int | None = None
-
-    def before(self, stamp_ns: int) -> Iterator[int]:
-        """Instants of a recording before ``stamp_ns``; in a long gap only the first ones."""
-        last_ns = self._last_ns
-        if last_ns is None or stamp_ns < last_ns - JUMP_BACK_NS:
-            self._last_ns = (stamp_ns - 1) // self.period_ns * self.period_ns
-            return
-        end_ns = (stamp_ns - 1) // self.period_ns * self.period_ns
-        first_ns = last_ns + self.period_ns
-        for instant_ns in range(
-            first_ns, min(end_ns, last_ns + self._longest_gap_ns) + 1, self.period_ns
-        ):
-            self._last_ns = instant_ns
-            yield instant_ns
-        self._last_ns = max(self._last_ns or end_ns, end_ns)
-
-    def until(self, now_ns: int, longest_backlog_ns: int) -> tuple[range, int]:
-        """Live instants up to now [ns], the newest ones of a backlog; and the number omitted.
-
-        The grid starts a quarter of a period before the ``now`` of the first call, so that calls
-        with the same period find one instant each.
-        """
-        if self._last_ns is None or now_ns < self._last_ns - JUMP_BACK_NS:
-            self._last_ns = now_ns - self.period_ns // 4 - self.period_ns
-        count = (now_ns - self._last_ns) // self.period_ns
-        if count <= 0:
-            return range(0), 0
-        skipped = max(0, count - max(1, longest_backlog_ns // self.period_ns))
-        first_ns = self._last_ns + (skipped + 1) * self.period_ns
-        self._last_ns += count * self.period_ns
-        return range(first_ns, self._last_ns + 1, self.period_ns), skipped
-
-
-def has_output_rate(parameters: FusionParameters) -> bool:
-    """Whether estimates are made at ``output_rate``; otherwise one for each frame."""
-    can_predict = estimator_class(parameters.estimator).CAN_PREDICT
-    return can_predict and parameters.output_rate > 0.0
 
 
 class FusionPipeline:
@@ -221,8 +169,8 @@ class FusionPipeline:
         newest_ns = self._preprocessor.newest_ns
         if self._grid is not None and not self._is_live:
             self._predict_before(newest_ns + 1)
-        estimates += self.publish_predicted()
-        return estimates + self._published(self._runner.flush(newest_ns))
+        self._runner.flush(newest_ns)
+        return estimates + self.publish_waiting()
 
     def publish_until(self, now_ns: int) -> list[BodyEstimate]:
         """Estimates at the output instants up to now, predicted from the samples received.
@@ -236,16 +184,20 @@ class FusionPipeline:
         """
         if self._grid is None:
             return []
-        self.calibrate_session()
         instants, skipped = self._grid.until(now_ns, LONGEST_BACKLOG_NS)
         self.counters.add("outputs_skipped", skipped)
         for instant_ns in instants:
             self._predict(instant_ns)
-        return self.publish_predicted()
+        return self.publish_waiting()
 
-    def publish_predicted(self, least: int = 1) -> list[BodyEstimate]:
+    def publish_waiting(self, least: int = 1) -> list[BodyEstimate]:
         """Publish the estimates of a recording that wait for a block of at least ``least``."""
-        return self._published(self._runner.predicted(least))
+        blocks = self._runner.take(least)
+        if self.outlet is None:
+            return [estimate for block in blocks for estimate in block]
+        for block in blocks:
+            self.outlet(block)
+        return []
 
     def predict(self, stamp_ns: int) -> BodyEstimate | None:
         """The estimate at any instant; the instants of successive calls must increase.
@@ -256,31 +208,18 @@ class FusionPipeline:
         Returns:
             None if there is no pose at this instant.
         """
-        self.calibrate_session()
         readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
         return self._runner.predict_one(stamp_ns, newest_ns, readings)
 
-    def calibrate_session(self) -> None:
-        """Calibrate the session with the last frame, whose estimate has been published before.
-
-        Otherwise this is done with the next sample; a live caller does it while it waits. The
-        estimates are the same.
-        """
-        self._preprocessor.calibrate_session()
-
     def _estimated(self, observations: Iterable[Observation]) -> list[BodyEstimate]:
+        least = 1 if self._grid is None else BLOCK
         estimates: list[BodyEstimate] = []
         for observation in observations:
-            if self._grid is None:
-                poses = self._runner.update(observation)
-            else:
-                if not self._is_live:
-                    self._predict_before(observation.stamp_ns)
-                    estimates += self.publish_predicted(BLOCK)
-                poses = None
-                self._runner.advance(observation)
+            if self._grid is not None and not self._is_live:
+                self._predict_before(observation.stamp_ns)
+            self._runner.process(observation)
             self._preprocessor.tracker_delays_ns = self._runner.tracker_delays_ns
-            estimates += self._published(self._runner.estimates(poses))
+            estimates += self.publish_waiting(least)
         return estimates
 
     def _predict_before(self, stamp_ns: int) -> None:
@@ -291,10 +230,3 @@ class FusionPipeline:
     def _predict(self, stamp_ns: int) -> None:
         readings, newest_ns = self._preprocessor.readings(stamp_ns), self._preprocessor.newest_ns
         self._runner.predict(stamp_ns, newest_ns, readings)
-
-    def _published(self, blocks: Iterable[EstimateBlock]) -> list[BodyEstimate]:
-        if self.outlet is None:
-            return [estimate for block in blocks for estimate in block]
-        for block in blocks:
-            self.outlet(block)
-        return []

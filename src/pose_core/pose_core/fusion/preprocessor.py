@@ -1,4 +1,4 @@
-"""First part of the pipeline: from samples to observations, and session calibration.
+"""First part of the pipeline: from samples to observations.
 
 The only feedback from the estimator are the delays of the trackers.
 """
@@ -27,7 +27,7 @@ from pose_core.session.clocks import (
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
-from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
+from pose_core.streams.time_alignment import TimeAligner
 
 COUNTERS = (
     "skeletons",
@@ -44,9 +44,6 @@ COUNTERS = (
 
 class Preprocessor:
     """Transforms the sensors' samples to ``map``, orders them and measures the body.
-
-    Observations are generated one by one. A frame is used for session calibration only when the
-    next frame is requested, so that its estimate is published first.
 
     Args:
         model: The body model.
@@ -75,7 +72,6 @@ class Preprocessor:
         self.imus = ImuSet()
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
-        self._pending: SensorFrame | None = None
         self._frames = FrameQueue(self.aligner if self._needs_aligned_frames else None)
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
 
@@ -85,7 +81,6 @@ class Preprocessor:
         The body is measured from the samples of the last half minute. Past instants are not
         observed again.
         """
-        self.calibrate_session()
         self.clocks = extrinsics.clocks
         self.extrinsics = extrinsics
         self._sensors = SensorsInMap(self.parameters.sensors, extrinsics)
@@ -96,16 +91,16 @@ class Preprocessor:
             sample = self._waiting.popleft()
             if isinstance(sample, SkeletonSample):
                 self._take_skeleton(sample)
-                self._catch_up()
+                self._measure_past()
                 continue
-            for _ in self._take_imus(sample):
-                self._catch_up()
+            for part in self._imu_parts(sample):
+                self._take_imus(part)
+                self._measure_past()
 
-    def _catch_up(self) -> None:
-        ready = self._frames.ready
-        while ready and self._is_ready(ready[0].stamp_ns):
-            self._pending = self._transform(ready.popleft())
-            self.calibrate_session()
+    def _measure_past(self) -> None:
+        for frame in self._ready_frames():
+            if self.shape is None:
+                self._measure(frame)
 
     @property
     def status(self) -> str:
@@ -136,7 +131,6 @@ class Preprocessor:
         return self._add_imu(block_of(samples) if isinstance(samples, ImuSample) else samples)
 
     def _add_skeleton(self, sample: SkeletonSample) -> Iterator[Observation]:
-        self.calibrate_session()
         self.counters.add("skeletons")
         if self.extrinsics is None:
             self.counters.add("skeletons_before_extrinsics")
@@ -146,12 +140,12 @@ class Preprocessor:
         yield from self._release()
 
     def _add_imu(self, block: ImuBlock) -> Iterator[Observation]:
-        self.calibrate_session()
         self.counters.add("imu_samples", len(block))
         if self.extrinsics is None:
             self._waiting.add(block)
             return
-        for _ in self._take_imus(block):
+        for part in self._imu_parts(block):
+            self._take_imus(part)
             yield from self._release()
 
     def wait_no_longer(self) -> Iterator[Observation]:
@@ -163,22 +157,6 @@ class Preprocessor:
         """Process everything that is left, after the end of the streams."""
         self._frames.flush()
         yield from self._release(everything=True)
-        self.calibrate_session()
-
-    def calibrate_session(self) -> None:
-        """Calibrate the session with the last frame, whose estimate has been published before.
-
-        Otherwise this is done with the next sample; a live caller does it while it waits. The
-        estimates are the same.
-        """
-        if self._pending is None:
-            return
-        frame, self._pending = self._pending, None
-        if self.shape is None:
-            self.counters.add("frames_measuring_the_body")
-            self.shape = self._measurement.add(
-                frame.stamp_ns, frame.positions, frame.tracking_state
-            )
 
     def readings(self, stamp_ns: int) -> ImuStates:
         """The IMUs' states at an instant [ns]."""
@@ -195,27 +173,37 @@ class Preprocessor:
     def _is_placed(self, sensor: str) -> bool:
         return self.extrinsics is not None and sensor in self.extrinsics.T_reference_sensor
 
-    def _take_imus(self, block: ImuBlock) -> Iterator[None]:
-        """Add IMU samples; yields, at least once, wherever frames may be ready."""
+    def _imu_parts(self, block: ImuBlock) -> Iterator[ImuBlock]:
+        """Samples on the reference clock, divided where they give a frame by themselves.
+
+        While the cameras are silent, the IMUs give frames. The caller takes each part before it
+        requests the next one.
+        """
         block = block_on_reference_clock(block, self.clocks)
         start = 0
         while start < len(block):
-            # While the cameras are silent, the IMUs give frames.
             stop = start + self._frames.count_until_alone(block.stamps_ns[start:])
-            part = block.rows(slice(start, stop)) if stop - start < len(block) else block
-            self.counters.add("imu_samples_out_of_order", self.imus.add(part))
-            self.counters.add("frames_of_imus_alone", self._frames.add_imus(part.stamps_ns))
+            yield block.rows(slice(start, stop)) if stop - start < len(block) else block
             start = stop
-            yield
+
+    def _take_imus(self, block: ImuBlock) -> None:
+        self.counters.add("imu_samples_out_of_order", self.imus.add(block))
+        self.counters.add("frames_of_imus_alone", self._frames.add_imus(block.stamps_ns))
 
     def _release(self, everything: bool = False) -> Iterator[Observation]:
-        """Observations of the frames whose IMU samples have arrived or are not waited for."""
+        """Observations of the ready frames; none of those that measure the body."""
+        for frame in self._ready_frames(everything):
+            if self.shape is None:
+                self._measure(frame)
+            else:
+                yield self._observation(frame, self.shape)
+
+    def _ready_frames(self, everything: bool = False) -> Iterator[SensorFrame]:
+        """Frames whose IMU samples have arrived or are not waited for."""
         ready = self._frames.ready
         while ready and (everything or self._is_ready(ready[0].stamp_ns)):
-            self.calibrate_session()
-            self._pending = frame = self._transform(ready.popleft())
-            if self.shape is not None:
-                yield self._observation(frame, self.shape)
+            self.counters.add("frames")
+            yield self._sensors.transform(ready.popleft())
 
     def _is_ready(self, stamp_ns: int) -> bool:
         if not self._needs_aligned_frames:
@@ -223,9 +211,9 @@ class Preprocessor:
         waited_ns = self._frames.newest_ns - stamp_ns
         return waited_ns > self.parameters.imu_wait * NS_PER_S or self.imus.has_reached(stamp_ns)
 
-    def _transform(self, frame: AlignedFrame) -> SensorFrame:
-        self.counters.add("frames")
-        return self._sensors.transform(frame)
+    def _measure(self, frame: SensorFrame) -> None:
+        self.counters.add("frames_measuring_the_body")
+        self.shape = self._measurement.add(frame.stamp_ns, frame.positions, frame.tracking_state)
 
     def _observation(self, frame: SensorFrame, shape: BodyShape) -> Observation:
         return Observation(

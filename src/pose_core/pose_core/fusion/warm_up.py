@@ -70,8 +70,9 @@ def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
     announce_compilation()
     shape = shape_of(model, neutral_pose())
     # Estimators of a single sensor need its name among the sensors.
-    parameters = FusionParameters(estimator=estimator, sensors=tuple(PLACES))
-    sensors = SensorsInMap(parameters.sensors, _extrinsics())
+    sensors = tuple(PLACES)
+    parameters = FusionParameters(estimator=estimator, sensors=sensors, output_rate=0.0)
+    in_map = SensorsInMap(sensors, _extrinsics())
     counters = Counters(*runner_counters(parameters))
     runner = EstimatorRunner(model, parameters, counters)
     segment = next(iter(model.segments))
@@ -82,16 +83,15 @@ def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
     for frame in range(1, FRAMES + 1):
         stamp_ns = frame * PERIOD_NS
         imus.add(block_of(_imu_sample(segment, stamp_ns)))
-        poses = runner.update(_observation(sensors, shape, stamp_ns, imus.read(stamp_ns)))
-        for block in runner.estimates(poses):
+        runner.process(_observation(in_map, shape, stamp_ns, imus.read(stamp_ns)))
+        for block in runner.take():
             example = block
             instants = (block.T_map_link, block.position, block.placed_joints)
             BodyFrames(model, parameters.subject).places(*instants)
     stamp_ns = (FRAMES + 1) * PERIOD_NS
     runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))
-    for block in (*runner.predicted(), *runner.flush(stamp_ns)):
-        example = block
-    return example
+    runner.flush(stamp_ns)
+    return next(iter(runner.take()), example)
 
 
 def _extrinsics() -> Extrinsics:

@@ -5,8 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_core.counters import Counters
-from pose_core.people.person_choice import FIRST, IMUS, NEAREST
-from pose_core.people.subject_tracker import SubjectTracker
+from pose_core.people.person_choice import FIRST, IMUS, NEAREST, PersonChoice
 from pose_core.people.tracker import PeopleTracker
 from pose_core.people.wearer import WearerSearch
 from pose_core.session.extrinsics import Extrinsics
@@ -28,15 +27,15 @@ class ChosenPerson:
         self.counters = Counters("nobody_seen", "followed", "other_person")
         self._rule = rule
         self._wearer = WearerSearch()
-        self._common: SubjectTracker | None = None
-        self._by_sensor: dict[str, SubjectTracker] = {}
+        self._everywhere: tuple[PeopleTracker, PersonChoice] | None = None
+        self._by_sensor: dict[str, tuple[PeopleTracker, PersonChoice]] = {}
         if extrinsics is not None:
             self.place_sensors(extrinsics)
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Assign the skeletons of all sensors together from now on."""
         places = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
-        self._common = self._make(PeopleTracker(places, extrinsics.clocks))
+        self._everywhere = self._make(PeopleTracker(places, extrinsics.clocks))
 
     def add_imus(self, block: ImuBlock) -> None:
         """Add IMU samples, for the rule ``imus``."""
@@ -48,23 +47,23 @@ class ChosenPerson:
         if not frame:
             self.counters.add("nobody_seen")
             return []
-        if self._common is None and self._rule not in ("", FIRST, NEAREST, IMUS):
+        if self._everywhere is None and self._rule not in ("", FIRST, NEAREST, IMUS):
             chosen = [sample for sample in frame if sample.person == self._rule][:1]
         else:
-            tracker = self._tracker_of(frame[0].sensor)
-            assigned = tracker.add(frame)
-            subject = tracker.choice.number
-            chosen = [sample for number, sample in assigned if number == subject]
+            people, choice = self._people_of(frame[0].sensor)
+            assigned = people.add(frame)
+            choice.update(people)
+            chosen = [sample for number, sample in assigned if number == choice.number]
         self.counters.add("followed", len(chosen))
         self.counters.add("other_person", len(frame) - min(len(chosen), 1))
         return chosen
 
-    def _tracker_of(self, sensor: str) -> SubjectTracker:
-        if self._common is not None and sensor in self._common.people.T_common_sensor:
-            return self._common
+    def _people_of(self, sensor: str) -> tuple[PeopleTracker, PersonChoice]:
+        if self._everywhere is not None and sensor in self._everywhere[0].T_common_sensor:
+            return self._everywhere
         if sensor not in self._by_sensor:
             self._by_sensor[sensor] = self._make(PeopleTracker({sensor: np.eye(4)}))
         return self._by_sensor[sensor]
 
-    def _make(self, people: PeopleTracker) -> SubjectTracker:
-        return SubjectTracker(people, self._rule, self._wearer)
+    def _make(self, people: PeopleTracker) -> tuple[PeopleTracker, PersonChoice]:
+        return people, PersonChoice(self._rule, self._wearer)

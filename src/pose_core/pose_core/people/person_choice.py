@@ -5,8 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from pose_core.people.distances import centre
-from pose_core.people.person_track import PersonTrack, Presence
-from pose_core.streams.samples import FloatArray
+from pose_core.people.person_track import PersonTrack
+from pose_core.people.tracker import PeopleTracker
+from pose_core.people.wearer import WearerSearch
+from pose_core.streams.samples import FloatArray, ImuBlock
 
 FIRST, NEAREST, IMUS = "first", "nearest", "imus"
 KEPT_S = 6.0  # [s] out of sight, a person stays the chosen one
@@ -23,43 +25,52 @@ class PersonChoice:
     - anything else: whom a sensor gives this id.
 
     Somebody who leaves stays chosen for six seconds; then the rule chooses anew.
+
+    Args:
+        rule: The rule.
+        wearer: Compares people with the IMUs, for the rule ``imus``.
+
+    Attributes:
+        number: Of the chosen person; None while there is none.
     """
 
-    def __init__(self, rule: str = FIRST) -> None:
+    def __init__(self, rule: str = FIRST, wearer: WearerSearch | None = None) -> None:
         self.rule = rule or FIRST
-        self.number: int | None = None  # of the chosen person
+        self._wearer = wearer or WearerSearch()
+        self.number: int | None = None
         self._nearer: tuple[int, int] | None = None  # who, and since when [ns]
 
     def choose_by(self, rule: str) -> None:
         """Choose by another rule from now on."""
         self.rule, self.number, self._nearer = rule or FIRST, None, None
 
-    def update(
-        self,
-        tracks: Sequence[PersonTrack],
-        stamp_ns: int,
-        place: FloatArray,
-        wearer: int | None,
-    ) -> None:
-        """Choose.
+    def add_imus(self, block: ImuBlock) -> None:
+        """Add IMU samples, for the rule ``imus``."""
+        if self.rule == IMUS:
+            self._wearer.add_imus(block)
 
-        Args:
-            tracks: Everybody who is known.
-            stamp_ns: Now [ns].
-            place: Of the first sensor, (3,) [m].
-            wearer: Who wears the IMUs, where that is known.
-        """
-        if self.rule == IMUS and wearer is not None:
-            self.number = wearer
-        chosen = next((track for track in tracks if track.number == self.number), None)
+    def update(self, people: PeopleTracker) -> None:
+        """Choose among the people who are known, after a frame of theirs."""
+        stamp_ns = people.newest_ns
+        if self.rule == IMUS:
+            self._find_wearer(people.present, stamp_ns)
+        chosen = next((track for track in people.tracks if track.number == self.number), None)
         if chosen is not None and chosen.unseen_s(stamp_ns) > KEPT_S:
             chosen = None
-        present = [track for track in tracks if track.presence is Presence.PRESENT]
+        place = next(iter(people.T_common_sensor.values()))[:3, 3]  # of the first sensor
         if chosen is None:
-            chosen = self._best(present, place)
+            chosen = self._best(people.present, place)
         elif self.rule == NEAREST:
-            chosen = self._still_nearest(chosen, present, stamp_ns, place)
+            chosen = self._still_nearest(chosen, people.present, stamp_ns, place)
         self.number = None if chosen is None else chosen.number
+
+    def _find_wearer(self, present: Sequence[PersonTrack], stamp_ns: int) -> None:
+        for track in present:
+            if track.last_seen_ns == stamp_ns:
+                self._wearer.add(track.number, stamp_ns, track.positions)
+        wearer = self._wearer.wearer()
+        if wearer is not None:
+            self.number = wearer
 
     def _best(self, present: Sequence[PersonTrack], place: FloatArray) -> PersonTrack | None:
         if not present or self.rule == IMUS:

@@ -109,7 +109,7 @@ class PersonPipelines:
         """Make this person the subject."""
         if self._by_person.get(number) is self.subject:
             return
-        self._publish_predicted()
+        self._publish_waiting()
         if self._parameters.max_people == 1:
             self._by_person.clear()
             self._unchecked = None
@@ -141,7 +141,7 @@ class PersonPipelines:
         if len(others) >= self._parameters.max_people - 1:
             self._counters.add("people_beyond_max")
             return None
-        self._publish_predicted()
+        self._publish_waiting()
         for unknown in set(self._by_person) - {track.number for track in tracks}:
             if self._by_person[unknown] is not self.subject:
                 del self._by_person[unknown]
@@ -160,7 +160,7 @@ class PersonPipelines:
         self._unchecked = None
         if is_theirs:
             return
-        self._publish_predicted()
+        self._publish_waiting()
         self._counters.add("measured_anew")
         self._is_given_shape_used = False
         restarted = self._make(pipeline.parameters.subject)
@@ -186,10 +186,10 @@ class PersonPipelines:
         pipeline.outlet = partial(self._publish, number)
         return pipeline
 
-    def _publish_predicted(self) -> None:
+    def _publish_waiting(self) -> None:
         """Publish what waits, before anybody's id changes or a pipeline is removed."""
         for pipeline in self:
-            pipeline.publish_predicted()
+            pipeline.publish_waiting()
 
     def _publish(self, number: int, block: EstimateBlock) -> None:
         body_id = self.id_of(number)

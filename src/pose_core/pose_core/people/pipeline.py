@@ -16,10 +16,9 @@ from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.people import person_pipelines
+from pose_core.people.person_choice import PersonChoice
 from pose_core.people.person_pipelines import PersonPipelines
-from pose_core.people.subject_tracker import SubjectTracker
 from pose_core.people.tracker import PeopleTracker
-from pose_core.people.wearer import WearerSearch
 from pose_core.session.clocks import Clocks
 from pose_core.session.extrinsics import Extrinsics
 from pose_core.streams.samples import ImuBlock, ImuSample, SkeletonSample, block_of
@@ -68,9 +67,7 @@ class PeoplePipeline:
             *person_pipelines.COUNTERS,
         )
         self._people = PeopleTracker({})
-        self._wearer = WearerSearch()
-        self._tracker = SubjectTracker(self._people, parameters.person, self._wearer)
-        self.choice = self._tracker.choice
+        self.choice = PersonChoice(parameters.person)
         self._waiting: SampleBuffer[Frame] = SampleBuffer(self._counters)
         self._pipelines = PersonPipelines(parameters, outlet, self._counters, is_live=is_live)
         if extrinsics is not None:
@@ -189,29 +186,24 @@ class PeoplePipeline:
         for pipeline in self._pipelines:
             pipeline.flush()
 
-    def calibrate_session(self) -> None:
-        """Calibrate with the last frames, whose estimates have been published before."""
-        for pipeline in self._pipelines:
-            pipeline.calibrate_session()
-
     def publish_until(self, now_ns: int) -> None:
         """Publish everybody's predicted estimates of the output's instants up to now [ns]."""
         for pipeline in self._pipelines:
             pipeline.publish_until(now_ns)
 
     def _take_imus(self, block: ImuBlock) -> None:
-        if self._tracker.uses_imus:
-            self._wearer.add_imus(block)
+        self.choice.add_imus(block)
         self.subject.add(block)
 
     def _take_frame(self, frame: Frame) -> None:
         if frame and frame[0].sensor not in self._people.T_common_sensor:
             self.subject.add(frame[0])  # is counted there
             return
-        assigned = self._tracker.add(frame)
-        subject = self.choice.number
-        if frame and subject is not None:
-            self._pipelines.choose_subject(subject)
+        assigned = self._people.add(frame)
+        if frame:
+            self.choice.update(self._people)
+            if self.choice.number is not None:
+                self._pipelines.choose_subject(self.choice.number)
         for number, sample in assigned:
             pipeline = self._pipelines.find(number, self._people.tracks)
             if pipeline is None:

@@ -12,11 +12,12 @@ from math import inf
 from statistics import median
 from typing import Generic, TypeVar
 
+from pose_core.stamps import JUMP_BACK_NS
+
 T = TypeVar("T")
 
 REMEMBERED = 9  # [frames] over which the median period is taken
 SILENT_NS = 200_000_000  # [ns] without a frame, after which none is due
-JUMP_BACK_NS = 1_000_000_000  # [ns] a larger step back means that a recording has restarted
 LEAST_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
 LARGEST_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
 JITTERS = 3.0  # [-] allowed jitter, in median deviations

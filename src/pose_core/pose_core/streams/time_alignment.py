@@ -18,11 +18,10 @@ import numpy as np
 from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.joints import TrackingState
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import SkeletonSample
 
 BEFORE_ALL_NS = -(2**63)
-JUMP_BACK_NS = NS_PER_S  # [ns] a larger step back means that a recording has restarted
 COUNTS = (
     "received",
     "repeated_stamp",

@@ -36,6 +36,7 @@ from pose_fusion.nodes.body_publishers import BodyPublishers
 from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
 from pose_fusion.nodes.qos import latched, sensor_data
+from pose_fusion.nodes.standstill import Standstill
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_fusion.unused_sensors import unused_sensors
 from pose_io.clock_messages import clock_of
@@ -105,6 +106,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._patience.cancel()
         if has_output_rate(self.settings):
             steady_timer(self, 1.0 / self.settings.output_rate, self._publish_now)
+        self._standstill = Standstill({**self._cameras, **self._imus.queues})
         steady_timer(self, LOOK_PERIOD_S, self._look)
         steady_timer(self, KEEP_PERIOD_S, self.keep_alignments)
         steady_timer(self, KEEP_PERIOD_S, self._close_forgotten)
@@ -193,7 +195,7 @@ class FusionNode(ManagedNode[FusionParameters]):
             self.pipeline.add(frame)
         if self.pipeline.holds_frames:
             self._patience.reset()
-        self._calibrate_session()
+        self._publish_shapes()
 
     def _read_frame(
         self, sensor: str, data: bytes, info: MessageInfo, taken_ns: int
@@ -215,7 +217,7 @@ class FusionNode(ManagedNode[FusionParameters]):
         self._patience.cancel()
         self._take_imus()
         self.pipeline.wait_no_longer()
-        self._calibrate_session()
+        self._publish_shapes()
 
     def _take_imus(self) -> None:
         datas = self._imus.take()
@@ -247,11 +249,6 @@ class FusionNode(ManagedNode[FusionParameters]):
     def _publish_now(self) -> None:
         self._take_imus()
         self.pipeline.publish_until(self.get_clock().now().nanoseconds)
-
-    def _calibrate_session(self) -> None:
-        """Do the work that can wait until the estimate has been published."""
-        self.pipeline.calibrate_session()
-        self._publish_shapes()
 
     def _publish(self, body_id: str, estimates: EstimateBlock) -> None:
         if self._bodies is None:
@@ -286,7 +283,13 @@ class FusionNode(ManagedNode[FusionParameters]):
                 self.get_logger().error(str(error))
 
     def _look(self) -> None:
-        """Report immediately which sources have become unusable or usable."""
+        """Report immediately which sources have become unusable or usable; end if deaf."""
+        deaf = self._standstill.deaf()
+        if deaf:
+            raise InputError(
+                f"{', '.join(deaf)} not heard since this process stood still, though published: "
+                "the middleware delivers nothing more; start the node again (./pose up does it)"
+            )
         if self._reporter.look():
             self.diagnostics.publish()
 

@@ -43,11 +43,14 @@ class MessageQueue:
 
     Args:
         subscription: The subscription, with ``raw=True``.
+
+    Attributes:
+        newest: Its publisher's number of the last message; 0: none yet.
     """
 
     def __init__(self, subscription: Subscription) -> None:
         self.subscription = subscription
-        self._newest = 0  # number of the last message; 0: none yet
+        self.newest = 0
         self._lost = 0
 
     def take(self) -> list[tuple[bytes, MessageInfo]]:
@@ -63,9 +66,14 @@ class MessageQueue:
     def note(self, info: MessageInfo) -> None:
         """Take note of a message that a callback received."""
         number = info.get("publication_sequence_number") or 0
-        if 0 < self._newest < number:
-            self._lost += number - self._newest - 1
-        self._newest = number
+        if 0 < self.newest < number:
+            self._lost += number - self.newest - 1
+        self.newest = number
+
+    @property
+    def has_publisher(self) -> bool:
+        """Whether somebody publishes the topic."""
+        return bool(self.subscription.get_publisher_count())
 
     def take_lost(self) -> int:
         """Number of lost messages since the last call."""
@@ -81,13 +89,16 @@ class Inbox:
         message_type: Message type of all topics.
         topics: Topics by names of the caller's choice.
         profile: Quality of service; its depth bounds the number of waiting messages.
+
+    Attributes:
+        queues: The subscriptions, by the caller's names.
     """
 
     def __init__(
         self, node: Node, message_type: type, topics: Mapping[str, str], profile: QoSProfile
     ) -> None:
         group = NotWoken()
-        self._queues = {
+        self.queues = {
             name: MessageQueue(
                 node.create_subscription(
                     message_type, topic, ignore_message, profile, callback_group=group, raw=True
@@ -98,12 +109,12 @@ class Inbox:
 
     def take(self) -> dict[str, list[bytes]]:
         """All messages since the last call, by the caller's names; without silent topics."""
-        taken = {name: queue.take() for name, queue in self._queues.items()}
+        taken = {name: queue.take() for name, queue in self.queues.items()}
         return {name: [data for data, _ in entries] for name, entries in taken.items() if entries}
 
     def take_lost(self) -> dict[str, int]:
         """Numbers of messages lost since the last call, by the caller's names."""
-        return {name: lost for name, queue in self._queues.items() if (lost := queue.take_lost())}
+        return {name: lost for name, queue in self.queues.items() if (lost := queue.take_lost())}
 
 
 def ignore_message(_data: bytes) -> None:
