@@ -21,7 +21,7 @@ ITERATIONS = 10
 
 
 @dataclass(frozen=True, kw_only=True)
-class Measured:
+class MeasuredOffset:
     """An offset measured in one window of motion."""
 
     at_s: float  # [s] by the source's own clock
@@ -30,7 +30,7 @@ class Measured:
     stddev_s: float  # [s] total, including errors common to all windows
 
 
-def clock_from(measured: Sequence[Measured], begin_ns: int, systematic_s: float) -> Clock:
+def clock_from(measured: Sequence[MeasuredOffset], begin_ns: int, systematic_s: float) -> Clock:
     """Fit a clock to measurements.
 
     Args:
@@ -39,11 +39,11 @@ def clock_from(measured: Sequence[Measured], begin_ns: int, systematic_s: float)
         systematic_s: Standard deviation [s] of the error common to all measurements, used where
             larger than their own.
     """
-    at = np.array([one.at_s for one in measured])
-    offset = np.array([one.offset_s for one in measured])
+    at = np.array([each.at_s for each in measured])
+    offset = np.array([each.offset_s for each in measured])
     zero = float(np.average(at, weights=np.exp((at - at.max()) / FORGET_S)))
     weight = np.exp((at - at.max()) / FORGET_S)
-    weight /= np.array([one.noise_s for one in measured]) ** 2
+    weight /= np.array([each.noise_s for each in measured]) ** 2
     design = np.column_stack([np.ones(len(at)), at - zero])
     prior = np.diag([0.0, DRIFT_STDDEV**-2])
     solution = np.array([np.median(offset), 0.0])
@@ -52,7 +52,7 @@ def clock_from(measured: Sequence[Measured], begin_ns: int, systematic_s: float)
         robust = weight * np.minimum(1.0, HUBER / np.maximum(off, 1e-9))
         covariance = np.linalg.inv(design.T @ (design * robust[:, None]) + prior)
         solution = covariance @ (design.T @ (robust * offset))
-    shared = min(systematic_s, min(one.stddev_s for one in measured))
+    shared = min(systematic_s, min(each.stddev_s for each in measured))
     return Clock(
         offset_ns=round(float(solution[0]) * NS_PER_S),
         drift=float(solution[1]),

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.clocks.clock_drift import Measured, clock_from
+from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S, Delay, estimate_delay
 from pose_calibration.clocks.motion_track import Track, track_of, without_slow
 from pose_calibration.rigid_transform import CalibrationError, estimate_rigid_transform_robustly
@@ -204,7 +204,7 @@ def _liveliest(track: Track, duration_s: float) -> float:
     return float(starts[int(np.argmax(last - first))])
 
 
-def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measured]:
+def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[MeasuredOffset]:
     """Delays in windows over the whole recording, from the known offset outwards."""
     first, last = float(a.stamps[0]), float(a.stamps[-1])
     count = int(np.clip((last - first) // WINDOW_S, 1, MOST_WINDOWS))
@@ -223,14 +223,14 @@ def _over_time(a: Track, b: Track, offset: float, begin_s: float) -> list[Measur
     return sorted(measured, key=lambda one: one.at_s)
 
 
-def measure_window(a: Track, b: Track, offset: float) -> Measured | None:
+def measure_window(a: Track, b: Track, offset: float) -> MeasuredOffset | None:
     """The offset in one window, near a known one [s]; None if the motion is too small."""
     if len(a.stamps) < MIN_FRAMES:
         return None
     delay = measure_delay(a, b, offset)
     if not delay.stddev_s <= OBSERVABLE_STDDEV_S or abs(delay.estimate_s) > FINE_REACH_S:
         return None
-    return Measured(
+    return MeasuredOffset(
         at_s=float(a.stamps.mean()) + offset,
         offset_s=offset + delay.estimate_s,
         noise_s=delay.noise_s,

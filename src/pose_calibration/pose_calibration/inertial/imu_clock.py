@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_calibration.clocks.clock_drift import Measured, clock_from
+from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
 from pose_calibration.clocks.motion_track import Track, track_of
 from pose_calibration.floor.gravity import Gravity
 from pose_calibration.inertial.imu_gravity import gravity_from_imus
@@ -85,13 +85,13 @@ def imu_findings(
 
 def measure_imu_window(
     views: Sequence[View], verticals: Mapping[str, ImuVertical], delay_s: float
-) -> Measured | None:
+) -> MeasuredOffset | None:
     """The IMUs' offset in one window, near a known delay [s]; None if the motion is too small."""
     delay = measure_imu_delay(views, verticals, NEAR_S, delay_s)
     if not np.isfinite(delay.stddev_s):
         return None
     at_s = float(np.mean([view.track.stamps.mean() for view in views if len(view.track.stamps)]))
-    return Measured(
+    return MeasuredOffset(
         at_s=at_s + delay_s,
         offset_s=delay.estimate_s + TRACKER_DELAY_S,
         noise_s=delay.noise_s,
@@ -114,7 +114,7 @@ def _views(
 
 def _over_time(
     views: list[View], verticals: Mapping[str, ImuVertical], delay_s: float
-) -> list[Measured]:
+) -> list[MeasuredOffset]:
     first = min(float(view.track.stamps[0]) for view in views if len(view.track.stamps))
     last = max(float(view.track.stamps[-1]) for view in views if len(view.track.stamps))
     every = max(WINDOW_S, (last - first) / MOST_WINDOWS)

@@ -7,10 +7,12 @@ dropped.
 """
 
 from collections import deque
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
-from pose_calibration.clocks.clock_drift import Measured, clock_from
+from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
 from pose_calibration.clocks.clock_offset import FINE_REACH_S, find_shift, measure_window
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S
 from pose_calibration.clocks.motion_track import Track, track_of
@@ -28,7 +30,11 @@ EVERY_NS = 10 * NS_PER_S
 WINDOW_NS = 20 * NS_PER_S
 MOST_MEASURED = 120  # [-] twenty minutes
 STALE_NS = 300 * NS_PER_S  # [ns] after which a clock from a file is not used
-STRAYS = 2  # [-] successive outliers from which on a step is assumed
+OUTLIERS_OF_STEP = 2  # [-] in succession, from which on a step is assumed
+
+
+Measurement = Callable[[float], MeasuredOffset | None]
+Search = Callable[[], float | None]
 
 
 class ClockTracker:
@@ -44,8 +50,8 @@ class ClockTracker:
         self._extrinsics = extrinsics
         self._max_offset_s = max_offset_s
         self._samples: dict[str, deque[SkeletonSample]] = {s: deque() for s in extrinsics.sensors}
-        self._measured: dict[str, deque[Measured]] = {}
-        self._strays: dict[str, int] = {}
+        self._offsets: dict[str, deque[MeasuredOffset]] = {}
+        self._outliers: dict[str, int] = {}
         self._begin_ns: int | None = None
         self._due_ns = 0
 
@@ -76,91 +82,111 @@ class ClockTracker:
         """Drop all samples after a clock was set back, or a recording restarted."""
         for recent in self._samples.values():
             recent.clear()
-        self._measured.clear()
+        self._offsets.clear()
         self._begin_ns = None
 
     def _remember_known(self, now_ns: int) -> None:
         """Use the calibration's result as the first measurement."""
         for source, clock in self.clocks.items():
             if abs(clock.at_ns - now_ns) < STALE_NS and clock.stddev_s > 0.0:
-                known = Measured(
+                known = MeasuredOffset(
                     at_s=(clock.at_ns - now_ns) / NS_PER_S,
                     offset_s=clock.offset_ns / NS_PER_S,
                     noise_s=0.5 * clock.stddev_s,
                     stddev_s=clock.stddev_s,
                 )
-                self._measured[source] = deque([known], maxlen=MOST_MEASURED)
+                self._offsets[source] = deque([known], maxlen=MOST_MEASURED)
 
     def _measure_all(self, begin_ns: int, imus: ImuMemory) -> None:
-        tracks = {name: track_of(list(ones), begin_ns) for name, ones in self._samples.items()}
-        reference = tracks[self._extrinsics.reference]
+        tracks = {
+            name: track_of(list(samples), begin_ns) for name, samples in self._samples.items()
+        }
+        reference = tracks.pop(self._extrinsics.reference)
         for name, track in tracks.items():
-            if name == self._extrinsics.reference:
+            if min(len(reference.stamps), len(track.stamps)) < 2:
                 continue
-            one = self._measure(name, reference, track)
-            if one is not None:
-                measured = self._note(name, one)
-                self.clocks[name] = clock_from(measured, begin_ns, LAG_SPREAD_S)
+            known_s = self._known_s(name)
+            near = partial(measure_window, reference, track)
+            offset = self._measure(name, known_s, near, self._far_of(reference, track, known_s))
+            if offset is not None:
+                self.clocks[name] = self._clock(name, offset, begin_ns, LAG_SPREAD_S)
         if imus.segments:
             self._measure_imus(begin_ns, imus)
+
+    def _far_of(self, reference: Track, track: Track, known_s: float) -> Search:
+        def far() -> float | None:
+            shift_s = find_shift(reference, track, self._max_offset_s)
+            is_other = shift_s is not None and abs(shift_s - known_s) >= FINE_REACH_S
+            return shift_s if is_other else None
+
+        return far
 
     def _known_s(self, name: str) -> float:
         """Offset [s] by which a source's clock is ahead now; 0 if unknown."""
         clock = self.clocks.get(name)
         if clock is None:
-            measured = self._measured.get(name)
-            return measured[-1].offset_s if measured else 0.0
+            offsets = self._offsets.get(name)
+            return offsets[-1].offset_s if offsets else 0.0
         return clock.ahead_ns(self._due_ns - EVERY_NS) / NS_PER_S
 
-    def _measure(self, name: str, a: Track, b: Track) -> Measured | None:
-        if min(len(a.stamps), len(b.stamps)) < 2:
-            return None
-        known_s = self._known_s(name)
-        one = measure_window(a, b, known_s)
-        if one is not None:
-            self._strays[name] = 0
-            return one
-        elsewhere = find_shift(a, b, self._max_offset_s)
-        if elsewhere is None or abs(elsewhere - known_s) < FINE_REACH_S:
-            return None
-        self._strays[name] = self._strays.get(name, 0) + 1
-        if self._strays[name] < STRAYS:
-            return None
-        self._measured.pop(name, None)
-        return measure_window(a, b, elsewhere)
+    def _measure(
+        self, name: str, known_s: float, near: Measurement, far: Search
+    ) -> MeasuredOffset | None:
+        """Measure a source's offset near the known one, or elsewhere once its clock was set.
+
+        Args:
+            name: The source.
+            known_s: Its offset [s] until now.
+            near: Measures an offset near a given one [s].
+            far: Searches the whole range for an offset [s] elsewhere.
+        """
+        offset = near(known_s)
+        if offset is None:
+            elsewhere_s = far()
+            if elsewhere_s is None:
+                return None
+            self._outliers[name] = self._outliers.get(name, 0) + 1
+            if self._outliers[name] < OUTLIERS_OF_STEP:
+                return None
+            self._offsets.pop(name, None)
+            offset = near(elsewhere_s)
+        if offset is not None:
+            self._outliers[name] = 0
+        return offset
 
     def _measure_imus(self, begin_ns: int, imus: ImuMemory) -> None:
         views = [
             View(
-                track_of([on_reference_clock(s, self.clocks) for s in ones], begin_ns),
+                track_of([on_reference_clock(s, self.clocks) for s in samples], begin_ns),
                 self._extrinsics.T_map_sensor(name)[2, :3],
             )
-            for name, ones in self._samples.items()
-            if len(ones) > 1
+            for name, samples in self._samples.items()
+            if len(samples) > 1
         ]
         verticals = imus.verticals(begin_ns)
         views = [view for view in views if len(view.track.stamps) > 1]
         if not views:
             return
-        delay_s = self._known_s(IMUS) - TRACKER_DELAY_S
-        one = measure_imu_window(views, verticals, delay_s)
-        if one is None:
-            far = measure_imu_delay(views, verticals, self._max_offset_s + TRACKER_DELAY_S)
-            self._strays[IMUS] = self._strays.get(IMUS, 0) + int(np.isfinite(far.stddev_s))
-            if self._strays[IMUS] < STRAYS or not np.isfinite(far.stddev_s):
-                return
-            self._measured.pop(IMUS, None)
-            one = measure_imu_window(views, verticals, far.estimate_s)
-            if one is None:
-                return
-        self._strays[IMUS] = 0
-        clock = clock_from(self._note(IMUS, one), begin_ns, TRACKER_LAG_STDDEV_S)
+
+        def far() -> float | None:
+            reach_s = self._max_offset_s + TRACKER_DELAY_S
+            delay = measure_imu_delay(views, verticals, reach_s)
+            return delay.estimate_s if np.isfinite(delay.stddev_s) else None
+
+        known_s = self._known_s(IMUS) - TRACKER_DELAY_S
+        near = partial(measure_imu_window, views, verticals)
+        offset = self._measure(IMUS, known_s, near, far)
+        if offset is None:
+            return
+        clock = self._clock(IMUS, offset, begin_ns, TRACKER_LAG_STDDEV_S)
         if is_clocks(clock.offset_ns / NS_PER_S):
             self.clocks[IMUS] = clock
         else:
             self.clocks.pop(IMUS, None)
 
-    def _note(self, name: str, one: Measured) -> list[Measured]:
-        measured = self._measured.setdefault(name, deque(maxlen=MOST_MEASURED))
-        measured.append(one)
-        return list(measured)
+    def _clock(
+        self, name: str, offset: MeasuredOffset, begin_ns: int, systematic_s: float
+    ) -> Clock:
+        offsets = self._offsets.setdefault(name, deque(maxlen=MOST_MEASURED))
+        offsets.append(offset)
+        return clock_from(list(offsets), begin_ns, systematic_s)

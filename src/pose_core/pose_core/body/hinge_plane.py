@@ -8,7 +8,7 @@ partial weight.
 import numpy as np
 
 from pose_core.body.segment_tree import SegmentTree
-from pose_core.kernels.hinge_plane import Hinges
+from pose_core.kernels.axial_rotation import Hinges
 
 STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a flexion: no weight below
 BENT = float(np.sin(np.radians(30.0)))  # [-] sine of a flexion: full weight above

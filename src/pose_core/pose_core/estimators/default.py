@@ -129,8 +129,7 @@ class DefaultEstimator(StepwiseEstimator):
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
-        state, _ = self._advance(observation, ahead_s)
-        if state is None:
+        if not self._predict_or_start(observation, ahead_s):
             return None
         information = np.zeros((2, self._layout.links, 3, 3))
         result = self._update_filter(observation, max(-ahead_s, 0.0), information)
@@ -161,27 +160,25 @@ class DefaultEstimator(StepwiseEstimator):
         pose = self._published(self._state, information, ahead_s, aligned)
         return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
-    def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
+    def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         """Predict the filter to an observation's instant, or start it there.
 
         Returns:
-            The state, None if the observation is not used; whether the filter was started.
+            Whether the observation is used.
         """
         if self._state is None:
-            started = self._start(observation)
-            return (self._state if started else None), started
+            return self._start(observation)
         if -JUMP_BACK_S < ahead_s < -LATEST_S:
             self.counters.add("frames_too_late")
-            return None, False
+            return False
         is_apart = ahead_s >= self.parameters.forget_after
         if ahead_s <= -JUMP_BACK_S or (is_apart and not self._has_imus(observation)):
             self.counters.add("filter_restarts_gap")
-            started = self._start(observation)
-            return (self._state if started else None), started
+            return self._start(observation)
         if ahead_s > 0.0:
             self._predict(self._constants.motion, self._state, ahead_s)
             self._stamp_ns = observation.stamp_ns
-        return self._state, False
+        return True
 
     def _has_imus(self, observation: Observation) -> bool:
         """Whether there are samples of IMUs and at least one IMU is aligned."""
@@ -225,7 +222,7 @@ class DefaultEstimator(StepwiseEstimator):
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
-            if not any(joints) or not self._uses_camera(sensor):
+            if not any(joints) or not self._uses_cameras():
                 continue
             frame = self._frame(observation, sensor, late_s)
             result = self._update_with_frame(self._constants, self._state, frame, information[0])
@@ -240,9 +237,8 @@ class DefaultEstimator(StepwiseEstimator):
             )
         return result
 
-    def _uses_camera(self, sensor: int) -> bool:
-        """Whether the filter uses a camera's frames."""
-        del sensor
+    def _uses_cameras(self) -> bool:
+        """Whether the filter uses the cameras' frames."""
         return True
 
     def _discard_state(self) -> None:

@@ -38,9 +38,8 @@ class ImuEstimator(DefaultEstimator):
     def _has_aligned(self) -> bool:
         return any(use.is_aligned for use in self.imu_uses)
 
-    def _uses_camera(self, sensor: int) -> bool:
+    def _uses_cameras(self) -> bool:
         """Use the cameras until every IMU is aligned or its time is over, or if none is left."""
-        del sensor
         uses = [use for use in self.imu_uses if use.is_known]
         aligned = [use.aligned_ns for use in uses if use.is_aligned and use.aligned_ns is not None]
         if not aligned:  # or none any more, because the IMUs restarted

@@ -66,10 +66,11 @@ class SmoothedEstimator(DefaultEstimator):
         if numbers is not None:
             self._keep(observation, numbers)
 
-    def _advance(self, observation: Observation, ahead_s: float) -> tuple[FilterState | None, bool]:
-        state, is_started = super()._advance(observation, ahead_s)
-        self._before_update = None if state is None or is_started else state.copy()
-        return state, is_started
+    def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
+        is_used = super()._predict_or_start(observation, ahead_s)
+        if is_used and self._state is not None:
+            self._before_update = self._state.copy()
+        return is_used
 
     def _keep(self, observation: Observation, numbers: StateNumbers) -> None:
         """Store a step; a step with a half-turn correction is not connected to the one before."""

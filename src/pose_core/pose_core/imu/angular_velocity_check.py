@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.imu.gyroscope_check import is_equal, product
 from pose_core.imu.imu_rows import rows_of_block
+from pose_core.imu.orientation_check import is_equal, product
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
 from pose_core.kernels.rotations import vector_scale
 from pose_core.stamps import NS_PER_S

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import type_specialised
-from pose_core.kernels.imu_history import (
+from pose_core.kernels.imu_rings import (
     MAX_GAP_NS,
     ImuRings,
     append_samples,

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 from pose_core.counters import Counters
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck, RateFault
-from pose_core.imu.gyroscope_check import GyroscopeCheck
 from pose_core.imu.imu_history import NO_STATES, ImuHistory, ImuStates
+from pose_core.imu.orientation_check import OrientationCheck
 from pose_core.streams.samples import ImuBlock
 
 
@@ -16,7 +16,7 @@ class ImuSet:
     def __init__(self) -> None:
         self._history = ImuHistory()
         self._rates = AngularVelocityCheck()
-        self._check = GyroscopeCheck()
+        self._check = OrientationCheck()
         self._states_at: int | None = None  # [ns] the instant of ``_known_states``
         self._known_states = NO_STATES
         self._slips: Mapping[str, int] = {}

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.kernels.axial_rotation import Hinges, turn_into_hinge_planes
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
-from pose_core.kernels.hinge_plane import Hinges, turn_into_hinge_planes
 from pose_core.kernels.joint_angle_extraction import (
     StateNumbers,
     continuous_vector,

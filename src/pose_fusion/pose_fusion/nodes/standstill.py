@@ -1,8 +1,8 @@
 """Whether a node hears its sources again after its process stood still.
 
 The middleware may deliver nothing more to a process that was suspended for some seconds, though its
-subscriptions are matched: seen with Fast DDS 2.14, over shared memory and over UDP, in about one of
-twenty times. New subscriptions hear nothing either; a new process does.
+subscriptions are matched: seen with Fast DDS 2.14, over shared memory and over UDP (figures in
+``docs/reliability.md``). New subscriptions hear nothing either; a new process does.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,7 +12,7 @@ from pose_fusion.nodes.inbox import MessageQueue
 
 STANDSTILL_S = 1.0  # [s] between two calls, from which on the process stood still
 DRAIN_S = 0.1  # [s] for messages that came before
-HEARS_WITHIN_S = 1.0  # [s] after it
+HEARS_WITHIN_S = 0.7  # [s] after it
 
 
 class Standstill:

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from turning_imus import block, changed, turning
 
-from pose_core.imu.gyroscope_check import GyroscopeCheck, orientation_jump
+from pose_core.imu.orientation_check import OrientationCheck, orientation_jump
 
 
 def angles_deg(one, other):
@@ -16,7 +16,7 @@ def test_consistent_orientations_pass_unchanged():
     rng = np.random.default_rng(2)
     orientations, rates = turning(5.0, speed=15.0)
     noisy = orientations * Rotation.from_rotvec(0.02 * rng.standard_normal((len(rates), 3)))
-    check, given = GyroscopeCheck(), block(noisy, rates)
+    check, given = OrientationCheck(), block(noisy, rates)
     checked = check.checked(given)
     assert np.array_equal(checked.orientation, given.orientation)
     assert not check.set_aside
@@ -28,7 +28,7 @@ def test_heading_steps_are_compensated(leap_deg):
     orientations, rates = turning(5.0)
     turn = Rotation.from_euler("z", leap_deg, degrees=True)
     jumped = changed(orientations, slice(100, 300), lambda some: turn * some)
-    check = GyroscopeCheck()
+    check = OrientationCheck()
     first, second = (block(jumped, rates).rows(rows) for rows in (slice(0, 200), slice(200, 500)))
     before, after = check.checked(first), check.checked(second)
     assert len(before) == 199
@@ -43,7 +43,7 @@ def test_an_imu_with_random_orientations_is_rejected_until_consistent_for_a_seco
     orientations, rates = turning(5.0, speed=speed)
     window = slice(100, 300)
     wild = changed(orientations, window, lambda some: Rotation.random(len(some), random_state=4))
-    check, given = GyroscopeCheck(), block(wild, rates)
+    check, given = OrientationCheck(), block(wild, rates)
     used = check.checked(given.rows(slice(0, 300)))
     assert used.stamps_ns[-1] <= given.stamps_ns[102]
     assert check.set_aside == ("torso",)
@@ -61,7 +61,7 @@ def slipped_by(degrees, window):
 
 
 def test_a_slip_is_detected_and_costs_30_ms():
-    check = GyroscopeCheck()
+    check = OrientationCheck()
     assert len(check.checked(slipped_by(90.0, slice(100, 300)))) == 297
     assert check.slips == {"torso": 1}
     assert not check.set_aside
@@ -71,7 +71,7 @@ def test_a_slip_is_detected_and_costs_30_ms():
 
 @pytest.mark.parametrize(("degrees", "count"), [(90.0, 1), (90.0, 2), (20.0, 200)])
 def test_outliers_and_small_rotations_are_not_detected_as_slips(degrees, count):
-    check = GyroscopeCheck()
+    check = OrientationCheck()
     check.checked(slipped_by(degrees, slice(100, 100 + count)))
     assert not check.slips
 
@@ -79,7 +79,7 @@ def test_outliers_and_small_rotations_are_not_detected_as_slips(degrees, count):
 def test_a_heading_step_is_not_detected_as_a_slip():
     orientations, rates = turning(3.0)
     turn = Rotation.from_euler("z", 60.0, degrees=True)
-    check = GyroscopeCheck()
+    check = OrientationCheck()
     check.checked(block(changed(orientations, slice(100, 300), lambda some: turn * some), rates))
     assert not check.slips
 
@@ -89,7 +89,7 @@ def test_an_imu_that_repeats_one_sample_is_rejected(speed):
     orientations, rates = turning(3.0, speed=speed)
     rates[100:250] = rates[100]
     stuck = changed(orientations, slice(100, 250), lambda some: some[np.zeros(len(some), int)])
-    check, given = GyroscopeCheck(), block(stuck, rates)
+    check, given = OrientationCheck(), block(stuck, rates)
     check.checked(given.rows(slice(0, 150)))
     assert check.set_aside == check.jumping == ("torso",)
     assert len(check.checked(given.rows(slice(150, 250)))) == 0
@@ -98,7 +98,7 @@ def test_an_imu_that_repeats_one_sample_is_rejected(speed):
 def test_a_stationary_sensor_may_repeat_its_samples():
     orientations = Rotation.from_quat(np.tile([0.0, 0.0, 0.0, 1.0], (300, 1)))
     rates = np.zeros((300, 3))
-    assert len(GyroscopeCheck().checked(block(orientations, rates))) == 300
+    assert len(OrientationCheck().checked(block(orientations, rates))) == 300
 
 
 def test_an_orientation_jump_equals_the_applied_rotation():
@@ -117,7 +117,7 @@ def test_an_orientation_jump_equals_the_applied_rotation():
 
 def test_samples_after_a_gap_or_a_clock_reset_are_not_checked():
     orientations, rates = turning(1.0)
-    check, given = GyroscopeCheck(), block(orientations, rates)
+    check, given = OrientationCheck(), block(orientations, rates)
     check.checked(given)
     assert len(check.checked(given)) == len(given)
     assert len(check.checked(given.rows(np.arange(0, 100, 20)))) == 5

@@ -55,7 +55,7 @@ class _Memory(NamedTuple):
     set_aside: NDArray[np.bool_]  # (imus,)
 
 
-class GyroscopeCheck:
+class OrientationCheck:
     """Passes the samples whose orientation agrees with their IMU's gyroscope."""
 
     def __init__(self) -> None:
