@@ -1,5 +1,6 @@
 from dataclasses import dataclass
 
+from pose_core.errors import InputError
 from pose_fusion.nodes.standstill import Standstill
 
 LOOK_S = 0.2
@@ -12,12 +13,12 @@ class Queue:
 
 
 class Scene:
-    """A node that looks five times a second; each look's answer."""
+    """A node that looks five times a second; what it says."""
 
     def __init__(self):
-        self.now_s = 0.0
+        self.now_s = self.cpu_s = 0.0
         self.queues = {"left": Queue(), "right": Queue(), "imu_torso": Queue()}
-        self.standstill = Standstill(self.queues, lambda: self.now_s)
+        self.standstill = Standstill(self.queues, lambda: self.now_s, lambda: self.cpu_s)
         self.found = []
 
     def run(self, seconds, *sending):
@@ -25,7 +26,10 @@ class Scene:
             self.now_s += LOOK_S
             for name in sending:
                 self.queues[name].newest += 6
-            self.found += self.standstill.deaf()
+            try:
+                self.standstill.check()
+            except InputError as error:
+                self.found.append(str(error))
 
 
 def test_sources_that_are_not_heard_after_a_standstill_are_found_once():
@@ -36,9 +40,10 @@ def test_sources_that_are_not_heard_after_a_standstill_are_found_once():
     scene.run(0.2)
     assert scene.found == []
     scene.run(1.4, "left")
-    assert scene.found == ["right"]
+    assert len(scene.found) == 1
+    assert scene.found[0].startswith("right not heard since this process stood still")
     scene.run(5.0, "left")
-    assert scene.found == ["right"]
+    assert len(scene.found) == 1
 
 
 def test_nothing_is_found_without_a_standstill():
@@ -62,4 +67,13 @@ def test_sources_that_are_heard_again_are_not_found():
     scene.run(3.0, "left", "imu_torso")
     scene.now_s += 8.0
     scene.run(5.0, "left", "imu_torso")
+    assert scene.found == []
+
+
+def test_long_work_is_no_standstill():
+    scene = Scene()
+    scene.run(3.0, "left", "right")
+    scene.now_s += 8.0
+    scene.cpu_s += 7.0
+    scene.run(5.0, "left")
     assert scene.found == []

@@ -30,6 +30,7 @@ from pose_fusion.conversions import (
 from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched, sensor_data
+from pose_fusion.nodes.standstill import Standstill
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_node.kept import kept_file
@@ -94,6 +95,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         )
         topics = {segment: f"imu_{segment}/data" for segment in SEGMENT_ENDS}
         self._imus = Inbox(self, Imu, topics, IMU_QOS)
+        self._standstill = Standstill({**self._frames.queues, **self._imus.queues})
         steady_timer(self, PERIOD_S, self._take)
         self.create_service(Trigger, "~/calibrate", self._on_calibrate)
         self.create_service(Trigger, "~/progress", self._on_progress)
@@ -117,7 +119,8 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         return self._calibration
 
     def _take(self) -> None:
-        """Read all received messages."""
+        """Read all received messages; end if deaf."""
+        self._standstill.check()
         self._take_imus()
         taken = self._frames.take()
         by_sensor = [self._read(sensor, datas) for sensor, datas in taken.items()]

@@ -284,12 +284,7 @@ class FusionNode(ManagedNode[FusionParameters]):
 
     def _look(self) -> None:
         """Report immediately which sources have become unusable or usable; end if deaf."""
-        deaf = self._standstill.deaf()
-        if deaf:
-            raise InputError(
-                f"{', '.join(deaf)} not heard since this process stood still, though published: "
-                "the middleware delivers nothing more; start the node again (./pose up does it)"
-            )
+        self._standstill.check()
         if self._reporter.look():
             self.diagnostics.publish()
 

@@ -6,11 +6,13 @@ subscriptions are matched: seen with Fast DDS 2.14, over shared memory and over 
 """
 
 from collections.abc import Callable, Mapping
-from time import monotonic
+from time import monotonic, process_time
 
+from pose_core.errors import InputError
 from pose_fusion.nodes.inbox import MessageQueue
 
-STANDSTILL_S = 1.0  # [s] between two calls, from which on the process stood still
+STANDSTILL_S = 1.0  # [s] between two calls, from which on the process may have stood still
+WORKING = 0.2  # [-] share of CPU in that time, from which on it worked instead
 DRAIN_S = 0.1  # [s] for messages that came before
 HEARS_WITHIN_S = 0.7  # [s] after it
 
@@ -21,22 +23,39 @@ class Standstill:
     Args:
         queues: The subscriptions, by source.
         clock: A monotonic clock [s].
+        cpu_clock: CPU time of this process [s].
     """
 
     def __init__(
-        self, queues: Mapping[str, MessageQueue], clock: Callable[[], float] = monotonic
+        self,
+        queues: Mapping[str, MessageQueue],
+        clock: Callable[[], float] = monotonic,
+        cpu_clock: Callable[[], float] = process_time,
     ) -> None:
         self._queues = queues
-        self._clock = clock
-        self._last_s = clock()
+        self._clock, self._cpu_clock = clock, cpu_clock
+        self._last_s, self._last_cpu_s = clock(), cpu_clock()
         self._end_s: float | None = None  # of a standstill
         self._newest: dict[str, int] = {}  # message's number soon after it
 
-    def deaf(self) -> tuple[str, ...]:
-        """The sources that are not heard any more, once after a standstill; call it regularly."""
-        now_s = self._clock()
-        stood_still, self._last_s = now_s - self._last_s > STANDSTILL_S, now_s
-        if stood_still:
+    def check(self) -> None:
+        """Call it regularly.
+
+        Raises:
+            InputError: If sources are not heard any more, once after a standstill.
+        """
+        deaf = self._deaf()
+        if deaf:
+            raise InputError(
+                f"{', '.join(deaf)} not heard since this process stood still, though published: "
+                "the middleware delivers nothing more; start the node again (./pose up does it)"
+            )
+
+    def _deaf(self) -> tuple[str, ...]:
+        now_s, cpu_s = self._clock(), self._cpu_clock()
+        since_s, worked_s = now_s - self._last_s, cpu_s - self._last_cpu_s
+        self._last_s, self._last_cpu_s = now_s, cpu_s
+        if since_s > STANDSTILL_S and worked_s < WORKING * since_s:
             self._end_s, self._newest = now_s, {}
         if self._end_s is None or now_s < self._end_s + DRAIN_S:
             return ()
