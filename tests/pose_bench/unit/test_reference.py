@@ -23,7 +23,7 @@ from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.joint_kinematics import compute_joints
 
 MODEL = load_body_model("default")
@@ -50,7 +50,7 @@ def pose_of(dof):
 def joints_of(pose):
     """Joint positions of a filter's pose [m], shape (15, 3)."""
     levers, joints = np.zeros_like(TREE.offsets), np.empty((len(TREE.offsets), 3))
-    compute_joints(TREE.numbers, pose.position, pose.rotations, pose.slides, levers, joints)
+    compute_joints(TREE.arrays, pose.position, pose.rotations, pose.slides, levers, joints)
     return joints
 
 
@@ -132,7 +132,7 @@ def test_the_compiled_filter_equals_the_plain_one(sensors, imus, seed):
 
 def published(state, dt_s, earlier=NO_IMUS, readings=NO_IMUS):
     shapes = [(3,), (3,), (LINKS, 3, 3), (LINKS, 3), (15, 3), (3,), (LINKS, 3, 3)]
-    out = StateNumbers(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,)]))
+    out = PublishedState(*map(np.zeros, [*shapes, (2, LINKS, 3, 3), (1,)]))
     unchanged = state.copy()
     predict_published(CONSTANTS, state, dt_s, earlier, readings, TREE.parents, out)
     for one, other in zip(

@@ -7,7 +7,7 @@ from synthetic_body import MODEL
 
 from pose_core.body.kinematics import model_arrays
 from pose_core.joints import JOINTS
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.tracking_states import tracking_states
 
 POSES, LINKS = 40, len(MODEL.link_names)
@@ -22,7 +22,7 @@ def body():
 def states():
     rng = np.random.default_rng(2)
     spread = rng.normal(0.0, 0.2, (POSES, LINKS, 3, 3))
-    return StateNumbers(
+    return PublishedState(
         position=np.zeros((POSES, 3)),
         velocity=np.zeros((POSES, 3)),
         rotations=Rotation.random(POSES * LINKS, rng).as_matrix().reshape(POSES, LINKS, 3, 3),
@@ -46,7 +46,7 @@ def stddev(body, states, row, joint):
             chain, above = chain + states.covariance[row, above], int(body.parents[above])
         p = states.rotations[row, link] @ body.offsets[joint]
         variance += np.trace(chain) * (p @ p) - p @ chain @ p
-        joint = int(body.turns_about[link])
+        joint = int(body.pivot_joints[link])
         link = int(body.link_of_joint[joint]) if joint >= 0 else -1
     return np.sqrt(variance * states.scale[row, 0])
 

@@ -100,7 +100,7 @@ def model_arrays(model: BodyModel, offsets: FloatArray) -> ModelArrays:
         dof=dof,
         axes=axes,
         limits=limits,
-        turns_about=np.array(about, np.int64),
+        pivot_joints=np.array(about, np.int64),
         link_of_joint=np.array([index[model.joints[j].link] for j in JOINTS], np.int64),
         offsets=np.array(offsets, float, order="C"),
     )

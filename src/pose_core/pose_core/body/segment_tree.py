@@ -103,7 +103,7 @@ class SegmentTree:
         return all(p.direction is None for p in self.model.joints.values() if p.link == link)
 
     @cached_property
-    def numbers(self) -> BodyArrays:
+    def arrays(self) -> BodyArrays:
         """The tree as arrays for the kernels."""
         carriers = [
             np.flatnonzero(np.any(offsets != 0.0, axis=1) | self._slides_in(goes_along))

@@ -32,7 +32,7 @@ from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.joint_kinematics import Pose, compute_joints
 from pose_core.kernels.left_right_swaps import undo_swaps
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
@@ -119,7 +119,7 @@ class DefaultEstimator(StepwiseEstimator):
         """Run one filter step."""
         self._step(observation)
 
-    def update(self, observation: Observation) -> StateNumbers | None:
+    def update(self, observation: Observation) -> PublishedState | None:
         """Run one filter step; None while there is no pose, and for late frames."""
         information = self._step(observation)
         if information is None or self._state is None:
@@ -284,10 +284,10 @@ class DefaultEstimator(StepwiseEstimator):
         information: FloatArray,
         ahead_s: float = 0.0,
         readings: ImuReadings = NO_IMUS,
-    ) -> StateNumbers:
+    ) -> PublishedState:
         """The published part of a state advanced by ``ahead_s`` [s], to the readings' instant."""
         links = self._layout.links
-        published = StateNumbers(
+        published = PublishedState(
             position=np.empty(3),
             velocity=np.empty(3),
             rotations=np.empty((links, 3, 3)),

@@ -6,7 +6,7 @@ from pose_core.estimators.default import DefaultEstimator
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.stamps import NS_PER_S
 
 WARM_UP_NS = 30 * NS_PER_S  # time that the other IMUs have after the first one is aligned
@@ -25,7 +25,7 @@ class ImuEstimator(DefaultEstimator):
     )
     _is_alone = False
 
-    def update(self, observation: Observation) -> StateNumbers | None:
+    def update(self, observation: Observation) -> PublishedState | None:
         """Run one filter step; None while the filter still uses the cameras."""
         state = super().update(observation)
         return state if self._has_aligned else None

@@ -11,7 +11,7 @@ from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import TimedPose
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.stamps import NS_PER_S
 
 ORDERED_NS = NS_PER_S // 4  # frames at most this late are processed in stamp order
@@ -22,7 +22,7 @@ CHUNK_NS = NS_PER_S  # published together
 @dataclass(frozen=True, kw_only=True)
 class _Step:
     stamp_ns: int  # [ns]
-    numbers: StateNumbers  # as the filter published it
+    published: PublishedState  # as the filter published it
     filter_step: FilterStep
 
 
@@ -62,9 +62,9 @@ class SmoothedEstimator(DefaultEstimator):
         return self._publish_until(self._steps[-1].stamp_ns) if self._steps else []
 
     def _process(self, observation: Observation) -> None:
-        numbers = self.update(observation)
-        if numbers is not None:
-            self._keep(observation, numbers)
+        published = self.update(observation)
+        if published is not None:
+            self._keep(observation, published)
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         is_used = super()._predict_or_start(observation, ahead_s)
@@ -72,7 +72,7 @@ class SmoothedEstimator(DefaultEstimator):
             self._before_update = self._state.copy()
         return is_used
 
-    def _keep(self, observation: Observation, numbers: StateNumbers) -> None:
+    def _keep(self, observation: Observation, published: PublishedState) -> None:
         """Store a step; a step with a half-turn correction is not connected to the one before."""
         assert self._state is not None
         turned = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
@@ -82,7 +82,7 @@ class SmoothedEstimator(DefaultEstimator):
         self._steps.append(
             _Step(
                 stamp_ns=observation.stamp_ns,
-                numbers=numbers,
+                published=published,
                 filter_step=FilterStep(
                     dt_s=dt_ns / NS_PER_S,
                     predicted=self._before_update if follows else None,
@@ -99,7 +99,7 @@ class SmoothedEstimator(DefaultEstimator):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             step = self._steps.popleft()
-            pose = self._published(state, step.numbers.information)
-            pose = pose._replace(scale=step.numbers.scale)
+            pose = self._published(state, step.published.information)
+            pose = pose._replace(scale=step.published.scale)
             poses.append(TimedPose(stamp_ns=step.stamp_ns, pose=pose))
         return poses

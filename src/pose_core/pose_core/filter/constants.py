@@ -101,7 +101,7 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
 def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
     noise = tuning.camera
     return CameraConstants(
-        body=tree.numbers,
+        body=tree.arrays,
         capsules=make_capsules(),
         limb_ends=LIMB_ENDS,
         variance=noise.stddev**2,

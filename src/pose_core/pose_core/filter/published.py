@@ -21,7 +21,7 @@ from pose_core.filter.imu import ImuReadings
 from pose_core.filter.motion import acceleration_power, predict_mean, shared_power
 from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.joint_kinematics import Pose, compute_joints
 from pose_core.kernels.rotations import exponential, product, turn_by
 from pose_core.streams.samples import FloatArray
@@ -37,7 +37,7 @@ def predict_published(
     before: ImuReadings,
     readings: ImuReadings,
     parents: NDArray[np.int64],
-    out: StateNumbers,
+    out: PublishedState,
 ) -> None:
     """Compute the published part of a state advanced by ``dt_s`` [s]; the state does not change.
 

@@ -62,7 +62,7 @@ class _StateOutput:
         self._model = model
         no_limits = np.tile([-np.inf, np.inf], (ROOT_DOF, 1))
         self._body = OutputBody(
-            numbers=model_arrays(model, shape.offsets),
+            model=model_arrays(model, shape.offsets),
             limits=np.concatenate([no_limits, np.asarray(model.limits, float)]),
             hinges=hinges_of(SegmentTree(model, shape)),
             variance_calibration=coefficients_of(model, calibrations),
@@ -103,7 +103,7 @@ class _StateOutput:
         stamps_ns, states = block.stamps_ns, block.states
         self._output_states(self._body, stamps_ns, states, self._blending, output)
         tracking_state = np.empty((count, len(JOINTS)), np.uint8)
-        self._tracking_states(self._body.numbers, states, tracking_state)
+        self._tracking_states(self._body.model, states, tracking_state)
         # A smoothed covariance may be indefinite by rounding.
         stddev = np.sqrt(np.maximum(output.variance, 0.0))
         stddev[:, ROOT_DOF:] = np.clip(stddev[:, ROOT_DOF:], LEAST_STDDEV, LARGEST_STDDEV)

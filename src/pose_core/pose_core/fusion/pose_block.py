@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.streams.samples import FloatArray
 
@@ -29,7 +29,7 @@ class FusedPose:
     tracking_state: NDArray[np.uint8]  # (15,) best state over the sensors
 
 
-EstimatedPose: TypeAlias = FusedPose | StateNumbers
+EstimatedPose: TypeAlias = FusedPose | PublishedState
 """A pose with joint angles, or a filter's state, from which they have to be extracted."""
 
 
@@ -47,7 +47,7 @@ class StateBlock:
 
     stamps_ns: NDArray[np.int64]  # (n,) [ns]
     newest_ns: NDArray[np.int64]  # (n,) [ns] stamp of the newest sample of any source by then
-    states: StateNumbers  # n rows
+    states: PublishedState  # n rows
 
 
 PoseBlock: TypeAlias = EstimateBlock | StateBlock
@@ -65,12 +65,12 @@ def block_of_poses(
         model: The body model.
     """
     stamps_ns = np.array([each.stamp_ns for each in poses], np.int64)
-    states = [each.pose for each in poses if isinstance(each.pose, StateNumbers)]
+    states = [each.pose for each in poses if isinstance(each.pose, PublishedState)]
     if states:
         return StateBlock(
             stamps_ns=stamps_ns,
             newest_ns=np.array(newest_ns, np.int64),
-            states=StateNumbers(*map(stacked, zip(*states, strict=True))),
+            states=PublishedState(*map(stacked, zip(*states, strict=True))),
         )
     fused = [each.pose for each in poses if isinstance(each.pose, FusedPose)]
     position = stacked([each.position for each in fused])
@@ -99,7 +99,7 @@ def link_transforms(
     position: FloatArray,
     rotations: FloatArray,
     joints: FloatArray,
-    turns_about: NDArray[np.int64],
+    pivot_joints: NDArray[np.int64],
 ) -> FloatArray:
     """Transforms of the links; the origin of each is the joint that it rotates about.
 
@@ -107,7 +107,7 @@ def link_transforms(
         position: Degrees of freedom, the root's position [m] first, shape (n, d).
         rotations: ``R_map_link``, shape (n, links, 3, 3).
         joints: In map [m], shape (n, 15, 3).
-        turns_about: The joint of each link, shape (links,); −1 for the root.
+        pivot_joints: The joint of each link, shape (links,); −1 for the root.
 
     Returns:
         ``T_map_link``, shape (n, links, 4, 4).
@@ -116,7 +116,7 @@ def link_transforms(
     position, rotations = np.ascontiguousarray(position), np.ascontiguousarray(rotations)
     joints = np.ascontiguousarray(joints)
     for row, filled in enumerate(T_map_link):
-        compute_link_transforms(position[row], rotations[row], joints[row], turns_about, filled)
+        compute_link_transforms(position[row], rotations[row], joints[row], pivot_joints, filled)
     return T_map_link
 
 

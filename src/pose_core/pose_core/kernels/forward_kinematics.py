@@ -23,7 +23,7 @@ class ModelArrays(NamedTuple):
     dof: NDArray[np.int64]  # (links, 3): their place in the state
     axes: FloatArray  # (links, 3, 3): of each, in the link's axes
     limits: FloatArray  # (links, 3, 2) [rad]: of each, lower and upper
-    turns_about: NDArray[np.int64]  # (links,): the joint, −1 of the root
+    pivot_joints: NDArray[np.int64]  # (links,): the joint, −1 of the root
     link_of_joint: NDArray[np.int64]  # (joints,): the link that each joint is fixed in
     offsets: FloatArray  # (joints, 3) [m]: in that link's axes
 
@@ -70,7 +70,7 @@ def compute_fixed_joints(
     model: ModelArrays, link: int, state: FloatArray, R: FloatArray, positions: FloatArray
 ) -> None:
     """Compute the joints fixed in a link, given the position of the joint it rotates about."""
-    about = model.turns_about[link]
+    about = model.pivot_joints[link]
     origin = state[:3] if about < 0 else positions[about]
     for joint in range(len(model.offsets)):
         if model.link_of_joint[joint] == link:

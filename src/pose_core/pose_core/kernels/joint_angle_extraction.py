@@ -18,7 +18,7 @@ BEYOND = 4.0  # [-] weight of a squared violation of limits, relative to a squar
 NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a tilt, below which angles are unique
 
 
-class StateNumbers(NamedTuple):
+class PublishedState(NamedTuple):
     """The published part of a filter state; for n states, n rows of each."""
 
     position: FloatArray  # (3,) [m] of the root
@@ -181,17 +181,17 @@ def continuous_vector(vector: FloatArray, previous: FloatArray, out: FloatArray)
 
 @compiled
 def extract_pose(
-    numbers: ModelArrays,
+    model: ModelArrays,
     position: FloatArray,
     rotations: FloatArray,
-    state: StateNumbers,
+    state: PublishedState,
     previous: FloatArray,
     out: FloatArray,
 ) -> None:
     """Extract all degrees of freedom.
 
     Args:
-        numbers: The body model.
+        model: The body model.
         position: Published position of the root, (3,) [m].
         rotations: Published ``R_map_link``, (links, 3, 3).
         state: Rates, covariance and information.
@@ -199,10 +199,10 @@ def extract_pose(
         out: (5, d): values, rates, variances, then each source's information.
     """
     work = make_workspace()
-    extract_root(numbers, position, rotations, state, previous, work, out)
-    for link in range(len(numbers.parents)):
-        if numbers.parents[link] >= 0:
-            extract_link(numbers, link, rotations, state, previous, work, out)
+    extract_root(model, position, rotations, state, previous, work, out)
+    for link in range(len(model.parents)):
+        if model.parents[link] >= 0:
+            extract_link(model, link, rotations, state, previous, work, out)
 
 
 class Workspace(NamedTuple):
@@ -239,10 +239,10 @@ def make_workspace() -> Workspace:
 
 @compiled_in_place
 def extract_root(
-    numbers: ModelArrays,
+    model: ModelArrays,
     position: FloatArray,
     rotations: FloatArray,
-    state: StateNumbers,
+    state: PublishedState,
     previous: FloatArray,
     work: Workspace,
     out: FloatArray,
@@ -251,8 +251,8 @@ def extract_root(
     for axis in range(3):
         out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
         out[2, axis] = state.place_variance[axis]
-    for link in range(len(numbers.parents)):
-        if numbers.parents[link] >= 0:
+    for link in range(len(model.parents)):
+        if model.parents[link] >= 0:
             continue
         logarithm(rotations[link], work.vector)
         continuous_vector(work.vector, previous[3:6], out[0, 3:6])
@@ -267,23 +267,23 @@ def extract_root(
 
 @compiled_in_place
 def extract_link(
-    numbers: ModelArrays,
+    model: ModelArrays,
     link: int,
     rotations: FloatArray,
-    state: StateNumbers,
+    state: PublishedState,
     previous: FloatArray,
     work: Workspace,
     out: FloatArray,
 ) -> None:
     """Extract one link's degrees of freedom; see :func:`extract_pose`."""
-    count, parent = numbers.dof_count[link], numbers.parents[link]
-    dof, axes = numbers.dof[link, :count], numbers.axes[link, :count]
+    count, parent = model.dof_count[link], model.parents[link]
+    dof, axes = model.dof[link, :count], model.axes[link, :count]
     signs, before, angles = work.signs[:count], work.before[:count], work.angles[:count]
     A, rates, inverted = work.axes[:count], work.rates[:count], work.inverse[:count]
     for k in range(count):
         signs[k], before[k] = axes[k, 0] + axes[k, 1] + axes[k, 2], previous[dof[k]]
     transposed_product(rotations[parent], rotations[link], work.relative)
-    link_angles(work.relative, signs, numbers.limits[link, :count], before, angles)
+    link_angles(work.relative, signs, model.limits[link, :count], before, angles)
     moved_axes(rotations[parent], axes, angles, A)
     for axis in range(3):
         work.omega[axis, 0] = state.rates[link, axis] - state.rates[parent, axis]

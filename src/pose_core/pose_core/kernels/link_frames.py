@@ -26,7 +26,7 @@ def compute_link_transforms(
     position: FloatArray,
     rotations: FloatArray,
     joints: FloatArray,
-    turns_about: NDArray[np.int64],
+    pivot_joints: NDArray[np.int64],
     T_map_link: FloatArray,
 ) -> None:
     """Compute the links' transforms: the origin is the joint that a link rotates about.
@@ -35,11 +35,11 @@ def compute_link_transforms(
         position: Of the root [m], (3,).
         rotations: ``R_map_link``, (links, 3, 3).
         joints: In map, (15, 3) [m].
-        turns_about: The joint of each link, (links,); −1 of the root.
+        pivot_joints: The joint of each link, (links,); −1 of the root.
         T_map_link: Filled, (links, 4, 4).
     """
     for link in range(len(rotations)):
-        T, joint = T_map_link[link], turns_about[link]
+        T, joint = T_map_link[link], pivot_joints[link]
         for i in range(3):
             for k in range(3):
                 T[i, k] = rotations[link, i, k]

@@ -9,7 +9,7 @@ from pose_core.kernels.axial_rotation import Hinges, turn_into_hinge_planes
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
 from pose_core.kernels.joint_angle_extraction import (
-    StateNumbers,
+    PublishedState,
     continuous_vector,
     extract_pose,
 )
@@ -24,7 +24,7 @@ NOTHING = 1e-6  # [1/rad²] lower bound of the information that counts
 class OutputBody(NamedTuple):
     """Constants for publishing one body's poses."""
 
-    numbers: ModelArrays
+    model: ModelArrays
     limits: FloatArray  # (d, 2) [rad] of the degrees of freedom; infinite for the root
     hinges: Hinges
     variance_calibration: FloatArray  # see :func:`published_variance`
@@ -49,7 +49,7 @@ class PoseOutput(NamedTuple):
 def output_states(
     body: OutputBody,
     stamps_ns: NDArray[np.int64],
-    states: StateNumbers,
+    states: PublishedState,
     blending: Blending,
     output: PoseOutput,
 ) -> None:
@@ -65,7 +65,7 @@ def output_states(
     of_dof = np.empty((5, len(blending.position)))
     rotations = np.empty(states.rotations.shape[1:])
     for n in range(len(states.position)):
-        state = StateNumbers(
+        state = PublishedState(
             states.position[n],
             states.velocity[n],
             states.rotations[n],
@@ -78,7 +78,7 @@ def output_states(
         )
         rotations[:] = state.rotations
         turn_into_hinge_planes(rotations, body.hinges)
-        extract_pose(body.numbers, state.position, rotations, state, blending.position, of_dof)
+        extract_pose(body.model, state.position, rotations, state, blending.position, of_dof)
         share_out(of_dof[3:], NOTHING, of_dof[3:], output.source[n])
         blend(body, int(stamps_ns[n]), rotations[0], blending, of_dof, output.is_known[n])
         published_variance(
@@ -93,7 +93,7 @@ def output_states(
         move_along(state, blending, output.joints[n])
         output.weight_kinect[n], output.weight_imu[n] = of_dof[3], of_dof[4]
         compute_links(
-            body.numbers,
+            body.model,
             np.eye(3),
             blending.position.reshape((1, -1)),
             rotations.reshape((1, len(rotations), 3, 3)),
@@ -103,7 +103,7 @@ def output_states(
             blending.position,
             rotations,
             output.placed_joints[n],
-            body.numbers.turns_about,
+            body.model.pivot_joints,
             output.T_map_link[n],
         )
 
@@ -172,7 +172,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
 
 
 @compiled
-def move_along(state: StateNumbers, blending: Blending, joints: FloatArray) -> None:
+def move_along(state: PublishedState, blending: Blending, joints: FloatArray) -> None:
     """The filter's joints, (joints, 3), moved with the root from its pose to the published one."""
     turn = np.empty((3, 3))
     product_transposed(blending.R_map_root, state.rotations[0], turn)

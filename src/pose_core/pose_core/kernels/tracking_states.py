@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.forward_kinematics import ModelArrays
-from pose_core.kernels.joint_angle_extraction import StateNumbers
+from pose_core.kernels.joint_angle_extraction import PublishedState
 
 TRACKED_STDDEV = 0.25  # [m] bound for TRACKED, over the three axes
 INFERRED_STDDEV = 0.60  # [m] bound for INFERRED, over the three axes
@@ -24,7 +24,7 @@ TRACKED, INFERRED, NOT_TRACKED = (
 
 
 @compiled
-def tracking_states(model: ModelArrays, states: StateNumbers, out: NDArray[np.uint8]) -> None:
+def tracking_states(model: ModelArrays, states: PublishedState, out: NDArray[np.uint8]) -> None:
     """Determine the tracking states of n poses; TRACKED requires a measurement.
 
     Args:
@@ -37,7 +37,7 @@ def tracking_states(model: ModelArrays, states: StateNumbers, out: NDArray[np.ui
     p = np.empty(3)
     for row in range(len(out)):
         for link in range(links):
-            C, parent, about = absolute[link], model.parents[link], model.turns_about[link]
+            C, parent, about = absolute[link], model.parents[link], model.pivot_joints[link]
             information = trace = 0.0
             for i in range(3):
                 for k in range(3):
