@@ -1,6 +1,6 @@
 """Parameters of the node, declared once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from imu_bridge.filters import FILTERS
 from imu_bridge.filters.orientation_filter import MAGNETOMETER_MODES, FilterSettings
@@ -44,13 +44,13 @@ class ImuBridgeParameters:
         "while the field looks like the earth's; `on`: always; `off`: never",
     )
     acceleration_tau: float = parameter(
-        FilterSettings.acceleration_tau_s,
+        FilterSettings.acceleration_tau,
         unit="s",
         limits=(0.05, 60.0),
         doc="`vqf`: time constant of the correction of the inclination",
     )
     magnetometer_tau: float = parameter(
-        FilterSettings.magnetometer_tau_s,
+        FilterSettings.magnetometer_tau,
         unit="s",
         limits=(0.05, 600.0),
         doc="`vqf`: time constant of the correction of the heading",
@@ -67,7 +67,7 @@ class ImuBridgeParameters:
         doc="`imufusion`: gain of the accelerometer and magnetometer",
     )
     gyro_bias_window: float = parameter(
-        FilterSettings.bias_window_s,
+        FilterSettings.gyro_bias_window,
         unit="s",
         limits=(0.0, 60.0),
         doc="time at rest after which the gyroscope's bias is estimated; 0: no estimate",
@@ -105,13 +105,5 @@ class ImuBridgeParameters:
 
     def filter_settings(self) -> FilterSettings:
         """The settings of the filters."""
-        return FilterSettings(
-            magnetometer=self.magnetometer,
-            beta=self.beta,
-            gain=self.gain,
-            acceleration_tau_s=self.acceleration_tau,
-            magnetometer_tau_s=self.magnetometer_tau,
-            bias_window_s=self.gyro_bias_window,
-            heading_stddev=self.heading_stddev,
-            heading_drift=self.heading_drift,
-        )
+        names = (field.name for field in fields(FilterSettings))
+        return FilterSettings(**{name: getattr(self, name) for name in names})

@@ -38,7 +38,7 @@ class ViewAgreement:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Steadiness(Stability):
+class MethodStability(Stability):
     """Constancy of a method's bone lengths and smoothness of its joints."""
 
     frames: int  # [-]
@@ -57,7 +57,7 @@ class Agreement:
     """Figures of a recording without a reference."""
 
     views: tuple[ViewAgreement, ...]  # every pair of sensors
-    steadiness: Mapping[str, Steadiness]  # by method: each sensor, mean, fused
+    stability: Mapping[str, MethodStability]  # by method: each sensor, mean, fused
 
 
 def measure_agreement(
@@ -77,7 +77,7 @@ def measure_agreement(
     )
     return Agreement(
         views=views,
-        steadiness={name: measure_steadiness(series) for name, series in methods.items()},
+        stability={name: measure_stability(series) for name, series in methods.items()},
     )
 
 
@@ -138,11 +138,11 @@ def angle_differences_deg(angles: Mapping[str, AngleSeries]) -> dict[tuple[str, 
     return differences
 
 
-def measure_steadiness(series: SkeletonSeries) -> Steadiness:
+def measure_stability(series: SkeletonSeries) -> MethodStability:
     """Compute the figures of one method."""
     steps_s = np.diff(series.stamps_ns) * 1e-9
     gaps = steps_s[steps_s > GAP_S]
-    return Steadiness(
+    return MethodStability(
         frames=len(series),
         gaps=len(gaps),
         longest_gap_s=float(gaps.max()) if len(gaps) else 0.0,

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import SIDES
-from pose_evaluation.agreement import Agreement, Steadiness, ViewAgreement
+from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
 from pose_evaluation.scores import Evaluation, MethodScores
 from pose_evaluation.table import (
     Cell,
@@ -119,10 +119,10 @@ def view_tables(agreement: Agreement) -> list[Table]:
     return [distance, *(_difference_table(view) for view in agreement.views)]
 
 
-def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
+def stability_table(stability: Mapping[str, MethodStability]) -> Table:
     """Frames, gaps, bones and jerk of every method."""
     return Table(
-        caption="Steadiness of each method",
+        caption="Stability of each method",
         head="method",
         columns=(
             "frames",
@@ -142,7 +142,7 @@ def steadiness_table(steadiness: Mapping[str, Steadiness]) -> Table:
                 number(each.mean_bone_cv_percent, 1),
                 number(each.mean_jerk, 0),
             )
-            for name, each in steadiness.items()
+            for name, each in stability.items()
         ),
         note="The bones of li2020 and zhang2015 are constant by construction; the default lets "
         "shoulders, hips, knees and feet slide.",
@@ -183,7 +183,7 @@ def agreement_csv(agreement: Agreement, *, synthetic: bool = False) -> str:
         rows.append((pair, "distance_best_rigid", "", view.best_rigid_cm, "cm"))
         for angle, difference in view.angle_difference_deg.items():
             rows.append((pair, "rms_difference", angle, difference, "deg"))
-    for name, each in agreement.steadiness.items():
+    for name, each in agreement.stability.items():
         rows.append((name, "frames", "", each.frames, "-"))
         rows.append((name, "gaps", "", each.gaps, "-"))
         rows.append((name, "longest_gap", "", each.longest_gap_s, "s"))

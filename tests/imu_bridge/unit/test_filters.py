@@ -112,7 +112,7 @@ def test_a_turn_that_begins_slowly_does_not_count_as_bias(rest_s: float):
 
 @pytest.mark.parametrize("name", REAL)
 def test_without_a_window_of_rest_no_bias_is_estimated(name: str):
-    bench = Bench(name, bias_window_s=0.0)
+    bench = Bench(name, gyro_bias_window=0.0)
     for _ in range(600):
         bench.step(bias=np.radians([0.5, 0.0, 0.0]))
     assert not bench.filter.bias.any()
@@ -195,7 +195,7 @@ def test_a_reset_sensor_keeps_its_bias_and_not_its_orientation(name: str):
 
 
 def test_vqf_integrates_over_samples_that_were_lost():
-    bench = Bench("vqf", magnetometer="off", bias_window_s=0.0)
+    bench = Bench("vqf", magnetometer="off", gyro_bias_window=0.0)
     for _ in range(100):
         bench.step([0.0, 0.0, 1.0])
     q = bench.step([0.0, 0.0, 1.0], dt=0.25)  # 24 samples are missing

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.body.joint_angles import ANGLES
 from pose_core.joints import JOINT_INDEX
-from pose_evaluation.agreement import measure_agreement, measure_steadiness
+from pose_evaluation.agreement import measure_agreement, measure_stability
 
 TURN = Rotation.from_rotvec([0.0, 0.0, 0.4]).as_matrix()
 
@@ -78,7 +78,7 @@ def test_fused_and_mean_are_methods_not_views(views):
     views["mean"] = views["fused"] = views["left"]
     agreement = measure_agreement(views, {})
     assert len(agreement.views) == 1
-    assert set(agreement.steadiness) == {"left", "right", "mean", "fused"}
+    assert set(agreement.stability) == {"left", "right", "mean", "fused"}
 
 
 def test_a_silence_is_a_gap_and_a_dropped_frame_is_not():
@@ -91,14 +91,14 @@ def test_a_silence_is_a_gap_and_a_dropped_frame_is_not():
         positions=series.positions[keep],
         tracking_state=series.tracking_state[keep],
     )
-    steadiness = measure_steadiness(thinned)
-    assert steadiness.gaps == 1
-    assert steadiness.longest_gap_s == pytest.approx(16 / 30.0, abs=0.001)
+    stability = measure_stability(thinned)
+    assert stability.gaps == 1
+    assert stability.longest_gap_s == pytest.approx(16 / 30.0, abs=0.001)
 
 
 def test_a_stretched_bone_shows_in_its_variation():
     series = motion(rate=30.0)
     series.positions[::2, JOINT_INDEX["head"], 2] += 0.02
-    steadiness = measure_steadiness(series)
-    assert steadiness.bone_sd_mm["neck"] == pytest.approx(10.0, rel=0.01)
-    assert steadiness.bone_sd_mm["left_thigh"] == pytest.approx(0.0, abs=1e-6)
+    stability = measure_stability(series)
+    assert stability.bone_sd_mm["neck"] == pytest.approx(10.0, rel=0.01)
+    assert stability.bone_sd_mm["left_thigh"] == pytest.approx(0.0, abs=1e-6)

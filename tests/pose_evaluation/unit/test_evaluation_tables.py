@@ -13,7 +13,7 @@ from pose_evaluation.tables import (
     agreement_csv,
     evaluation_csv,
     evaluation_table,
-    steadiness_table,
+    stability_table,
     view_tables,
 )
 
@@ -34,7 +34,7 @@ def shown(*tables, width=80):
 
 
 def agreement_tables(agreement):
-    return [*view_tables(agreement), steadiness_table(agreement.steadiness)]
+    return [*view_tables(agreement), stability_table(agreement.stability)]
 
 
 def rows(text):

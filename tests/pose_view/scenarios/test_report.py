@@ -110,7 +110,7 @@ def test_the_page_has_every_part(page):
         "Sources",
         "Pitch, yaw and roll of the limbs",
         "Path of the right knee",
-        "Steadiness",
+        "Stability",
         "How it was measured",
     ]
 

@@ -72,7 +72,7 @@ def test_one_sensor_has_a_report_too(one):
     assert list(recording.methods) == ["left", "joint_kf"]
     analysis = analyse(recording, None)
     assert view_tables(analysis.agreement) == []
-    assert set(analysis.steadiness) == {"left", "joint_kf"}
+    assert set(analysis.stability) == {"left", "joint_kf"}
 
 
 def test_a_bag_without_a_camera_is_refused_with_what_it_holds(tmp_path):

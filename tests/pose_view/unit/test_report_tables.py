@@ -17,7 +17,7 @@ from pose_evaluation.table import (
 from pose_evaluation.uncertainty import Coverage
 from pose_view.report.tables.accuracy import accuracy_tables, coverage_table, overview_table
 from pose_view.report.tables.motion import peak_table, symmetry_table
-from pose_view.report.tables.steadiness import source_table, timing_table
+from pose_view.report.tables.stability import source_table, timing_table
 
 
 def scores(name, rmse, r=0.9, bias=0.0, error_mm=20.0):

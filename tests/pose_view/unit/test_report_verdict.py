@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pose_core.api import ANGLES
-from pose_evaluation.agreement import Agreement, Steadiness, ViewAgreement
+from pose_evaluation.agreement import Agreement, MethodStability, ViewAgreement
 from pose_evaluation.table import Table, number_row
 from pose_view.report.page.page import verdict
 from pose_view.report.page.section import Section
@@ -22,7 +22,7 @@ VIEW = ViewAgreement(
     best_rigid_cm=3.5,
     angle_difference_deg=dict.fromkeys(ANGLES, 10.0),
 )
-STEADY = Steadiness(
+STEADY = MethodStability(
     frames=900,
     gaps=0,
     longest_gap_s=0.1,
@@ -35,10 +35,10 @@ STEADY = Steadiness(
 class Analysis:
     """What the verdict reads of one."""
 
-    def __init__(self, *views, steadiness=STEADY, segments=("pelvis",), placed=True):
+    def __init__(self, *views, stability=STEADY, segments=("pelvis",), placed=True):
         self.compared = None
-        self.agreement = Agreement(views=views, steadiness={})
-        self.steadiness = {"default": steadiness}
+        self.agreement = Agreement(views=views, stability={})
+        self.stability = {"default": stability}
         sensors = ("left", "right") if views else ("left",)
         self.recording = Recording(
             name="walk",
@@ -67,7 +67,7 @@ def test_the_summary_has_accuracy_agreement_and_a_recommendation():
     [
         (Analysis(replace(VIEW, calibrated_cm=np.nan), placed=False), "Calibrate (./pose"),
         (Analysis(replace(VIEW, calibrated_cm=12.0)), "Calibrate again"),
-        (Analysis(VIEW, steadiness=replace(STEADY, longest_gap_s=4.0)), "Keep the whole person"),
+        (Analysis(VIEW, stability=replace(STEADY, longest_gap_s=4.0)), "Keep the whole person"),
         (Analysis(replace(VIEW, calibrated_cm=11.0, best_rigid_cm=10.0)), "Look at the cameras"),
         (Analysis(VIEW, segments=()), "Nothing has to be done; worn IMUs"),
         (Analysis(), "Nothing has to be done."),

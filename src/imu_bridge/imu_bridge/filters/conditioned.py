@@ -29,7 +29,7 @@ class ConditionedFilter(ABC):
         self.rejected: NDArray[np.int64] = np.zeros(count, dtype=int)
         self._mode = settings.magnetometer
         self._offered = OfferedField(count, self._mode)
-        self._bias = RestBiasEstimator(count, settings.bias_window_s)
+        self._bias = RestBiasEstimator(count, settings.gyro_bias_window)
         self._field = FieldCheck(count)
         self._heading = HeadingUncertainty(count, settings.heading_stddev, settings.heading_drift)
         self.bias = self._bias.bias

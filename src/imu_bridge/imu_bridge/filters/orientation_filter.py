@@ -22,9 +22,9 @@ class FilterSettings:
     magnetometer: str = "auto"  # one of MAGNETOMETER_MODES
     beta: float = 0.1  # [rad/s] Madgwick's gain
     gain: float = 0.1  # [-] imufusion's gain
-    acceleration_tau_s: float = 1.5  # [s] VQF's low-pass on the acceleration
-    magnetometer_tau_s: float = 10.0  # [s] VQF's time constant of the heading
-    bias_window_s: float = 2.0  # [s] of rest to estimate the gyroscope's bias; 0: no estimation
+    acceleration_tau: float = 1.5  # [s] VQF's low-pass on the acceleration
+    magnetometer_tau: float = 10.0  # [s] VQF's time constant of the heading
+    gyro_bias_window: float = 2.0  # [s] of rest to estimate the gyroscope's bias; 0: no estimation
     heading_stddev: float = 0.12  # [rad] while an undisturbed field corrects the heading
     heading_drift: float = 0.002  # [rad/s] its growth otherwise
 

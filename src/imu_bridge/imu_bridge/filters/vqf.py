@@ -117,13 +117,13 @@ class VqfOrientation:
         s = self._settings
         vqf = VQF(
             period_s,
-            tauAcc=s.acceleration_tau_s,
-            tauMag=s.magnetometer_tau_s,
+            tauAcc=s.acceleration_tau,
+            tauMag=s.magnetometer_tau,
             magDistRejectionEnabled=s.magnetometer != "on",
-            motionBiasEstEnabled=s.bias_window_s > 0.0 and not self.rests[i],
-            restBiasEstEnabled=s.bias_window_s > 0.0,
+            motionBiasEstEnabled=s.gyro_bias_window > 0.0 and not self.rests[i],
+            restBiasEstEnabled=s.gyro_bias_window > 0.0,
             biasClip=float(np.degrees(REST_RATE_MEAN)),
-            restMinT=s.bias_window_s if s.bias_window_s > 0.0 else 1.5,
+            restMinT=s.gyro_bias_window if s.gyro_bias_window > 0.0 else 1.5,
         )
         stddev = KNOWN_BIAS_STDDEV if self.rests[i] else NEW_BIAS_STDDEV
         vqf.setBiasEstimate(np.ascontiguousarray(self.bias[i]), stddev)  # kept across a reset
@@ -134,7 +134,7 @@ class VqfOrientation:
 
     def _look(self, i: int, sensor: _Sensor) -> None:
         """Read bias, rest and disturbance from the filter."""
-        if self._settings.bias_window_s <= 0.0:
+        if self._settings.gyro_bias_window <= 0.0:
             return
         resting = bool(sensor.vqf.getRestDetected())
         if sensor.was_resting and not resting:

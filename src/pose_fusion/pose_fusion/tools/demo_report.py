@@ -23,7 +23,7 @@ from pose_evaluation.tables import (
     agreement_csv,
     evaluation_csv,
     evaluation_table,
-    steadiness_table,
+    stability_table,
     view_tables,
 )
 from pose_fusion.tools.demo_processes import DemoRun, GraphError
@@ -103,7 +103,7 @@ def report_recording(run: DemoRun, console: Console) -> None:
     with open_bag(run.bag) as bag:
         methods = _methods(bag, run)
         agreement = measure_agreement(methods, read_extrinsics(bag))
-        for table in (*view_tables(agreement), steadiness_table(agreement.steadiness)):
+        for table in (*view_tables(agreement), stability_table(agreement.stability)):
             console.print()
             console.print(table.terminal())
         (run.folder / "agreement.csv").write_text(agreement_csv(agreement))

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pose_core.api import AngleSeries, SkeletonSeries, angle_series
 from pose_evaluation.agreement import (
     Agreement,
-    Steadiness,
+    MethodStability,
     measure_agreement,
-    measure_steadiness,
+    measure_stability,
 )
 from pose_evaluation.gait_cycles import CycleCurve, Cycles, cycle_curves, find_cycles
 from pose_evaluation.range_of_motion import AngleRange, ranges_of_motion
@@ -50,7 +50,7 @@ class Analysis:
     angles: Mapping[str, AngleSeries]  # by method, and the reference's
     compared: Compared | None  # None without a reference
     agreement: Agreement  # of the sensors
-    steadiness: Mapping[str, Steadiness]  # by method
+    stability: Mapping[str, MethodStability]  # by method
     ranges: Mapping[str, Mapping[str, AngleRange]]  # by method, by angle
     cycles: Mapping[str, Cycles]  # by side
     cycles_of: str  # the method whose angles determine the cycles
@@ -81,7 +81,7 @@ def analyse(recording: Recording, reference: Reference | None) -> Analysis:
         angles=angles,
         compared=compared,
         agreement=measure_agreement(recording.views, recording.T_map_sensor),
-        steadiness={name: measure_steadiness(each) for name, each in recording.methods.items()},
+        stability={name: measure_stability(each) for name, each in recording.methods.items()},
         ranges={name: ranges_of_motion(each, recording.begin_ns) for name, each in angles.items()},
         cycles=cycles,
         cycles_of=cycles_of,

@@ -102,7 +102,7 @@ def _what_to_do(analysis: Analysis, view: ViewAgreement | None) -> str:
             f"Calibrate again (./pose calibrate): the views could agree to "
             f"{view.best_rigid_cm:.1f} cm, so a camera has been moved, or its clock is off."
         )
-    gap_s = analysis.steadiness[recording.focus].longest_gap_s
+    gap_s = analysis.stability[recording.focus].longest_gap_s
     if gap_s > LONG_GAP_S:
         return (
             f"Keep the whole person in view: {method_label(recording.focus)} has gaps of up to "

@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from pose_evaluation.gait_cycles import Cycles
 from pose_evaluation.table import Table
-from pose_evaluation.tables import method_label, readable, steadiness_table, view_tables
+from pose_evaluation.tables import method_label, readable, stability_table, view_tables
 from pose_view.report.analysis import REFERENCE, Analysis
 from pose_view.report.figures.agreement import (
     SOURCE_COLOURS,
@@ -36,7 +36,7 @@ from pose_view.report.tables.motion import (
     range_table,
     symmetry_table,
 )
-from pose_view.report.tables.steadiness import (
+from pose_view.report.tables.stability import (
     SOURCE_NAMES,
     bone_table,
     jerk_table,
@@ -68,7 +68,7 @@ def sections(analysis: Analysis, joint: str) -> list[Section]:
     parts.append(_cycles(analysis))
     if analysis.recording.estimates:
         parts += [_uncertainty(analysis), _sources(analysis)]
-    parts += [_attitudes(analysis), _joint(analysis, joint), _steadiness(analysis)]
+    parts += [_attitudes(analysis), _joint(analysis, joint), _stability(analysis)]
     return without_empty(parts)
 
 
@@ -180,10 +180,10 @@ def _joint(analysis: Analysis, joint: str) -> Section:
     )
 
 
-def _steadiness(analysis: Analysis) -> Section:
-    blocks: list[Block] = [steadiness_table(analysis.steadiness)]
+def _stability(analysis: Analysis) -> Section:
+    blocks: list[Block] = [stability_table(analysis.stability)]
     if analysis.recording.estimates:
         blocks.append(timing_table(analysis.recording.estimates))
-    blocks += [bone_figures(analysis), bone_table(analysis.steadiness)]
-    blocks.append(jerk_table(analysis.steadiness))
-    return Section(anchor="steadiness", title="Steadiness", blocks=blocks, has_methods=True)
+    blocks += [bone_figures(analysis), bone_table(analysis.stability)]
+    blocks.append(jerk_table(analysis.stability))
+    return Section(anchor="stability", title="Stability", blocks=blocks, has_methods=True)

@@ -7,7 +7,7 @@ import numpy as np
 from pose_core.api import AngleSeries, EstimateSeries, Source
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINTS
-from pose_evaluation.agreement import Steadiness, angle_differences_deg
+from pose_evaluation.agreement import MethodStability, angle_differences_deg
 from pose_evaluation.stability import BONES
 from pose_evaluation.table import (
     Table,
@@ -43,24 +43,24 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
     )
 
 
-def bone_table(steadiness: Mapping[str, Steadiness]) -> Table:
+def bone_table(stability: Mapping[str, MethodStability]) -> Table:
     """Standard deviation of each bone's length."""
     return _by_part(
         "Standard deviation of the bones' lengths [mm]",
         "bone",
         tuple(BONES),
-        {name: each.bone_sd_mm for name, each in steadiness.items()},
+        {name: each.bone_sd_mm for name, each in stability.items()},
         digits=1,
     )
 
 
-def jerk_table(steadiness: Mapping[str, Steadiness]) -> Table:
+def jerk_table(stability: Mapping[str, MethodStability]) -> Table:
     """RMS jerk of each joint."""
     return _by_part(
         "RMS jerk of the joints [m/s³], at 30 Hz",
         "joint",
         JOINTS,
-        {name: each.jerk for name, each in steadiness.items()},
+        {name: each.jerk for name, each in stability.items()},
         digits=0,
     )
 
