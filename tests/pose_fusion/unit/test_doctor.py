@@ -50,6 +50,13 @@ def test_missing_shared_memory_is_an_error_with_a_remedy_for_containers(tmp_path
     assert shared_memory_finding(tmp_path).verdict is Verdict.OK
 
 
+def test_a_file_that_a_leaving_participant_takes_away_is_not_counted(tmp_path):
+    (tmp_path / "fastdds_gone").symlink_to(tmp_path / "nowhere")
+    finding = shared_memory_finding(tmp_path)
+    assert finding.verdict is Verdict.OK
+    assert "0 Fast DDS files" in finding.found
+
+
 @pytest.mark.parametrize(
     ("domain", "verdict"),
     [("", Verdict.OK), ("42", Verdict.OK), ("200", Verdict.WRONG), ("mine", Verdict.WRONG)],

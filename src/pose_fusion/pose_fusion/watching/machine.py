@@ -5,6 +5,7 @@ import shutil
 import socket
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from pose_fusion.watching.findings import Area, Finding
@@ -77,15 +78,23 @@ def shared_memory_finding(folder: Path) -> Finding:
     if free_mb < LEAST_SHARED_MB:
         remedy = f"remove old {folder}/fastrtps_* files, or enlarge it (containers: --shm-size)"
         return MACHINE.wrong("shared memory", f"{free_mb:.0f} MB are free", remedy)
-    files = [path for pattern in FASTDDS_FILES for path in folder.glob(pattern)]
-    theirs = [path for path in files if path.stat().st_uid != os.getuid()]
+    owners = list(_owners_of_fastdds_files(folder))
+    theirs = sum(owner != os.getuid() for owner in owners)
     if theirs and os.getuid() != 0:
         return MACHINE.note(
             "shared memory",
-            f"{len(theirs)} Fast DDS files belong to other users",
+            f"{theirs} Fast DDS files belong to other users",
             "run all nodes as one user; otherwise they cannot communicate",
         )
-    return MACHINE.ok("shared memory", f"{free_mb:.0f} MB are free, {len(files)} Fast DDS files")
+    return MACHINE.ok("shared memory", f"{free_mb:.0f} MB are free, {len(owners)} Fast DDS files")
+
+
+def _owners_of_fastdds_files(folder: Path) -> Iterator[int]:
+    """The user's number for each file; a participant that leaves takes its files away."""
+    for pattern in FASTDDS_FILES:
+        for path in folder.glob(pattern):
+            with suppress(FileNotFoundError):
+                yield path.stat().st_uid
 
 
 def domain_finding(environment: Mapping[str, str]) -> Finding:
