@@ -145,3 +145,27 @@ def test_a_signal_interrupts_a_compilation_in_a_callback(start_process, number):
 
     assert process.wait() == 0
     assert process.output.split() == ["compiling"]
+
+
+ENDED_MEANWHILE = """
+import rclpy
+from pose_node.nodes.running import run_node
+
+def make():
+    raise KeyboardInterrupt
+
+def late():
+    context = rclpy.get_default_context()
+    context.shutdown()  # as the signal handler's thread does between the question and the call
+    context.shutdown()
+
+rclpy.try_shutdown = late
+run_node(make)
+"""
+
+
+def test_a_context_that_the_signal_handler_ends_first_is_no_error(start_process):
+    process = start_process([sys.executable, "-c", ENDED_MEANWHILE])
+
+    assert process.wait() == 0
+    assert process.output == ""

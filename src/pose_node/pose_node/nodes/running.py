@@ -68,7 +68,7 @@ def node_of_tool(make_node: Callable[[], N]) -> Iterator[tuple[N, Executor]]:
         executor.shutdown()
         if node is not None:
             node.destroy_node()
-        rclpy.try_shutdown()
+        _end_ros()
 
 
 def _init(args: Sequence[str] | None) -> int:
@@ -80,6 +80,15 @@ def _init(args: Sequence[str] | None) -> int:
         print(f"error: {reason}", file=sys.stderr)
         return 1
     return 0
+
+
+def _end_ros() -> None:
+    """End the context, if the thread of rclpy's signal handler does not end it at this moment."""
+    try:
+        rclpy.try_shutdown()
+    except RCLError:
+        if rclpy.ok():
+            raise
 
 
 def _spin_to_end(make_node: Callable[[], Node], interrupt: Interrupt) -> int:
@@ -117,5 +126,5 @@ def _spin_to_end(make_node: Callable[[], Node], interrupt: Interrupt) -> int:
         # Left to the interpreter's end, it may go after its own guard conditions, and complain.
         if executor is not None:
             executor.shutdown()
-        rclpy.try_shutdown()
+        _end_ros()
     return status
