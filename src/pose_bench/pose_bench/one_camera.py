@@ -17,7 +17,7 @@ from pose_core.api import (
     series_from_samples,
 )
 from pose_io.recordings.recording import SensorStream
-from pose_io.samples import samples_of_stream
+from pose_io.recordings.stream_frames import samples_of_stream
 
 CAMERA = "camera"
 RAW = "raw"

@@ -24,7 +24,7 @@ from pose_core.api import (
     extrinsics_from_map,
 )
 from pose_core.joints import JOINTS, TrackingState
-from pose_io.samples import frames_of_stream
+from pose_io.recordings.stream_frames import frames_of_stream
 from pose_sim.angles import true_joint_angles
 from pose_sim.motion import GRID_RATE
 from pose_sim.session import Session, make_session, settings_of

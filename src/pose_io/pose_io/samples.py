@@ -1,6 +1,5 @@
 """Samples of a recording of any kind: a bag, or skeletons in a text file."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -9,8 +8,7 @@ from pose_core.api import ChosenPerson, ImuBlock, SkeletonSample
 from pose_io.bag_samples import BagSamples
 from pose_io.bags import BAG_SUFFIXES, open_bag
 from pose_io.recordings.formats import AUTO, read_recording
-from pose_io.recordings.recording import SensorStream
-from pose_io.recordings.timeline import make_timeline
+from pose_io.recordings.stream_frames import samples_of_stream
 from pose_io.topics import sensor_topics
 
 
@@ -45,26 +43,3 @@ def read_samples(path: Path | str, format_name: str = AUTO) -> RecordedSamples:
         sensors=tuple(each.name for each in streams),
         samples=tuple(sorted(skeletons, key=attrgetter("stamp_ns"))),
     )
-
-
-def samples_of_stream(stream: SensorStream, chosen: ChosenPerson) -> list[SkeletonSample]:
-    """One person's samples from a recorded sensor, stamped as by ``kinect_bridge``."""
-    frames = frames_of_stream(stream)
-    return [one for _, _, persons in frames for one in chosen.select(persons)]
-
-
-def frames_of_stream(stream: SensorStream) -> Iterator[tuple[int, int, list[SkeletonSample]]]:
-    """Index, stamp [ns] as by ``kinect_bridge``, and persons of each frame."""
-    timeline = make_timeline(stream)
-    for frame, stamp_ns in zip(timeline.frame.tolist(), timeline.time_ns.tolist(), strict=True):
-        persons = [
-            SkeletonSample(
-                stamp_ns=stamp_ns,
-                sensor=stream.name,
-                person=stream.person[row],
-                positions=stream.positions[row],
-                tracking_state=stream.tracking_state[row],
-            )
-            for row in stream.rows(frame)
-        ]
-        yield frame, stamp_ns, persons

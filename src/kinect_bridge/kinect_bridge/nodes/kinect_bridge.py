@@ -12,7 +12,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profi
 
 from kinect_bridge.conversions import to_skeleton_array
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources import make_source
+from kinect_bridge.selected_source import make_source
 from kinect_bridge.sources.source import SkeletonFrame, SkeletonSource, Topic
 from pose_core.counters import Counters
 from pose_core.errors import InputError

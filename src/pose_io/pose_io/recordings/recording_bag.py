@@ -14,7 +14,7 @@ from pose_core.stamps import NS_PER_S
 from pose_io.bag_writer import BagWriter
 from pose_io.message_maker import MessageMaker
 from pose_io.recordings.recording import Recording, SensorStream
-from pose_io.samples import frames_of_stream
+from pose_io.recordings.stream_frames import frames_of_stream
 
 ARRAY = "pose_msgs/msg/SkeletonArray"
 USUAL_NAMES = ("left", "right")
