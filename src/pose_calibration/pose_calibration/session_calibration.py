@@ -28,7 +28,10 @@ from pose_core.api import (
     TimeAligner,
     on_reference_clock,
 )
+from pose_core.stamps import NS_PER_S
 
+MAX_CLOCK_OFFSET_S = 0.5  # [s] of the search
+LEAST_CLOCK_OFFSET_S = 0.01  # [s] smaller ones are as likely a tracker's lag
 MOST_TRIED = 3  # [-] people tried, one after the other
 
 
@@ -56,7 +59,7 @@ def calibrate(
     limits: CalibrationLimits | None = None,
     mounting: KnownMounting | None = None,
     find_clock_offsets: bool = True,
-    max_clock_offset_s: float = 0.5,
+    max_clock_offset_s: float = MAX_CLOCK_OFFSET_S,
 ) -> SessionCalibration:
     """Calibrate a recorded session.
 
@@ -74,11 +77,7 @@ def calibrate(
         CalibrationError: If the recording does not determine it; the message says why.
     """
     by_sensor, memory = _sorted(samples, sensors)
-    offsets = {
-        name: estimate_clock_offset(by_sensor[sensors[0]], by_sensor[name], max_clock_offset_s)
-        for name in sensors[1:]
-        if find_clock_offsets
-    }
+    offsets = _clock_offsets(by_sensor, max_clock_offset_s) if find_clock_offsets else {}
     clocks = {name: one.clock for name, one in offsets.items() if one.clock is not None}
     frames = _aligned(by_sensor, clocks)
     calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
@@ -117,24 +116,8 @@ def calibrate_people(
     Raises:
         CalibrationError: If the recording does not determine it; the message says why.
     """
-    blocks: list[ImuBlock] = []
-    frames_kept: list[Sequence[SkeletonSample]] = []
-    for each in frames:
-        if isinstance(each, ImuBlock):
-            blocks.append(each)
-        elif each:
-            frames_kept.append(each)
-    if person:
-        candidates = [[one for frame in frames_kept for one in with_id(frame, person)]]
-    elif only_person(frames_kept):
-        candidates = [[frame[0] for frame in frames_kept]]
-    else:
-        candidates = list(match_people(frames_kept, sensors).samples.values())
-        if not candidates:
-            raise CalibrationError(
-                f"several people are detected, and views in {', '.join(sensors)} agree on none: "
-                "walk about alone in view of the sensors, or name a person with --person"
-            )
+    frames_kept, blocks = _frames_and_blocks(frames)
+    candidates = _candidates(frames_kept, sensors, person)
     failure: CalibrationError | None = None
     for samples in candidates[:MOST_TRIED]:
         try:
@@ -144,6 +127,89 @@ def calibrate_people(
             continue
         return replace(found, people=max(len(frame) for frame in frames_kept))
     raise failure or CalibrationError("found no skeletons")
+
+
+def find_clocks(
+    frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
+    extrinsics: Extrinsics,
+    max_clock_offset_s: float = MAX_CLOCK_OFFSET_S,
+) -> Clocks:
+    """Clocks of a recorded session whose sensors' poses are known, from its motion.
+
+    Offsets below :data:`LEAST_CLOCK_OFFSET_S` are left out.
+
+    Args:
+        frames: See :func:`calibrate_people`.
+        extrinsics: The known poses; their clocks are not used.
+        max_clock_offset_s: Largest offset [s] of the search.
+
+    Raises:
+        CalibrationError: If a sensor has no skeletons, or no person's views agree.
+    """
+    frames_kept, blocks = _frames_and_blocks(frames)
+    samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
+    by_sensor, memory = _sorted([*samples, *blocks], extrinsics.sensors)
+    offsets = _clock_offsets(by_sensor, max_clock_offset_s)
+    stamps_ns = [one.stamp_ns for one in samples]
+    duration_s = (max(stamps_ns) - min(stamps_ns)) / NS_PER_S
+    clocks = {
+        name: one.clock
+        for name, one in offsets.items()
+        if one.clock is not None
+        and abs(one.estimate_s) + abs(one.clock.drift) * duration_s > LEAST_CLOCK_OFFSET_S
+    }
+    if memory.segments:
+        known = replace(extrinsics, clocks=clocks)
+        found = imu_findings(known, by_sensor, memory, max_clock_offset_s)
+        if found.clock is not None:
+            clocks[IMUS] = found.clock
+    return clocks
+
+
+def _clock_offsets(
+    by_sensor: Mapping[str, Sequence[SkeletonSample]], max_offset_s: float
+) -> dict[str, ClockOffset]:
+    """Offset of each sensor's clock but the first one's, the reference."""
+    reference, *others = by_sensor
+    return {
+        name: estimate_clock_offset(by_sensor[reference], by_sensor[name], max_offset_s)
+        for name in others
+    }
+
+
+def _frames_and_blocks(
+    frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
+) -> tuple[list[Sequence[SkeletonSample]], list[ImuBlock]]:
+    """The frames with somebody in them, and the IMUs' samples."""
+    frames_kept: list[Sequence[SkeletonSample]] = []
+    blocks: list[ImuBlock] = []
+    for each in frames:
+        if isinstance(each, ImuBlock):
+            blocks.append(each)
+        elif each:
+            frames_kept.append(each)
+    return frames_kept, blocks
+
+
+def _candidates(
+    frames: Sequence[Sequence[SkeletonSample]], sensors: Sequence[str], person: str
+) -> list[list[SkeletonSample]]:
+    """Samples of each person who may be used, the best first.
+
+    Raises:
+        CalibrationError: If there are several and no person's views agree.
+    """
+    if person:
+        return [[one for frame in frames for one in with_id(frame, person)]]
+    if only_person(frames):
+        return [[frame[0] for frame in frames]]
+    candidates = list(match_people(frames, sensors).samples.values())
+    if not candidates:
+        raise CalibrationError(
+            f"several people are detected, and views in {', '.join(sensors)} agree on none: "
+            "walk about alone in view of the sensors, or name a person with --person"
+        )
+    return candidates
 
 
 def _sorted(

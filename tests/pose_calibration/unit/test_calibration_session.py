@@ -5,7 +5,7 @@ import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate
+from pose_calibration.session_calibration import calibrate, find_clocks
 from pose_core.transforms import inverse
 
 TRUE = inverse(LEFT) @ RIGHT
@@ -47,3 +47,19 @@ def test_samples_of_other_sensors_are_left_out():
     session = calibrate(samples(duration_s=10.0), ["right"])
     assert session.extrinsics.sensors == ("right",)
     assert session.clock_offsets == {}
+
+
+def frames(**settings):
+    return [[one] for one in samples(**settings)]
+
+
+def test_clocks_are_found_where_the_poses_of_the_sensors_are_known():
+    known = calibrate(samples(), ["left", "right"]).extrinsics
+    clocks = find_clocks(frames(offset_s={"right": -0.17}), known)
+    assert set(clocks) == {"right"}
+    assert clocks["right"].offset_ns == pytest.approx(-170e6, abs=4e6)
+
+
+def test_an_offset_as_small_as_a_trackers_lag_is_no_clocks():
+    known = calibrate(samples(), ["left", "right"]).extrinsics
+    assert find_clocks(frames(offset_s={"right": 0.002}), known) == {}

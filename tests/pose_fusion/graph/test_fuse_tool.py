@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -89,6 +90,26 @@ def test_a_bag_without_extrinsics_is_calibrated_from_its_motion_and_reported(sam
         static = [opened.deserialize(m) for m in opened.messages(["/tf_static"])]
     frames = {t.child_frame_id for t in static[0].transforms}
     assert frames == {"kinect_left_optical_frame", "kinect_right_optical_frame"}
+
+
+def test_clocks_that_the_bag_does_not_give_are_found_from_its_motion(samples, fused, tmp_path):
+    ahead = [
+        replace(one, stamp_ns=one.stamp_ns + 150_000_000) if one.sensor == "right" else one
+        for one in samples
+    ]
+    write_bag(tmp_path / "in", sorted(ahead, key=lambda one: one.stamp_ns))
+    result = run_fuse(tmp_path / "in", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "clocks: ahead of left's by the bag's motion: right +15" in result.stderr
+    # The same motion as with equal clocks.
+    bodies = [angles(path) for path in (fused, tmp_path / "out")]
+    assert np.degrees(np.abs(bodies[0][-400:] - bodies[1][-400:])).mean() < 1.5
+
+
+def angles(path):
+    with open_bag(path) as opened:
+        states = [opened.deserialize(m) for m in opened.messages([f"{BODY}/joint_states"])]
+    return np.array([state.position for state in states])
 
 
 def test_parameters_come_from_a_file_and_from_options(bag, tmp_path):

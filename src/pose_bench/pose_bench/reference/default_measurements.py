@@ -85,7 +85,8 @@ def imu_groups(
         rate = R_map_sensor @ readings.angular_velocity[row]
         speed, age_s = min(float(np.linalg.norm(rate)), FASTEST_LINK), readings.age_s[row]
         stddev = constants.stddev[link] + constants.soft_tissue * speed
-        variance = constants.correlated_samples * stddev**2 + (HELD_JERK * age_s**3 / 3.0) ** 2
+        held = HELD_JERK * age_s**3 / 3.0
+        noise = Q @ np.diag(constants.correlated_samples * stddev**2 + held**2) @ Q.T
         H = np.zeros((3, len(state.P)))
         H[:, link_columns(link)] = np.eye(3)
         H[:, own : own + 3] = -Q
@@ -93,7 +94,7 @@ def imu_groups(
         yield Group(
             H=H,
             residual=Rotation.from_matrix(Q @ state.pose.rotations[link].T).as_rotvec(),
-            noise=variance * np.eye(3),
+            noise=noise,
             student_dof=constants.student_dof,
             source=int(link),
         )
@@ -101,7 +102,9 @@ def imu_groups(
         H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
         variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
         variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
-        yield Group(H=H, residual=rate - state.pose.rates[link], noise=variance * np.eye(3))
+        bend = np.array([0.0, constants.bend_rate_stddev[link] ** 2, 0.0])
+        noise = Q @ np.diag(variance + bend) @ Q.T
+        yield Group(H=H, residual=rate - state.pose.rates[link], noise=noise)
 
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:

@@ -140,9 +140,16 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
 
 
 def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
-    is_trunk = np.isin(model.link_names, ["pelvis", "trunk"])
+    names = model.link_names
+    stddev = np.full((len(names), 3), noise.orientation_stddev)
+    bend_rate = np.zeros(len(names))
+    for link in map(names.index, noise.spine_bend):
+        stddev[link] = noise.spine_stddev
+        stddev[link, 1] = noise.spine_bend[names[link]]
+        bend_rate[link] = noise.spine_bend_rate
     return ImuConstants(
-        stddev=np.where(is_trunk, noise.trunk_stddev, noise.orientation_stddev),
+        stddev=stddev,
+        bend_rate_stddev=bend_rate,
         soft_tissue=noise.soft_tissue,
         correlated_samples=noise.correlated_samples,
         student_dof=noise.student_dof,

@@ -6,7 +6,8 @@ measures the link's rotation through the mounting M, and its gyroscope measures 
 .. math:: R_z(\psi)\,R_{ws}\,M = \exp(n)\,R_l, \quad R_z(\psi)\,R_{ws}\,\omega_s = \omega_l + n
 
 With :math:`Q = R_z(\hat\psi) R_{ws} \hat M` the residual :math:`\log(Q \hat R_l^T)` is
-:math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`.
+:math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`. The noise n is normal about the link's axes:
+pelvis and trunk, which bend forward within themselves, differ from their IMU about the lateral one.
 """
 
 from typing import NamedTuple
@@ -21,13 +22,15 @@ from pose_core.kernels.rotations import exponential, logarithm, product, product
 from pose_core.streams.samples import FloatArray
 
 FASTEST = 6.0  # [rad/s] above which the soft-tissue error does not grow further
+LATERAL = 1  # axis y of a link
 HELD_JERK = 100.0  # [rad/s³] of a swinging limb while its sample is extrapolated
 
 
 class ImuConstants(NamedTuple):
     """Parameters of :class:`pose_core.filter.tuning.ImuNoise`."""
 
-    stddev: FloatArray  # (links,) [rad]
+    stddev: FloatArray  # (links, 3) [rad] about the link's axes
+    bend_rate_stddev: FloatArray  # (links,) [rad/s] of its rate about the lateral axis, in addition
     soft_tissue: float  # [s]
     correlated_samples: float  # [-]
     student_dof: float  # [-]
@@ -62,8 +65,6 @@ def add_imus(
         column, age_s = state.imu_column[link], readings.age_s[row]
         speed = min(imu_residual(state, readings, row, Q, residual), FASTEST)
         held = HELD_JERK * age_s**3 / 3.0
-        stddev = constants.stddev[link] + constants.soft_tissue * speed
-        variance = constants.correlated_samples * stddev**2 + held**2
         rate_variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
         rate_variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
         orientation = add_group(rows, 3, constants.student_dof, link)
@@ -74,11 +75,20 @@ def add_imus(
             for k in range(3):
                 rows.H[first + i, column + k] = -Q[i, k]
             rows.residual[first + i] = residual[i]
-            rows.noise[orientation, i, i] = variance
             rows.H[first + 3 + i, rates + 3 * link + i] = 1.0
             rows.residual[first + 3 + i] = residual[3 + i]
-            rows.noise[gyroscope, i, i] = rate_variance
         rows.H[first + 2, column + 3] = -1.0
+        for axis in range(3):
+            stddev = constants.stddev[link, axis] + constants.soft_tissue * speed
+            variance = constants.correlated_samples * stddev**2 + held**2
+            own_rate_variance = rate_variance
+            if axis == LATERAL:
+                own_rate_variance += constants.bend_rate_stddev[link] ** 2
+            for i in range(3):
+                for k in range(3):
+                    share = Q[i, axis] * Q[k, axis]
+                    rows.noise[orientation, i, k] += variance * share
+                    rows.noise[gyroscope, i, k] += own_rate_variance * share
 
 
 @compiled

@@ -10,6 +10,7 @@ from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
+from pose_core.filter.tuning import SPINE_BEND
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -250,6 +251,8 @@ class ImuAlignments:
             link=NO_COLUMN if name is None else self._model.link_names.index(name),
             use=ImuUse(segment=segment, is_known=name is not None),
             alignment=SegmentAlignment(
-                self._tuning, is_arm=name is not None and name.endswith("arm")
+                self._tuning,
+                is_arm=name is not None and name.endswith("arm"),
+                bend=SPINE_BEND.get(name or "", 0.0),
             ),
         )

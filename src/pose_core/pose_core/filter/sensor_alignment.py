@@ -82,10 +82,15 @@ class SegmentAlignment:
     Args:
         tuning: See :class:`AlignmentTuning`.
         is_arm: Whether the link belongs to an arm.
+        bend: Standard deviation of the link about its lateral axis against the IMU [rad], see
+            :data:`pose_core.filter.tuning.SPINE_BEND`.
     """
 
-    def __init__(self, tuning: AlignmentTuning, *, is_arm: bool = False) -> None:
+    def __init__(
+        self, tuning: AlignmentTuning, *, is_arm: bool = False, bend: float = 0.0
+    ) -> None:
         self._tuning = tuning
+        self._bend_variance = bend**2
         self._most_misfit = tuning.arm_misfit if is_arm else tuning.misfit
         self._sums: FloatArray = np.zeros((3, 3, 3))
         self._total: FloatArray = np.zeros(2)
@@ -123,6 +128,7 @@ class SegmentAlignment:
             np.ascontiguousarray(R_map_link),
             np.ascontiguousarray(covariance),
             tuning.axis_stddev**2 + tuning.axis_late**2 * float(rate @ rate),
+            self._bend_variance,
             tuning.unknown_axis**2,
         )
 
@@ -168,12 +174,14 @@ def accumulate(
     R_map_link: FloatArray,
     covariance: FloatArray,
     variance: float,
+    bend_variance: float,
     unknown_variance: float,
 ) -> None:
     """Add ∫ R_wsᵀ part B dt for each part of the heading; B weights the link's axes.
 
-    The error of an axis comes from rotations of the link about the other two axes. ``total``
-    accumulates the weights and the durations for which axes were used.
+    The error of an axis comes from rotations of the link about the other two axes, that about the
+    lateral axis y with ``bend_variance`` in addition. ``total`` accumulates the weights and the
+    durations for which axes were used.
     """
     about, B, turned = np.empty(3), np.empty((3, 3)), np.empty((3, 3))
     for k in range(3):
@@ -181,6 +189,7 @@ def accumulate(
         for i in range(3):
             for j in range(3):
                 about[k] += R_map_link[i, k] * covariance[i, j] * R_map_link[j, k]
+    about[1] += bend_variance
     for k in range(3):
         across = about.sum() - about[k]
         weight = dt_s / (across + variance) if across < unknown_variance else 0.0

@@ -3,6 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+SPINE_BEND: Mapping[str, float] = {"pelvis": 0.2, "trunk": 0.15}
+"""[rad] Standard deviation of a link of the spine about its lateral axis against an IMU on it: the
+spine also bends between the joints that the cameras see."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MotionPrior:
@@ -85,7 +89,9 @@ class ImuNoise:
     """Measurement noise of aligned IMUs, and random walk of their alignment."""
 
     orientation_stddev: float = 0.02  # [rad] of its link's axes
-    trunk_stddev: float = 0.08  # [rad] the same for pelvis and trunk, which are not rigid
+    spine_stddev: float = 0.04  # [rad] the same for pelvis and trunk, but about their lateral axis
+    spine_bend: Mapping[str, float] = field(default_factory=lambda: dict(SPINE_BEND))  # [rad] about it
+    spine_bend_rate: float = 0.5  # [rad/s] of their angular velocity about it
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]

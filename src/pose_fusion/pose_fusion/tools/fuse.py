@@ -11,8 +11,10 @@ from rich.progress import Progress, TimeRemainingColumn
 
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
 from pose_calibration.imus.section import load_alignments_if_any
-from pose_calibration.session_calibration import calibrate_people
+from pose_calibration.rigid_transform import CalibrationError
+from pose_calibration.session_calibration import calibrate_people, find_clocks
 from pose_core.api import (
+    Clocks,
     EstimateBlock,
     Extrinsics,
     FusionParameters,
@@ -92,21 +94,42 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
 
 
 def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Console) -> Extrinsics:
-    """Extrinsics from the file, else from the bag's transforms, else from its motion."""
+    """Extrinsics from the file, else from the bag's transforms, else from its motion.
+
+    Clocks that come with neither are estimated from the motion.
+    """
     if parameters.extrinsics_file:
-        return load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
-    placed = read_extrinsics(bag)
-    if all(sensor in placed for sensor in parameters.sensors):
-        clocks = read_clocks(bag)
-        remark = f", clocks of {', '.join(clocks)} from its clock_offsets" if clocks else ""
-        console.print(f"extrinsics: from the bag's /tf_static{remark}")
-        extrinsics = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
-        return replace(extrinsics, clocks=clocks)
-    console.print("extrinsics: none in the bag, estimating them from its motion")
-    session = calibrate_people(BagFrames(bag), parameters.sensors)
-    if session.people_line:
-        console.print(session.people_line)
-    return session.extrinsics
+        known = load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
+    else:
+        placed = read_extrinsics(bag)
+        if not all(sensor in placed for sensor in parameters.sensors):
+            console.print("extrinsics: none in the bag, estimating them from its motion")
+            session = calibrate_people(BagFrames(bag), parameters.sensors)
+            if session.people_line:
+                console.print(session.people_line)
+            return session.extrinsics
+        console.print("extrinsics: from the bag's /tf_static")
+        known = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
+    if known.clocks:
+        return known
+    return replace(known, clocks=read_or_find_clocks(bag, known, console))
+
+
+def read_or_find_clocks(bag: BagReader, known: Extrinsics, console: Console) -> Clocks:
+    """Clocks from the bag's clock_offsets, else from its motion."""
+    clocks = read_clocks(bag)
+    if clocks:
+        console.print(f"clocks: of {', '.join(clocks)}, from the bag's clock_offsets")
+        return clocks
+    try:
+        clocks = find_clocks(BagFrames(bag), known)
+    except CalibrationError as error:
+        console.print(f"clocks: taken as equal ({error})")
+        return {}
+    offsets = ", ".join(f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in clocks.items())
+    if offsets:
+        console.print(f"clocks: ahead of {known.sensors[0]}'s by the bag's motion: {offsets}")
+    return clocks
 
 
 class EstimateWriter:
