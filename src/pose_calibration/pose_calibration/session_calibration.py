@@ -91,9 +91,8 @@ def calibrate(
             extrinsics = calibrator.leveled(extrinsics, found.gravity)
         if found.clock is not None and find_clock_offsets:
             extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
-    T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
     return SessionCalibration(
-        extrinsics=replace(extrinsics, body=measure_body(frames, T_map_sensor)),
+        extrinsics=replace(extrinsics, body=measure_body(_all(by_sensor))),
         clock_offsets=offsets,
         imus=found,
     )
@@ -129,18 +128,18 @@ def calibrate_people(
     raise failure or CalibrationError("found no skeletons")
 
 
-def find_clocks(
+def complete(
     frames: Iterable[Sequence[SkeletonSample] | ImuBlock],
     extrinsics: Extrinsics,
     max_clock_offset_s: float = MAX_CLOCK_OFFSET_S,
-) -> Clocks:
-    """Clocks of a recorded session whose sensors' poses are known, from its motion.
+) -> Extrinsics:
+    """Known poses of a recorded session's sensors, with what they lack: clocks and body measures.
 
-    Offsets below :data:`LEAST_CLOCK_OFFSET_S` are left out.
+    Offsets of clocks below :data:`LEAST_CLOCK_OFFSET_S` are left out.
 
     Args:
         frames: See :func:`calibrate_people`.
-        extrinsics: The known poses; their clocks are not used.
+        extrinsics: The known poses; their clocks and body measures are kept, if there are any.
         max_clock_offset_s: Largest offset [s] of the search.
 
     Raises:
@@ -149,21 +148,27 @@ def find_clocks(
     frames_kept, blocks = _frames_and_blocks(frames)
     samples = _candidates(frames_kept, extrinsics.sensors, "")[0]
     by_sensor, memory = _sorted([*samples, *blocks], extrinsics.sensors)
-    offsets = _clock_offsets(by_sensor, max_clock_offset_s)
-    stamps_ns = [one.stamp_ns for one in samples]
-    duration_s = (max(stamps_ns) - min(stamps_ns)) / NS_PER_S
+    if extrinsics.body is None:
+        extrinsics = replace(extrinsics, body=measure_body(_all(by_sensor)))
+    if extrinsics.clocks:
+        return extrinsics
+    duration_s = (samples[-1].stamp_ns - samples[0].stamp_ns) / NS_PER_S
     clocks = {
         name: one.clock
-        for name, one in offsets.items()
+        for name, one in _clock_offsets(by_sensor, max_clock_offset_s).items()
         if one.clock is not None
         and abs(one.estimate_s) + abs(one.clock.drift) * duration_s > LEAST_CLOCK_OFFSET_S
     }
+    extrinsics = replace(extrinsics, clocks=clocks)
     if memory.segments:
-        known = replace(extrinsics, clocks=clocks)
-        found = imu_findings(known, by_sensor, memory, max_clock_offset_s)
+        found = imu_findings(extrinsics, by_sensor, memory, max_clock_offset_s)
         if found.clock is not None:
-            clocks[IMUS] = found.clock
-    return clocks
+            extrinsics = replace(extrinsics, clocks={**clocks, IMUS: found.clock})
+    return extrinsics
+
+
+def _all(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> list[SkeletonSample]:
+    return [one for ones in by_sensor.values() for one in ones]
 
 
 def _clock_offsets(
@@ -237,7 +242,7 @@ def _aligned(
 ) -> list[AlignedFrame]:
     aligner = TimeAligner(tuple(by_sensor))
     ordered = sorted(
-        (on_reference_clock(one, clocks) for ones in by_sensor.values() for one in ones),
+        (on_reference_clock(one, clocks) for one in _all(by_sensor)),
         key=lambda one: one.stamp_ns,
     )
     frames = [frame for sample in ordered for frame in aligner.add(sample)]

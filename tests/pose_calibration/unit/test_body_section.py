@@ -13,18 +13,15 @@ from pose_core.errors import InputError
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.joints import JOINT_INDEX
-from pose_core.streams.time_alignment import TimeAligner
 
 
 @pytest.fixture(scope="module")
 def body():
     _, dof = motion(3.0)
     positions = kinematics().pose(dof).positions
-    samples = skeleton_samples(positions, extrinsics(), np.random.default_rng(1), 0.005)
-    aligner = TimeAligner(["left", "right"])
-    frames = [frame for one in samples for frame in aligner.add(one)]
-    T_map_sensor = {name: extrinsics().T_map_sensor(name) for name in ("left", "right")}
-    return measure_body(frames, T_map_sensor)
+    return measure_body(
+        skeleton_samples(positions, extrinsics(), np.random.default_rng(1), 0.005)
+    )
 
 
 @pytest.fixture
@@ -41,7 +38,7 @@ def test_a_neutral_stand_gives_the_bones_to_a_centimetre(body):
 
 
 def test_a_session_without_a_person_has_no_body_measures():
-    assert measure_body([], {}) is None
+    assert measure_body([]) is None
 
 
 def test_measures_survive_the_file(body, path):

@@ -1,11 +1,13 @@
 """Calibration of a whole session."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from walking_person import LEFT, RIGHT, angle_deg, samples
 
 from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate, find_clocks
+from pose_calibration.session_calibration import calibrate, complete
 from pose_core.transforms import inverse
 
 TRUE = inverse(LEFT) @ RIGHT
@@ -53,13 +55,19 @@ def frames(**settings):
     return [[one] for one in samples(**settings)]
 
 
-def test_clocks_are_found_where_the_poses_of_the_sensors_are_known():
+def test_known_poses_are_completed_with_clocks_and_body_measures():
     known = calibrate(samples(), ["left", "right"]).extrinsics
-    clocks = find_clocks(frames(offset_s={"right": -0.17}), known)
-    assert set(clocks) == {"right"}
-    assert clocks["right"].offset_ns == pytest.approx(-170e6, abs=4e6)
+    poses = replace(known, clocks={}, body=None)
+    found = complete(frames(offset_s={"right": -0.17}), poses)
+    assert set(found.clocks) == {"right"}
+    assert found.clocks["right"].offset_ns == pytest.approx(-170e6, abs=4e6)
+    np.testing.assert_allclose(found.body.shape.offsets, known.body.shape.offsets, atol=0.005)
+    again = complete(frames(offset_s={"right": -0.3}), found)
+    assert again.clocks == found.clocks
+    assert again.body is found.body
 
 
 def test_an_offset_as_small_as_a_trackers_lag_is_no_clocks():
     known = calibrate(samples(), ["left", "right"]).extrinsics
-    assert find_clocks(frames(offset_s={"right": 0.002}), known) == {}
+    poses = replace(known, clocks={})
+    assert complete(frames(offset_s={"right": 0.002}), poses).clocks == {}

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 from ament_index_python.packages import get_package_prefix
 from patience import PATIENCE_S
 from skeleton_bag import write_bag
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
+from pose_calibration.session_calibration import complete
 from pose_core.body.model import load_body_model
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
@@ -74,7 +76,9 @@ def test_fusing_twice_gives_identical_bytes_of_messages(bag, fused, tmp_path):
 def test_joint_states_of_the_bag_equal_those_of_the_pipeline(fused, samples):
     with open_bag(fused) as opened:
         states = [opened.deserialize(m) for m in opened.messages([f"{BODY}/joint_states"])]
-    pipeline = FusionPipeline(FusionParameters(), extrinsics())
+    pipeline = FusionPipeline(
+        FusionParameters(), complete([[one] for one in samples], extrinsics())
+    )
     expected = [e for sample in samples for e in pipeline.add(sample)] + pipeline.flush()
     assert len(states) == len(expected)
     assert tuple(states[0].name) == load_body_model("default").angle_names
@@ -100,7 +104,7 @@ def test_clocks_that_the_bag_does_not_give_are_found_from_its_motion(samples, fu
     write_bag(tmp_path / "in", sorted(ahead, key=lambda one: one.stamp_ns))
     result = run_fuse(tmp_path / "in", tmp_path / "out")
     assert result.returncode == 0, result.stderr
-    assert "clocks: ahead of left's by the bag's motion: right +15" in result.stderr
+    assert "clocks: ahead of left's by the motion in the bag: right +15" in result.stderr
     # The same motion as with equal clocks.
     bodies = [angles(path) for path in (fused, tmp_path / "out")]
     assert np.degrees(np.abs(bodies[0][-400:] - bodies[1][-400:])).mean() < 1.5
@@ -156,5 +160,19 @@ def test_the_body_shape_is_saved_and_reused(bag, fused, tmp_path):
     assert "left_knee" in measures.read_text()
     result = run_fuse(bag, tmp_path / "two", "--shape-file", measures)
     assert result.returncode == 0, result.stderr
-    # Nothing has to be measured first: the second has more to say.
-    assert len(messages(tmp_path / "two")) > len(messages(fused)) + 5 * 50
+    longer = yaml.safe_load(measures.read_text())
+    longer["offsets"] = {k: [1.1 * x for x in v] for k, v in longer["offsets"].items()}
+    (tmp_path / "longer.yaml").write_text(yaml.safe_dump(longer))
+    result = run_fuse(bag, tmp_path / "long", "--shape-file", tmp_path / "longer.yaml")
+    assert result.returncode == 0, result.stderr
+    assert thigh(tmp_path / "two") == pytest.approx(thigh(fused), abs=0.002)
+    assert thigh(tmp_path / "long") > 1.03 * thigh(fused)
+
+
+def thigh(path):
+    """Mean length of the left thigh in a fused bag [m]."""
+    with open_bag(path) as opened:
+        every = [opened.deserialize(m) for m in opened.messages([f"{BODY}/skeleton"])]
+    rows = [every[0].name.index(f"left_{joint}") for joint in ("hip", "knee")]
+    ends = np.array([[(p.x, p.y, p.z) for p in np.array(one.position)[rows]] for one in every])
+    return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()

@@ -293,9 +293,9 @@ class LiveCalibration:
         complete = set(extrinsics.sensors) == set(parameters.sensors)
         if complete and (not self._missing or observed_s >= parameters.collect_duration):
             self.state = CalibrationState.REFINED
-            T_map_sensor = {name: extrinsics.T_map_sensor(name) for name in extrinsics.sensors}
-            frames = self._memory.aligned(self._make_aligner(), self._clocks)
-            self.extrinsics = replace(extrinsics, body=measure_body(frames, T_map_sensor))
+            by_sensor = self._memory.by_sensor()
+            samples = [one for name in extrinsics.sensors for one in by_sensor.get(name, [])]
+            self.extrinsics = replace(extrinsics, body=measure_body(samples))
             self._memory.clear()
             self._watch(self.extrinsics)
         else:

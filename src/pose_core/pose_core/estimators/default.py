@@ -41,7 +41,7 @@ from pose_core.streams.samples import FloatArray
 
 LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
-LATEST_S = 0.2  # [s] frames that are later are not used
+LATEST_S = 0.1  # [s] frames that are later are not used: their update would amplify errors of rates
 JUMP_BACK_S = 1.0  # [s] a larger step back means that a recording has restarted
 DIVERGED_NIS = 25.0  # [-] median NIS of a filter that has lost the person
 DIVERGED_NS = 250_000_000  # [ns] after which it is restarted

@@ -12,9 +12,8 @@ from rich.progress import Progress, TimeRemainingColumn
 from pose_calibration.files.extrinsics_file import load_extrinsics_of
 from pose_calibration.imus.section import load_alignments_if_any
 from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate_people, find_clocks
+from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import (
-    Clocks,
     EstimateBlock,
     Extrinsics,
     FusionParameters,
@@ -96,7 +95,7 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
 def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Console) -> Extrinsics:
     """Extrinsics from the file, else from the bag's transforms, else from its motion.
 
-    Clocks that come with neither are estimated from the motion.
+    What the first two lack, clocks and body measures, comes from the motion, too.
     """
     if parameters.extrinsics_file:
         known = load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
@@ -110,26 +109,23 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
             return session.extrinsics
         console.print("extrinsics: from the bag's /tf_static")
         known = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
-    if known.clocks:
-        return known
-    return replace(known, clocks=read_or_find_clocks(bag, known, console))
+    if not known.clocks:
+        known = replace(known, clocks=read_clocks(bag))
+    return complete_from_motion(bag, known, console)
 
 
-def read_or_find_clocks(bag: BagReader, known: Extrinsics, console: Console) -> Clocks:
-    """Clocks from the bag's clock_offsets, else from its motion."""
-    clocks = read_clocks(bag)
-    if clocks:
-        console.print(f"clocks: of {', '.join(clocks)}, from the bag's clock_offsets")
-        return clocks
+def complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) -> Extrinsics:
+    """Add what known extrinsics lack, and say which clocks are used."""
     try:
-        clocks = find_clocks(BagFrames(bag), known)
+        found = complete(BagFrames(bag), known)
     except CalibrationError as error:
-        console.print(f"clocks: taken as equal ({error})")
-        return {}
-    offsets = ", ".join(f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in clocks.items())
-    if offsets:
-        console.print(f"clocks: ahead of {known.sensors[0]}'s by the bag's motion: {offsets}")
-    return clocks
+        console.print(f"clocks and body measures: not estimated from the motion ({error})")
+        return known
+    if found.clocks:
+        source = "as recorded" if known.clocks else "by the motion in the bag"
+        ahead = (f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in found.clocks.items())
+        console.print(f"clocks: ahead of {known.sensors[0]}'s {source}: {', '.join(ahead)}")
+    return found
 
 
 class EstimateWriter:
