@@ -7,5 +7,3 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 options=()
 [ ! -f "$POSE_ROOT/requirements/teleop.in" ] || options+=(--teleop)
 "$POSE_ROOT/scripts/prepare.sh" "${options[@]}"
-enter_workspace
-python "$POSE_ROOT/scripts/warm_up.py"

@@ -14,40 +14,62 @@ fail() {
     exit 1
 }
 
-# run_step NAME FINGERPRINT COMMAND…: runs the command unless it already succeeded for this
-# fingerprint; its output goes to a log that is shown if it fails.
-run_step() {
-    local name="$1" fingerprint="$2" log="$POSE_HOME/log/$1.log" start=$SECONDS
+declare -A step_pid=() step_start=() step_fingerprint=() # of the started steps, by name
+
+# start_step NAME FINGERPRINT COMMAND…: starts the command in the background unless it already
+# succeeded for this fingerprint; its output goes to a log.
+start_step() {
+    local name="$1" fingerprint="$2"
     shift 2
     [ "$(cat "$POSE_HOME/stamp/$name" 2>/dev/null)" = "$fingerprint" ] && return
     say "$name …"
     rm -f "$POSE_HOME/stamp/$name"
-    step=""
     trap interrupted INT TERM HUP
+    trap end_steps EXIT
     set -m # a process group of its own, so that an interruption ends all of it
-    "$@" >"$log" 2>&1 </dev/null &
-    step=$!
+    "$@" >"$POSE_HOME/log/$name.log" 2>&1 </dev/null &
     set +m
-    while kill -0 "$step" 2>/dev/null; do
+    step_pid[$name]=$! step_start[$name]=$SECONDS step_fingerprint[$name]="$fingerprint"
+}
+
+# finish_step NAME: waits for a started step; returns 1 if it failed.
+finish_step() {
+    local name="$1" start="${step_start[$1]:-}" pid="${step_pid[$1]:-}"
+    [ -n "$pid" ] || return 0
+    while kill -0 "$pid" 2>/dev/null; do
         sleep 0.2
         if [ -t 2 ]; then printf '\r[pose] %s … %d s ' "$name" $((SECONDS - start)) >&2; fi
     done
     if [ -t 2 ]; then printf '\r\033[K' >&2; fi
-    wait "$step" || {
-        tail -n 30 "$log" >&2
-        fail "$name failed: see $log, mend it and run again"
-    }
-    trap - INT TERM HUP
+    unset "step_pid[$name]"
+    wait "$pid" || return 1
     say "$name: done in $((SECONDS - start)) s"
-    printf '%s' "$fingerprint" >"$POSE_HOME/stamp/$name"
+    printf '%s' "${step_fingerprint[$name]}" >"$POSE_HOME/stamp/$name"
+}
+
+# run_step NAME FINGERPRINT COMMAND…: a step that the following ones need; its log is shown if it
+# fails.
+run_step() {
+    start_step "$@"
+    finish_step "$1" || {
+        tail -n 30 "$POSE_HOME/log/$1.log" >&2
+        fail "$1 failed: see $POSE_HOME/log/$1.log, mend it and run again"
+    }
+}
+
+# Ends the steps that still run, each with its process group.
+end_steps() {
+    local pid
+    trap '' INT TERM HUP
+    for pid in "${step_pid[@]}"; do
+        kill -TERM -- "-$pid" 2>/dev/null || true
+        wait "$pid" 2>/dev/null || true
+    done
 }
 
 interrupted() {
-    trap '' INT TERM HUP
-    if [ -n "$step" ]; then
-        kill -TERM -- "-$step" 2>/dev/null || true
-        wait "$step" 2>/dev/null || true
-    fi
+    end_steps
+    step_pid=()
     say "interrupted"
     exit 130
 }
@@ -146,6 +168,12 @@ colcon_build() {
     )
 }
 
+# compile_kernels needs only the packages, so it runs while colcon builds.
+compile_kernels() {
+    PYTHONPATH=src/pose_core:src/pose_io "$POSE_VENV/bin/python" scripts/warm_up.py
+}
+kernel_sources() { grep -rlZ --include='*.py' '@compiled' src/pose_core src/pose_io | sort -z | xargs -0 cat; }
+
 # Inputs of a build: content of package descriptions, messages, launch files and configuration, and
 # the list of documents. Python modules are linked, not copied: an edited or new one needs no build.
 sources_of() {
@@ -210,8 +238,10 @@ python="$(find_python)"
 run_step "virtual environment" "$POSE_HOME $python $ros $("$python" --version)" \
     make_virtual_environment "$python"
 printf '%s\n' "$ros" "$python" >"$POSE_HOME/python"
-run_step "Python packages" "$(cat requirements/ros-wheels.txt requirements/python.* \
-    scripts/relocate_wheels.py | hash_of)" install_packages
+packages="$(cat requirements/ros-wheels.txt requirements/python.* scripts/relocate_wheels.py |
+    hash_of)"
+run_step "Python packages" "$packages" install_packages
+start_step "estimator kernels" "$packages $(kernel_sources | hash_of)" compile_kernels
 if $develop; then
     run_step "development packages" "$(cat requirements/{ros-wheels,python,develop}.txt | hash_of)" \
         install_development_packages
@@ -234,3 +264,6 @@ if $develop; then
         colcon_build "$POSE_ROOT/tests/messages" "$POSE_HOME/test_messages"
 fi
 run_step "workspace" "$(sources_of src | hash_of)" colcon_build "$POSE_ROOT/src" "$POSE_HOME"
+finish_step "estimator kernels" ||
+    say "estimator kernels: not compiled, the first start will do it; see" \
+        "$POSE_HOME/log/estimator kernels.log"

@@ -14,6 +14,7 @@ import numpy as np
 from pose_bench.methods import BASELINE, TimedRun, run_pipeline
 from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
 from pose_bench.suite import KNOWN
+from pose_calibration.body_measures import measure_body
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
     ANGLES,
@@ -23,6 +24,7 @@ from pose_core.api import (
     FusionParameters,
     FusionPipeline,
     ImuSample,
+    SkeletonSample,
     SkeletonSeries,
     angle_series,
     extrinsics_from_map,
@@ -133,16 +135,19 @@ def true_extrinsics(session: CapturedSession) -> Extrinsics:
 def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | PoseError:
     """Extrinsics by the session's condition: the true ones, or calibrated from its samples.
 
+    The body is measured over the whole session in both cases, as ``./pose fuse`` does.
+
     Args:
         session: The session.
         imus: Whether the calibration uses the IMUs.
     """
-    if session.spec.condition == KNOWN:
-        return true_extrinsics(session)
     samples = [
         block_of(each) if isinstance(each, ImuSample) else each
         for each in session.samples(imus=imus)
     ]
+    if session.spec.condition == KNOWN:
+        skeletons = [each for each in samples if isinstance(each, SkeletonSample)]
+        return replace(true_extrinsics(session), body=measure_body(skeletons))
     try:
         return calibrate(samples, SENSORS).extrinsics
     except PoseError as error:

@@ -19,9 +19,7 @@ from pose_core.joints import JOINT_INDEX
 def body():
     _, dof = motion(3.0)
     positions = kinematics().pose(dof).positions
-    return measure_body(
-        skeleton_samples(positions, extrinsics(), np.random.default_rng(1), 0.005)
-    )
+    return measure_body(skeleton_samples(positions, extrinsics(), np.random.default_rng(1), 0.005))
 
 
 @pytest.fixture

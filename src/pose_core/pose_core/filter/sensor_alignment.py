@@ -86,9 +86,7 @@ class SegmentAlignment:
             :data:`pose_core.filter.tuning.SPINE_BEND`.
     """
 
-    def __init__(
-        self, tuning: AlignmentTuning, *, is_arm: bool = False, bend: float = 0.0
-    ) -> None:
+    def __init__(self, tuning: AlignmentTuning, *, is_arm: bool = False, bend: float = 0.0) -> None:
         self._tuning = tuning
         self._bend_variance = bend**2
         self._most_misfit = tuning.arm_misfit if is_arm else tuning.misfit

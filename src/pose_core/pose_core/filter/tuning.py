@@ -90,7 +90,9 @@ class ImuNoise:
 
     orientation_stddev: float = 0.02  # [rad] of its link's axes
     spine_stddev: float = 0.04  # [rad] the same for pelvis and trunk, but about their lateral axis
-    spine_bend: Mapping[str, float] = field(default_factory=lambda: dict(SPINE_BEND))  # [rad] about it
+    spine_bend: Mapping[str, float] = field(
+        default_factory=lambda: dict(SPINE_BEND)
+    )  # [rad] about it
     spine_bend_rate: float = 0.5  # [rad/s] of their angular velocity about it
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one

@@ -74,8 +74,15 @@ _OPTIONS: dict[str, Any] = {
 
 def compiled(function: F) -> F:
     """Compile a function at its first call, and cache the result."""
+    return _compiled(function)
+
+
+def _compiled(function: F, **options: Any) -> F:
+    # The cache is found by the path of the source: one for imports through links and without.
+    code = function.__code__
+    function.__code__ = code.replace(co_filename=os.path.realpath(code.co_filename))
     with _kept_in_our_folder():
-        return cast(F, numba.njit(**_OPTIONS)(function))
+        return cast(F, numba.njit(**_OPTIONS, **options)(function))
 
 
 def compiled_in_place(function: F) -> F:
@@ -87,8 +94,7 @@ def compiled_in_place(function: F) -> F:
     must not call one that returns an array with a reference count: it would never be freed.
     """
     # This is an option of numba; with it, a function that allocates an array does not compile.
-    with _kept_in_our_folder():
-        return cast(F, numba.njit(**_OPTIONS, _nrt=False)(function))
+    return _compiled(function, _nrt=False)
 
 
 def type_specialised(kernel: F) -> F:

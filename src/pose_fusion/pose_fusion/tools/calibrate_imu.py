@@ -17,7 +17,7 @@ from pose_calibration.imus.imu_calibration import ImuCalibration, ImuCalibration
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.imus.section import save_alignments
 from pose_calibration.rigid_transform import CalibrationError
-from pose_calibration.session_calibration import calibrate_people
+from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import Extrinsics, extrinsics_from_map
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments
@@ -66,7 +66,8 @@ def bag_extrinsics(bag: BagReader, parameters: ImuCalibrationParameters) -> Extr
     sensors, placed = parameters.sensors, read_extrinsics(bag)
     if all(sensor in placed for sensor in sensors):
         found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
-        return replace(found, clocks=read_clocks(bag))
+        found = replace(found, clocks=read_clocks(bag))
+        return found if found.clocks else complete(BagFrames(bag, imus=False), found)
     return calibrate_people(BagFrames(bag, imus=False), sensors).extrinsics
 
 
