@@ -7,6 +7,7 @@ from sensor_msgs.msg import JointState
 from skeleton_bag import write_bag
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
+from pose_core.api import estimate_body_shape, load_body_model, save_body_shape
 from pose_core.stamps import nanoseconds
 from pose_io.bags import open_bag
 
@@ -28,11 +29,19 @@ def bag(tmp_path):
 
 
 @pytest.fixture
-def offline(start_process, bag, tmp_path):
+def measures(tmp_path):
+    """A file of the person's body measures: the tool would measure them over the whole bag."""
+    model, (_, dof) = load_body_model("default"), motion(1.0)
+    shape = estimate_body_shape(model, kinematics().pose(dof).positions)
+    save_body_shape(tmp_path / "body.yaml", model, shape, "subject")
+    return tmp_path / "body.yaml"
+
+
+@pytest.fixture
+def offline(start_process, bag, measures, tmp_path):
     """Positions of the joints by stamp [ns]."""
-    process = start_process(
-        [f"{EXECUTABLES}/fuse", bag, tmp_path / "offline", "--output-rate", "0"]
-    )
+    words = ["--output-rate", "0", "--shape-file", measures]
+    process = start_process([f"{EXECUTABLES}/fuse", bag, tmp_path / "offline", *words])
     assert process.wait() == 0
     with open_bag(tmp_path / "offline") as fused:
         return by_stamp(fused.deserialize(message) for message in fused.messages([STATES]))
@@ -47,10 +56,12 @@ def by_stamp(states):
     return {nanoseconds(state.header.stamp): np.array(state.position) for state in states}
 
 
-def test_live_and_offline_fusion_of_a_bag_agree(start_process, ros_context, bag, offline):
+def test_live_and_offline_fusion_of_a_bag_agree(start_process, ros_context, bag, measures, offline):
     node = ros_context.make_node("listener")
     received = ros_context.collect(JointState, STATES, 1000, node)
-    start_process([f"{EXECUTABLES}/fusion", "--ros-args", *EACH_FRAME])
+    start_process(
+        [f"{EXECUTABLES}/fusion", "--ros-args", *EACH_FRAME, "-p", f"shape_file:={measures}"]
+    )
     ros_context.spin_until(lambda: node.count_publishers(STATES), what="the fusion node")
     # Slower than it was: a busy machine loses frames that come while the node is held up.
     words = ["--rate", "0.4", "--wait-for-subscribers", "60"]
