@@ -116,11 +116,12 @@ def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Conso
 
 def complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) -> Extrinsics:
     """Add what known extrinsics lack, and say which clocks are used."""
-    try:
-        found = complete(BagFrames(bag), known)
-    except CalibrationError as error:
-        console.print(f"clocks and body measures: not estimated from the motion ({error})")
-        return known
+    found = known
+    if not known.clocks or known.body is None:
+        try:
+            found = complete(BagFrames(bag), known)
+        except CalibrationError as error:
+            console.print(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:
         source = "as recorded" if known.clocks else "by the motion in the bag"
         ahead = (f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in found.clocks.items())
@@ -300,6 +301,9 @@ def run() -> int | None:
     )
     for line in people_lines(pipeline):
         print(line)
+    late = pipeline.subject.counters.as_dict().get("frames_too_late", 0)
+    if late:
+        print(f"  {late} frames came too late and were not used: see the clocks of their sensors")
     for use in pipeline.subject.imu_uses:
         print(f"  IMU {use}")
     return None
