@@ -25,6 +25,7 @@ SMALLEST_SPREAD = 0.005  # [m] lower bound of the spread, for the outlier test
 MIN_SAMPLES = 10  # [-] for the outlier test
 UPRIGHT = np.radians(25.0)  # [rad] largest angle between thigh and trunk of a standing person
 HIPS, KNEES = ([JOINT_INDEX[f"{side}_{name}"] for side in SIDES] for name in ("hip", "knee"))
+ARM_ENDS = [JOINT_INDEX[f"{side}_{name}"] for side in SIDES for name in ("elbow", "hand")]
 LONGEST_BONE = 1.0  # [m] plausibility limit
 
 
@@ -87,6 +88,13 @@ def estimate_body_shape(model: BodyModel, positions: FloatArray) -> BodyShape:
         length = _robust_mean(name, np.linalg.norm(bones, axis=1))
         offsets[index] = length * np.asarray(place.direction)
     return BodyShape(offsets=_symmetric(offsets))
+
+
+def with_shorter_arms(shape: BodyShape, factor: float) -> BodyShape:
+    """The measures with the bones of the arms times a factor [-]."""
+    offsets = shape.offsets.copy()
+    offsets[ARM_ENDS] *= factor
+    return BodyShape(offsets=offsets)
 
 
 def _spine(model: BodyModel) -> list[int]:

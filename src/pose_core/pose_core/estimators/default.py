@@ -9,7 +9,7 @@ from pose_core.body.inverse_kinematics import dof_from_positions
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel
 from pose_core.body.segment_tree import SegmentTree
-from pose_core.body.shape import BodyShape
+from pose_core.body.shape import BodyShape, with_shorter_arms
 from pose_core.body.trunk import trunk_axes
 from pose_core.counters import Counters
 from pose_core.estimators.estimator import StepwiseEstimator
@@ -74,13 +74,14 @@ class DefaultEstimator(StepwiseEstimator):
         counters: Counters,
         tuning: FilterTuning | None = None,
     ) -> None:
-        super().__init__(model, shape, parameters, counters)
         self.tuning = tuning or FilterTuning()
+        shape = with_shorter_arms(shape, self.tuning.arm_length)
+        super().__init__(model, shape, parameters, counters)
         self._tree = SegmentTree(model, shape)
         self._constants = make_constants(self._tree, self.tuning, parameters.tracker_delay)
         links = len(self._tree.parents)
         self._layout = make_layout(links, len(self._tree.sliding_links))
-        self._alignments = ImuAlignments(model)
+        self._alignments = ImuAlignments(model, self.tuning.imu.spine_bend)
         self._predict = type_specialised(predict)
         self._update_with_imus = type_specialised(update_with_imus)
         self._update_with_frame = type_specialised(update_with_frame)

@@ -10,7 +10,6 @@ from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
-from pose_core.filter.tuning import SPINE_BEND
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -41,10 +40,12 @@ class ImuAlignments:
 
     Args:
         model: The body model, which gives the segments' links.
+        spine_bend: See :class:`pose_core.filter.tuning.ImuNoise`.
     """
 
-    def __init__(self, model: BodyModel) -> None:
+    def __init__(self, model: BodyModel, spine_bend: Mapping[str, float]) -> None:
         self._model = model
+        self._spine_bend = spine_bend
         self._tuning = AlignmentTuning()
         self._worn: dict[str, _Worn] = {}
         self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
@@ -253,6 +254,6 @@ class ImuAlignments:
             alignment=SegmentAlignment(
                 self._tuning,
                 is_arm=name is not None and name.endswith("arm"),
-                bend=SPINE_BEND.get(name or "", 0.0),
+                bend=self._spine_bend.get(name or "", 0.0),
             ),
         )

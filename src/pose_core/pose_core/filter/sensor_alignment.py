@@ -83,7 +83,7 @@ class SegmentAlignment:
         tuning: See :class:`AlignmentTuning`.
         is_arm: Whether the link belongs to an arm.
         bend: Standard deviation of the link about its lateral axis against the IMU [rad], see
-            :data:`pose_core.filter.tuning.SPINE_BEND`.
+            :class:`pose_core.filter.tuning.ImuNoise`.
     """
 
     def __init__(self, tuning: AlignmentTuning, *, is_arm: bool = False, bend: float = 0.0) -> None:

@@ -18,6 +18,7 @@ from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled
+from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
 from pose_core.streams.samples import FloatArray
 
 CAMERA_ITERATIONS, IMU_ITERATIONS = 2, 1
@@ -58,9 +59,8 @@ def update_with_imus(
     if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance, spread):
         return False
     for row in range(count):
-        for axis in range(3):
-            variance = rows.noise[2 * row, axis, axis] / weights[2 * row]
-            information[readings.links[row], axis, axis] += 1.0 / variance
+        precision = scaled(inverse(symmetric(rows.noise[2 * row])), weights[2 * row])
+        add(precision, information[readings.links[row]])
     return True
 
 

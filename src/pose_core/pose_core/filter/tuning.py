@@ -3,10 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-SPINE_BEND: Mapping[str, float] = {"pelvis": 0.2, "trunk": 0.15}
-"""[rad] Standard deviation of a link of the spine about its lateral axis against an IMU on it: the
-spine also bends between the joints that the cameras see."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class MotionPrior:
@@ -90,9 +86,9 @@ class ImuNoise:
 
     orientation_stddev: float = 0.02  # [rad] of its link's axes
     spine_stddev: float = 0.04  # [rad] the same for pelvis and trunk, but about their lateral axis
-    spine_bend: Mapping[str, float] = field(
-        default_factory=lambda: dict(SPINE_BEND)
-    )  # [rad] about it
+    spine_bend: Mapping[str, float] = field(  # [rad] about it: the spine also bends between the
+        default_factory=lambda: {"pelvis": 0.2, "trunk": 0.15}  # joints that the cameras see
+    )
     spine_bend_rate: float = 0.5  # [rad/s] of their angular velocity about it
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
@@ -121,3 +117,4 @@ class FilterTuning:
     posture: PosturePrior = field(default_factory=PosturePrior)
     imu: ImuNoise = field(default_factory=ImuNoise)
     start: StartNoise = field(default_factory=StartNoise)
+    arm_length: float = 0.98  # [-] of the measured: noise lengthens bones, and flexes long arms

@@ -40,6 +40,17 @@ def scaled(A: Symmetric, factor: float) -> Symmetric:
 
 
 @compiled_in_place
+def add(A: Symmetric, out: FloatArray) -> None:
+    """``out`` += A."""
+    out[0, 0] += A.xx
+    out[1, 1] += A.yy
+    out[2, 2] += A.zz
+    for i, k, value in ((0, 1, A.xy), (0, 2, A.xz), (1, 2, A.yz)):
+        out[i, k] += value
+        out[k, i] += value
+
+
+@compiled_in_place
 def inverse(A: Symmetric) -> Symmetric:
     """Inverse by cofactors; for well-conditioned matrices, such as covariances of a point."""
     xx, xy, xz = A.yy * A.zz - A.yz * A.yz, A.xz * A.yz - A.xy * A.zz, A.xy * A.yz - A.xz * A.yy
