@@ -18,7 +18,7 @@ PERIOD_S = 0.01
 
 
 def publish(targets, rates, stddev_deg=2.0):
-    """Angles, rates, whether known, variances of a filter's angles at 100 Hz, all [rad]."""
+    """Angles, rates, whether known, added variances of a filter's angles at 100 Hz [rad]."""
     blending = make_blending(1)
     blending.slow_s[0] = 0.0  # the start is over
     rows = []
@@ -49,7 +49,7 @@ def test_a_step_of_the_filter_is_blended_out_and_enlarges_the_deviation(jump_deg
     assert np.abs(np.diff(position)).max() <= LARGEST_TRAVEL * PERIOD_S
     np.testing.assert_allclose(position[-1], targets[-1], atol=1e-6)
     apart = np.abs(position - targets)
-    assert (np.sqrt(variance[51:]) >= apart[51:]).all()
+    assert (np.sqrt(variance[51:]) >= apart[51:] - 1e-9).all()
 
 
 def test_the_published_pose_has_no_steps_at_the_start():

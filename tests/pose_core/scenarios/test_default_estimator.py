@@ -14,9 +14,6 @@ from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 
 START_NS = 10**18
 STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next
-OVERHEAD = pytest.mark.xfail(
-    reason="an angle that is held at its limit is up to 150 degrees off, limit 90"
-)
 
 
 def run(samples, **parameters):
@@ -226,7 +223,7 @@ def test_the_smoother_publishes_the_same_instants_with_smaller_errors():
     assert rms["smooth"] < 0.95 * rms["live"]
 
 
-@pytest.mark.parametrize("estimator", [pytest.param("default", marks=OVERHEAD), "smoothed"])
+@pytest.mark.parametrize("estimator", ["default", "smoothed"])
 def test_axial_rotation_does_not_wind_up_when_arms_swing_overhead(estimator):
     """There flexion and rotation are one; what is smoothed is told of some seconds ago besides."""
 

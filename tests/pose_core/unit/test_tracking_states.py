@@ -28,7 +28,7 @@ def states():
         rotations=Rotation.random(POSES * LINKS, rng).as_matrix().reshape(POSES, LINKS, 3, 3),
         rates=np.zeros((POSES, LINKS, 3)),
         joints=np.zeros((POSES, len(JOINTS), 3)),
-        place_variance=rng.uniform(0.0, 0.01, (POSES, 3)),
+        position_variance=rng.uniform(0.0, 0.01, (POSES, 3)),
         covariance=spread
         @ spread.swapaxes(-1, -2)
         * rng.choice([0.01, 0.1, 1.0], (POSES, 1, 1, 1)),
@@ -39,7 +39,7 @@ def states():
 
 def stddev(body, states, row, joint):
     """Of one joint [m]: the sum over the chain from its link to the root."""
-    variance, link = states.place_variance[row].sum(), int(body.link_of_joint[joint])
+    variance, link = states.position_variance[row].sum(), int(body.link_of_joint[joint])
     while link >= 0:
         chain, above = np.zeros((3, 3)), link
         while above >= 0:

@@ -10,11 +10,12 @@ MODEL = load_body_model("default")
 KNEE, NECK = (MODEL.dof_names.index(name) for name in ("left_knee_flexion", "neck_flexion"))
 
 
-def variance(distance, velocity=0.0, weight_imu=0.0):
+def variance(distance, velocity=0.0, weight_imu=0.0, blended=0.0):
     size = MODEL.size
     out = np.empty(size)
     published_variance(
         np.full(size, 0.01),
+        np.full(size, blended),
         np.full(size, velocity),
         np.full(size, weight_imu),
         variance_scale(np.array([distance])),
@@ -26,6 +27,11 @@ def variance(distance, velocity=0.0, weight_imu=0.0):
 
 def test_consistent_innovations_leave_the_variances_unchanged():
     assert variance(CONSISTENT_NIS)[NECK] == pytest.approx(0.01)
+
+
+def test_what_blending_adds_is_not_calibrated():
+    added = variance(CONSISTENT_NIS, blended=0.3) - variance(CONSISTENT_NIS)
+    np.testing.assert_allclose(added, 0.3)
 
 
 def test_large_innovations_enlarge_the_variances():

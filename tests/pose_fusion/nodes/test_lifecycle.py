@@ -19,10 +19,10 @@ from kinect_bridge.parameters import KinectBridgeParameters
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.errors import InputError
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.parameters import specs
 from pose_fusion.nodes.calibration import CalibrationNode
 from pose_fusion.nodes.recorder import Recorder
+from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.recording.player_parameters import PlayerParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_node.nodes.declaring import declare_parameters
@@ -148,7 +148,7 @@ def test_configuring_reports_an_invalid_file(make):
 @pytest.mark.parametrize(
     "parameters",
     [
-        FusionParameters,
+        FusionNodeParameters,
         ImuBridgeParameters,
         KinectBridgeParameters,
         LiveCalibrationParameters,

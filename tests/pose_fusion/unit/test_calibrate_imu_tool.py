@@ -12,8 +12,8 @@ from worn_imus import merged, moving_wearer
 
 from pose_calibration.files.extrinsics_file import load_extrinsics
 from pose_calibration.imus.section import load_alignments
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.streams.samples import ImuSample
+from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.tools import calibrate
 from pose_fusion.tools.fuse import fuse
 from pose_io.bags import open_bag
@@ -66,7 +66,7 @@ def test_a_bag_gives_alignments_that_the_fusion_uses(bag, tmp_path, monkeypatch,
     np.testing.assert_allclose(
         load_extrinsics(path).T_map_sensor("right"), PLACED["right"], atol=1e-5
     )
-    parameters = FusionParameters(imus_file=str(path))
+    parameters = FusionNodeParameters(imus_file=str(path))
     with open_bag(bag) as reader:
         quiet = Console(stderr=True, quiet=True)
         pipeline = fuse(reader, tmp_path / "fused", parameters, console=quiet)

@@ -10,8 +10,8 @@ from ament_index_python.packages import get_package_share_directory
 from imu_bridge.parameters import ImuBridgeParameters
 from kinect_bridge.parameters import KinectBridgeParameters
 from pose_calibration.parameters import LiveCalibrationParameters
-from pose_core.fusion.parameters import FusionParameters
 from pose_core.parameters import from_mapping, from_ros_yaml, specs
+from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.recording.recorder_parameters import RecorderParameters
 from pose_launch.evaluation import Evaluation
 from pose_view.parameters import ViewParameters
@@ -23,7 +23,7 @@ PARAMETERS = {
     "kinect_bridge": KinectBridgeParameters,
     "imu_bridge": ImuBridgeParameters,
     "calibration": LiveCalibrationParameters,
-    "fusion": FusionParameters,
+    "fusion": FusionNodeParameters,
     "recorder": RecorderParameters,
     "viewer": ViewParameters,
 }

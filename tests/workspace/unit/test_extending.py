@@ -11,7 +11,7 @@ from exported_motion import write_motion_bag
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 
 from imu_bridge.protocols import PROTOCOLS, ProtocolEntry
-from pose_core.api import ESTIMATORS, FusionParameters, fuse, load_body_model
+from pose_core.api import ESTIMATORS, FusionParameters, FusionPipeline, load_body_model
 from pose_core.joints import JOINTS
 from pose_fusion.tools import export
 from pose_io.export.registry import EXPORTERS
@@ -53,9 +53,13 @@ def test_an_estimator_is_added_by_a_file_and_a_line(new_module, monkeypatch):
     samples = skeleton_samples(
         kinematics().pose(dof).positions, extrinsics(), np.random.default_rng(1), 0.005
     )
-    series = fuse(samples, extrinsics(), FusionParameters(estimator=name, use_imus=False))
-    assert len(series.stamps_ns) > 30
-    assert np.isfinite(series.position).all()
+    pipeline = FusionPipeline(FusionParameters(estimator=name, use_imus=False), extrinsics())
+    estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
+    assert len(estimates) > 30
+    for estimate in estimates:
+        assert np.isfinite(estimate.position).all()
+        assert estimate.tracking_state.shape == (15,)
+        assert estimate.tracking_state.dtype == np.uint8
 
 
 def test_a_skeleton_format_is_added_by_a_file_and_a_line(new_module, monkeypatch, tmp_path):

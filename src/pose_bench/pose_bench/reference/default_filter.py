@@ -34,10 +34,10 @@ from pose_core.streams.samples import FloatArray
 FRAME_PERIOD_S = 1.0 / 30.0
 LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
-DELAYS_S = (-0.02, 0.15)
+DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 1.5
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
-LARGEST_DISTANCE, CONTRADICTED, LARGEST_NIS = 400.0, 25.0, 9.0  # [-]
+SMOOTHED_NIS_CLIP, CONTRADICTED, MEAN_NIS_CLIP = 400.0, 25.0, 9.0  # [-]
 LEAST_IMU_WEIGHT = 1e-3
 
 
@@ -84,6 +84,7 @@ class ReferenceFilter:
     def update_with_imus(self, readings: ImuReadings) -> FloatArray:
         """Update with aligned IMUs; returns each link's information, (links, 3, 3) [1/rad²]."""
         information = np.zeros((len(self.state.heading), 3, 3))
+        self.state.has_reading[:] = np.isin(np.arange(len(information)), readings.links)
         if len(readings.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, readings))
@@ -114,7 +115,7 @@ class ReferenceFilter:
         turned, seen = self._turn_back(), distance[: len(joints)]
         if not joints:
             return StepResult(True, turned, np.nan, np.nan), information
-        mean_nis = float(np.mean(np.minimum(seen, LARGEST_NIS)))
+        mean_nis = float(np.mean(np.minimum(seen, MEAN_NIS_CLIP)))
         return StepResult(True, turned, mean_nis, float(np.median(seen))), information
 
     def _process_noise(self, dt_s: float, keep_slide: float) -> FloatArray:
@@ -163,7 +164,7 @@ class ReferenceFilter:
         self, frame: CameraFrame, view: PlainView, joints: list[Group], weights: FloatArray
     ) -> None:
         """Regress the bones' residuals on their velocities."""
-        state, constants, sensor = self.state, self.constants, frame.sensor
+        state, constants, sensor = self.state, self.constants.adaptation, frame.sensor
         seen = {
             group.source: (group.residual, w) for group, w in zip(joints, weights, strict=False)
         }
@@ -171,7 +172,7 @@ class ReferenceFilter:
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         sums *= np.exp(-gap_s / constants.delay_memory_s)
         for link, (start, end) in enumerate(zip(constants.starts, constants.ends, strict=True)):
-            if state.imu_column[link] < 0 or start not in seen or end not in seen:
+            if not state.has_reading[link] or start not in seen or end not in seen:
                 continue
             v = view.velocity[end] - view.velocity[start]
             r = seen[end][0] - seen[start][0]
@@ -189,7 +190,7 @@ class ReferenceFilter:
         state.waist_s[0] = min(state.waist_s[0] + gap_s, WAIST_MEMORY_S)
         if state.waist_s[0] == 0.0:
             return
-        place = dict(zip(JOINTS, view.places, strict=True))
+        place = dict(zip(JOINTS, view.positions, strict=True))
         across = place["left_hip"] - place["right_hip"]
         up = place["neck"] - 0.5 * (place["left_hip"] + place["right_hip"])
         cosine = across @ up / np.linalg.norm(across) / np.linalg.norm(up)
@@ -212,16 +213,16 @@ class ReferenceFilter:
 
     def _adapt(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
         """Smooth the joints' NIS; increase the noise of joints far from all active cameras."""
-        state, constants = self.state, self.constants
+        state, constants = self.state, self.constants.adaptation
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         state.silent_s[sensor] = 0.0
-        share = 1.0 - np.exp(-gap_s / constants.adaptation_memory_s)
+        share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
         newest = np.zeros(state.nis.shape[1])
         for group, squared in zip(joints, distance, strict=False):
-            newest[group.source] = min(squared, LARGEST_DISTANCE)
+            newest[group.source] = min(squared, SMOOTHED_NIS_CLIP)
         state.nis[sensor] += share * (newest - state.nis[sensor])
         least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
-        factor = np.sqrt(least / constants.adapted_distance)
+        factor = np.sqrt(least / constants.adapted_nis)
         state.adaptation[1:] = np.clip(factor, 1.0, constants.most_adaptation)
         state.adaptation[0] = state.adaptation[1]
         passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)
@@ -232,10 +233,10 @@ class ReferenceFilter:
         state, count = self.state, 0
         half = np.diag([-1.0, -1.0, 1.0])
         for parent, link, sign in hinges(self.constants.posture):
-            pair, has_imu = [parent, link], np.any(state.imu_column[[parent, link]] >= 0)
+            pair, is_known = [parent, link], np.any(state.has_reading[[parent, link]])
             upper, lower = state.pose.rotations[pair]
             bend = flexion(upper.T @ lower, sign)
-            if not has_imu and bend < self.constants.posture.wrong_bend:
+            if not is_known and bend < self.constants.posture.wrong_bend:
                 state.pose.rotations[pair] = state.pose.rotations[pair] @ half
                 count += 1
         return count

@@ -43,10 +43,9 @@ class Group:
 class PlainView:
     """The joints predicted for a frame's instant of capture."""
 
-    tau_s: float
     rotations: FloatArray  # (links, 3, 3)
     levers: FloatArray  # (joints, links, 3) [m]
-    places: FloatArray  # (joints, 3) [m]
+    positions: FloatArray  # (joints, 3) [m]
     velocity: FloatArray  # (joints, 3) [m/s]
     hidden: FloatArray  # (joints,) [-]
 
@@ -109,18 +108,17 @@ def imu_groups(
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:
     """The joints at a frame's instant of capture, extrapolated back with the current rates."""
-    pose, tau_s = state.pose, frame.late_s
-    back = Rotation.from_rotvec(-tau_s * pose.rates)
+    pose = state.pose
+    back = Rotation.from_rotvec(-frame.late_s * pose.rates)
     rotations = (back * Rotation.from_matrix(pose.rotations)).as_matrix()
     levers = levers_of(constants.body, rotations, pose.slides)
-    places = pose.position - tau_s * pose.velocity + levers.sum(axis=1)
+    positions = pose.position - frame.late_s * pose.velocity + levers.sum(axis=1)
     return PlainView(
-        tau_s=tau_s,
         rotations=rotations,
         levers=levers,
-        places=places,
+        positions=positions,
         velocity=pose.velocity + np.cross(pose.rates, levers).sum(axis=1),
-        hidden=hidden(constants.capsules, places, frame.camera),
+        hidden=hidden(constants.capsules, positions, frame.camera),
     )
 
 
@@ -170,10 +168,10 @@ def camera_groups(
         if frame.tracking_state[joint] == 0 or not np.all(np.isfinite(seen)):
             continue
         offset = view.heading() @ (state.offset[frame.sensor, joint] + state.shared_offset[joint])
-        H, shift, unfitted = joint_regression(constants.body, state, view, joint)
+        H, shift, unfitted = joint_regression(constants.body, state, frame.late_s, view, joint)
         yield Group(
             H=H,
-            residual=seen - view.places[joint] - shift - offset,
+            residual=seen - view.positions[joint] - shift - offset,
             noise=joint_noise(constants, state, frame, view, joint) + unfitted,
             student_dof=constants.student_dof,
             source=joint,
@@ -181,7 +179,7 @@ def camera_groups(
 
 
 def joint_regression(
-    body: BodyArrays, state: FilterState, view: PlainView, joint: int
+    body: BodyArrays, state: FilterState, late_s: float, view: PlainView, joint: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Statistical linearisation of a joint by filterpy's sigma points and weights.
 
@@ -202,7 +200,7 @@ def joint_regression(
     H = np.zeros((3, len(state.P)))
     H[:, :3] = np.eye(3)
     H[:, spread] = regression
-    H[:, velocity : velocity + slides] = -view.tau_s * H[:, :slides]
+    H[:, velocity : velocity + slides] = -late_s * H[:, :slides]
     for slide, link in enumerate(body.sliding_links):
         at = slides + 3 * slide
         H[:, at : at + 3] = body.slides[joint, slide] * view.rotations[link]
@@ -213,7 +211,7 @@ def is_backed(constants: CameraConstants, state: FilterState, sensor: int, joint
     """Whether another camera, or an IMU on the joint's link, measures it too."""
     others = np.delete(state.silent_s, sensor)
     link = np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1))[-1]
-    return bool(np.any(others < 0.15) or state.imu_column[link] >= 0)
+    return bool(np.any(others < 0.15) or state.has_reading[link])
 
 
 def joint_noise(
@@ -224,7 +222,7 @@ def joint_noise(
     joint: int,
 ) -> FloatArray:
     """Covariance of a joint's measurement, (3, 3) [m²]."""
-    place, velocity = view.places[joint], view.velocity[joint]
+    place, velocity = view.positions[joint], view.velocity[joint]
     ray = (place - frame.camera) / np.linalg.norm(place - frame.camera)
     speed = min(float(np.linalg.norm(velocity)), FASTEST_JOINT)
     isotropic = constants.variance + constants.moving * speed**2
@@ -234,7 +232,7 @@ def joint_noise(
         isotropic += constants.inferred_variance
     for far, near in constants.limb_ends:
         if far == joint:
-            limb = view.places[far] - view.places[near]
+            limb = view.positions[far] - view.positions[near]
             cosine = limb @ ray / np.linalg.norm(limb)
             isotropic += (constants.foreshortened * cosine**4) ** 2
     along = constants.depth_variance * np.outer(ray, ray)

@@ -22,10 +22,11 @@ from pose_bench.captured import (
     with_imus,
 )
 from pose_bench.suite import KNOWN
-from pose_core.api import FusionParameters, ImuSample
+from pose_core.api import ImuSample
 from pose_core.errors import PoseError
 from pose_evaluation.offline import MethodRun
 from pose_evaluation.scores import score_method
+from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.tools.fuse import fuse
 from pose_io.bag_samples import read_body_series, read_estimates
 from pose_io.bag_writer import BagWriter
@@ -66,7 +67,7 @@ def through_bags(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[
 
 
 def _fused(in_bag: Path, out_bag: Path, method: CapturedMethod) -> tuple[MethodRun, Any]:
-    parameters = FusionParameters(
+    parameters = FusionNodeParameters(
         estimator=method.estimator, use_imus=method.use_imus, sensors=SENSORS
     )
     with open_bag(in_bag) as bag:

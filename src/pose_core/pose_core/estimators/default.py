@@ -89,7 +89,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._undo_swaps = type_specialised(undo_swaps)
         self._compute_joints = type_specialised(compute_joints)
         self._state: FilterState | None = None
-        self._delay = np.full(len(parameters.sensors), self._constants.known_delay_s)
+        self._delay = np.full(len(parameters.sensors), self._constants.adaptation.known_delay_s)
         self._delay_sums = np.zeros((len(parameters.sensors), 2))
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
@@ -215,7 +215,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._alignments.register(observation.stamp_ns, observation.readings, self._state)
         if late_s == 0.0:
             self._readings = self._alignments.readings(observation.readings)
-            if len(self._readings.links) and not self._update_with_imus(
+            if not self._update_with_imus(
                 self._constants, self._state, self._readings, information[1]
             ):
                 self._discard_state()
@@ -294,7 +294,7 @@ class DefaultEstimator(StepwiseEstimator):
             rotations=np.empty((links, 3, 3)),
             rates=np.empty((links, 3)),
             joints=np.empty((len(JOINTS), 3)),
-            place_variance=np.empty(3),
+            position_variance=np.empty(3),
             covariance=np.empty((links, 3, 3)),
             information=information,
             scale=np.array([variance_scale(self._nis)]),

@@ -1,7 +1,6 @@
 """Interface of the estimators, live and offline."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from typing import ClassVar
 
 from pose_core.body.model import BodyModel
@@ -11,7 +10,7 @@ from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
 from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import EstimatedPose, PoseBlock, TimedPose, block_of_poses
+from pose_core.fusion.pose_block import EstimatedPose, TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.streams.samples import FloatArray
@@ -95,10 +94,6 @@ class Estimator(ABC):
         """
         del stamp_ns, readings
         return None
-
-    def block_of(self, poses: Sequence[TimedPose], newest_ns: Sequence[int]) -> PoseBlock:
-        """Poses as a block, see :func:`pose_core.fusion.pose_block.block_of_poses`."""
-        return block_of_poses(poses, newest_ns, self.model)
 
     def flush(self) -> list[TimedPose]:
         """The remaining poses, after the end of the streams."""

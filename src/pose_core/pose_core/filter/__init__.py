@@ -3,7 +3,10 @@ r"""The default filter: an error-state Kalman filter over link rotations with ro
 State :math:`x = (p, R_1 \ldots R_L, s, v, \omega_1 \ldots \omega_L, \{M_i, \psi_i\})`: root
 position and velocity, each link's rotation in ``map`` and angular velocity, displacements (slides)
 of joints in their links, and mounting and heading of each aligned IMU.
-Rotations are corrected in their tangent space, :math:`R = \exp([\delta\theta]_\times)\,\hat R`.
+Rotations are corrected in their tangent space: those of links in ``map``,
+:math:`R = \exp([\delta\theta]_\times)\,\hat R`, mountings in the link,
+:math:`M = \hat M\,\exp([\delta m]_\times)`. Joints of cameras are linearised by sigma points
+(``sigma_points``), everything else by its Jacobian.
 
 One step is a prediction (``motion``), followed by the measurement updates of
 :mod:`pose_core.filter.step`: one robust update (``update``) with the IMUs (``imu``), and one with a

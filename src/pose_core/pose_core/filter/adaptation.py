@@ -13,6 +13,8 @@ Where all cameras measure a joint farther from its prediction than the covarianc
 process noise of its link grows until they agree again.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,11 +24,24 @@ from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.streams.samples import FloatArray
 
-LARGEST_DISTANCE = 400.0  # [-] to which a squared innovation distance is clipped
+NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
 LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
-SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.15  # [s] of a tracker
+SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
 DELAY_GAIN = 1.5  # [-] the state follows a late camera in part, so the residual is too small
 CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
+
+
+class AdaptationConstants(NamedTuple):
+    """Parameters of delays and of the adapted process noise."""
+
+    starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
+    ends: NDArray[np.int64]  # (links,) joint at the end of each link
+    delay_prior: float  # [m²/s²] λ of :func:`estimate_delay`
+    delay_memory_s: float  # of its sums
+    known_delay_s: float  # [s] prior mean of the trackers' delays, from the parameters
+    most_adaptation: float  # [-] largest factor of the process noise
+    adapted_nis: float  # [-] smoothed NIS from which that factor grows
+    nis_memory_s: float  # time constant of the smoothing
 
 
 @compiled_in_place
@@ -35,8 +50,7 @@ def estimate_offsets(
     frame: CameraFrame,
     view: View,
     rows: Rows,
-    residual: FloatArray,
-    spread: FloatArray,
+    HPHt_diagonal: FloatArray,
     weights: FloatArray,
 ) -> None:
     """Update the offsets of the views with one frame's residuals.
@@ -45,14 +59,14 @@ def estimate_offsets(
         state: The state; offsets and their variances are updated.
         frame: The frame.
         view: Its prediction.
-        rows: Measurement rows of the update, those of joints first.
-        residual: Residuals before the update, (rows,) [m].
-        spread: Diagonal of H P Hᵀ, (rows,) [m²].
+        rows: Measurement rows with the residuals before the update, those of joints first.
+        HPHt_diagonal: Diagonal of H P Hᵀ, (rows,) [m²].
         weights: Weights of the groups, (groups,).
     """
     sensors = len(state.silent_s)
     if sensors < 2:
         return
+    residual = rows.residual
     c, s = heading_of(view.rotations[0])
     for group in range(rows.filled[1]):
         if rows.size[group] != 3:
@@ -61,7 +75,8 @@ def estimate_offsets(
         noise = rows.noise[group]
         variance = state.offset_variance[frame.sensor, joint]
         total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / weights[group]
-        total += spread[first] + spread[first + 1] + spread[first + 2]
+        for axis in range(3):
+            total += HPHt_diagonal[first + axis]
         gain = 3.0 * variance / total
         x, y, z = gain * residual[first], gain * residual[first + 1], gain * residual[first + 2]
         change = (c * x + s * y, c * y - s * x, z)
@@ -73,103 +88,93 @@ def estimate_offsets(
         state.offset_variance[frame.sensor, joint] *= 1.0 - gain
 
 
-@compiled_in_place
+@compiled
 def estimate_delay(
-    starts: NDArray[np.int64],
-    ends: NDArray[np.int64],
-    prior: float,
-    known_delay_s: float,
-    memory_s: float,
+    constants: AdaptationConstants,
+    gap_s: float,
     state: FilterState,
     frame: CameraFrame,
     view: View,
     rows: Rows,
     weights: FloatArray,
-    group_of: NDArray[np.int64],
 ) -> None:
     r"""Update the estimated delay of a tracker.
 
     .. math:: \tau = (\lambda\tau_0 - \sum w\,v \cdot r) / (\lambda + \sum w\,v^2)
 
     Args:
-        starts: Joint at the start of each link, (links,); −1 for the root.
-        ends: Joint at the end of each link, (links,).
-        prior: λ [m²/s²].
-        known_delay_s: The prior's mean, τ₀ [s].
-        memory_s: Time constant of the sums [s].
+        constants: See :class:`AdaptationConstants`.
+        gap_s: Time since the camera's last frame [s].
         state: The state; delay and sums are updated.
         frame: The frame; it must not be late.
         view: Its prediction, for the stamp corrected by the present estimate.
         rows: Measurement rows with the residuals before the update, those of joints first.
         weights: Weights of the groups, (groups,).
-        group_of: Work array for the group of each joint, (joints,).
     """
-    group_of[:] = -1
+    group_of = np.full(len(frame.positions), -1)
     for group in range(rows.filled[1]):
         if rows.size[group] == 3:
             group_of[rows.source[group]] = group
-    sums, tau_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
-    keep = np.exp(-min(state.silent_s[frame.sensor], LONGEST_GAP_S) / memory_s)
-    sums[0] *= keep
-    sums[1] *= keep
-    for link in range(len(ends)):
-        if state.imu_column[link] < 0 or starts[link] < 0:
+    sums, delay_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
+    sums *= np.exp(-gap_s / constants.delay_memory_s)
+    for link in range(len(constants.ends)):
+        start, end = constants.starts[link], constants.ends[link]
+        if not state.has_reading[link] or start < 0:
             continue
-        first, last = group_of[starts[link]], group_of[ends[link]]
+        first, last = group_of[start], group_of[end]
         if first < 0 or last < 0:
             continue
         weight = min(weights[first], weights[last])
-        weight *= 1.0 - max(view.hidden[starts[link]], view.hidden[ends[link]])
+        weight *= 1.0 - max(view.hidden[start], view.hidden[end])
         for axis in range(3):
-            v = view.velocity[ends[link], axis] - view.velocity[starts[link], axis]
+            v = view.velocity[end, axis] - view.velocity[start, axis]
             r = rows.residual[rows.first[last] + axis] - rows.residual[rows.first[first] + axis]
             sums[0] += weight * v * v
-            sums[1] += weight * v * (tau_s * v - DELAY_GAIN * r)
-    delay = (sums[1] + prior * known_delay_s) / (sums[0] + prior)
-    state.delay[frame.sensor] = min(max(delay, SHORTEST_DELAY_S), LONGEST_DELAY_S)
+            sums[1] += weight * v * (delay_s * v - DELAY_GAIN * r)
+    prior = constants.delay_prior
+    delay_s = (sums[1] + prior * constants.known_delay_s) / (sums[0] + prior)
+    state.delay[frame.sensor] = min(max(delay_s, SHORTEST_DELAY_S), LONGEST_DELAY_S)
 
 
 @compiled
-def adapt(
-    ends: NDArray[np.int64],
-    most: float,
-    adapted_distance: float,
-    memory_s: float,
-    state: FilterState,
-    sensor: int,
-    rows: Rows,
-    distance: FloatArray,
+def smooth_nis(
+    memory_s: float, gap_s: float, state: FilterState, sensor: int, rows: Rows, nis: FloatArray
 ) -> None:
-    """Update the factors of the process noise and the durations of contradiction.
+    """Update a camera's smoothed NIS of each joint; of joints without measurement it decays.
 
     Args:
-        ends: Joint at the end of each link, (links,).
-        most: Largest factor [-].
-        adapted_distance: Smoothed NIS from which the factor grows [-].
-        memory_s: Time constant of the smoothing [s].
-        state: The state.
-        sensor: Index of the frame's sensor.
+        memory_s: Time constant [s].
+        gap_s: Time since the camera's last frame [s].
+        state: The state; ``nis`` is updated.
+        sensor: Index of the camera.
         rows: Measurement rows of the update.
-        distance: Squared innovation distances of the groups.
+        nis: NIS of the groups, (groups,).
     """
-    gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
-    state.silent_s[sensor] = 0.0
     share = 1.0 - np.exp(-gap_s / memory_s)
-    nis = state.nis[sensor]
-    nis *= 1.0 - share
+    smoothed = state.nis[sensor]
+    smoothed *= 1.0 - share
     for group in range(rows.filled[1]):
         if rows.size[group] == 3:
-            nis[rows.source[group]] += share * min(distance[group], LARGEST_DISTANCE)
-    for link in range(len(ends)):
+            smoothed[rows.source[group]] += share * min(nis[group], NIS_CLIP)
+
+
+@compiled
+def adapt_process_noise(constants: AdaptationConstants, gap_s: float, state: FilterState) -> None:
+    """Update the factors of the process noise, and how long all cameras have contradicted a link.
+
+    Args:
+        constants: See :class:`AdaptationConstants`.
+        gap_s: Time since the camera's last frame [s].
+        state: The state, with smoothed NIS; ``adaptation`` and ``contradicted_s`` are updated.
+    """
+    passed_s = gap_s / len(state.silent_s)
+    for link in range(len(constants.ends)):
         least = np.inf
-        for each in range(len(state.silent_s)):
-            if state.silent_s[each] < CAMERA_TIMEOUT_S:
-                least = min(least, state.nis[each, ends[link]])
-        state.adaptation[1 + link] = min(max(np.sqrt(least / adapted_distance), 1.0), most)
-        passed_s = gap_s / len(state.silent_s)
-        known_s = state.contradicted_s[link]
-        is_contradicted = least > CONTRADICTED
-        state.contradicted_s[link] = max(
-            known_s + (passed_s if is_contradicted else -passed_s), 0.0
-        )
+        for sensor in range(len(state.silent_s)):
+            if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
+                least = min(least, state.nis[sensor, constants.ends[link]])
+        factor = np.sqrt(least / constants.adapted_nis)
+        state.adaptation[1 + link] = min(max(factor, 1.0), constants.most_adaptation)
+        change_s = passed_s if least > CONTRADICTED else -passed_s
+        state.contradicted_s[link] = max(state.contradicted_s[link] + change_s, 0.0)
     state.adaptation[0] = state.adaptation[1]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pose_core.filter.occlusion import Capsules, hidden
 from pose_core.filter.rows import Rows, add_group
 from pose_core.filter.sigma_points import linearise_joint
-from pose_core.filter.state import CAMERA_TIMEOUT_S, NO_COLUMN, FilterState
+from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_kinematics import (
     BodyArrays,
@@ -67,12 +67,11 @@ class CameraFrame(NamedTuple):
 class View(NamedTuple):
     """Predicted measurement of one frame."""
 
-    places: FloatArray  # (joints, 3) [m] in map
+    positions: FloatArray  # (joints, 3) [m] in map
     levers: FloatArray  # (joints, links, 3) [m] lever arm of each link to each joint, in map
     velocity: FloatArray  # (joints, 3) [m/s]
     rotations: FloatArray  # (links, 3, 3) R_map_link at the time of capture
     hidden: FloatArray  # (joints,) [-] degree of self-occlusion, 0 to 1
-    tau_s: float  # [s] by which it was captured before the filter's time
 
 
 @compiled_in_place
@@ -88,16 +87,15 @@ def is_tracked(frame: CameraFrame, joint: int) -> bool:
 def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> View:
     """Predict the joints at the time of a frame's capture, and their self-occlusion."""
     pose, joints, links = state.pose, len(frame.positions), len(state.heading)
-    tau_s = frame.late_s
     rotations = np.empty_like(pose.rotations)
-    turn_all(pose.rates, -tau_s, pose.rotations, rotations)
-    position = pose.position - tau_s * pose.velocity
-    levers, places = np.zeros((joints, links, 3)), np.empty((joints, 3))
-    compute_joints(constants.body, position, rotations, pose.slides, levers, places)
+    turn_all(pose.rates, -frame.late_s, pose.rotations, rotations)
+    position = pose.position - frame.late_s * pose.velocity
+    levers, positions = np.zeros((joints, links, 3)), np.empty((joints, 3))
+    compute_joints(constants.body, position, rotations, pose.slides, levers, positions)
     velocity, covered = np.empty((joints, 3)), np.empty(joints)
     compute_joint_velocities(constants.body, levers, pose.velocity, pose.rates, velocity)
-    hidden(constants.capsules, places, frame.camera, covered)
-    return View(places, levers, velocity, rotations, covered, tau_s)
+    hidden(constants.capsules, positions, frame.camera, covered)
+    return View(positions, levers, velocity, rotations, covered)
 
 
 @compiled
@@ -125,8 +123,8 @@ def add_camera(
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         for axis in range(3):
             for k in range(moving):
-                H[axis, velocity + k] = -view.tau_s * H[axis, k]
-        joint_residual(state, frame, joint, view.places[joint] + shift, c, s, residual)
+                H[axis, velocity + k] = -frame.late_s * H[axis, k]
+        joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
     add_foreshortening(constants, view, frame, rows)
 
 
@@ -135,7 +133,7 @@ def joint_residual(
     state: FilterState,
     frame: CameraFrame,
     joint: int,
-    place: FloatArray,
+    predicted: FloatArray,
     cosine: float,
     sine: float,
     out: FloatArray,
@@ -146,9 +144,9 @@ def joint_residual(
     """
     own, shared = state.offset[frame.sensor, joint], state.shared_offset[joint]
     x, y, z = own[0] + shared[0], own[1] + shared[1], own[2] + shared[2]
-    out[0] = frame.positions[joint, 0] - place[0] - (cosine * x - sine * y)
-    out[1] = frame.positions[joint, 1] - place[1] - (sine * x + cosine * y)
-    out[2] = frame.positions[joint, 2] - place[2] - z
+    out[0] = frame.positions[joint, 0] - predicted[0] - (cosine * x - sine * y)
+    out[1] = frame.positions[joint, 1] - predicted[1] - (sine * x + cosine * y)
+    out[2] = frame.positions[joint, 2] - predicted[2] - z
 
 
 @compiled_in_place
@@ -161,7 +159,7 @@ def is_backed(body: BodyArrays, state: FilterState, sensor: int, joint: int) -> 
         if other != sensor and state.silent_s[other] < CAMERA_TIMEOUT_S:
             return True
     link = body.carriers[joint, body.carrier_count[joint] - 1]
-    return state.imu_column[link] != NO_COLUMN
+    return bool(state.has_reading[link])
 
 
 @compiled_in_place
@@ -183,8 +181,10 @@ def joint_noise(
     out: FloatArray,
 ) -> None:
     """Fill the covariance of a joint's measurement, (3, 3) [m²], without foreshortening."""
-    place, velocity = view.places[joint], view.velocity[joint]
-    x, y, z = place[0] - frame.camera[0], place[1] - frame.camera[1], place[2] - frame.camera[2]
+    position, velocity = view.positions[joint], view.velocity[joint]
+    x = position[0] - frame.camera[0]
+    y = position[1] - frame.camera[1]
+    z = position[2] - frame.camera[2]
     length = np.sqrt(x * x + y * y + z * z)
     ray = (x / length, y / length, z / length)
     speed = min(np.sqrt(dot(velocity, velocity)), FASTEST)
@@ -211,8 +211,8 @@ def add_foreshortening(
                 continue
             along = limb_length = sight_length = 0.0
             for k in range(3):
-                limb = view.places[far, k] - view.places[near, k]
-                sight = view.places[far, k] - frame.camera[k]
+                limb = view.positions[far, k] - view.positions[near, k]
+                sight = view.positions[far, k] - frame.camera[k]
                 along += limb * sight
                 limb_length += limb * limb
                 sight_length += sight * sight

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.body.segment_tree import SegmentTree, without_side
+from pose_core.filter.adaptation import AdaptationConstants
 from pose_core.filter.camera import CameraConstants
 from pose_core.filter.imu import ImuConstants
 from pose_core.filter.motion import MotionConstants
@@ -42,21 +43,13 @@ class FilterConstants(NamedTuple):
     imu: ImuConstants
     shared_offsets: SharedOffsetConstants
     swaps: SwapArrays
-    starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
-    ends: NDArray[np.int64]  # (links,) joint at the end of each link
-    delay_prior: float  # [m²/s²] of :func:`pose_core.filter.adaptation.estimate_delay`
-    delay_memory_s: float
-    known_delay_s: float  # [s] prior mean of the trackers' delays, from the parameters
-    most_adaptation: float
-    adapted_distance: float
-    adaptation_memory_s: float
+    adaptation: AdaptationConstants
 
 
 def make_constants(
     tree: SegmentTree, tuning: FilterTuning, known_delay_s: float = 0.0
 ) -> FilterConstants:
     """Constants of a body; ``known_delay_s`` [s] is the prior mean of the trackers' delays."""
-    motion = tuning.motion
     return FilterConstants(
         motion=_motion(tree, tuning),
         camera=_camera(tree, tuning),
@@ -64,14 +57,16 @@ def make_constants(
         imu=_imu(tree.model, tuning.imu),
         shared_offsets=_shared_offsets(tree, tuning),
         swaps=SWAPS,
-        starts=tree.model.link_joints,
-        ends=_link_ends(tree.model),
-        delay_prior=tuning.camera.delay_prior,
-        delay_memory_s=tuning.camera.delay_memory,
-        known_delay_s=float(known_delay_s),
-        most_adaptation=motion.most_adaptation,
-        adapted_distance=motion.adapted_distance,
-        adaptation_memory_s=motion.adaptation_memory,
+        adaptation=AdaptationConstants(
+            starts=tree.model.link_joints,
+            ends=_link_ends(tree.model),
+            delay_prior=tuning.camera.delay_prior,
+            delay_memory_s=tuning.camera.delay_memory,
+            known_delay_s=float(known_delay_s),
+            most_adaptation=tuning.motion.most_adaptation,
+            adapted_nis=tuning.motion.adapted_nis,
+            nis_memory_s=tuning.motion.nis_memory,
+        ),
     )
 
 

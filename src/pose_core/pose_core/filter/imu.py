@@ -6,8 +6,10 @@ measures the link's rotation through the mounting M, and its gyroscope measures 
 .. math:: R_z(\psi)\,R_{ws}\,M = \exp(n)\,R_l, \quad R_z(\psi)\,R_{ws}\,\omega_s = \omega_l + n
 
 With :math:`Q = R_z(\hat\psi) R_{ws} \hat M` the residual :math:`\log(Q \hat R_l^T)` is
-:math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`. The noise n is normal about the link's axes:
-pelvis and trunk, which bend forward within themselves, differ from their IMU about the lateral one.
+:math:`\delta\theta_l - e_z\,\delta\psi - Q\,\delta m`: the link's error turns in map,
+:math:`R = \exp(\delta\theta) \hat R`, the mounting's in the link,
+:math:`M = \hat M \exp(\delta m)`. The noise n is normal about the link's axes: pelvis and trunk,
+which bend forward within themselves, differ from their IMU about the lateral one.
 """
 
 from typing import NamedTuple
@@ -23,7 +25,8 @@ from pose_core.streams.samples import FloatArray
 
 FASTEST = 6.0  # [rad/s] above which the soft-tissue error does not grow further
 LATERAL = 1  # axis y of a link
-HELD_JERK = 100.0  # [rad/s³] of a swinging limb while its sample is extrapolated
+RATE_NOISE_GROWTH = 0.5  # [s] of the gyroscope's noise with its rate: a segment is not rigid
+HELD_JERK = 100.0  # [rad/s³] half that of a swinging limb while its sample is extrapolated
 
 
 class ImuConstants(NamedTuple):
@@ -65,7 +68,7 @@ def add_imus(
         column, age_s = state.imu_column[link], readings.age_s[row]
         speed = min(imu_residual(state, readings, row, Q, residual), FASTEST)
         held = HELD_JERK * age_s**3 / 3.0
-        rate_variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
+        rate_variance = constants.rate_stddev**2 * (1.0 + (RATE_NOISE_GROWTH * speed) ** 2)
         rate_variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
         orientation = add_group(rows, 3, constants.student_dof, link)
         first = rows.first[orientation]

@@ -5,7 +5,7 @@ r"""Prediction: rates decay with a time constant and are driven by white acceler
           r = \tau_\omega (1 - e^{-\Delta t / \tau_\omega})
 
 The power of w adapts to the motion: it grows with the link's own rate, and while all cameras
-measure a joint away from its prediction (:func:`pose_core.filter.adaptation.adapt`).
+measure a joint away from its prediction (:func:`pose_core.filter.adaptation.adapt_process_noise`).
 """
 
 from typing import NamedTuple

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.filter.rows import NORMAL, Rows, add_group
-from pose_core.filter.state import NO_COLUMN, FilterState
+from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.swing_twist import flexion, twist
@@ -40,6 +40,13 @@ class PostureConstants(NamedTuple):
     spine_parents: NDArray[np.int64]
     spine_links: NDArray[np.int64]
     spine_variance: FloatArray  # (3,) [rad²] about the parent's axes
+
+
+@compiled_in_place
+def most_posture_rows(constants: PostureConstants) -> int:
+    """Upper bound of the number of rows that :func:`add_posture` adds."""
+    spine = 3 * len(constants.spine_links)
+    return 3 * len(constants.hinge_links) + len(constants.twist_links) + spine
 
 
 @compiled
@@ -118,12 +125,12 @@ def turn_back(constants: PostureConstants, state: FilterState, relative: FloatAr
     """Rotate limbs that bend backwards too far by half a turn; returns their number.
 
     Both links rotate about their long axes, so that no joint moves. Links with an IMU are not
-    changed: their axial rotation is known. ``relative`` is a work array, (3, 3).
+    changed: it measures their axial rotation. ``relative`` is a work array, (3, 3).
     """
     count = 0
     for hinge in range(len(constants.hinge_links)):
         parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
-        if state.imu_column[parent] != NO_COLUMN or state.imu_column[link] != NO_COLUMN:
+        if state.has_reading[parent] or state.has_reading[link]:
             continue
         upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
         transposed_product(upper, lower, relative)

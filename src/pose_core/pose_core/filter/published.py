@@ -67,7 +67,7 @@ def predict_published(
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
     velocity = 3 + 3 * len(parents) + 3 * len(state.pose.slides)
     for axis in range(3):
-        out.place_variance[axis] = (
+        out.position_variance[axis] = (
             later_covariance(state.P, velocity, axis, axis, rate_time_s, rate_time_s)
             + dt_s**3 / 3.0 * power[0]
         )

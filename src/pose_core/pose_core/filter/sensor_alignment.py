@@ -62,6 +62,7 @@ class AlignmentTuning:
     heading_stddev: float = 0.31  # [rad] at most
     tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
     covariance_factor: float = 0.7  # [-] of the covariance passed to the filter
+    judged_s: float = 3.0  # [s] of motion in view before an IMU is said not to fit its link
     misfit: float = 1.1  # [-] above which the IMU's motion does not fit the link
     arm_misfit: float = 3.0  # [-] the same for arms, where trackers have larger errors
 
@@ -91,7 +92,7 @@ class SegmentAlignment:
         self._bend_variance = bend**2
         self._most_misfit = tuning.arm_misfit if is_arm else tuning.misfit
         self._sums: FloatArray = np.zeros((3, 3, 3))
-        self._total: FloatArray = np.zeros(2)
+        self._total: FloatArray = np.zeros(2)  # weights, and durations of the axes, 3 s a second
         self.is_unlike = False  # whether even the best solution does not fit
 
     def clear(self) -> None:
@@ -147,9 +148,9 @@ class SegmentAlignment:
         else:
             found = best_heading(self._sums, samples_per_s, mounting)
         stddev = np.sqrt(np.diag(found.covariance))
-        misfit = self._misfit(found)
-        self.is_unlike = misfit > self._most_misfit
-        is_sure = not self.is_unlike and (
+        fits = self._misfit(found) <= self._most_misfit
+        self.is_unlike = not fits and self._total[1] > 3.0 * self._tuning.judged_s
+        is_sure = fits and (
             found.gap > self._tuning.gap
             and stddev[3] < self._tuning.heading_stddev
             and max(stddev[0], stddev[1]) < self._tuning.tilt_stddev

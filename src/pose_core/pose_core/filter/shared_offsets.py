@@ -61,19 +61,19 @@ def estimate_shared_offsets(
     state.waist_s[0] = min(state.waist_s[0] + gap_s, MEMORY_S)
     if state.waist_s[0] == 0.0:
         return
-    places, seen, hips, shoulders = view.places, np.empty(2), np.empty(2), np.empty(2)
-    across = places[LEFT_HIP] - places[RIGHT_HIP]
-    up = places[NECK] - 0.5 * (places[LEFT_HIP] + places[RIGHT_HIP])
+    waist, hips, shoulders = np.empty(2), np.empty(2), np.empty(2)
+    left, right = view.positions[LEFT_HIP], view.positions[RIGHT_HIP]
+    across, up = left - right, view.positions[NECK] - 0.5 * (left + right)
     line = np.dot(view.rotations[constants.trunk].T, across)
-    seen[BEND] = -np.arcsin(np.sum(across * up) / np.sqrt(np.sum(across**2) * np.sum(up**2)))
-    seen[TURN] = np.arctan2(line[0], line[1])
+    waist[BEND] = -np.arcsin(np.sum(across * up) / np.sqrt(np.sum(across**2) * np.sum(up**2)))
+    waist[TURN] = np.arctan2(line[0], line[1])
     for axis in range(2):
         of_shoulders = constants.shoulders_variance if axis == TURN else 0.0
         both = constants.hips_variance + of_shoulders
         total = both + constants.mean_variance[axis] + MOTION / state.waist_s[0]
         mean = state.waist_mean[axis]
         precision = min((STUDENT_DOF + 1.0) / (STUDENT_DOF + mean**2 / total), 1.0) / total
-        uncorrected = seen[axis] + both * precision * mean
+        uncorrected = waist[axis] + both * precision * mean
         mean += gap_s / state.waist_s[0] * (uncorrected - mean)
         state.waist_mean[axis] = mean
         hips[axis] = constants.half_hips * constants.hips_variance * precision * mean

@@ -16,7 +16,8 @@ and the statistical linear regression through all points is
           \Omega = \frac{1}{c} \sum_i e_i e_i^T + (\beta - \alpha^2)\, m\,m^T
 
 m is the shift of the mean from the centre. Ω is the residual covariance of the regression, which
-is added to the measurement noise. An update with m, H and Ω is the unscented update.
+is added to the measurement noise. For one joint, an update with m, H and Ω is the
+unscented update; between joints, the correlation of Ω is neglected.
 
 References:
     Julier, Uhlmann (2004), Unscented filtering and nonlinear estimation, Proceedings IEEE 92(3).

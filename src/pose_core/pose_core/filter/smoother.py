@@ -21,7 +21,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
 from pose_core.filter.layout import Layout
-from pose_core.filter.state import FilterState, inject_error
+from pose_core.filter.state import NO_COLUMN, FilterState, inject_error
 from pose_core.filter.tuning import MotionPrior
 from pose_core.streams.samples import FloatArray
 
@@ -89,7 +89,7 @@ def of_body(state: FilterState, layout: Layout) -> FilterState:
     """Copy of a state whose covariance excludes the alignment of the IMUs."""
     copied = state.copy()
     body = np.ascontiguousarray(copied.P[: layout.imus, : layout.imus])
-    copied.imu_column[:] = -1
+    copied.imu_column[:] = NO_COLUMN
     return copied._replace(P=body)
 
 

@@ -8,11 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_core.filter.adaptation import LONGEST_GAP_S, adapt, estimate_delay, estimate_offsets
+from pose_core.filter.adaptation import (
+    LONGEST_GAP_S,
+    adapt_process_noise,
+    estimate_delay,
+    estimate_offsets,
+    smooth_nis,
+)
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
-from pose_core.filter.posture import add_posture, turn_back
+from pose_core.filter.posture import add_posture, most_posture_rows, turn_back
 from pose_core.filter.rows import Rows, make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
@@ -22,8 +28,8 @@ from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
 from pose_core.streams.samples import FloatArray
 
 CAMERA_ITERATIONS, IMU_ITERATIONS = 2, 1
-POSTURE_ROWS = 64  # at most
-LARGEST_NIS = 9.0  # [-] a joint's NIS is clipped to it before averaging
+LEAST_IMU_WEIGHT = 1e-3  # [-] lower bound of an IMU's weight
+NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
 
 
 class StepResult(NamedTuple):
@@ -50,13 +56,16 @@ def update_with_imus(
         readings: Samples of the IMUs whose alignment is in the state.
         information: (links, 3, 3) [1/rad²] on each link's rotation; the IMUs' share is added.
     """
+    state.has_reading[:] = False
+    for link in readings.links:
+        state.has_reading[link] = True
     count = len(readings.links)
     if count == 0:
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
-    weights, distance, spread = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
-    if not robust_update(state, rows, IMU_ITERATIONS, 1e-3, weights, distance, spread):
+    weights, nis, diagonal = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
+    if not robust_update(state, rows, IMU_ITERATIONS, LEAST_IMU_WEIGHT, weights, nis, diagonal):
         return False
     for row in range(count):
         precision = scaled(inverse(symmetric(rows.noise[2 * row])), weights[2 * row])
@@ -76,64 +85,45 @@ def update_with_frame(
         frame: One camera's joints.
         information: (links, 3, 3) [1/rad²] on each link's rotation; the camera's share is added.
     """
-    joints = len(frame.positions)
-    rows = make_rows(3 * joints + POSTURE_ROWS, joints + POSTURE_ROWS, len(state.P))
+    joints, posture_rows = len(frame.positions), most_posture_rows(constants.posture)
+    rows = make_rows(3 * joints + posture_rows, joints + posture_rows, len(state.P))
     view = predict_view(constants.camera, state, frame)
     add_camera(constants.camera, state, frame, view, rows)
-    seen = rows.filled[1]
+    joint_groups = rows.filled[1]
     add_posture(constants.posture, state.pose.rotations, rows)
-    groups, count = rows.filled[1], rows.filled[0]
-    weights, distance, spread = np.empty(groups), np.empty(groups), np.empty(count)
+    groups = rows.filled[1]
+    weights, nis, HPHt_diagonal = np.empty(groups), np.empty(groups), np.empty(rows.filled[0])
     if not robust_update(
         state,
         rows,
         CAMERA_ITERATIONS,
         constants.camera.least_weight,
         weights,
-        distance,
-        spread,
+        nis,
+        HPHt_diagonal,
     ):
         return StepResult(False, 0, np.nan, np.nan)
-    estimate_offsets(state, frame, view, rows, rows.residual[:count], spread, weights)
+    gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S)
+    state.silent_s[frame.sensor] = 0.0
+    estimate_offsets(state, frame, view, rows, HPHt_diagonal, weights)
     if frame.late_s == 0.0:
-        estimate_delay(
-            constants.starts,
-            constants.ends,
-            constants.delay_prior,
-            constants.known_delay_s,
-            constants.delay_memory_s,
-            state,
-            frame,
-            view,
-            rows,
-            weights,
-            np.empty(joints, np.int64),
-        )
-    if seen > 0:
-        gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S) / len(state.silent_s)
-        estimate_shared_offsets(constants.shared_offsets, view, gap_s, state)
-    adapt(
-        constants.ends,
-        constants.most_adaptation,
-        constants.adapted_distance,
-        constants.adaptation_memory_s,
-        state,
-        frame.sensor,
-        rows,
-        distance,
-    )
-    add_link_information(rows, seen, weights, information)
+        estimate_delay(constants.adaptation, gap_s, state, frame, view, rows, weights)
+    if joint_groups > 0:
+        estimate_shared_offsets(constants.shared_offsets, view, gap_s / len(state.silent_s), state)
+    smooth_nis(constants.adaptation.nis_memory_s, gap_s, state, frame.sensor, rows, nis)
+    adapt_process_noise(constants.adaptation, gap_s, state)
+    add_link_information(rows, joint_groups, weights, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
-    if seen == 0:
+    if joint_groups == 0:
         return StepResult(True, turned, np.nan, np.nan)
-    mean_nis = np.mean(np.minimum(distance[:seen], LARGEST_NIS))
-    return StepResult(True, turned, float(mean_nis), float(np.median(distance[:seen])))
+    mean_nis = np.mean(np.minimum(nis[:joint_groups], NIS_CLIP))
+    return StepResult(True, turned, float(mean_nis), float(np.median(nis[:joint_groups])))
 
 
 @compiled
-def add_link_information(rows: Rows, seen: int, weights: FloatArray, out: FloatArray) -> None:
-    """Add Hᵀ (R / w)⁻¹ H of each joint to the links' diagonal blocks, with R's mean variance."""
-    for group in range(seen):
+def add_link_information(rows: Rows, groups: int, weights: FloatArray, out: FloatArray) -> None:
+    """Add Hᵀ (R / w)⁻¹ H of each joint's group to the links' blocks, with R's mean variance."""
+    for group in range(groups):
         first, noise = rows.first[group], rows.noise[group]
         precision = 3.0 * weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])
         for link in range(len(out)):

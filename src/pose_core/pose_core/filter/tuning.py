@@ -38,8 +38,8 @@ class MotionPrior:
     )
     slide_memory: float = 0.5  # [s]
     most_adaptation: float = 6.0  # [-] factor of an acceleration while the cameras disagree with it
-    adapted_distance: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
-    adaptation_memory: float = 0.05  # [s] over which the NIS is smoothed
+    adapted_nis: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
+    nis_memory: float = 0.05  # [s] over which the NIS is smoothed
 
 
 @dataclass(frozen=True, kw_only=True)

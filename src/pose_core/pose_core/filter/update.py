@@ -4,12 +4,13 @@ With a weight w for each group of rows, :math:`S = H P H^T + R / w`,
 :math:`\delta x = P H^T S^{-1} r`, :math:`P \leftarrow P - P H^T S^{-1} H P`. Each group's weight
 follows from its residual after the update, :math:`e = r - H\,\delta x = R / w\,S^{-1} r`:
 
-.. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w \le 1
+.. math:: w = \frac{\nu + d}{\nu + \lambda\,e^T R^{-1} e}, \quad w_\mathrm{least} \le w \le 1
 
-with d its number of rows and ν its degrees of freedom. The first weights follow in the same way
-from the innovations and their covariance, r and S. All iterations take place in measurement
-space. With the Cholesky factorisation :math:`S = U^T U`, the state needs two substitutions; with
-:math:`W = U^{-T} H P` the covariance is :math:`P - W^T W`, of which one half is computed.
+with d its number of rows, ν its degrees of freedom and λ a factor (1 but for hinges). The first
+weights follow in the same way from the innovations and their covariance, r and S. All iterations
+take place in measurement space. With the Cholesky factorisation :math:`S = U^T U`, the state needs
+two substitutions; with :math:`W = U^{-T} H P` the covariance is :math:`P - W^T W`, of which one
+half is computed.
 
 References:
     Roth, Özkan, Gustafsson (2013), A Student's t filter for heavy tailed process and measurement
@@ -35,8 +36,8 @@ def robust_update(
     iterations: int,
     least_weight: float,
     weights: FloatArray,
-    distance: FloatArray,
-    variance: FloatArray,
+    nis: FloatArray,
+    HPHt_diagonal: FloatArray,
 ) -> bool:
     """Update the state with some measurement rows, in place.
 
@@ -46,27 +47,27 @@ def robust_update(
         iterations: Number of solutions, at least one; weights are recomputed between them.
         least_weight: Lower bound of a group's weight [-].
         weights: Filled, (groups,).
-        distance: Filled, (groups,): squared Mahalanobis distance of each group's innovation.
-        variance: Filled, (rows,): diagonal of H P Hᵀ.
+        nis: Filled, (groups,): normalised innovation squared of each group.
+        HPHt_diagonal: Filled, (rows,).
 
     Returns:
         Whether the result is finite; if not, the state is unchanged.
     """
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
-    HP, spread = np.zeros((count, len(P))), np.zeros((count, count))
+    HP, HPHt = np.zeros((count, len(P))), np.zeros((count, count))
     add_product(H, P, HP, False)
-    add_product(H, np.ascontiguousarray(HP.T), spread, True)
-    S, solved = spread.copy(), np.empty(count)
+    add_product(H, np.ascontiguousarray(HP.T), HPHt, True)
+    S, solved = HPHt.copy(), np.empty(count)
     for row in range(count):
-        variance[row] = spread[row, row]
+        HPHt_diagonal[row] = HPHt[row, row]
     weights[:groups] = 1.0
     add_noise(rows, weights, S)
-    innovation_distances(rows, S, distance)
+    fill_nis(rows, S, nis)
     for group in range(groups):
-        weights[group] = weight_of(rows, group, distance[group], least_weight)
+        weights[group] = weight_of(rows, group, nis[group], least_weight)
     for iteration in range(iterations):
-        S[:] = spread
+        S[:] = HPHt
         add_noise(rows, weights, S)
         factorise(S)
         solved[:] = residual
@@ -110,15 +111,15 @@ def add_noise(rows: Rows, weights: FloatArray, S: FloatArray) -> None:
 
 
 @compiled_in_place
-def innovation_distances(rows: Rows, S: FloatArray, distance: FloatArray) -> None:
+def fill_nis(rows: Rows, S: FloatArray, nis: FloatArray) -> None:
     """Compute rᵀ S⁻¹ r of each group with its own block of S."""
     for group in range(rows.filled[1]):
         first, size = rows.first[group], rows.size[group]
         r, block = rows.residual[first : first + size], S[first : first + size, first:]
         if size == 1:
-            distance[group] = r[0] ** 2 / block[0, 0]
+            nis[group] = r[0] ** 2 / block[0, 0]
         else:
-            distance[group] = quadratic_form(inverse(symmetric(block)), r)
+            nis[group] = quadratic_form(inverse(symmetric(block)), r)
 
 
 @compiled_in_place

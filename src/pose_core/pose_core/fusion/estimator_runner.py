@@ -13,7 +13,7 @@ from pose_core.fusion.observation import Observation
 from pose_core.fusion.output import Output
 from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import TimedPose
+from pose_core.fusion.pose_block import TimedPose, block_of_poses
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
@@ -159,7 +159,7 @@ class EstimatorRunner:
         """Convert the poses that wait, which are of one body."""
         if not self._poses or self._estimator is None or self._shape is None:
             return
-        poses = self._estimator.block_of(self._poses, self._newest_ns)
+        poses = block_of_poses(self._poses, self._newest_ns, self._model)
         self._poses, self._newest_ns = [], []
         block = self._output.estimates(poses, self._shape)
         if block is not None:

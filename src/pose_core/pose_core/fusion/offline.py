@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion.estimates import BodyEstimate
@@ -39,7 +40,10 @@ def fuse(
     return series_of_estimates([*estimates, *pipeline.flush()])
 
 
-def first_pass(parameters: FusionParameters) -> FusionParameters | None:
+Parameters = TypeVar("Parameters", bound=FusionParameters)
+
+
+def first_pass(parameters: Parameters) -> Parameters | None:
     """Parameters of a first pass over a recording; None if one pass suffices.
 
     An estimator that uses later samples begins with the sensor-to-segment alignments of the IMUs

@@ -1,10 +1,10 @@
-"""Parameters of the fusion, the same live and offline."""
+"""Parameters of the pipeline, the same live and offline."""
 
 from dataclasses import dataclass
 
 from pose_core.baseline_filters.li2020 import Li2020Parameters
 from pose_core.estimators import ESTIMATORS
-from pose_core.parameters import NAME, NAME_ENDING, RUN, parameter
+from pose_core.parameters import NAME, NAME_ENDING, parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,21 +28,6 @@ class FusionParameters(Li2020Parameters):
     )
     sensors: tuple[str, ...] = parameter(
         ("left", "right"), doc="names of the Kinects", pattern=NAME_ENDING
-    )
-    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: use /tf_static")
-    imus_file: str = parameter(
-        "",
-        doc="YAML of the session whose section `imus` has the sensor-to-segment alignment; "
-        "empty: `extrinsics_file`; without such a section: aligned from motion",
-    )
-    shape_file: str = parameter(
-        "", doc="YAML of the bone lengths: read if it exists, otherwise written after measuring"
-    )
-    run: str = parameter(
-        "",
-        doc="name of the graph's run: a node that is restarted within a run continues with "
-        "its previous results; empty: no results are kept",
-        pattern=RUN,
     )
     shape_duration: float = parameter(
         2.0,

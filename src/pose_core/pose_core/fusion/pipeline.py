@@ -139,7 +139,7 @@ class FusionPipeline:
         self._preprocessor.place_sensors(extrinsics)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use sensor-to-segment rotations of a calibration; none are estimated from motion."""
+        """Use known mountings; headings and other IMUs are still aligned from motion."""
         self._runner.use_sensor_to_segment(alignments)
 
     def use_clocks(self, clocks: Clocks) -> None:

@@ -106,6 +106,8 @@ def type_specialised(kernel: F) -> F:
     change; otherwise its memory would be misinterpreted.
     (``tests/support/checked_kernels.py`` checks that in the tests' own process.)
     """
+    if numba.config.DISABLE_JIT:
+        return kernel
     chosen: Callable[..., Any] | None = None
 
     def call(*arguments: Any) -> Any:

@@ -26,7 +26,7 @@ class PublishedState(NamedTuple):
     rotations: FloatArray  # (links, 3, 3): R_map_link
     rates: FloatArray  # (links, 3) [rad/s] in map
     joints: FloatArray  # (joints, 3) [m] in map, including slides
-    place_variance: FloatArray  # (3,) [m²] of the root's position
+    position_variance: FloatArray  # (3,) [m²] of the root's position
     covariance: FloatArray  # (links, 3, 3) [rad²] of each link's rotation relative to its parent
     information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
     scale: FloatArray  # (1,) [-] of the variances
@@ -250,7 +250,7 @@ def extract_root(
     """Extract the degrees of freedom of the root; see :func:`extract_pose`."""
     for axis in range(3):
         out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
-        out[2, axis] = state.place_variance[axis]
+        out[2, axis] = state.position_variance[axis]
     for link in range(len(model.parents)):
         if model.parents[link] >= 0:
             continue

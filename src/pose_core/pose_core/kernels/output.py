@@ -62,7 +62,7 @@ def output_states(
         blending: The last output; updated.
         output: Filled.
     """
-    of_dof = np.empty((5, len(blending.position)))
+    of_dof = np.zeros((6, len(blending.position)))
     rotations = np.empty(states.rotations.shape[1:])
     for n in range(len(states.position)):
         state = PublishedState(
@@ -71,7 +71,7 @@ def output_states(
             states.rotations[n],
             states.rates[n],
             states.joints[n],
-            states.place_variance[n],
+            states.position_variance[n],
             states.covariance[n],
             states.information[n],
             states.scale[n],
@@ -79,10 +79,11 @@ def output_states(
         rotations[:] = state.rotations
         turn_into_hinge_planes(rotations, body.hinges)
         extract_pose(body.model, state.position, rotations, state, blending.position, of_dof)
-        share_out(of_dof[3:], NOTHING, of_dof[3:], output.source[n])
+        share_out(of_dof[3:5], NOTHING, of_dof[3:5], output.source[n])
         blend(body, int(stamps_ns[n]), rotations[0], blending, of_dof, output.is_known[n])
         published_variance(
             of_dof[2],
+            of_dof[5],
             blending.velocity,
             of_dof[4],
             state.scale[0],
@@ -124,10 +125,12 @@ def blend(
         stamp_ns: [ns].
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.
-        of_dof: The filter's values, rates and variances, (3 or more, d); the variances are updated.
+        of_dof: The filter's values, rates, variances and both sources' information, and the
+            variance that blending adds, which is filled, (6, d).
         is_known: Filled, (d,).
     """
     dt_s = elapsed_s(blending, stamp_ns)
+    of_dof[5] = 0.0
     blend_root(dt_s, R_map_root, blending, of_dof)
     is_known[:ROOT_DOF] = True
     target = np.empty(3)
@@ -135,7 +138,7 @@ def blend(
         for row in range(3):
             target[row] = of_dof[row, at]
         is_known[at] = blend_angle(blending, at, dt_s, target, body.limits[at])
-        of_dof[2, at] = target[2]
+        of_dof[5, at] = target[2]
     blending.stamp_ns[0] = stamp_ns
 
 
@@ -151,7 +154,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
             e, e_rate = decay(blending, e, blending.velocity[axis] - v, BLEND_S, dt_s)
             of_dof[0, axis] += e
             of_dof[1, axis] += e_rate
-            of_dof[2, axis] += e**2
+            of_dof[5, axis] = e**2
         w_x, w_y, w_z = of_dof[1, 3], of_dof[1, 4], of_dof[1, 5]
         turn_by(-dt_s * w_x, -dt_s * w_y, -dt_s * w_z, R)
         product_transposed(blending.R_map_root, R, apart)
@@ -161,7 +164,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
             rate = blending.velocity[3 + axis] - w
             turn[axis], e_rate = decay(blending, turn[axis], rate, BLEND_S, dt_s)
             of_dof[1, 3 + axis] += e_rate
-            of_dof[2, 3 + axis] += turn[axis] ** 2
+            of_dof[5, 3 + axis] = turn[axis] ** 2
         R[:] = R_map_root
         turn_by(turn[0], turn[1], turn[2], R)
         logarithm(R, turn)
@@ -208,6 +211,7 @@ def share_out(
 @compiled_in_place
 def published_variance(
     variance: FloatArray,
+    blended: FloatArray,
     velocity: FloatArray,
     weight_imu: FloatArray,
     scale: float,
@@ -218,6 +222,7 @@ def published_variance(
 
     Args:
         variance: The filter's, (d,).
+        blended: What output blending adds, (d,).
         velocity: (d,).
         weight_imu: Share of the IMUs, (d,) [-].
         scale: Of the variances [-].
@@ -233,4 +238,4 @@ def published_variance(
             calibration[which, 2, at],
         )
         moved = late_s * velocity[at]
-        out[at] = factor * scale * variance[at] + moved**2 + stddev**2
+        out[at] = factor * scale * variance[at] + moved**2 + stddev**2 + blended[at]

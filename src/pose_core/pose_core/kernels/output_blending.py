@@ -106,7 +106,7 @@ def blend_angle(
         at: Index of the degree of freedom.
         dt_s: See :func:`elapsed_s`.
         target: The filter's value [rad], rate [rad/s] and variance [rad²], (3,); the variance
-            is increased by the difference to the published angle.
+            is replaced by what blending adds to it.
         limits: Lower and upper limit, (2,) [rad].
     """
     before, rate_before = blending.position[at], blending.velocity[at]
@@ -133,5 +133,5 @@ def blend_angle(
     is_known = is_known and abs(e) <= UNKNOWN_APART
     blending.unknown_s[at] = 0.0 if is_known else blending.unknown_s[at] + dt_s
     grown = min(excess + UNKNOWN_GROWTH * blending.unknown_s[at], LARGEST_UNKNOWN)
-    target[2] += grown**2 + e**2
+    target[2] = grown**2 + e**2
     return is_known

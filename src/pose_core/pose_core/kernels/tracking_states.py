@@ -47,7 +47,7 @@ def tracking_states(model: ModelArrays, states: PublishedState, out: NDArray[np.
                 trace += C[i, i]
                 for source in range(2):
                     information += states.information[row, source, link, i, i]
-            origin = states.place_variance[row].sum() if about < 0 else variance[about]
+            origin = states.position_variance[row].sum() if about < 0 else variance[about]
             for joint in range(joints):
                 if model.link_of_joint[joint] != link:
                     continue

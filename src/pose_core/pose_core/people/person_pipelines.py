@@ -96,7 +96,7 @@ class PersonPipelines:
             pipeline.use_clocks(clocks)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use these alignments of the subject's IMUs instead of estimating them from motion."""
+        """Use known mountings of the subject's IMUs; see :class:`FusionPipeline`."""
         self._alignments = alignments
         self.subject.use_sensor_to_segment(alignments)
 

@@ -143,7 +143,7 @@ class PeoplePipeline:
         self._pipelines.use_clocks(clocks)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
-        """Use these alignments of the IMUs instead of estimating them from motion."""
+        """Use known mountings; headings and other IMUs are still aligned from motion."""
         self._pipelines.use_sensor_to_segment(alignments)
 
     def use_shape(self, shape: BodyShape) -> None:

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pose_core.counters import Counters
 from pose_core.session.clocks import IMUS, Clock, Clocks, block_on_reference_clock
@@ -92,38 +91,28 @@ class StampJudge:
             clocks: Clocks that correct the stamps afterwards.
         """
         clock = clocks.get(sample.sensor, Clock())
-        stamps_ns = np.array([clock.to_reference(sample.stamp_ns)])
         source = self._source(sample.sensor, CAMERA_RATE, CAMERA_LAG_NS)
-        is_used, offset_ns = self._judge_all(source, stamps_ns, arrival_ns)
-        if not is_used[0]:
+        if not self._judge(source, clock.to_reference(sample.stamp_ns), arrival_ns):
             return None
+        offset_ns = source.offset_ns
         return replace(sample, stamp_ns=sample.stamp_ns + offset_ns) if offset_ns else sample
 
     def imus(self, block: ImuBlock, arrival_ns: int, clocks: Clocks) -> ImuBlock:
         """IMU samples with their stamps corrected; see :meth:`skeleton`."""
         on_reference_ns = block_on_reference_clock(block, clocks).stamps_ns
-        stamps_ns, is_used = block.stamps_ns.copy(), np.zeros(len(block), np.bool_)
-        for index, segment in enumerate(block.segments):
-            rows = np.flatnonzero(block.imu == index)
-            if len(rows):
-                source = self._source(f"{IMUS}/{segment}", IMU_RATE, IMU_LAG_NS)
-                found = self._judge_all(source, on_reference_ns[rows], arrival_ns)
-                is_used[rows], offset_ns = found
-                stamps_ns[rows] += offset_ns
-        block = replace(block, stamps_ns=stamps_ns)
-        return block if is_used.all() else block.rows(np.flatnonzero(is_used))
+        sources = [self._source(f"{IMUS}/{name}", IMU_RATE, IMU_LAG_NS) for name in block.segments]
+        is_used = [
+            self._judge(sources[index], stamp_ns, arrival_ns)
+            for index, stamp_ns in zip(block.imu.tolist(), on_reference_ns.tolist(), strict=True)
+        ]
+        offsets_ns = np.array([source.offset_ns for source in sources], np.int64)
+        block = replace(block, stamps_ns=block.stamps_ns + offsets_ns[block.imu])
+        return block if all(is_used) else block.rows(np.flatnonzero(is_used))
 
     def _source(self, name: str, rate: float, largest_lag_ns: int) -> _Source:
         if name not in self._sources:
             self._sources[name] = _Source(rate, largest_lag_ns, tokens=rate * BURST_S)
         return self._sources[name]
-
-    def _judge_all(
-        self, source: _Source, stamps_ns: NDArray[np.int64], arrival_ns: int
-    ) -> tuple[NDArray[np.bool_], int]:
-        """Which samples may be used, (n,), and the corrections of their stamps [ns]."""
-        used = [self._judge(source, stamp_ns, arrival_ns) for stamp_ns in stamps_ns.tolist()]
-        return np.array(used), source.offset_ns
 
     def _judge(self, source: _Source, stamp_ns: int, arrival_ns: int) -> bool:
         stamp = stamp_ns + source.offset_ns

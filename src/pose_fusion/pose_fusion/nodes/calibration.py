@@ -70,7 +70,6 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         kept = None if known is not None else load_kept(self._kept, parameters.sensors)
         self._calibration = LiveCalibration(parameters, known or kept)
         if kept is not None:
-            known = kept
             self._calibration.restart()  # these are used until better ones are found
         self.changes["person"] = self._calibration.selector.follow
         self._counters = Counters(
@@ -78,9 +77,9 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
         )
         self._trouble = ""
         self._published_sources: tuple[str, ...] = ()
-        kept = latched(len(parameters.sensors))
-        self._extrinsics_publisher = self.create_publisher(TransformStamped, "extrinsics", kept)
-        self._clock_publisher = self.create_publisher(TimeReference, "clock_offsets", kept)
+        one_each = latched(len(parameters.sensors))
+        self._extrinsics_publisher = self.create_publisher(TransformStamped, "extrinsics", one_each)
+        self._clock_publisher = self.create_publisher(TimeReference, "clock_offsets", one_each)
         self._tf_publisher = self.create_publisher(TFMessage, "tf_static", latched(1))
 
     def activate(self) -> None:

@@ -19,7 +19,6 @@ from pose_calibration.imus.section import (
 from pose_core.api import (
     BodyShape,
     EstimateBlock,
-    FusionParameters,
     PeoplePipeline,
     StampJudge,
     estimator_class,
@@ -37,6 +36,7 @@ from pose_fusion.nodes.fusion_report import FusionReporter
 from pose_fusion.nodes.inbox import Inbox, MessageInfo, MessageQueue
 from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.nodes.standstill import Standstill
+from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_fusion.unused_sensors import unused_sensors
 from pose_io.clock_messages import clock_of
@@ -58,7 +58,7 @@ KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topic
 LATCHED_QOS = latched(QUEUE)
 
 
-class FusionNode(ManagedNode[FusionParameters]):
+class FusionNode(ManagedNode[FusionNodeParameters]):
     """Passes samples to a :class:`PeoplePipeline` and publishes its estimates.
 
     Args:
@@ -67,7 +67,7 @@ class FusionNode(ManagedNode[FusionParameters]):
 
     def __init__(self, **options: Any) -> None:
         self._bodies: BodyPublishers | None = None
-        super().__init__("fusion", FusionParameters, **options)
+        super().__init__("fusion", FusionNodeParameters, **options)
 
     def configure(self) -> None:
         """Create the pipeline; load extrinsics, body shape and IMU alignments."""
@@ -313,4 +313,4 @@ class FusionNode(ManagedNode[FusionParameters]):
 
 def main() -> None:
     """Run the node."""
-    run_node(FusionNode, parameters=FusionParameters)
+    run_node(FusionNode, parameters=FusionNodeParameters)

@@ -16,7 +16,6 @@ from pose_calibration.session_calibration import calibrate_people, complete
 from pose_core.api import (
     EstimateBlock,
     Extrinsics,
-    FusionParameters,
     PeoplePipeline,
     body_model_of,
     extrinsics_from_map,
@@ -37,6 +36,7 @@ from pose_fusion.conversions import (
     urdf_topic,
 )
 from pose_fusion.estimate_bytes import EstimateBytes
+from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames, read_extrinsics
 from pose_io.bag_writer import BagWriter
@@ -61,14 +61,14 @@ def parse_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
     )
     parser.add_argument("--storage", choices=("mcap", "sqlite3"), default="mcap")
     add_many_arguments(parser)
-    add_arguments(parser.add_argument_group("parameters of the fusion"), FusionParameters)
+    add_arguments(parser.add_argument_group("parameters of the fusion"), FusionNodeParameters)
     return parser.parse_args(arguments)
 
 
-def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionParameters:
+def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionNodeParameters:
     """Parameters from the file, then from the options; the sensors, if not named, from the bag."""
     values = values_from_ros_yaml(arguments.params, "fusion") if arguments.params else {}
-    given = {name: getattr(arguments, name) for name in specs(FusionParameters)}
+    given = {name: getattr(arguments, name) for name in specs(FusionNodeParameters)}
     values.update({name: value for name, value in given.items() if value is not None})
     if arguments.smooth:
         if values.get("estimator", "default") not in ("default", "smoothed"):
@@ -80,7 +80,7 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
     found = tuple(sensor_topics(bag))
     if not found:
         BagFrames(bag)  # says what is missing
-    parameters = from_mapping(FusionParameters, values)
+    parameters = from_mapping(FusionNodeParameters, values)
     if "sensors" not in values:
         return replace(parameters, sensors=found)
     missing = [sensor for sensor in parameters.sensors if sensor not in found]
@@ -92,23 +92,25 @@ def read_parameters(arguments: argparse.Namespace, bag: BagReader) -> FusionPara
     return parameters
 
 
-def find_extrinsics(bag: BagReader, parameters: FusionParameters, console: Console) -> Extrinsics:
+def find_extrinsics(
+    bag: BagReader, sensors: tuple[str, ...], console: Console, extrinsics_file: str = ""
+) -> Extrinsics:
     """Extrinsics from the file, else from the bag's transforms, else from its motion.
 
     What the first two lack, clocks and body measures, comes from the motion, too.
     """
-    if parameters.extrinsics_file:
-        known = load_extrinsics_of(Path(parameters.extrinsics_file), parameters.sensors)
+    if extrinsics_file:
+        known = load_extrinsics_of(Path(extrinsics_file), sensors)
     else:
         placed = read_extrinsics(bag)
-        if not all(sensor in placed for sensor in parameters.sensors):
+        if not all(sensor in placed for sensor in sensors):
             console.print("extrinsics: none in the bag, estimating them from its motion")
-            session = calibrate_people(BagFrames(bag), parameters.sensors)
+            session = calibrate_people(BagFrames(bag), sensors)
             if session.people_line:
                 console.print(session.people_line)
             return session.extrinsics
         console.print("extrinsics: from the bag's /tf_static")
-        known = extrinsics_from_map({sensor: placed[sensor] for sensor in parameters.sensors})
+        known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
     if not known.clocks:
         known = replace(known, clocks=read_clocks(bag))
     return complete_from_motion(bag, known, console)
@@ -132,7 +134,7 @@ def complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) ->
 class EstimateWriter:
     """Writes everybody's estimates into a bag, under the live topics' names."""
 
-    def __init__(self, writer: BagWriter, parameters: FusionParameters) -> None:
+    def __init__(self, writer: BagWriter, parameters: FusionNodeParameters) -> None:
         self._writer = writer
         self._parameters = parameters
         self._bytes: dict[str, EstimateBytes] = {}
@@ -179,7 +181,7 @@ class EstimateWriter:
 
 
 def make_pipeline(
-    parameters: FusionParameters,
+    parameters: FusionNodeParameters,
     extrinsics: Extrinsics,
     outlet: Callable[[str, EstimateBlock], None],
     console: Console,
@@ -198,7 +200,7 @@ def make_pipeline(
 def fuse(
     bag: BagReader,
     out_bag: Path,
-    parameters: FusionParameters,
+    parameters: FusionNodeParameters,
     *,
     storage: str = "mcap",
     console: Console | None = None,
@@ -215,7 +217,7 @@ def fuse(
     if out_bag.exists():
         raise InputError(f"{out_bag} exists already: name another one, or remove it first")
     prepare_visibly(parameters.estimator, body_model_of(parameters), console)
-    extrinsics = find_extrinsics(bag, parameters, console)
+    extrinsics = find_extrinsics(bag, parameters.sensors, console, parameters.extrinsics_file)
     with (
         BagWriter(out_bag, storage) as writer,
         progress_bar(console, TimeRemainingColumn()) as progress,

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import TimeRemainingColumn
 
-from pose_core.api import Extrinsics, FusionParameters
+from pose_core.api import Extrinsics
 from pose_core.errors import InputError, writing
 from pose_core.joints import JOINTS
 from pose_fusion.tools.fuse import find_extrinsics
@@ -137,10 +137,7 @@ def run() -> int | None:
     )
 
     def placed(bag: BagReader, sensors: tuple[str, ...]) -> Extrinsics:
-        parameters = FusionParameters(
-            sensors=sensors, person=options.person, extrinsics_file=options.extrinsics_file
-        )
-        return find_extrinsics(bag, parameters, console)
+        return find_extrinsics(bag, sensors, console, options.extrinsics_file)
 
     with open_bag(options.bag) as bag, progress_bar(console, TimeRemainingColumn()) as progress:
         task = progress.add_task("reading", total=None)

@@ -158,7 +158,7 @@ def read(
             return recorded
         fusion = FusionParameters(sensors=tuple(sensor_topics(bag)), person=person)
         try:
-            extrinsics = find_extrinsics(bag, fusion, console)
+            extrinsics = find_extrinsics(bag, fusion.sensors, console)
         except PoseError as error:
             print(f"without {', '.join(missing)}: {error}", file=sys.stderr)
             return recorded

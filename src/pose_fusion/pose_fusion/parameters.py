@@ -1,0 +1,27 @@
+"""Parameters of the fusion node, most of them also of ``./pose fuse``: the pipeline's and files."""
+
+from dataclasses import dataclass
+
+from pose_core.api import FusionParameters
+from pose_core.parameters import RUN, parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class FusionNodeParameters(FusionParameters):
+    """The pipeline's parameters, and the files with what is known before."""
+
+    extrinsics_file: str = parameter("", doc="YAML of the calibration; empty: use /tf_static")
+    imus_file: str = parameter(
+        "",
+        doc="YAML of the session whose section `imus` has the sensor-to-segment alignment; "
+        "empty: `extrinsics_file`; without such a section: aligned from motion",
+    )
+    shape_file: str = parameter(
+        "", doc="YAML of the bone lengths: read if it exists, otherwise written after measuring"
+    )
+    run: str = parameter(
+        "",
+        doc="name of the graph's run: a node that is restarted within a run continues with "
+        "its previous results; empty: no results are kept",
+        pattern=RUN,
+    )
