@@ -97,6 +97,7 @@ def exchanged(session):
 
 def test_imus_on_exchanged_segments_are_all_reported(exchanged):
     assert {name for name, use in exchanged.items() if use.reason} == set(EXCHANGED)
+    assert {n: use.exchanged_with for n, use in exchanged.items() if use.reason} == EXCHANGED
 
 
 def test_of_two_imus_on_exchanged_segments_at_least_one_is_reported(exchanged):

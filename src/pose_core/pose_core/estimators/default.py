@@ -233,9 +233,7 @@ class DefaultEstimator(StepwiseEstimator):
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
         if len(observation.readings) and late_s == 0.0:
-            self._state = self._alignments.observe(
-                observation.stamp_ns, observation.readings, self._state
-            )
+            self._state = self._alignments.observe(observation, self._state)
         return result
 
     def _uses_cameras(self) -> bool:

@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pose_core.body.model import BodyModel
+from pose_core.filter.exchange_check import ExchangeCheck
 from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
+from pose_core.fusion.observation import Observation
 from pose_core.imu.angular_velocity_check import REPLACED_STDDEV
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorToSegment
@@ -47,6 +49,7 @@ class ImuAlignments:
         self._model = model
         self._spine_bend = spine_bend
         self._tuning = AlignmentTuning()
+        self._exchanges = ExchangeCheck()
         self._worn: dict[str, _Worn] = {}
         self._known: dict[tuple[str, ...], list[tuple[int, _Worn]]] = {}  # see _worn_by
         self._sensor_to_segment: dict[str, SensorToSegment] = {}
@@ -115,14 +118,15 @@ class ImuAlignments:
             REPLACED_STDDEV * np.array(is_replaced),
         )
 
-    def observe(self, stamp_ns: int, states: ImuStates, state: FilterState) -> FilterState:
+    def observe(self, observation: Observation, state: FilterState) -> FilterState:
         """Collect one instant for the alignment; returns the state with newly aligned IMUs.
 
         Args:
-            stamp_ns: The instant [ns].
-            states: Measurements of all IMUs.
-            state: State of the filter after the update with the cameras' frame.
+            observation: Measurements of all IMUs, and the cameras' frame.
+            state: State of the filter after the update with them.
         """
+        stamp_ns, states = observation.stamp_ns, observation.readings
+        self._exchanges.add(stamp_ns, observation.positions, observation.tracking_state, states)
         before_ns, self._observed_ns = self._observed_ns, stamp_ns
         if before_ns is None or stamp_ns < before_ns:
             self._solved_ns = stamp_ns
@@ -147,7 +151,13 @@ class ImuAlignments:
 
     def _solve(self, stamp_ns: int, segments: tuple[str, ...], state: FilterState) -> FilterState:
         """Align IMUs with sufficient motion; store the uncertainty of the others."""
+        exchanged = self._exchanges.exchanged()
         for _, worn in self._worn_by(segments):
+            worn.use.exchanged_with = exchanged.get(worn.use.segment, "")
+            if worn.use.exchanged_with:
+                if worn.use.is_aligned:
+                    self._forget(worn, state)
+                continue
             if not worn.use.is_aligned:
                 known = worn.former_alignment or self._sensor_to_segment.get(worn.use.segment)
                 found = worn.alignment.solve(known, self._north(worn, state))

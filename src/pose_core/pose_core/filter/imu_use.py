@@ -20,6 +20,7 @@ class ImuUse:
     heading_stddev: float = float("nan")  # [rad]
     is_known: bool = True  # whether the body model has a link for the segment
     is_unlike: bool = False  # whether its motion does not fit its segment
+    exchanged_with: str = ""  # segment whose IMU it is exchanged with
     refused: str = ""  # why the estimator cannot use it at all, and what to do
     remark: str = ""  # what is wrong with its samples, and what is used instead
 
@@ -30,10 +31,15 @@ class ImuUse:
             return self.refused
         if not self.is_known:
             return "the body model has no link for this segment: name another segment"
+        if self.exchanged_with:
+            there = self.exchanged_with
+            return (
+                f"exchanged with that of {there}: exchange them on the body, or in the nodes file"
+            )
         if self.is_aligned:
             return ""
         if self.is_unlike:
-            return "its motion does not fit this segment: is it worn there, or exchanged?"
+            return "its motion does not fit this segment: is it worn there, and strapped on?"
         if self.contradictions:
             what = "the cameras or its gyroscope contradict it"
             return f"{what}: check its strap and its segment; move to realign it"

@@ -62,7 +62,7 @@ class AlignmentTuning:
     heading_stddev: float = 0.31  # [rad] at most
     tilt_stddev: float = 0.26  # [rad] at most, about the axes across the link
     covariance_factor: float = 0.7  # [-] of the covariance passed to the filter
-    judged_s: float = 3.0  # [s] of motion in view before an IMU is said not to fit its link
+    judged_s: float = 15.0  # [s] in view before an IMU is said not to fit its link
     misfit: float = 1.1  # [-] above which the IMU's motion does not fit the link
     arm_misfit: float = 3.0  # [-] the same for arms, where trackers have larger errors
 

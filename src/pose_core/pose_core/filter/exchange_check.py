@@ -1,0 +1,115 @@
+r"""Finds IMUs that are exchanged: worn on each other's segment.
+
+A sensor that is fixed to a segment has an axis u along it. With the segment's direction a(t) as the
+cameras measure it, and an unknown heading ψ of the sensor's world, the misfit of sensor i on
+segment j is
+
+.. math:: \chi^2_{ij} = \min_{\psi, u} \sum_t w_t\,|a_j - R_z(\psi)\,R_i\,u|^2
+          = 2 \sum_t w_t - 2 \max_\psi \Big|\sum_t w_t\,R_i^T R_z(\psi)^T a_j\Big|
+
+The sum is linear in :math:`(1, \cos\psi, \sin\psi)`, so that three vectors accumulate it. Sensors i
+and j are exchanged if that explains both segments clearly better,
+:math:`\chi^2_{ii} + \chi^2_{jj} - \chi^2_{ij} - \chi^2_{ji} > g`. The filter's own rotations are
+not used: an IMU that takes part has turned them already.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.sensor_alignment import HEADING_PARTS
+from pose_core.imu.imu_history import ImuStates
+from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, TrackingState
+from pose_core.stamps import NS_PER_S
+from pose_core.streams.samples import FloatArray
+
+PERIOD_NS = 80_000_000  # [ns] between two instants: errors of the cameras are correlated
+LONGEST_STEP_S = 0.2  # [s] for which one instant stands at most
+MEMORY_S = 60.0  # [s] time constant of the sums
+DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
+TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
+LATE_S = 0.1  # [s] in addition for each unit of the fastest sensor's rate
+INDEPENDENT_S = 0.8  # [s] correlation time of these errors
+CLEARLY = 20.0  # [-] g; without exchanged sensors 8 was the largest of 100 sessions
+_TURNS = np.radians(np.arange(0.0, 360.0, 6.0))
+HEADINGS = np.stack([np.ones_like(_TURNS), np.cos(_TURNS), np.sin(_TURNS)], axis=1)
+
+
+class ExchangeCheck:
+    """Accumulates the directions of all segments in all sensors' axes."""
+
+    def __init__(self) -> None:
+        self._stamp_ns = 0
+        self._restart((), ())
+
+    def add(
+        self,
+        stamp_ns: int,
+        positions: FloatArray,
+        tracking_state: NDArray[np.uint8],
+        states: ImuStates,
+    ) -> None:
+        """Add one instant; those that follow within :data:`PERIOD_NS` are left out.
+
+        Args:
+            stamp_ns: The instant [ns].
+            positions: Joints by the cameras in map, (sensors, 15, 3) [m].
+            tracking_state: (sensors, 15).
+            states: The IMUs at that instant; sums start anew if they, or their slips, change.
+        """
+        key = (states.segments, *sorted(states.slips.items()))
+        if key != self._key:
+            self._restart(key, states.segments)
+        since_ns = stamp_ns - self._stamp_ns
+        if 0 <= since_ns < PERIOD_NS:
+            return
+        self._stamp_ns = stamp_ns
+        dt_s = min(since_ns / NS_PER_S, LONGEST_STEP_S) if since_ns > 0 else 0.0
+        keep = np.exp(-dt_s / MEMORY_S)
+        self._sums *= keep
+        self._weight *= keep
+        rate = float(np.linalg.norm(states.angular_velocity, axis=1).max(initial=0.0))
+        weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
+        turned = np.swapaxes(states.R_world_sensor[self._rows], 1, 2)[:, None] @ HEADING_PARTS
+        tracked = np.where((tracking_state == TrackingState.TRACKED)[..., None], positions, np.nan)
+        for joints in tracked:
+            bones = joints[self._ends[:, 0]] - joints[self._ends[:, 1]]
+            length = np.linalg.norm(bones, axis=1)
+            known = length > 0.0
+            direction = np.where(known[:, None], bones, 0.0) / np.where(known, length, 1.0)[:, None]
+            weights = np.where(known, weight, 0.0)
+            self._sums += turned @ (weights[:, None] * direction).T
+            self._weight += weights
+
+    def _restart(self, key: tuple[object, ...], segments: tuple[str, ...]) -> None:
+        """Start anew with the IMUs of these segments, those of known directions."""
+        self._key = key
+        self._segments = tuple(name for name in segments if name in SEGMENT_ENDS)
+        self._rows = np.array([segments.index(name) for name in self._segments], np.int64)
+        ends = [[JOINT_INDEX[joint] for joint in SEGMENT_ENDS[name]] for name in self._segments]
+        self._ends = np.array(ends, np.int64).reshape(-1, 2)
+        stddev = [TRUNK_STDDEV if name == "torso" else DIRECTION_STDDEV for name in self._segments]
+        self._variance = np.square(stddev)
+        count = len(self._segments)
+        self._sums = np.zeros((count, 3, 3, count))  # sensor, part of R_z, axis, segment
+        self._weight = np.zeros(count)
+
+    def exchanged(self) -> Mapping[str, str]:
+        """Segments whose sensors are exchanged, each with the other one."""
+        if len(self._segments) < 2:
+            return {}
+        fitted = np.einsum("hp,ipaj->hiaj", HEADINGS, self._sums)
+        best = np.linalg.norm(fitted, axis=2).max(axis=0)
+        chi_square = 2.0 * (self._weight - best) / INDEPENDENT_S
+        own = np.diag(chi_square)
+        gain = own[:, None] + own - chi_square - chi_square.T
+        found: dict[str, str] = {}
+        for flat in np.argsort(gain, axis=None)[::-1].tolist():
+            i, j = divmod(flat, len(own))
+            if gain[i, j] <= CLEARLY:
+                break
+            one, other = self._segments[i], self._segments[j]
+            if one not in found and other not in found:
+                found.update({one: other, other: one})
+        return found
