@@ -86,7 +86,7 @@ def _cells(scores: Sequence[CapturedScore]) -> list[str]:
         number(mean("mpjpe_ratio"), 2),
         number(mean("lag_ms"), 0),
         number(float(np.mean(beyond)), 0),
-        number(max(score.lag_ms for score in scores), 0),
+        number(max((score.lag_ms for score in scores), key=abs), 0),
         number(mean("jerk"), 0),
         f"{percent(mean('within_1'))}, {percent(mean('within_2'))}",
         percent(sum(score.imus_used for score in scores) / worn) if worn else "–",

@@ -69,7 +69,8 @@ class ExchangeCheck:
         keep = np.exp(-dt_s / MEMORY_S)
         self._sums *= keep
         self._weight *= keep
-        rate = float(np.linalg.norm(states.angular_velocity, axis=1).max(initial=0.0))
+        rates = np.linalg.norm(states.angular_velocity, axis=1)
+        rate = float(np.max(rates, initial=0.0, where=np.isfinite(rates)))
         weight = dt_s / (self._variance + (LATE_S * rate) ** 2)
         turned = np.swapaxes(states.R_world_sensor[self._rows], 1, 2)[:, None] @ HEADING_PARTS
         tracked = np.where((tracking_state == TrackingState.TRACKED)[..., None], positions, np.nan)

@@ -1,0 +1,75 @@
+"""Exchanged IMUs are found from the limbs' directions, whatever their mountings and headings."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pose_core.filter.exchange_check import PERIOD_NS, ExchangeCheck
+from pose_core.imu.imu_history import ImuStates
+from pose_core.joints import JOINT_INDEX, JOINTS
+
+SEGMENTS = ("left_thigh", "left_shank", "right_thigh")
+SECONDS = 30.0
+
+
+def legs(t):
+    """Rotation of each segment in map: two legs that step in turn and bend their knees."""
+    swing, bend = 0.4 * np.sin(2.0 * t), 0.5 * (1.0 + np.sin(2.0 * t + 1.0))
+    angles = (swing, swing - bend, -swing)
+    sideways = 0.3 * np.sin(1.3 * t)  # in one plane, half a turn would exchange left and right
+    turn = Rotation.from_euler("z", 0.2 * t)
+    return [turn * Rotation.from_euler("xy", [sideways, -angle]) for angle in angles]
+
+
+def joints_of(rotations):
+    joints = np.full((len(JOINTS), 3), np.nan)
+    down = np.array([0.0, 0.0, -0.4])
+    for side, y in (("left", 0.1), ("right", -0.1)):
+        joints[JOINT_INDEX[f"{side}_hip"]] = [0.0, y, 0.9]
+    thigh, shank, other = rotations
+    joints[JOINT_INDEX["left_knee"]] = joints[JOINT_INDEX["left_hip"]] + thigh.apply(down)
+    joints[JOINT_INDEX["left_foot"]] = joints[JOINT_INDEX["left_knee"]] + shank.apply(down)
+    joints[JOINT_INDEX["right_knee"]] = joints[JOINT_INDEX["right_hip"]] + other.apply(down)
+    return joints
+
+
+def found(worn, seconds=SECONDS, slips_at=None):
+    """What is found if the IMU called SEGMENTS[k] is worn on worn[k]."""
+    rng = np.random.default_rng(1)
+    mountings, check = Rotation.random(3, random_state=2), ExchangeCheck()
+    heading = Rotation.from_euler("z", 1.0)
+    for k in range(int(seconds / (PERIOD_NS * 1e-9))):
+        stamp_ns = 10**18 + k * PERIOD_NS
+        rotations = legs(k * PERIOD_NS * 1e-9)
+        R = [
+            (heading * rotations[SEGMENTS.index(name)] * mounting).as_matrix()
+            for name, mounting in zip(worn, mountings, strict=True)
+        ]
+        states = ImuStates(
+            segments=SEGMENTS,
+            R_world_sensor=np.array(R),
+            angular_velocity=np.full((3, 3), 0.5),
+            stddev=np.full((3, 3), 0.02),
+            age_s=np.zeros(3),
+            slips={"left_thigh": 1} if slips_at is not None and k >= slips_at else {},
+        )
+        positions = joints_of(rotations) + rng.normal(0.0, 0.02, (len(JOINTS), 3))
+        check.add(stamp_ns, positions[None], np.full((1, len(JOINTS)), 2, np.uint8), states)
+    return check.exchanged()
+
+
+def test_imus_on_their_own_segments_are_not_accused():
+    assert found(SEGMENTS) == {}
+
+
+@pytest.mark.parametrize(("i", "j"), [(0, 1), (0, 2), (1, 2)])
+def test_exchanged_imus_are_named_with_each_other(i, j):
+    worn = list(SEGMENTS)
+    worn[i], worn[j] = worn[j], worn[i]
+    assert found(worn) == {SEGMENTS[i]: SEGMENTS[j], SEGMENTS[j]: SEGMENTS[i]}
+
+
+def test_short_evidence_and_evidence_from_before_a_slip_do_not_count():
+    worn = ("left_shank", "left_thigh", "right_thigh")
+    assert found(worn, seconds=1.0) == {}
+    assert found(worn, slips_at=int(29.0 / (PERIOD_NS * 1e-9))) == {}
