@@ -242,6 +242,6 @@ def test_axial_rotation_does_not_wind_up_when_arms_swing_overhead(estimator):
             assert np.degrees(np.abs(angle)).max() < 370.0
             hanging = [e for e in moving if swung(seconds(e) - 3.0) < np.radians(30.0)]
             assert np.median(error_deg(hanging, t, dof, degree.name)) < 15.0
-            # On the way down, flexion and rotation may be on the other branch for a moment: with
-            # six noises for 0 to 10 % of the time.
+            # On the way down, flexion and rotation may be on the other branch for a moment:
+            # smoothed, with six noises, for 0 to 10 % of the time.
             assert np.mean(error_deg(hanging, t, dof, degree.name) > 90.0) < 0.12

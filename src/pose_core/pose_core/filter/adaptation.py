@@ -24,7 +24,7 @@ from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.streams.samples import FloatArray
 
-NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
+SMOOTHED_NIS_CLIP = 400.0  # [-] to which a joint's NIS is clipped before it is smoothed
 LONGEST_GAP_S = 0.1  # [s] upper bound of the time between frames, for smoothing
 SHORTEST_DELAY_S, LONGEST_DELAY_S = -0.02, 0.2  # [s] of a tracker
 DELAY_GAIN = 1.5  # [-] the state follows a late camera in part, so the residual is too small
@@ -155,7 +155,7 @@ def smooth_nis(
     smoothed *= 1.0 - share
     for group in range(rows.filled[1]):
         if rows.size[group] == 3:
-            smoothed[rows.source[group]] += share * min(nis[group], NIS_CLIP)
+            smoothed[rows.source[group]] += share * min(nis[group], SMOOTHED_NIS_CLIP)
 
 
 @compiled

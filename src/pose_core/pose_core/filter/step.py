@@ -29,7 +29,7 @@ from pose_core.streams.samples import FloatArray
 
 CAMERA_ITERATIONS, IMU_ITERATIONS = 2, 1
 LEAST_IMU_WEIGHT = 1e-3  # [-] lower bound of an IMU's weight
-NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
+MEAN_NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
 
 
 class StepResult(NamedTuple):
@@ -116,7 +116,7 @@ def update_with_frame(
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
     if joint_groups == 0:
         return StepResult(True, turned, np.nan, np.nan)
-    mean_nis = np.mean(np.minimum(nis[:joint_groups], NIS_CLIP))
+    mean_nis = np.mean(np.minimum(nis[:joint_groups], MEAN_NIS_CLIP))
     return StepResult(True, turned, float(mean_nis), float(np.median(nis[:joint_groups])))
 
 
