@@ -36,7 +36,7 @@ def test_a_repeated_message_has_the_stamps_and_the_visitor_of_its_loop(recording
 
 
 def test_a_session_publishes_at_the_output_rate(person, recording):
-    session = LiveSession(extrinsics_from_map(person.T_map_sensor), max_people=2)
+    session = LiveSession(extrinsics_from_map(person.T_map_sensor), max_people=2, output_rate=100.0)
     session.kept = []
     for index, messages in enumerate(recording[0][:500]):
         shifted = [(each.source, each.shifted(START_NS)) for each in messages]

@@ -1,6 +1,7 @@
 """A recording of serialised messages that is repeated with stamps that go on."""
 
 import struct
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,6 +19,7 @@ LOOP_NS = round((SESSION_S + 2.0) * NS)  # [ns] a recording and two seconds of a
 VISIT_S = (20.0, 45.0)  # [s] of a loop in which a visitor is in view
 VISITOR = "visitor0"  # replaced by another id of this length at each visit
 VISITOR_SIZE = 0.85  # [-] of the subject's
+LIGHT_IMUS = ("imu/trunk", "imu/right_thigh")  # in a light recording
 VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
 
 
@@ -49,17 +51,32 @@ Steps = Sequence[Sequence[LoopMessage]]
 """The messages that arrive in each step of :data:`STEP_NS` of a loop."""
 
 
-def steps_of(session: CapturedSession) -> tuple[Steps, Steps]:
+def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, Steps]:
     """The messages of a session of one person, and the same with a visitor.
 
     Args:
         session: A captured person before two cameras, with IMUs.
+        is_light: Whether to take only every third frame, and half of the samples of two IMUs.
     """
     packets = packets_of(session, START_NS)
+    if is_light:
+        packets = list(_thinned(packets))
     alone = [loop_message(packet) for packet in packets]
     visits = {index: loop_message(frame) for index, frame in _visits(packets, session)}
     visited = [visits.get(index, message) for index, message in enumerate(alone)]
     return _in_steps(alone), _in_steps(visited)
+
+
+def _thinned(packets: Iterable[Packet]) -> Iterator[Packet]:
+    """Every third frame of each camera, and two IMUs' samples of every second step."""
+    frames: Counter[str] = Counter()
+    for packet in packets:
+        if isinstance(packet, Frame):
+            frames[packet.source] += 1
+            if frames[packet.source] % 3 == 1:
+                yield packet
+        elif packet.source in LIGHT_IMUS and round(packet.at_s * NS) // STEP_NS % 2:
+            yield packet
 
 
 def _in_steps(messages: Iterable[LoopMessage]) -> Steps:

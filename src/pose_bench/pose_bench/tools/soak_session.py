@@ -14,6 +14,7 @@ from pose_calibration.imus.section import alignments_document
 from pose_calibration.live.live_calibration import LiveCalibration
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import (
+    BodyShape,
     EstimateBlock,
     Extrinsics,
     FusionParameters,
@@ -43,14 +44,17 @@ class LiveSession:
     Args:
         extrinsics: Poses of the cameras, known to the fusion; the calibration looks for them.
         max_people: How many people's poses are estimated.
+        output_rate: Estimates per second [Hz].
 
     Attributes:
         outputs: Number of estimates that were serialised.
         bytes: Number of their bytes.
     """
 
-    def __init__(self, extrinsics: Extrinsics, max_people: int) -> None:
-        parameters = FusionParameters(sensors=SENSORS, max_people=max_people)
+    def __init__(self, extrinsics: Extrinsics, max_people: int, output_rate: float) -> None:
+        parameters = FusionParameters(
+            sensors=SENSORS, max_people=max_people, output_rate=output_rate
+        )
         self.fusion = PeoplePipeline(parameters, self._publish, extrinsics, is_live=True)
         self.calibration = LiveCalibration(LiveCalibrationParameters(sensors=SENSORS))
         self.outputs = self.bytes = 0
@@ -66,6 +70,7 @@ class LiveSession:
         self._calibration_imus: dict[str, list[bytes]] = defaultdict(list)
         self._steps = 0
         self._urdf = ""
+        self._shape: BodyShape | None = None  # of the URDF
 
     def step(self, messages: Sequence[tuple[str, bytes]], now_ns: int) -> None:
         """One period of the fusion's timer.
@@ -132,7 +137,8 @@ class LiveSession:
         for body_id in self._bodies.keys() - self.fusion.remembered:
             del self._bodies[body_id]
         shape = self.fusion.shape_of(self.fusion.parameters.subject)
-        if shape is not None:
+        if shape is not None and shape is not self._shape:
+            self._shape = shape
             self._urdf = make_urdf(self.fusion.subject.model, shape, "subject")
 
     def take_kept(self) -> Poses:
