@@ -18,7 +18,9 @@ def walker(start, velocity, *, scale=1.0, phase=0.0):
     return at
 
 
-def frames_of(people, duration_s, *, ids=None, there=None, seed=1, noise=0.015, poses=POSES):
+def frames_of(
+    people, duration_s, *, ids=None, there=None, seed=1, noise=0.015, poses=POSES, rate=RATE
+):
     """All sensors' frames in the order of time, and who is in each.
 
     Args:
@@ -29,12 +31,13 @@ def frames_of(people, duration_s, *, ids=None, there=None, seed=1, noise=0.015, 
         seed: Of the noise.
         noise: Standard deviation [m].
         poses: ``T_map_sensor``.
+        rate: Frames per second of each sensor.
     """
     rng = np.random.default_rng(seed)
     frames = []
-    for k in range(round(duration_s * RATE)):
+    for k in range(round(duration_s * rate)):
         for index, (sensor, T) in enumerate(poses.items()):
-            time_s = (k + 0.4 * index) / RATE
+            time_s = (k + 0.4 * index) / rate
             stamp_ns = NS + round(time_s * NS)
             shown = [
                 (i, seen(at(time_s), T, sensor, stamp_ns, rng, noise, _id(ids, sensor, i, time_s)))

@@ -20,6 +20,8 @@ from pose_core.people.person_track import PersonTrack
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
 GATE_M = 0.35  # [m] mean distance of the joints from their predicted positions, under a known id
+SPEED_CHANGE = 4.0  # [m/s] by which the speed may change between frames: widens this gate at low
+PERIOD_S, LONGEST_S = 0.034, 0.2  # [s] rates, from this age of the joints to this one
 OTHER_ID_GATE_M = 0.25  # [m] the same under any other id: people pass each other at arm's length
 SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and against others
 ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
@@ -50,14 +52,21 @@ def associate(
     distance, is_mirrored = joint_distances(predicted, positions)
     has_other_id = _other_ids(tracks, frame, stamp_ns)
     cost = distance + SAME_ID_M * has_other_id
-    cost[distance > np.where(has_other_id, OTHER_ID_GATE_M, GATE_M)] = np.inf
+    cost[distance > np.where(has_other_id, OTHER_ID_GATE_M, _gates_m(tracks, stamp_ns))] = np.inf
     is_observed = [track.is_observed(stamp_ns) for track in tracks]
     cost[np.logical_not(is_observed)] += UNOBSERVED_M
     # A skeleton rather begins a track than it pushes another one off its own.
     unassigned = np.full((len(frame), len(frame)), np.inf)
-    np.fill_diagonal(unassigned, GATE_M + UNOBSERVED_M)
+    np.fill_diagonal(unassigned, cost[np.isfinite(cost)].max(initial=GATE_M) + UNOBSERVED_M)
     pairs = assign(np.vstack([cost, unassigned]))
     return [(row, column) for row, column in pairs if row < len(tracks)], is_mirrored
+
+
+def _gates_m(tracks: Sequence[PersonTrack], stamp_ns: int) -> FloatArray:
+    """Gate of each track under its known id [m], (tracks, 1)."""
+    age_s = np.array([track.age_s(stamp_ns) for track in tracks])
+    extra_s = np.clip(age_s, PERIOD_S, LONGEST_S) - PERIOD_S
+    return np.asarray(GATE_M + SPEED_CHANGE * extra_s)[:, None]
 
 
 def _other_ids(

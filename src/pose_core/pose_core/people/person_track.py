@@ -31,7 +31,7 @@ class SensorView:
 
     person: str  # the sensor's own id
     stamp_ns: int  # [ns] of its last frame
-    frames_by_id: int = 0  # [frames] that were believed by the id alone
+    assigned_ns: int  # [ns] of the last one that was assigned by its joints
 
 
 @dataclass
@@ -56,9 +56,13 @@ class PersonTrack:
 
     def predicted(self, stamp_ns: int) -> FloatArray:
         """Predicted joints at an instant [ns], shape (15, 3) [m]."""
-        ahead_s = max(0.0, (stamp_ns - self._updated_ns) / NS_PER_S)
+        ahead_s = self.age_s(stamp_ns)
         way_s = VELOCITY_DECAY_S * (1.0 - np.exp(-ahead_s / VELOCITY_DECAY_S))
         return self.positions + self.velocity * way_s
+
+    def age_s(self, stamp_ns: int) -> float:
+        """Time since the last update with joints [s]."""
+        return max(0, stamp_ns - self._updated_ns) / NS_PER_S
 
     @property
     def in_view_s(self) -> float:
@@ -92,7 +96,7 @@ class PersonTrack:
         """Note that a sensor has seen them under its id."""
         self.last_seen_ns = max(self.last_seen_ns, stamp_ns)
         self.frames += 1
-        self.views[sample.sensor] = SensorView(sample.person, stamp_ns)
+        self.views[sample.sensor] = SensorView(sample.person, stamp_ns, assigned_ns=stamp_ns)
 
     def restart_recent_size(self, stamp_ns: int) -> BodySize:
         """Measure the size afresh from an instant [ns] on."""

@@ -22,7 +22,7 @@ from pose_core.session.clocks import Clock, Clocks
 from pose_core.streams.samples import FloatArray, SkeletonSample
 from pose_core.transforms import transformed
 
-MOST_FRAMES_BY_ID = 4  # [-] of one sensor, in which a lone person's id is believed
+BY_ID_S = 0.14  # [s] for which a lone person's id is believed without a look at the joints
 MOVED = 0.1  # [m], or [-] of a rotation's matrix, from which on a sensor has been moved
 LEAST_JOINTS = 5  # [-] of somebody new
 MOST_PEOPLE = 12  # [-] of one frame; cameras' trackers follow six
@@ -142,10 +142,9 @@ class PeopleTracker:
             or not self._reidentification.has_known_size(in_view[0])
             or view.person != frame[0].person
             or stamp_ns - view.stamp_ns > ABSENT_AFTER_S * 1e9
-            or view.frames_by_id >= MOST_FRAMES_BY_ID
+            or stamp_ns - view.assigned_ns > BY_ID_S * 1e9
         ):
             return None
-        view.frames_by_id += 1
         view.stamp_ns = stamp_ns
         in_view[0].last_seen_ns = max(in_view[0].last_seen_ns, stamp_ns)
         return in_view[0]
