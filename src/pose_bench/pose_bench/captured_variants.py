@@ -50,12 +50,11 @@ def _ablations() -> dict[str, FilterTuning]:
     cameras = {
         "offsets of views": replace(camera, offset_stddev=1e-4),
         "the body's own occlusion": replace(camera, occluded_stddev=0.0),
-        "noise along the line of sight": replace(camera, depth_stddev=0.0),
-        "noise that grows with speed": replace(camera, moving_stddev=0.0, lag_stddev=0.0),
+        "noise of foreshortened limbs": replace(camera, foreshortened_stddev=0.0),
         "heavy tails": replace(camera, student_dof=1e6),
     }
     motions = {
-        "adapted process noise": replace(motion, most_adaptation=1.0),
+        "noise that grows with a link's rate": replace(motion, acceleration_per_rate=0.0),
         "carried accelerations": replace(motion, carried=dict.fromkeys(motion.carried, 0.0)),
     }
     wide = dict.fromkeys(posture.twist_stddev, 30.0)

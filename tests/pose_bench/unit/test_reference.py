@@ -38,7 +38,7 @@ WORN = (0, 1, 3, 4, 5, 6, 7, 8, 9)
 MEAN = ("position", "rotations", "slides", "velocity", "rates")
 BESIDE = (
     *("P", "delay", "delay_sums", "R_sensor_link", "heading", "offset", "offset_variance"),
-    *("nis", "silent_s", "adaptation", "contradicted_s"),
+    *("nis", "silent_s", "contradicted_s"),
     *("waist_mean", "waist_s", "shared_offset"),
 )
 

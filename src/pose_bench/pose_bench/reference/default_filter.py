@@ -28,6 +28,7 @@ from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
+from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS
 from pose_core.streams.samples import FloatArray
 
@@ -37,8 +38,7 @@ LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.2)
 DELAY_GAIN = 1.5
 WAIST_MEMORY_S, WAIST_MOTION, WAIST_DOF = 60.0, 0.02, 4.0  # [s], [rad² s], [-]
-SMOOTHED_NIS_CLIP, CONTRADICTED, MEAN_NIS_CLIP = 400.0, 25.0, 9.0  # [-]
-LEAST_IMU_WEIGHT = 1e-3
+SMOOTHED_NIS_CLIP, CONTRADICTED, MEAN_NIS_CLIP, LOST_NIS = 400.0, 25.0, 9.0, 25.0  # [-]
 
 
 class ReferenceFilter:
@@ -88,7 +88,7 @@ class ReferenceFilter:
         if len(readings.links) == 0:
             return information
         groups = list(imu_groups(self.constants.imu, self.state, readings))
-        weights, _ = robust_update(self.state, groups, 1, LEAST_IMU_WEIGHT)
+        weights, _ = robust_update(self.state, groups, self.constants.imu_update)
         for group, weight in zip(groups[::2], weights[::2], strict=True):
             information[group.source] += weight * np.linalg.inv(group.noise)
         return information
@@ -100,13 +100,13 @@ class ReferenceFilter:
         joints = list(camera_groups(camera, state, frame, view))
         spread = [np.trace(group.H @ state.P @ group.H.T) for group in joints]
         groups = [*joints, *posture_groups(self.constants, state)]
-        weights, distance = robust_update(state, groups, 2, camera.least_weight)
+        weights, distance = robust_update(state, groups, self.constants.frame_update)
         self._estimate_offsets(frame, view, joints, np.array(spread), weights)
         if frame.late_s == 0.0:
             self._estimate_delay(frame, view, joints, weights)
         if joints:
             self._estimate_shared_offsets(frame.sensor, view)
-        self._adapt(frame.sensor, joints, distance)
+        self._note_contradictions(frame.sensor, joints, distance)
         information = np.zeros((len(state.heading), 3, 3))
         for group, weight in zip(joints, weights, strict=False):
             for link in range(len(information)):
@@ -116,15 +116,14 @@ class ReferenceFilter:
         if not joints:
             return StepResult(True, turned, np.nan, np.nan), information
         mean_nis = float(np.mean(np.minimum(seen, MEAN_NIS_CLIP)))
-        return StepResult(True, turned, mean_nis, float(np.median(seen))), information
+        return StepResult(True, turned, mean_nis, float(np.mean(seen > LOST_NIS))), information
 
     def _process_noise(self, dt_s: float, keep_slide: float) -> FloatArray:
         """Q of one time step, (n, n)."""
         motion, state = self.constants.motion, self.state
         slides, velocity = columns(state)
         moving = np.vstack([state.pose.velocity, state.pose.rates])
-        size = motion.acceleration * state.adaptation
-        size = size + motion.acceleration_per_rate * np.linalg.norm(moving, axis=1)
+        size = motion.acceleration + motion.acceleration_per_rate * np.linalg.norm(moving, axis=1)
         path = np.eye(len(moving))
         path[1:, 1:] = motion.path
         shared = np.kron(path @ np.diag(size**2 * FRAME_PERIOD_S) @ path.T, np.eye(3))
@@ -211,8 +210,8 @@ class ReferenceFilter:
                 offset = np.cross(turn, [0.0, y, 0.0])
                 state.shared_offset[JOINTS.index(f"{side}_{line}")] = offset
 
-    def _adapt(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
-        """Smooth the joints' NIS; increase the noise of joints far from all active cameras."""
+    def _note_contradictions(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
+        """Smooth the joints' NIS; note the links that all active cameras contradict."""
         state, constants = self.state, self.constants.adaptation
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         state.silent_s[sensor] = 0.0
@@ -222,9 +221,6 @@ class ReferenceFilter:
             newest[group.source] = min(squared, SMOOTHED_NIS_CLIP)
         state.nis[sensor] += share * (newest - state.nis[sensor])
         least = state.nis[state.silent_s < CAMERA_TIMEOUT_S].min(axis=0)[constants.ends]
-        factor = np.sqrt(least / constants.adapted_nis)
-        state.adaptation[1:] = np.clip(factor, 1.0, constants.most_adaptation)
-        state.adaptation[0] = state.adaptation[1]
         passed_s = np.where(least > CONTRADICTED, gap_s, -gap_s) / len(state.silent_s)
         state.contradicted_s[:] = np.maximum(state.contradicted_s + passed_s, 0.0)
 
@@ -243,7 +239,7 @@ class ReferenceFilter:
 
 
 def robust_update(
-    state: FilterState, groups: list[Group], iterations: int, least_weight: float
+    state: FilterState, groups: list[Group], constants: UpdateConstants
 ) -> tuple[FloatArray, FloatArray]:
     """Robust measurement update; returns the groups' weights and NIS."""
     H, residual = np.vstack([g.H for g in groups]), np.concatenate([g.residual for g in groups])
@@ -255,19 +251,19 @@ def robust_update(
         dof, size = groups[index].student_dof, len(groups[index].residual)
         if dof is not None:
             squared *= groups[index].student_scale
-            weights[index] = np.clip((dof + size) / (dof + squared), least_weight, 1.0)
+            weights[index] = np.clip((dof + size) / (dof + squared), constants.least_weight, 1.0)
 
     for index, (own, group) in enumerate(zip(rows, groups, strict=True)):
         spread = H[own] @ P @ H[own].T + group.noise
         distance[index] = mahalanobis(residual[own], spread)
         reweight(index, distance[index])
-    for iteration in range(iterations):
+    for iteration in range(constants.iterations):
         R = np.zeros((len(H), len(H)))
         for own, group, weight in zip(rows, groups, weights, strict=True):
             R[own, own] = group.noise / weight
         S = H @ P @ H.T + R
         K = np.linalg.solve(S, H @ P).T
-        if iteration == iterations - 1:
+        if iteration == constants.iterations - 1:
             break
         left = residual - H @ K @ residual
         for index, (own, group) in enumerate(zip(rows, groups, strict=True)):

@@ -21,7 +21,7 @@ from pose_core.filter.state import FilterState
 from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.streams.samples import FloatArray
 
-FASTEST_JOINT, FASTEST_LINK = 2.0, 6.0  # [m/s], [rad/s] above which noise is constant
+FASTEST_LINK = 6.0  # [rad/s] above which noise is constant
 HELD_JERK = 100.0  # [rad/s³]
 SOFTNESS, STAND_OFF, LEAST_DEFINED = 0.02, 0.06, 1e-3  # [m], [m], [-]
 HINGE_DOF = 3.0  # [-]
@@ -172,7 +172,7 @@ def camera_groups(
         yield Group(
             H=H,
             residual=seen - view.positions[joint] - shift - offset,
-            noise=joint_noise(constants, state, frame, view, joint) + unfitted,
+            noise=joint_variance(constants, state, frame, view, joint) * np.eye(3) + unfitted,
             student_dof=constants.student_dof,
             source=joint,
         )
@@ -214,32 +214,26 @@ def is_backed(constants: CameraConstants, state: FilterState, sensor: int, joint
     return bool(np.any(others < 0.15) or state.has_reading[link])
 
 
-def joint_noise(
+def joint_variance(
     constants: CameraConstants,
     state: FilterState,
     frame: CameraFrame,
     view: PlainView,
     joint: int,
-) -> FloatArray:
-    """Covariance of a joint's measurement, (3, 3) [m²]."""
-    place, velocity = view.positions[joint], view.velocity[joint]
-    ray = (place - frame.camera) / np.linalg.norm(place - frame.camera)
-    speed = min(float(np.linalg.norm(velocity)), FASTEST_JOINT)
-    isotropic = constants.variance + constants.moving * speed**2
+) -> float:
+    """Variance of a joint's measurement in each direction [m²]."""
+    sight = view.positions[joint] - frame.camera
+    variance = constants.variance + state.offset_variance[frame.sensor, joint]
     if is_backed(constants, state, frame.sensor, joint):
-        isotropic += constants.occluded_variance * view.hidden[joint] ** 2
+        variance += constants.occluded_variance * view.hidden[joint] ** 2
     if frame.tracking_state[joint] == 1:
-        isotropic += constants.inferred_variance
+        variance += constants.inferred_variance
     for far, near in constants.limb_ends:
         if far == joint:
             limb = view.positions[far] - view.positions[near]
-            cosine = limb @ ray / np.linalg.norm(limb)
-            isotropic += (constants.foreshortened * cosine**4) ** 2
-    along = constants.depth_variance * np.outer(ray, ray)
-    along += constants.lag * np.outer(velocity, velocity)
-    own = state.offset_variance[frame.sensor, joint]
-    result: FloatArray = constants.correlation * (along + isotropic * np.eye(3)) + own * np.eye(3)
-    return result
+            cosine = limb @ sight / np.linalg.norm(limb) / np.linalg.norm(sight)
+            variance += (constants.foreshortened * cosine**4) ** 2
+    return float(variance)
 
 
 def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[Group]:

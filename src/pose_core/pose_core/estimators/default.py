@@ -43,7 +43,7 @@ LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's 
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
 LATEST_S = 0.1  # [s] frames that are later are not used: their update would amplify errors of rates
 JUMP_BACK_S = 1.0  # [s] a larger step back means that a recording has restarted
-DIVERGED_NIS = 25.0  # [-] median NIS of a filter that has lost the person
+DIVERGED_SHARE = 0.5  # [-] of joints far from their prediction: the person is lost
 DIVERGED_NS = 250_000_000  # [ns] after which it is restarted
 
 
@@ -268,9 +268,9 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
         """Whether the filter has lost the person for too long."""
-        if isnan(result.median_nis):
+        if isnan(result.lost_share):
             return False
-        if result.median_nis < DIVERGED_NIS:
+        if result.lost_share <= DIVERGED_SHARE:
             self._diverged_since_ns = None
             return False
         if self._diverged_since_ns is None or observation.stamp_ns < self._diverged_since_ns:

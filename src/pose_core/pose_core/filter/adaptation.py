@@ -1,4 +1,4 @@
-r"""Quantities estimated outside the state: offsets of views, delays of trackers, process noise.
+r"""Quantities estimated outside the state: offsets of views, delays of trackers, contradictions.
 
 Two cameras measure the same joint at positions that differ slowly. The difference is estimated as
 one offset for each view, with a scalar gain. The offsets have zero mean over the cameras, because a
@@ -9,8 +9,8 @@ A frame's stamp is first corrected by its tracker's delay. Where IMUs measure th
 remaining delay shows as a residual along the velocity. It is estimated by a robust regression over
 the links that carry an IMU, with a prior around the known delay.
 
-Where all cameras measure a joint farther from its prediction than the covariance allows, the
-process noise of its link grows until they agree again.
+Where all cameras measure a joint far from its prediction for long, they contradict the IMU on its
+link (:class:`pose_core.filter.imu_alignments.ImuAlignments`).
 """
 
 from typing import NamedTuple
@@ -32,16 +32,14 @@ CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a lin
 
 
 class AdaptationConstants(NamedTuple):
-    """Parameters of delays and of the adapted process noise."""
+    """Parameters of delays and contradictions."""
 
     starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
     ends: NDArray[np.int64]  # (links,) joint at the end of each link
     delay_prior: float  # [m²/s²] λ of :func:`estimate_delay`
     delay_memory_s: float  # of its sums
     known_delay_s: float  # [s] prior mean of the trackers' delays, from the parameters
-    most_adaptation: float  # [-] largest factor of the process noise
-    adapted_nis: float  # [-] smoothed NIS from which that factor grows
-    nis_memory_s: float  # time constant of the smoothing
+    nis_memory_s: float  # [s] time constant with which the joints' NIS is smoothed
 
 
 @compiled_in_place
@@ -159,13 +157,13 @@ def smooth_nis(
 
 
 @compiled
-def adapt_process_noise(constants: AdaptationConstants, gap_s: float, state: FilterState) -> None:
-    """Update the factors of the process noise, and how long all cameras have contradicted a link.
+def add_contradictions(constants: AdaptationConstants, gap_s: float, state: FilterState) -> None:
+    """Update for how long all cameras have contradicted each link.
 
     Args:
         constants: See :class:`AdaptationConstants`.
         gap_s: Time since the camera's last frame [s].
-        state: The state, with smoothed NIS; ``adaptation`` and ``contradicted_s`` are updated.
+        state: The state, with smoothed NIS; ``contradicted_s`` is updated.
     """
     passed_s = gap_s / len(state.silent_s)
     for link in range(len(constants.ends)):
@@ -173,8 +171,5 @@ def adapt_process_noise(constants: AdaptationConstants, gap_s: float, state: Fil
         for sensor in range(len(state.silent_s)):
             if state.silent_s[sensor] < CAMERA_TIMEOUT_S:
                 least = min(least, state.nis[sensor, constants.ends[link]])
-        factor = np.sqrt(least / constants.adapted_nis)
-        state.adaptation[1 + link] = min(max(factor, 1.0), constants.most_adaptation)
         change_s = passed_s if least > CONTRADICTED else -passed_s
         state.contradicted_s[link] = max(state.contradicted_s[link] + change_s, 0.0)
-    state.adaptation[0] = state.adaptation[1]

@@ -7,9 +7,8 @@ position of joint j at that time, with the view's slowly varying offset b:
           p_j = p + \sum_l R_l\,(o_{jl} + s_{jl})
 
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
-Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. The noise n is larger along
-the line of sight, for fast joints, for limbs that point at the camera, for inferred joints and
-under self-occlusion (``occlusion``).
+Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. The noise n is larger for
+limbs that point at the camera, for inferred joints and under self-occlusion (``occlusion``).
 """
 
 from typing import NamedTuple
@@ -29,11 +28,9 @@ from pose_core.kernels.joint_kinematics import (
     joint_jacobian,
 )
 from pose_core.kernels.rotations import turn_all
-from pose_core.kernels.vectors import dot
 from pose_core.streams.samples import FloatArray
 
 NOT_TRACKED, INFERRED = 0, 1  # of TrackingState
-FASTEST = 2.0  # [m/s] above which the noise does not grow further
 
 
 class CameraConstants(NamedTuple):
@@ -43,15 +40,10 @@ class CameraConstants(NamedTuple):
     capsules: Capsules
     limb_ends: NDArray[np.int64]  # (limbs, 2) far and near joint
     variance: float  # [m²]
-    depth_variance: float  # [m²]
-    moving: float  # [s²]
-    lag: float  # [s²]
     foreshortened: float  # [m]
     inferred_variance: float  # [m²]
     occluded_variance: float  # [m²]
-    correlation: float  # [-] factor of all variances
     student_dof: float
-    least_weight: float
 
 
 class CameraFrame(NamedTuple):
@@ -119,7 +111,9 @@ def add_camera(
         covered = (
             view.hidden[joint] if is_backed(constants.body, state, frame.sensor, joint) else 0.0
         )
-        joint_noise(constants, frame, view, joint, covered, own, rows.noise[group])
+        variance = joint_variance(constants, frame, joint, covered) + own
+        for axis in range(3):
+            rows.noise[group, axis, axis] = variance
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         for axis in range(3):
             for k in range(moving):
@@ -171,33 +165,14 @@ def heading_of(R_map_root: FloatArray) -> tuple[float, float]:
 
 
 @compiled_in_place
-def joint_noise(
-    constants: CameraConstants,
-    frame: CameraFrame,
-    view: View,
-    joint: int,
-    covered: float,
-    offset_variance: float,
-    out: FloatArray,
-) -> None:
-    """Fill the covariance of a joint's measurement, (3, 3) [m²], without foreshortening."""
-    position, velocity = view.positions[joint], view.velocity[joint]
-    x = position[0] - frame.camera[0]
-    y = position[1] - frame.camera[1]
-    z = position[2] - frame.camera[2]
-    length = np.sqrt(x * x + y * y + z * z)
-    ray = (x / length, y / length, z / length)
-    speed = min(np.sqrt(dot(velocity, velocity)), FASTEST)
-    isotropic = constants.variance + constants.moving * speed**2
-    isotropic += constants.occluded_variance * covered**2
+def joint_variance(
+    constants: CameraConstants, frame: CameraFrame, joint: int, covered: float
+) -> float:
+    """Variance of a joint's measurement in each direction [m²], without foreshortening."""
+    variance = constants.variance + constants.occluded_variance * covered**2
     if frame.tracking_state[joint] == INFERRED:
-        isotropic += constants.inferred_variance
-    for i in range(3):
-        for k in range(3):
-            along = constants.depth_variance * ray[i] * ray[k]
-            along += constants.lag * velocity[i] * velocity[k]
-            out[i, k] = constants.correlation * along
-        out[i, i] += constants.correlation * isotropic + offset_variance
+        variance += constants.inferred_variance
+    return variance
 
 
 @compiled_in_place
@@ -217,6 +192,6 @@ def add_foreshortening(
                 limb_length += limb * limb
                 sight_length += sight * sight
             cosine = (along * along / (limb_length * sight_length)) ** 2
-            more = constants.correlation * (constants.foreshortened * cosine) ** 2
+            more = (constants.foreshortened * cosine) ** 2
             for k in range(3):
                 rows.noise[group, k, k] += more

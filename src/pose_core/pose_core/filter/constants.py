@@ -15,6 +15,7 @@ from pose_core.filter.occlusion import make_capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.shared_offsets import SharedOffsetConstants
 from pose_core.filter.tuning import FilterTuning, ImuNoise
+from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.left_right_swaps import SWAPS, SwapArrays
 
@@ -44,6 +45,8 @@ class FilterConstants(NamedTuple):
     shared_offsets: SharedOffsetConstants
     swaps: SwapArrays
     adaptation: AdaptationConstants
+    frame_update: UpdateConstants
+    imu_update: UpdateConstants
 
 
 def make_constants(
@@ -63,10 +66,10 @@ def make_constants(
             delay_prior=tuning.camera.delay_prior,
             delay_memory_s=tuning.camera.delay_memory,
             known_delay_s=float(known_delay_s),
-            most_adaptation=tuning.motion.most_adaptation,
-            adapted_nis=tuning.motion.adapted_nis,
-            nis_memory_s=tuning.motion.nis_memory,
+            nis_memory_s=tuning.camera.nis_memory,
         ),
+        frame_update=UpdateConstants(iterations=2, least_weight=tuning.camera.least_weight),
+        imu_update=UpdateConstants(iterations=1, least_weight=tuning.imu.least_weight),
     )
 
 
@@ -100,15 +103,10 @@ def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
         capsules=make_capsules(),
         limb_ends=LIMB_ENDS,
         variance=noise.stddev**2,
-        depth_variance=noise.depth_stddev**2,
-        moving=noise.moving_stddev**2,
-        lag=noise.lag_stddev**2,
         foreshortened=noise.foreshortened_stddev,
         inferred_variance=noise.inferred_stddev**2,
         occluded_variance=noise.occluded_stddev**2,
-        correlation=noise.correlation_factor**2,
         student_dof=noise.student_dof,
-        least_weight=noise.least_weight,
     )
 
 

@@ -4,8 +4,7 @@ r"""Prediction: rates decay with a time constant and are driven by white acceler
           R(t + \Delta t) = \exp([r\,\omega]_\times) R(t), \quad
           r = \tau_\omega (1 - e^{-\Delta t / \tau_\omega})
 
-The power of w adapts to the motion: it grows with the link's own rate, and while all cameras
-measure a joint away from its prediction (:func:`pose_core.filter.adaptation.adapt_process_noise`).
+The power of w grows with the link's own rate.
 """
 
 from typing import NamedTuple
@@ -64,8 +63,8 @@ def acceleration_power(constants: MotionConstants, state: FilterState) -> FloatA
     for each in range(1 + links):
         rate = pose.velocity if each == 0 else pose.rates[each - 1]
         speed = np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2)
-        size = constants.acceleration[each] * state.adaptation[each]
-        power[each] = (size + constants.acceleration_per_rate * speed) ** 2 * FRAME_PERIOD_S
+        size = constants.acceleration[each] + constants.acceleration_per_rate * speed
+        power[each] = size**2 * FRAME_PERIOD_S
     return power
 
 

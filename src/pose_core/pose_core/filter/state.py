@@ -33,7 +33,6 @@ class FilterState(NamedTuple):
     offset_variance: FloatArray  # (sensors, joints) [m²]
     nis: FloatArray  # (sensors, joints) smoothed squared innovation distance [-]
     silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
-    adaptation: FloatArray  # (1 + links,) [-] factor of the process noise; the root's first
     contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted the link
     waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
     waist_s: FloatArray  # (1,) [s] averaging time of that mean
@@ -90,7 +89,6 @@ def start_state(
         offset_variance=np.full((sensors, joints), tuning.camera.offset_stddev**2),
         nis=np.zeros((sensors, joints)),
         silent_s=np.full(sensors, 10.0),
-        adaptation=np.ones(1 + links),
         contradicted_s=np.zeros(links),
         waist_mean=np.zeros(2),
         waist_s=np.zeros(1),

@@ -10,7 +10,7 @@ import numpy as np
 
 from pose_core.filter.adaptation import (
     LONGEST_GAP_S,
-    adapt_process_noise,
+    add_contradictions,
     estimate_delay,
     estimate_offsets,
     smooth_nis,
@@ -23,13 +23,12 @@ from pose_core.filter.rows import Rows, make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
 from pose_core.filter.update import robust_update
-from pose_core.kernels.compiling import compiled
+from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
 from pose_core.streams.samples import FloatArray
 
-CAMERA_ITERATIONS, IMU_ITERATIONS = 2, 1
-LEAST_IMU_WEIGHT = 1e-3  # [-] lower bound of an IMU's weight
 MEAN_NIS_CLIP = 9.0  # [-] to which a joint's NIS is clipped before averaging
+LOST_NIS = 25.0  # [-] of a joint, for a filter that has lost the person
 
 
 class StepResult(NamedTuple):
@@ -38,7 +37,7 @@ class StepResult(NamedTuple):
     is_finite: bool  # otherwise the filter has to be restarted
     turned_back: int  # limbs that were rotated by half a turn
     mean_nis: float  # [-] mean normalised innovation squared of the joints; NaN without joints
-    median_nis: float  # [-] their median; NaN without joints
+    lost_share: float  # [-] of the joints whose NIS is above LOST_NIS; NaN without joints
 
 
 @compiled
@@ -65,7 +64,7 @@ def update_with_imus(
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
     weights, nis, diagonal = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
-    if not robust_update(state, rows, IMU_ITERATIONS, LEAST_IMU_WEIGHT, weights, nis, diagonal):
+    if not robust_update(constants.imu_update, state, rows, weights, nis, diagonal):
         return False
     for row in range(count):
         precision = scaled(inverse(symmetric(rows.noise[2 * row])), weights[2 * row])
@@ -93,15 +92,7 @@ def update_with_frame(
     add_posture(constants.posture, state.pose.rotations, rows)
     groups = rows.filled[1]
     weights, nis, HPHt_diagonal = np.empty(groups), np.empty(groups), np.empty(rows.filled[0])
-    if not robust_update(
-        state,
-        rows,
-        CAMERA_ITERATIONS,
-        constants.camera.least_weight,
-        weights,
-        nis,
-        HPHt_diagonal,
-    ):
+    if not robust_update(constants.frame_update, state, rows, weights, nis, HPHt_diagonal):
         return StepResult(False, 0, np.nan, np.nan)
     gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S)
     state.silent_s[frame.sensor] = 0.0
@@ -111,13 +102,22 @@ def update_with_frame(
     if joint_groups > 0:
         estimate_shared_offsets(constants.shared_offsets, view, gap_s / len(state.silent_s), state)
     smooth_nis(constants.adaptation.nis_memory_s, gap_s, state, frame.sensor, rows, nis)
-    adapt_process_noise(constants.adaptation, gap_s, state)
+    add_contradictions(constants.adaptation, gap_s, state)
     add_link_information(rows, joint_groups, weights, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
-    if joint_groups == 0:
-        return StepResult(True, turned, np.nan, np.nan)
-    mean_nis = np.mean(np.minimum(nis[:joint_groups], MEAN_NIS_CLIP))
-    return StepResult(True, turned, float(mean_nis), float(np.median(nis[:joint_groups])))
+    mean_nis, lost_share = summarise(nis[:joint_groups])
+    return StepResult(True, turned, mean_nis, lost_share)
+
+
+@compiled_in_place
+def summarise(nis: FloatArray) -> tuple[float, float]:
+    """Mean of the joints' NIS, and the share that is above :data:`LOST_NIS`."""
+    total, lost = 0.0, 0
+    for each in nis:
+        total += min(each, MEAN_NIS_CLIP)
+        lost += each > LOST_NIS
+    count = float(len(nis))
+    return total / count, lost / count
 
 
 @compiled

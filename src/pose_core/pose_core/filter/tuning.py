@@ -37,23 +37,19 @@ class MotionPrior:
         default_factory=lambda: {"shoulder": 0.015, "hip": 0.0089, "knee": 0.0105, "foot": 0.0105}
     )
     slide_memory: float = 0.5  # [s]
-    most_adaptation: float = 6.0  # [-] factor of an acceleration while the cameras disagree with it
-    adapted_nis: float = 6.0  # [-] smoothed NIS of a joint from which that factor grows
-    nis_memory: float = 0.05  # [s] over which the NIS is smoothed
 
 
 @dataclass(frozen=True, kw_only=True)
 class CameraNoise:
-    """Measurement noise of a skeleton tracker's joints: white part, offsets and delay."""
+    """Measurement noise of a skeleton tracker's joints, offsets and delay.
 
-    stddev: float = 0.013  # [m] of a tracked, visible joint
-    depth_stddev: float = 0.01  # [m] in addition along the line of sight
-    moving_stddev: float = 0.0087  # [s] in addition for each unit of speed, in every direction
-    lag_stddev: float = 0.0062  # [s] in addition for each unit of speed, along the velocity
-    foreshortened_stddev: float = 0.02  # [m] in addition if the limb points at the camera
-    inferred_stddev: float = 0.08  # [m] in addition for an inferred joint
-    occluded_stddev: float = 0.1  # [m] in addition under self-occlusion
-    correlation_factor: float = 1.5  # [-] factor of these: errors are correlated in time
+    The noise is 1.5 times as large as the errors are, since these are correlated in time.
+    """
+
+    stddev: float = 0.03  # [m] of a tracked, visible joint
+    foreshortened_stddev: float = 0.03  # [m] in addition if the limb points at the camera
+    inferred_stddev: float = 0.12  # [m] in addition for an inferred joint
+    occluded_stddev: float = 0.15  # [m] in addition under self-occlusion
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
     least_weight: float = 0.02  # [-] lower bound of a joint's weight
     offset_stddev: float = 0.012  # [m] of a view's slowly varying offset of a joint
@@ -63,6 +59,7 @@ class CameraNoise:
         40.0  # [m²/s²] squared speeds, summed over samples, that outweigh a delay of 0
     )
     delay_memory: float = 8.0  # [s]
+    nis_memory: float = 0.05  # [s] over which the NIS is smoothed that tells contradicted links
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,6 +90,7 @@ class ImuNoise:
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]
+    least_weight: float = 0.001  # [-] lower bound of an IMU's weight
     rate_stddev: float = 0.1  # [rad/s] of the gyroscope on its segment
     alignment_walk: float = 0.0006  # [rad/√s]
     heading_walk: float = 0.001  # [rad/√s]

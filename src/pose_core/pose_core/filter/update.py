@@ -17,6 +17,8 @@ References:
     noise, ICASSP.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from pose_core.filter.rows import NORMAL, Rows
@@ -29,12 +31,18 @@ from pose_core.streams.samples import FloatArray
 BLOCK = 32  # rows of P that are computed together
 
 
+class UpdateConstants(NamedTuple):
+    """Parameters of a robust update."""
+
+    iterations: int  # solutions, at least one; weights are recomputed between them
+    least_weight: float  # [-] lower bound of a group's weight
+
+
 @compiled
 def robust_update(
+    constants: UpdateConstants,
     state: FilterState,
     rows: Rows,
-    iterations: int,
-    least_weight: float,
     weights: FloatArray,
     nis: FloatArray,
     HPHt_diagonal: FloatArray,
@@ -42,10 +50,9 @@ def robust_update(
     """Update the state with some measurement rows, in place.
 
     Args:
+        constants: See :class:`UpdateConstants`.
         state: The state.
         rows: The measurement rows.
-        iterations: Number of solutions, at least one; weights are recomputed between them.
-        least_weight: Lower bound of a group's weight [-].
         weights: Filled, (groups,).
         nis: Filled, (groups,): normalised innovation squared of each group.
         HPHt_diagonal: Filled, (rows,).
@@ -53,6 +60,7 @@ def robust_update(
     Returns:
         Whether the result is finite; if not, the state is unchanged.
     """
+    least_weight = constants.least_weight
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
     HP, HPHt = np.zeros((count, len(P))), np.zeros((count, count))
@@ -66,13 +74,13 @@ def robust_update(
     fill_nis(rows, S, nis)
     for group in range(groups):
         weights[group] = weight_of(rows, group, nis[group], least_weight)
-    for iteration in range(iterations):
+    for iteration in range(constants.iterations):
         S[:] = HPHt
         add_noise(rows, weights, S)
         factorise(S)
         solved[:] = residual
         solve_vector(S, solved)
-        if iteration < iterations - 1:
+        if iteration < constants.iterations - 1:
             reweight(rows, solved, least_weight, weights)
     error = np.dot(solved, HP)
     if not np.all(np.isfinite(error)):
