@@ -50,11 +50,9 @@ def _ablations() -> dict[str, FilterTuning]:
     cameras = {
         "offsets of views": replace(camera, offset_stddev=1e-4),
         "the body's own occlusion": replace(camera, occluded_stddev=0.0),
-        "noise of foreshortened limbs": replace(camera, foreshortened_stddev=0.0),
         "heavy tails": replace(camera, student_dof=1e6),
     }
     motions = {
-        "noise that grows with a link's rate": replace(motion, acceleration_per_rate=0.0),
         "carried accelerations": replace(motion, carried=dict.fromkeys(motion.carried, 0.0)),
     }
     wide = dict.fromkeys(posture.twist_stddev, 30.0)
@@ -62,7 +60,6 @@ def _ablations() -> dict[str, FilterTuning]:
         "posture": replace(
             posture,
             hinge_stddev=30.0,
-            limit_stddev=30.0,
             twist_stddev=wide,
             waist_stddev=(30.0, 30.0, 30.0),
         )

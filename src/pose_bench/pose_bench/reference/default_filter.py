@@ -9,6 +9,7 @@ Written from the equations that ``pose_core.filter`` documents, with full matric
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from pose_bench.reference.default_measurements import (
@@ -32,7 +33,6 @@ from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINTS
 from pose_core.streams.samples import FloatArray
 
-FRAME_PERIOD_S = 1.0 / 30.0
 LARGEST_STDDEV = 1.2  # [rad]
 LONGEST_GAP_S, CAMERA_TIMEOUT_S = 0.1, 0.15
 DELAYS_S = (-0.02, 0.2)
@@ -122,11 +122,7 @@ class ReferenceFilter:
         """Q of one time step, (n, n)."""
         motion, state = self.constants.motion, self.state
         slides, velocity = columns(state)
-        moving = np.vstack([state.pose.velocity, state.pose.rates])
-        size = motion.acceleration + motion.acceleration_per_rate * np.linalg.norm(moving, axis=1)
-        path = np.eye(len(moving))
-        path[1:, 1:] = motion.path
-        shared = np.kron(path @ np.diag(size**2 * FRAME_PERIOD_S) @ path.T, np.eye(3))
+        shared = np.kron(block_diag(motion.root_power, motion.power), np.eye(3))
         Q = np.zeros_like(state.P)
         place, rate = slice(0, slides), slice(velocity, velocity + slides)
         Q[place, place], Q[rate, rate] = dt_s**3 / 3.0 * shared, dt_s * shared
@@ -250,7 +246,6 @@ def robust_update(
     def reweight(index: int, squared: float) -> None:
         dof, size = groups[index].student_dof, len(groups[index].residual)
         if dof is not None:
-            squared *= groups[index].student_scale
             weights[index] = np.clip((dof + size) / (dof + squared), constants.least_weight, 1.0)
 
     for index, (own, group) in enumerate(zip(rows, groups, strict=True)):

@@ -35,7 +35,6 @@ class Group:
     residual: FloatArray  # (d,)
     noise: FloatArray  # (d, d)
     student_dof: float | None = None  # None: normal
-    student_scale: float = 1.0
     source: int = -1  # joint or link
 
 
@@ -101,9 +100,7 @@ def imu_groups(
         H[:, velocity : velocity + 3 + 3 * len(state.heading)][:, link_columns(link)] = np.eye(3)
         variance = constants.rate_stddev**2 * (1.0 + 0.25 * speed**2)
         variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
-        bend = np.array([0.0, constants.bend_rate_stddev[link] ** 2, 0.0])
-        noise = Q @ np.diag(variance + bend) @ Q.T
-        yield Group(H=H, residual=rate - state.pose.rates[link], noise=noise)
+        yield Group(H=H, residual=rate - state.pose.rates[link], noise=variance * np.eye(3))
 
 
 def view_of(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> PlainView:
@@ -222,25 +219,19 @@ def joint_variance(
     joint: int,
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
-    sight = view.positions[joint] - frame.camera
     variance = constants.variance + state.offset_variance[frame.sensor, joint]
     if is_backed(constants, state, frame.sensor, joint):
         variance += constants.occluded_variance * view.hidden[joint] ** 2
     if frame.tracking_state[joint] == 1:
         variance += constants.inferred_variance
-    for far, near in constants.limb_ends:
-        if far == joint:
-            limb = view.positions[far] - view.positions[near]
-            cosine = limb @ sight / np.linalg.norm(limb) / np.linalg.norm(sight)
-            variance += (constants.foreshortened * cosine**4) ** 2
     return float(variance)
 
 
 def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[Group]:
     """The posture prior: hinges, twists, the spine."""
     posture, rotations = constants.posture, state.pose.rotations
-    for parent, link, sign in hinges(posture):
-        yield from hinge_groups(posture, state, parent, link, sign)
+    for parent, link, _ in hinges(posture):
+        yield from hinge_groups(posture, state, parent, link)
     twists = zip(posture.twist_parents, posture.twist_links, posture.twist_variance, strict=True)
     for parent, link, variance in twists:
         _, _, z, w = quaternion(rotations[parent].T @ rotations[link])
@@ -259,20 +250,14 @@ def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:
 
 
 def hinge_groups(
-    posture: PostureConstants, state: FilterState, parent: int, link: int, sign: float
+    posture: PostureConstants, state: FilterState, parent: int, link: int
 ) -> Iterator[Group]:
-    """The plane of a hinge, and its limit if it is bent the wrong way."""
+    """The plane of a hinge."""
     upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
-    rows = []
     for p in (upper[:, 0], upper[:, 2]):
         u, variance = lower[:, 1], posture.hinge_variance
-        rows.append(turn(state, parent, link, np.cross(u, p), -(p @ u), variance))
-    angle = flexion(upper.T @ lower, sign)
-    if angle < 0.0:
-        axis = sign * upper[:, 1]
-        rows.append(turn(state, parent, link, axis, -angle, posture.limit_variance))
-    for row in rows:
-        row.student_dof, row.student_scale = HINGE_DOF, posture.hinge_student_scale
+        row = turn(state, parent, link, np.cross(u, p), -(p @ u), variance)
+        row.student_dof = HINGE_DOF
         yield row
 
 

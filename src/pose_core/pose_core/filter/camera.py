@@ -8,7 +8,7 @@ position of joint j at that time, with the view's slowly varying offset b:
 
 The rotations are linearised with sigma points (``sigma_points``); everything else is linear. The
 Jacobian of the rates is :math:`-\mathrm{late}` times that of the pose. The noise n is larger for
-limbs that point at the camera, for inferred joints and under self-occlusion (``occlusion``).
+inferred joints and under self-occlusion (``occlusion``).
 """
 
 from typing import NamedTuple
@@ -38,9 +38,7 @@ class CameraConstants(NamedTuple):
 
     body: BodyArrays
     capsules: Capsules
-    limb_ends: NDArray[np.int64]  # (limbs, 2) far and near joint
     variance: float  # [m²]
-    foreshortened: float  # [m]
     inferred_variance: float  # [m²]
     occluded_variance: float  # [m²]
     student_dof: float
@@ -119,7 +117,6 @@ def add_camera(
             for k in range(moving):
                 H[axis, velocity + k] = -frame.late_s * H[axis, k]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
-    add_foreshortening(constants, view, frame, rows)
 
 
 @compiled_in_place
@@ -168,30 +165,8 @@ def heading_of(R_map_root: FloatArray) -> tuple[float, float]:
 def joint_variance(
     constants: CameraConstants, frame: CameraFrame, joint: int, covered: float
 ) -> float:
-    """Variance of a joint's measurement in each direction [m²], without foreshortening."""
+    """Variance of a joint's measurement in each direction [m²]."""
     variance = constants.variance + constants.occluded_variance * covered**2
     if frame.tracking_state[joint] == INFERRED:
         variance += constants.inferred_variance
     return variance
-
-
-@compiled_in_place
-def add_foreshortening(
-    constants: CameraConstants, view: View, frame: CameraFrame, rows: Rows
-) -> None:
-    """Increase the noise of joints whose limb points along the line of sight, by cos⁸."""
-    for group in range(rows.filled[1]):
-        for far, near in constants.limb_ends:
-            if rows.source[group] != far:
-                continue
-            along = limb_length = sight_length = 0.0
-            for k in range(3):
-                limb = view.positions[far, k] - view.positions[near, k]
-                sight = view.positions[far, k] - frame.camera[k]
-                along += limb * sight
-                limb_length += limb * limb
-                sight_length += sight * sight
-            cosine = (along * along / (limb_length * sight_length)) ** 2
-            more = (constants.foreshortened * cosine) ** 2
-            for k in range(3):
-                rows.noise[group, k, k] += more

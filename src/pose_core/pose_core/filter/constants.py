@@ -19,20 +19,7 @@ from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINT_INDEX, SIDES
 from pose_core.kernels.left_right_swaps import SWAPS, SwapArrays
 
-LIMB_ENDS = np.array(
-    [
-        (JOINT_INDEX[f"{side}_{far}"], JOINT_INDEX[f"{side}_{near}"])
-        for side in SIDES
-        for far, near in (
-            ("elbow", "shoulder"),
-            ("hand", "elbow"),
-            ("knee", "hip"),
-            ("foot", "knee"),
-        )
-    ],
-    np.int64,
-)
-"""The joints at the end and at the start of each limb."""
+FRAME_PERIOD_S = 1.0 / 30.0  # over which the accelerations' standard deviations are defined
 
 
 class FilterConstants(NamedTuple):
@@ -79,11 +66,10 @@ def _motion(tree: SegmentTree, tuning: FilterTuning) -> MotionConstants:
     for link, parent in enumerate(tree.parents):
         if parent >= 0:
             path[link] += motion.carried[kinds[link]] * path[parent]
-    own = [motion.acceleration[kind] for kind in kinds]
+    own = np.array([motion.acceleration[kind] for kind in kinds])
     return MotionConstants(
-        acceleration=np.array([motion.root_acceleration, *own]),
-        acceleration_per_rate=motion.acceleration_per_rate,
-        path=path,
+        root_power=motion.root_acceleration**2 * FRAME_PERIOD_S,
+        power=path @ np.diag(own**2 * FRAME_PERIOD_S) @ path.T,
         rate_memory_s=motion.rate_memory,
         slide_memory_s=motion.slide_memory,
         slide_variance=np.array(
@@ -101,9 +87,7 @@ def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
     return CameraConstants(
         body=tree.arrays,
         capsules=make_capsules(),
-        limb_ends=LIMB_ENDS,
         variance=noise.stddev**2,
-        foreshortened=noise.foreshortened_stddev,
         inferred_variance=noise.inferred_stddev**2,
         occluded_variance=noise.occluded_stddev**2,
         student_dof=noise.student_dof,
@@ -120,8 +104,6 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
         hinge_links=links,
         hinge_signs=signs,
         hinge_variance=prior.hinge_stddev**2,
-        limit_variance=prior.limit_stddev**2,
-        hinge_student_scale=prior.hinge_student_scale,
         wrong_bend=-prior.wrong_bend,
         twist_parents=tree.parents[turning].astype(np.int64),
         twist_links=turning,
@@ -135,14 +117,10 @@ def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
 def _imu(model: BodyModel, noise: ImuNoise) -> ImuConstants:
     names = model.link_names
     stddev = np.full((len(names), 3), noise.orientation_stddev)
-    bend_rate = np.zeros(len(names))
-    for link in map(names.index, noise.spine_bend):
-        stddev[link] = noise.spine_stddev
-        stddev[link, 1] = noise.spine_bend[names[link]]
-        bend_rate[link] = noise.spine_bend_rate
+    for name, bend in noise.spine_bend.items():
+        stddev[names.index(name), 1] = bend
     return ImuConstants(
         stddev=stddev,
-        bend_rate_stddev=bend_rate,
         soft_tissue=noise.soft_tissue,
         correlated_samples=noise.correlated_samples,
         student_dof=noise.student_dof,

@@ -24,7 +24,6 @@ from pose_core.kernels.rotations import exponential, logarithm, product, product
 from pose_core.streams.samples import FloatArray
 
 FASTEST = 6.0  # [rad/s] above which the soft-tissue error does not grow further
-LATERAL = 1  # axis y of a link
 RATE_NOISE_GROWTH = 0.5  # [s] of the gyroscope's noise with its rate: a segment is not rigid
 HELD_JERK = 100.0  # [rad/s³] half that of a swinging limb while its sample is extrapolated
 
@@ -33,7 +32,6 @@ class ImuConstants(NamedTuple):
     """Parameters of :class:`pose_core.filter.tuning.ImuNoise`."""
 
     stddev: FloatArray  # (links, 3) [rad] about the link's axes
-    bend_rate_stddev: FloatArray  # (links,) [rad/s] of its rate about the lateral axis, in addition
     soft_tissue: float  # [s]
     correlated_samples: float  # [-]
     student_dof: float  # [-]
@@ -84,14 +82,10 @@ def add_imus(
         for axis in range(3):
             stddev = constants.stddev[link, axis] + constants.soft_tissue * speed
             variance = constants.correlated_samples * stddev**2 + held**2
-            own_rate_variance = rate_variance
-            if axis == LATERAL:
-                own_rate_variance += constants.bend_rate_stddev[link] ** 2
+            rows.noise[gyroscope, axis, axis] = rate_variance
             for i in range(3):
                 for k in range(3):
-                    share = Q[i, axis] * Q[k, axis]
-                    rows.noise[orientation, i, k] += variance * share
-                    rows.noise[gyroscope, i, k] += own_rate_variance * share
+                    rows.noise[orientation, i, k] += variance * Q[i, axis] * Q[k, axis]
 
 
 @compiled

@@ -3,8 +3,6 @@ r"""Prediction: rates decay with a time constant and are driven by white acceler
 .. math:: \dot\omega = -\omega / \tau_\omega + w, \quad
           R(t + \Delta t) = \exp([r\,\omega]_\times) R(t), \quad
           r = \tau_\omega (1 - e^{-\Delta t / \tau_\omega})
-
-The power of w grows with the link's own rate.
 """
 
 from typing import NamedTuple
@@ -17,16 +15,14 @@ from pose_core.kernels.joint_kinematics import Pose
 from pose_core.kernels.rotations import turn_by
 from pose_core.streams.samples import FloatArray
 
-FRAME_PERIOD_S = 1.0 / 30.0  # over which the accelerations' standard deviations are defined
 LARGEST_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
 
 
 class MotionConstants(NamedTuple):
     """Process noise of one body."""
 
-    acceleration: FloatArray  # (1 + links,) [m/s²] of the root, [rad/s²] of the links
-    acceleration_per_rate: float  # [1/s]
-    path: FloatArray  # (links, links) contribution of each link's acceleration (column) to each
+    root_power: float  # [m²/s³] spectral density of the root's white acceleration
+    power: FloatArray  # (links, links) [rad²/s³] the same of the links', and of each two of them
     rate_memory_s: float
     slide_memory_s: float
     slide_variance: FloatArray  # (slides,) [m²]
@@ -40,32 +36,18 @@ class MotionConstants(NamedTuple):
 def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
     """Advance the state by ``dt_s`` [s], in place."""
     pose, P = state.pose, state.P
-    power = acceleration_power(constants, state)
     keep = np.exp(-dt_s / constants.rate_memory_s)
     rate_time_s = constants.rate_memory_s * (1.0 - keep)
     keep_slide = np.exp(-dt_s / constants.slide_memory_s)
     predict_mean(pose, keep, rate_time_s, keep_slide)
-    transform_covariance(P, len(power), len(pose.slides), keep, rate_time_s, keep_slide)
-    add_process_noise(constants, state, power, dt_s, keep_slide)
+    transform_covariance(P, 1 + len(pose.rates), len(pose.slides), keep, rate_time_s, keep_slide)
+    add_process_noise(constants, state, dt_s, keep_slide)
     bound_rotations(P, len(state.heading))
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
     state.offset[:] *= keep_offset
     state.offset_variance[:] *= keep_offset**2
     state.offset_variance[:] += (1.0 - keep_offset**2) * constants.offset_variance
     state.silent_s[:] += dt_s
-
-
-@compiled
-def acceleration_power(constants: MotionConstants, state: FilterState) -> FloatArray:
-    """Spectral density of each white acceleration, the root's first, (1 + links,)."""
-    pose, links = state.pose, len(state.heading)
-    power = np.empty(1 + links)
-    for each in range(1 + links):
-        rate = pose.velocity if each == 0 else pose.rates[each - 1]
-        speed = np.sqrt(rate[0] ** 2 + rate[1] ** 2 + rate[2] ** 2)
-        size = constants.acceleration[each] + constants.acceleration_per_rate * speed
-        power[each] = size**2 * FRAME_PERIOD_S
-    return power
 
 
 @compiled_in_place
@@ -116,7 +98,6 @@ def transform_covariance(
 def add_process_noise(
     constants: MotionConstants,
     state: FilterState,
-    power: FloatArray,
     dt_s: float,
     keep_slide: float,
 ) -> None:
@@ -126,27 +107,18 @@ def add_process_noise(
     velocity = slide + 3 * len(state.pose.slides)
     for i in range(slide, velocity):
         P[i, i] += constants.slide_variance[(i - slide) // 3] * (1.0 - keep_slide**2)
-    add_white_acceleration(P, 0, 0, velocity, power[0], dt_s)
+    add_white_acceleration(P, 0, 0, velocity, constants.root_power, dt_s)
     for first in range(links):
         for second in range(links):
-            shared = shared_power(constants, power, first, second)
-            if shared != 0.0:
-                add_white_acceleration(P, 3 + 3 * first, 3 + 3 * second, velocity, shared, dt_s)
+            power = constants.power[first, second]
+            if power != 0.0:
+                add_white_acceleration(P, 3 + 3 * first, 3 + 3 * second, velocity, power, dt_s)
     for link in range(links):
         own = state.imu_column[link]
         if own != NO_COLUMN:
             for i in range(own, own + 3):
                 P[i, i] += constants.alignment_walk * dt_s
             P[own + 3, own + 3] += constants.heading_walk * dt_s
-
-
-@compiled_in_place
-def shared_power(constants: MotionConstants, power: FloatArray, first: int, second: int) -> float:
-    """Cross spectral density of two links' accelerations; ``power`` is each link's own."""
-    shared = 0.0
-    for source in range(len(constants.path)):
-        shared += constants.path[first, source] * constants.path[second, source] * power[1 + source]
-    return shared
 
 
 @compiled_in_place

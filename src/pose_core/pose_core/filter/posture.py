@@ -2,7 +2,6 @@ r"""Posture prior: soft constraints on the relative rotation of two links.
 
 - The lateral axis u of a hinge is parallel to its parent's: :math:`p_x \cdot u = p_z \cdot u = 0`,
   with p the parent's axes; the derivative by a rotation of the link is :math:`u \times p`.
-- A hinge does not bend backwards: a negative flexion is measured as zero.
 - Axial rotation (twist) of limbs and head is limited. The waist bends sideways and rotates little,
   and bends forward more.
 """
@@ -31,8 +30,6 @@ class PostureConstants(NamedTuple):
     hinge_links: NDArray[np.int64]
     hinge_signs: FloatArray
     hinge_variance: float  # [rad²]
-    limit_variance: float  # [rad²]
-    hinge_student_scale: float
     wrong_bend: float  # [rad], negative
     twist_parents: NDArray[np.int64]
     twist_links: NDArray[np.int64]
@@ -46,7 +43,7 @@ class PostureConstants(NamedTuple):
 def most_posture_rows(constants: PostureConstants) -> int:
     """Upper bound of the number of rows that :func:`add_posture` adds."""
     spine = 3 * len(constants.spine_links)
-    return 3 * len(constants.hinge_links) + len(constants.twist_links) + spine
+    return 2 * len(constants.hinge_links) + len(constants.twist_links) + spine
 
 
 @compiled
@@ -54,7 +51,7 @@ def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) 
     """Add the rows of the prior, for rotations ``R_map_link``, (links, 3, 3)."""
     relative, turn = np.empty((3, 3)), np.empty(3)
     for hinge in range(len(constants.hinge_links)):
-        add_hinge(constants, hinge, rotations, relative, rows)
+        add_hinge(constants, hinge, rotations, rows)
     for index in range(len(constants.twist_links)):
         parent, link = constants.twist_parents[index], constants.twist_links[index]
         R = rotations[link]
@@ -73,14 +70,8 @@ def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) 
 
 
 @compiled
-def add_hinge(
-    constants: PostureConstants,
-    hinge: int,
-    rotations: FloatArray,
-    relative: FloatArray,
-    rows: Rows,
-) -> None:
-    """Add the two rows of a hinge's plane and, if it bends backwards, the row of its limit."""
+def add_hinge(constants: PostureConstants, hinge: int, rotations: FloatArray, rows: Rows) -> None:
+    """Add the two rows of a hinge's plane."""
     parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
     R_parent, R_link = rotations[parent], rotations[link]
     x, y, z = R_link[0, 1], R_link[1, 1], R_link[2, 1]
@@ -88,15 +79,7 @@ def add_hinge(
         px, py, pz = R_parent[0, k], R_parent[1, k], R_parent[2, k]
         axis = (y * pz - z * py, z * px - x * pz, x * py - y * px)
         residual = -(px * x + py * y + pz * z)
-        group = add_turn(rows, parent, link, axis, residual, constants.hinge_variance, HINGE_DOF)
-        rows.student_scale[group] = constants.hinge_student_scale
-    transposed_product(R_parent, R_link, relative)
-    sign = constants.hinge_signs[hinge]
-    angle = flexion(relative, sign)
-    if angle < 0.0:
-        axis = (sign * R_parent[0, 1], sign * R_parent[1, 1], sign * R_parent[2, 1])
-        group = add_turn(rows, parent, link, axis, -angle, constants.limit_variance, HINGE_DOF)
-        rows.student_scale[group] = constants.hinge_student_scale
+        add_turn(rows, parent, link, axis, residual, constants.hinge_variance, HINGE_DOF)
 
 
 @compiled
@@ -108,7 +91,7 @@ def add_turn(
     residual: float,
     variance: float,
     student_dof: float,
-) -> int:
+) -> None:
     """Add one row: the rotation of a link relative to its parent about an axis in map."""
     group = add_group(rows, 1, student_dof, NO_SOURCE)
     row = rows.first[group]
@@ -117,7 +100,6 @@ def add_turn(
         rows.H[row, 3 + 3 * parent + k] = -axis[k]
     rows.residual[row] = residual
     rows.noise[group, 0, 0] = variance
-    return group
 
 
 @compiled_in_place

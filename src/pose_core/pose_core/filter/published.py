@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
-from pose_core.filter.motion import acceleration_power, predict_mean, shared_power
+from pose_core.filter.motion import predict_mean
 from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_angle_extraction import PublishedState
@@ -60,7 +60,6 @@ def predict_published(
     rate_time_s = motion.rate_memory_s * (1.0 - keep)
     predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
     rate_times_s = np.full(len(parents), rate_time_s)
-    power = acceleration_power(motion, state)
     follow_imus(dt_s, state, before, readings, pose, rate_times_s)
     levers = np.zeros((len(out.joints), len(parents), 3))
     body = constants.camera.body
@@ -69,11 +68,11 @@ def predict_published(
     for axis in range(3):
         out.position_variance[axis] = (
             later_covariance(state.P, velocity, axis, axis, rate_time_s, rate_time_s)
-            + dt_s**3 / 3.0 * power[0]
+            + dt_s**3 / 3.0 * motion.root_power
         )
     for link in range(len(parents)):
         fill_relative_covariance(
-            constants, state, dt_s, power, rate_times_s, link, parents[link], out.covariance[link]
+            motion.power, state, dt_s, rate_times_s, link, parents[link], out.covariance[link]
         )
 
 
@@ -134,10 +133,9 @@ def later_covariance(
 
 @compiled_in_place
 def fill_relative_covariance(
-    constants: FilterConstants,
+    power: FloatArray,
     state: FilterState,
     dt_s: float,
-    power: FloatArray,
     rate_times_s: FloatArray,
     link: int,
     parent: int,
@@ -146,10 +144,9 @@ def fill_relative_covariance(
     """Fill the covariance of a link's rotation relative to its parent's, (3, 3) [rad²].
 
     Args:
-        constants: The filter's constants.
+        power: Spectral densities of the links' white accelerations, (links, links) [rad²/s³].
         state: The state before ``dt_s``.
         dt_s: Time since then [s].
-        power: Of the white accelerations, (1 + links,).
         rate_times_s: Time for which its rate moves each link, (links,) [s]; 0 if an IMU does.
         link: The link.
         parent: Its parent, or −1.
@@ -166,10 +163,10 @@ def fill_relative_covariance(
                 relative -= later_covariance(P, velocity, own + a, above + b, own_s, above_s)
                 relative -= later_covariance(P, velocity, above + a, own + b, above_s, own_s)
             out[a, b] = relative
-    growth = shared_power(constants.motion, power, link, link) if own_s > 0.0 else 0.0
+    growth = power[link, link] if own_s > 0.0 else 0.0
     if parent >= 0 and rate_times_s[parent] > 0.0:
-        growth += shared_power(constants.motion, power, parent, parent)
+        growth += power[parent, parent]
         if own_s > 0.0:
-            growth -= 2.0 * shared_power(constants.motion, power, link, parent)
+            growth -= 2.0 * power[link, parent]
     for axis in range(3):
         out[axis, axis] += dt_s**3 / 3.0 * growth

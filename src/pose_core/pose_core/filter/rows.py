@@ -23,7 +23,6 @@ class Rows(NamedTuple):
     size: NDArray[np.int64]  # (most groups,) 1 or 3
     noise: FloatArray  # (most groups, 3, 3) covariance
     student_dof: FloatArray  # (most groups,) of Student's t; NORMAL
-    student_scale: FloatArray  # (most groups,) factor of the squared residual distance
     source: NDArray[np.int64]  # (most groups,) joint or link that the group measures
     filled: NDArray[np.int64]  # (2,) numbers of rows and groups in use
 
@@ -38,7 +37,6 @@ def make_rows(most_rows: int, most_groups: int, size: int) -> Rows:
         np.zeros(most_groups, np.int64),
         np.zeros((most_groups, 3, 3)),
         np.zeros(most_groups),
-        np.ones(most_groups),
         np.zeros(most_groups, np.int64),
         np.zeros(2, np.int64),
     )

@@ -20,7 +20,6 @@ class MotionPrior:
             "shank": 78.0,
         }
     )
-    acceleration_per_rate: float = 0.5  # [1/s] increase with the link's own rate
     carried: Mapping[str, float] = field(  # [-] share of the parent's acceleration
         default_factory=lambda: {
             "pelvis": 0.0,
@@ -47,7 +46,6 @@ class CameraNoise:
     """
 
     stddev: float = 0.03  # [m] of a tracked, visible joint
-    foreshortened_stddev: float = 0.03  # [m] in addition if the limb points at the camera
     inferred_stddev: float = 0.12  # [m] in addition for an inferred joint
     occluded_stddev: float = 0.15  # [m] in addition under self-occlusion
     student_dof: float = 3.0  # [-] of Student's t of a joint's residual
@@ -67,8 +65,6 @@ class PosturePrior:
     """Soft constraints on the posture, applied once for each camera frame."""
 
     hinge_stddev: float = 0.9  # [rad] of elbows and knees, out of their plane
-    limit_stddev: float = 0.3  # [rad] of a hinge that bends backwards
-    hinge_student_scale: float = 4.0  # [-] factor of the squared residual in Student's t
     twist_stddev: Mapping[str, float] = field(  # [rad] of a link about its own axis
         default_factory=lambda: {"upper_arm": 1.8, "thigh": 1.4, "head": 1.8}
     )
@@ -82,11 +78,9 @@ class ImuNoise:
     """Measurement noise of aligned IMUs, and random walk of their alignment."""
 
     orientation_stddev: float = 0.02  # [rad] of its link's axes
-    spine_stddev: float = 0.04  # [rad] the same for pelvis and trunk, but about their lateral axis
-    spine_bend: Mapping[str, float] = field(  # [rad] about it: the spine also bends between the
-        default_factory=lambda: {"pelvis": 0.2, "trunk": 0.15}  # joints that the cameras see
+    spine_bend: Mapping[str, float] = field(  # [rad] about the lateral axis: the spine also bends
+        default_factory=lambda: {"pelvis": 0.2, "trunk": 0.15}  # between the joints that are seen
     )
-    spine_bend_rate: float = 0.5  # [rad/s] of their angular velocity about it
     soft_tissue: float = 0.0067  # [s] in addition for each unit of angular rate, up to 6 rad/s
     correlated_samples: float = 6.0  # [-] samples that count as one
     student_dof: float = 8.0  # [-]

@@ -4,12 +4,12 @@ With a weight w for each group of rows, :math:`S = H P H^T + R / w`,
 :math:`\delta x = P H^T S^{-1} r`, :math:`P \leftarrow P - P H^T S^{-1} H P`. Each group's weight
 follows from its residual after the update, :math:`e = r - H\,\delta x = R / w\,S^{-1} r`:
 
-.. math:: w = \frac{\nu + d}{\nu + \lambda\,e^T R^{-1} e}, \quad w_\mathrm{least} \le w \le 1
+.. math:: w = \frac{\nu + d}{\nu + e^T R^{-1} e}, \quad w_\mathrm{least} \le w \le 1
 
-with d its number of rows, ν its degrees of freedom and λ a factor (1 but for hinges). The first
-weights follow in the same way from the innovations and their covariance, r and S. All iterations
-take place in measurement space. With the Cholesky factorisation :math:`S = U^T U`, the state needs
-two substitutions; with :math:`W = U^{-T} H P` the covariance is :math:`P - W^T W`, of which one
+with d its number of rows and ν its degrees of freedom. The first weights follow in the same way
+from the innovations and their covariance, r and S. All iterations take place
+in measurement space. With the Cholesky factorisation :math:`S = U^T U`, the state needs two
+substitutions; with :math:`W = U^{-T} H P` the covariance is :math:`P - W^T W`, of which one
 half is computed.
 
 References:
@@ -155,7 +155,7 @@ def weight_of(rows: Rows, group: int, squared: float, least_weight: float) -> fl
     dof = rows.student_dof[group]
     if dof == NORMAL:
         return 1.0
-    weight = (dof + rows.size[group]) / (dof + rows.student_scale[group] * squared)
+    weight = (dof + rows.size[group]) / (dof + squared)
     return min(max(weight, least_weight), 1.0)
 
 
