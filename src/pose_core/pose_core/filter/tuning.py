@@ -8,16 +8,16 @@ from dataclasses import dataclass, field
 class MotionPrior:
     """Process noise: white accelerations, by kind of link (without its side)."""
 
-    root_acceleration: float = 15.0  # [m/s²]
+    root_acceleration: float = 17.0  # [m/s²]
     acceleration: Mapping[str, float] = field(  # [rad/s²]
         default_factory=lambda: {
-            "pelvis": 27.0,
-            "trunk": 18.0,
-            "head": 40.0,
-            "upper_arm": 90.0,
-            "forearm": 90.0,
-            "thigh": 65.0,
-            "shank": 78.0,
+            "pelvis": 31.0,
+            "trunk": 21.0,
+            "head": 46.0,
+            "upper_arm": 104.0,
+            "forearm": 104.0,
+            "thigh": 75.0,
+            "shank": 90.0,
         }
     )
     carried: Mapping[str, float] = field(  # [-] share of the parent's acceleration
