@@ -34,10 +34,10 @@ class VarianceCalibrations:
 
 LIVE = VarianceCalibrations(
     kinect={
-        "hip": VarianceCalibration(factor=0.8, late_s=0.016, stddev_deg=1.5),
-        "knee": VarianceCalibration(factor=0.7, late_s=0.0065),
-        "shoulder": VarianceCalibration(factor=0.9, late_s=0.026, stddev_deg=2.5),
-        "elbow": VarianceCalibration(factor=0.85),
+        "hip": VarianceCalibration(factor=0.7, late_s=0.016, stddev_deg=1.5),
+        "knee": VarianceCalibration(factor=0.6, late_s=0.0065),
+        "shoulder": VarianceCalibration(factor=0.8, late_s=0.026, stddev_deg=2.5),
+        "elbow": VarianceCalibration(factor=0.75),
     },
     with_imu={
         "hip": VarianceCalibration(late_s=0.026, stddev_deg=3.0),
