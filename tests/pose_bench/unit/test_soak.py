@@ -1,5 +1,7 @@
 """The endurance benchmarks: a session with stamps that go on, and random steps of the filter."""
 
+from collections import Counter
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,19 @@ def test_a_repeated_message_has_the_stamps_and_the_visitor_of_its_loop(recording
     stamps_ns = {person.stamp_ns for person in persons}
     assert stamps_ns == {START_NS + LOOP_NS + message.stamp_after_ns}
     assert VISITOR.encode() in message.data  # is left as it was
+
+
+def test_a_light_recording_has_a_third_of_the_frames_and_half_of_two_imus_samples(
+    person, recording
+):
+    def counts(steps):
+        return Counter(message.source for step in steps for message in step)
+
+    whole, light = counts(recording[0]), counts(steps_of(person, is_light=True)[0])
+    assert set(light) == {"left", "right", "imu/torso", "imu/right_thigh"}
+    for source, count in light.items():
+        share = 0.5 if source.startswith("imu/") else 1.0 / 3.0
+        assert count == pytest.approx(share * whole[source], rel=0.05)
 
 
 def test_a_session_publishes_at_the_output_rate(person, recording):

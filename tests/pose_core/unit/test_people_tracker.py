@@ -44,6 +44,16 @@ def test_a_person_who_starts_to_run_before_a_slow_camera_is_never_lost():
     assert all(len(each) == 1 for each in given)
 
 
+def test_a_known_person_who_starts_to_run_before_two_slow_cameras_is_never_lost():
+    def runner(time_s):
+        return walker((2.5, -2.5 + 3.0 * max(0.0, time_s - 6.0)), (0.0, 0.0))(time_s)
+
+    people = tracker()
+    given = [people.add(persons) for persons, _ in frames_of([runner], 8.0, rate=10)]
+    assert {number for each in given for number, _ in each} == {1}
+    assert all(len(each) == 1 for each in given)
+
+
 def test_two_people_who_cross_keep_their_identities_in_both_sensors():
     given = numbers_of(tracker(), frames_of([TO_THE_LEFT, TO_THE_RIGHT], 3.0))
     assert {len(numbers) for numbers in given.values()} == {1}

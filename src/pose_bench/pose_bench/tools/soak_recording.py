@@ -19,7 +19,7 @@ LOOP_NS = round((SESSION_S + 2.0) * NS)  # [ns] a recording and two seconds of a
 VISIT_S = (20.0, 45.0)  # [s] of a loop in which a visitor is in view
 VISITOR = "visitor0"  # replaced by another id of this length at each visit
 VISITOR_SIZE = 0.85  # [-] of the subject's
-LIGHT_IMUS = ("imu/trunk", "imu/right_thigh")  # in a light recording
+LIGHT_IMUS = ("imu/torso", "imu/right_thigh")  # in a light recording
 VISITOR_AT_M = np.array([0.0, 1.6, 0.0])  # [m] in map, from the subject
 
 

@@ -20,8 +20,8 @@ from pose_core.people.person_track import PersonTrack
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
 GATE_M = 0.35  # [m] mean distance of the joints from their predicted positions, under a known id
-SPEED_CHANGE = 4.0  # [m/s] by which the speed may change between frames: widens this gate at low
-PERIOD_S, LONGEST_S = 0.034, 0.2  # [s] rates, from this age of the joints to this one
+SPEED_CHANGE = 4.0  # [m/s] a change of speed that the prediction lacks; it widens this gate while
+WIDER_FROM_S, WIDER_TO_S = 0.034, 0.2  # [s] the joints' age grows from one to the other
 OTHER_ID_GATE_M = 0.25  # [m] the same under any other id: people pass each other at arm's length
 SAME_ID_M = 0.1  # [m] by which an id speaks for the person who had it, and against others
 ID_HOLDS_S = 0.5  # [s] for which a sensor's id counts
@@ -65,7 +65,7 @@ def associate(
 def _gates_m(tracks: Sequence[PersonTrack], stamp_ns: int) -> FloatArray:
     """Gate of each track under its known id [m], (tracks, 1)."""
     age_s = np.array([track.age_s(stamp_ns) for track in tracks])
-    extra_s = np.clip(age_s, PERIOD_S, LONGEST_S) - PERIOD_S
+    extra_s = np.clip(age_s, WIDER_FROM_S, WIDER_TO_S) - WIDER_FROM_S
     return np.asarray(GATE_M + SPEED_CHANGE * extra_s)[:, None]
 
 
