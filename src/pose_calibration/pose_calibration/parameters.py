@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from pose_calibration.extrinsics.extrinsics_calibration import CalibrationLimits
 from pose_calibration.floor.floor import KnownMounting
+from pose_core.api import MAX_GAP_S
 from pose_core.parameters import NAME_ENDING, RUN, parameter
 
 ESTIMATED, KNOWN_TILT, KNOWN_HEIGHT, KNOWN = "estimated", "known_tilt", "known_height", "known"
@@ -118,7 +119,10 @@ class LiveCalibrationParameters(CalibrationParameters):
         0.02, unit="s", limits=(0.001, 0.1), doc="largest difference of stamps in a pair of frames"
     )
     max_gap: float = parameter(
-        0.1, unit="s", limits=(0.02, 1.0), doc="longest gap of one sensor to interpolate across"
+        MAX_GAP_S,
+        unit="s",
+        limits=(0.02, 1.0),
+        doc="longest gap of one sensor to interpolate across",
     )
     max_wait: float = parameter(
         0.2, unit="s", limits=(0.05, 2.0), doc="longest silence of a sensor to wait for"

@@ -37,7 +37,7 @@ def test_a_repeated_message_has_the_stamps_and_the_visitor_of_its_loop(recording
     assert VISITOR.encode() in message.data  # is left as it was
 
 
-def test_a_light_recording_has_a_third_of_the_frames_and_half_of_two_imus_samples(
+def test_a_light_recording_has_a_third_of_the_frames_and_a_quarter_of_two_imus_samples(
     person, recording
 ):
     def counts(steps):
@@ -46,7 +46,7 @@ def test_a_light_recording_has_a_third_of_the_frames_and_half_of_two_imus_sample
     whole, light = counts(recording[0]), counts(steps_of(person, is_light=True)[0])
     assert set(light) == {"left", "right", "imu/torso", "imu/right_thigh"}
     for source, count in light.items():
-        share = 0.5 if source.startswith("imu/") else 1.0 / 3.0
+        share = 0.25 if source.startswith("imu/") else 1.0 / 3.0
         assert count == pytest.approx(share * whole[source], rel=0.05)
 
 

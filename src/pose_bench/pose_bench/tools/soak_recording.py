@@ -56,7 +56,7 @@ def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, S
 
     Args:
         session: A captured person before two cameras, with IMUs.
-        is_light: Whether to take only every third frame, and half of the samples of two IMUs.
+        is_light: Whether to take only every third frame, and a quarter of the samples of two IMUs.
     """
     packets = packets_of(session, START_NS)
     if is_light:
@@ -68,14 +68,14 @@ def steps_of(session: CapturedSession, is_light: bool = False) -> tuple[Steps, S
 
 
 def _thinned(packets: Iterable[Packet]) -> Iterator[Packet]:
-    """Every third frame of each camera, and two IMUs' samples of every second step."""
+    """Every third frame of each camera, and two IMUs' samples of every fourth step."""
     frames: Counter[str] = Counter()
     for packet in packets:
         if isinstance(packet, Frame):
             frames[packet.source] += 1
             if frames[packet.source] % 3 == 1:
                 yield packet
-        elif packet.source in LIGHT_IMUS and round(packet.at_s * NS) // STEP_NS % 2:
+        elif packet.source in LIGHT_IMUS and round(packet.at_s * NS) // STEP_NS % 4 == 1:
             yield packet
 
 

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.api import FloatArray, SkeletonSample
+from pose_core.api import MAX_GAP_S, FloatArray, SkeletonSample
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.stamps import NS_PER_S
 
 KERNEL = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0  # [-] weights of neighbouring samples
-MAX_GAP_S = 0.1  # [s] longest gap that is interpolated
 SLOW_S = 2.0  # [s] slower differences are not due to a delay
 
 

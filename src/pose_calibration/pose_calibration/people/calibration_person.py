@@ -11,7 +11,9 @@ from pose_core.counters import Counters
 
 REMEMBERED = 2_400  # [frames] 40 s of two sensors
 GONE_S = 6.0  # [s] of absence after which another person is chosen
-MATCHED_EVERY_S = 5.0  # [s] of several people in view after which they are matched again
+MATCH_AFTER_S = 5.0  # [s] of several people in view until they are matched
+MATCH_AGAIN = 2.0  # [-] the time until the next match, to that until the one that failed
+MATCH_WITHIN_S = 40.0  # [s] longest such time: all frames are new by then
 
 Frame = Sequence[SkeletonSample]
 
@@ -85,6 +87,7 @@ class CalibrationPerson:
         self._number = 0  # of the person, in the tracker
         self._is_several = False
         self._next_match_ns: int | None = None
+        self._match_after_s = MATCH_AFTER_S
 
     @property
     def is_waiting(self) -> bool:
@@ -101,6 +104,7 @@ class CalibrationPerson:
         self._held.clear()
         self._extrinsics = self._tracker = self._next_match_ns = None
         self._is_several = False
+        self._match_after_s = MATCH_AFTER_S
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:
         """Use estimated extrinsics to identify persons from now on."""
@@ -122,7 +126,7 @@ class CalibrationPerson:
             return with_id(frame, self.person)
         if len(frame) > 1 and not self._is_several:
             self._is_several = True
-            self._next_match_ns = frame[0].stamp_ns + round(MATCHED_EVERY_S * 1e9)
+            self._next_match_ns = frame[0].stamp_ns + round(self._match_after_s * 1e9)
             if self._extrinsics is not None:
                 known = self._extrinsics
                 places = {name: known.T_map_sensor(name) for name in known.sensors}
@@ -136,7 +140,10 @@ class CalibrationPerson:
         return list(frame)
 
     def match(self, stamp_ns: int) -> list[SkeletonSample]:
-        """Match the views of all persons so far, at most every :data:`MATCHED_EVERY_S`.
+        """Match the views of all persons so far, if it is time for it.
+
+        That is :data:`MATCH_AFTER_S` after several were seen; if no views agree, after longer and
+        longer times, since one match of :data:`REMEMBERED` frames takes a second.
 
         Returns:
             All samples of one person, with which to restart the calibration; none if no person's
@@ -144,7 +151,8 @@ class CalibrationPerson:
         """
         if not self.is_waiting or self._next_match_ns is None or stamp_ns < self._next_match_ns:
             return []
-        self._next_match_ns = stamp_ns + round(MATCHED_EVERY_S * 1e9)
+        self._match_after_s = min(MATCH_AGAIN * self._match_after_s, MATCH_WITHIN_S)
+        self._next_match_ns = stamp_ns + round(self._match_after_s * 1e9)
         matched = match_people(self._held, self._sensors)
         if not matched.samples:
             self.counters.add("not_matched")

@@ -11,7 +11,7 @@ from pose_core.streams.samples import FloatArray, SkeletonSample
 from pose_core.transforms import transformed
 
 IntArray = NDArray[np.int64]
-MAX_GAP_S = 0.15  # [s] four missed frames at 30 Hz: nothing is interpolated across more
+MAX_GAP_S = 0.15  # [s] longest gap to interpolate across: three missed frames at 30 Hz, none at 10
 
 
 @dataclass(frozen=True, kw_only=True)
