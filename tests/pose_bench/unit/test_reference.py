@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from pose_bench.reference.default_filter import ReferenceFilter, inject_error
 from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import load_body_model
-from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.segment_tree import SegmentTree, without_side
 from pose_core.body.shape import shape_of
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import make_constants
@@ -43,6 +43,19 @@ BESIDE = (
 )
 
 
+def test_a_link_shares_its_parents_acceleration():
+    """Accelerations a = own + carried times the parent's: (I - C) a = own."""
+    motion, names = FilterTuning().motion, [without_side(name) for name in MODEL.link_names]
+    I_minus_C = np.eye(LINKS)
+    for link, parent in enumerate(TREE.parents):
+        if parent >= 0:
+            I_minus_C[link, parent] = -motion.carried[names[link]]
+    own = np.diag([motion.acceleration[name] ** 2 / 30.0 for name in names])
+    power = np.linalg.solve(I_minus_C, np.linalg.solve(I_minus_C, own).T)
+    np.testing.assert_allclose(CONSTANTS.motion.power, power, rtol=1e-12)
+    assert CONSTANTS.motion.root_power == pytest.approx(motion.root_acceleration**2 / 30.0)
+
+
 def pose_of(dof):
     return KINEMATICS.pose(dof)
 
@@ -60,7 +73,7 @@ def random_state(rng, sensors=2, imus=(), dof=None):
     pose = pose_of(dof)
     slide_variance = CONSTANTS.motion.slide_variance
     state = start_state(LAYOUT, sensors, FilterTuning(), slide_variance, dof[:3], pose.rotations)
-    state.delay[:] = CONSTANTS.adaptation.known_delay_s
+    state.delay[:] = CONSTANTS.tracker_errors.known_delay_s
     for link in imus:
         mounting = Rotation.random(random_state=rng).as_matrix()
         covariance = np.diag([0.1, 0.1, 0.2, 0.1]) ** 2

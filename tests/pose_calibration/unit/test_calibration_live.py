@@ -140,10 +140,11 @@ def test_a_silent_sensor_is_named():
     assert calibration.status == "collecting: no skeletons from right yet"
 
 
-def test_with_two_people_from_the_start_one_is_found_whose_views_agree():
+@pytest.mark.parametrize("rate", [30, 8])
+def test_with_two_people_from_the_start_one_is_found_whose_views_agree(rate):
     calibration = LiveCalibration(LiveCalibrationParameters())
     other = walker((3.2, 0.9), (0.0, 0.0), scale=0.9, phase=2.0)
-    frames = frames_of([person_at, other], 16.0)
+    frames = frames_of([person_at, other], 24.0, rate=rate)
     first = [persons for persons, _ in frames[:60]]
     assert [calibration.add(persons) for persons in first] == [None] * 60
     assert "several people are detected" in calibration.status

@@ -159,7 +159,7 @@ class ReferenceFilter:
         self, frame: CameraFrame, view: PlainView, joints: list[Group], weights: FloatArray
     ) -> None:
         """Regress the bones' residuals on their velocities."""
-        state, constants, sensor = self.state, self.constants.adaptation, frame.sensor
+        state, constants, sensor = self.state, self.constants.tracker_errors, frame.sensor
         seen = {
             group.source: (group.residual, w) for group, w in zip(joints, weights, strict=False)
         }
@@ -208,7 +208,7 @@ class ReferenceFilter:
 
     def _note_contradictions(self, sensor: int, joints: list[Group], distance: FloatArray) -> None:
         """Smooth the joints' NIS; note the links that all active cameras contradict."""
-        state, constants = self.state, self.constants.adaptation
+        state, constants = self.state, self.constants.tracker_errors
         gap_s = min(state.silent_s[sensor], LONGEST_GAP_S)
         state.silent_s[sensor] = 0.0
         share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)

@@ -50,7 +50,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--light",
         action="store_true",
-        help="a third of the frames, two IMUs, a quarter of their samples, ten joint states a second",
+        help="a third of the frames, two IMUs with a quarter of their samples, ten joint states a "
+        "second",
     )
     parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for soak.md")
 

@@ -89,7 +89,7 @@ class DefaultEstimator(StepwiseEstimator):
         self._undo_swaps = type_specialised(undo_swaps)
         self._compute_joints = type_specialised(compute_joints)
         self._state: FilterState | None = None
-        self._delay = np.full(len(parameters.sensors), self._constants.adaptation.known_delay_s)
+        self._delay = np.full(len(parameters.sensors), self._constants.tracker_errors.known_delay_s)
         self._delay_sums = np.zeros((len(parameters.sensors), 2))
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None

@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.body.segment_tree import SegmentTree, without_side
-from pose_core.filter.adaptation import AdaptationConstants
 from pose_core.filter.camera import CameraConstants
 from pose_core.filter.imu import ImuConstants
 from pose_core.filter.motion import MotionConstants
 from pose_core.filter.occlusion import make_capsules
 from pose_core.filter.posture import PostureConstants
 from pose_core.filter.shared_offsets import SharedOffsetConstants
+from pose_core.filter.tracker_errors import TrackerErrorConstants
 from pose_core.filter.tuning import FilterTuning, ImuNoise
 from pose_core.filter.update import UpdateConstants
 from pose_core.joints import JOINT_INDEX, SIDES
@@ -31,7 +31,7 @@ class FilterConstants(NamedTuple):
     imu: ImuConstants
     shared_offsets: SharedOffsetConstants
     swaps: SwapArrays
-    adaptation: AdaptationConstants
+    tracker_errors: TrackerErrorConstants
     frame_update: UpdateConstants
     imu_update: UpdateConstants
 
@@ -47,7 +47,7 @@ def make_constants(
         imu=_imu(tree.model, tuning.imu),
         shared_offsets=_shared_offsets(tree, tuning),
         swaps=SWAPS,
-        adaptation=AdaptationConstants(
+        tracker_errors=TrackerErrorConstants(
             starts=tree.model.link_joints,
             ends=_link_ends(tree.model),
             delay_prior=tuning.camera.delay_prior,

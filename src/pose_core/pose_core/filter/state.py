@@ -24,7 +24,7 @@ class FilterState(NamedTuple):
     pose: Pose
     P: FloatArray  # (n, n) covariance of the error, in the order of Layout
     delay: FloatArray  # (sensors,) [s] of each tracker; subtracted from its stamps
-    delay_sums: FloatArray  # (sensors, 2) [m²/s², m²/s] see pose_core.filter.adaptation
+    delay_sums: FloatArray  # (sensors, 2) [m²/s², m²/s] see pose_core.filter.tracker_errors
     R_sensor_link: FloatArray  # (links, 3, 3) mounting of each link's IMU
     heading: FloatArray  # (links,) [rad] of the IMU's reference frame in map, about z
     imu_column: NDArray[np.int64]  # (links,) first column of the IMU's error, or NO_COLUMN

@@ -8,13 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_core.filter.adaptation import (
-    LONGEST_GAP_S,
-    add_contradictions,
-    estimate_delay,
-    estimate_offsets,
-    smooth_nis,
-)
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
@@ -22,6 +15,13 @@ from pose_core.filter.posture import add_posture, most_posture_rows, turn_back
 from pose_core.filter.rows import Rows, make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
+from pose_core.filter.tracker_errors import (
+    LONGEST_GAP_S,
+    add_contradictions,
+    estimate_delay,
+    estimate_offsets,
+    smooth_nis,
+)
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
@@ -98,11 +98,11 @@ def update_with_frame(
     state.silent_s[frame.sensor] = 0.0
     estimate_offsets(state, frame, view, rows, HPHt_diagonal, weights)
     if frame.late_s == 0.0:
-        estimate_delay(constants.adaptation, gap_s, state, frame, view, rows, weights)
+        estimate_delay(constants.tracker_errors, gap_s, state, frame, view, rows, weights)
     if joint_groups > 0:
         estimate_shared_offsets(constants.shared_offsets, view, gap_s / len(state.silent_s), state)
-    smooth_nis(constants.adaptation.nis_memory_s, gap_s, state, frame.sensor, rows, nis)
-    add_contradictions(constants.adaptation, gap_s, state)
+    smooth_nis(constants.tracker_errors.nis_memory_s, gap_s, state, frame.sensor, rows, nis)
+    add_contradictions(constants.tracker_errors, gap_s, state)
     add_link_information(rows, joint_groups, weights, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
     mean_nis, lost_share = summarise(nis[:joint_groups])

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from pose_core.baseline_filters.li2020 import Li2020Parameters
 from pose_core.estimators import ESTIMATORS
 from pose_core.parameters import NAME, NAME_ENDING, parameter
-from pose_core.streams.series import MAX_GAP_S
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +42,7 @@ class FusionParameters(Li2020Parameters):
         doc="baselines: largest difference of stamps in a pair of frames",
     )
     max_gap: float = parameter(
-        MAX_GAP_S,
+        0.1,
         unit="s",
         limits=(0.02, 1.0),
         doc="baselines: longest gap of one sensor to interpolate across",

@@ -10,7 +10,7 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
+from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.sensor_frames import SensorsInMap
@@ -61,20 +61,28 @@ def warm_up(estimator: str, model: BodyModel) -> EstimateBlock:
     """
     key = (estimator, model.name)
     if key not in _warm:
-        _warm[key] = _run(estimator, model) or warm_up("default", model)
+        announce_compilation()
+        _warm[key] = run_once(estimator, model) or warm_up("default", model)
     return _warm[key]
 
 
-def _run(estimator: str, model: BodyModel) -> EstimateBlock | None:
-    """Run an estimator over a still body; return its last estimates, if any."""
-    announce_compilation()
+def run_once(
+    estimator: str, model: BodyModel, make: EstimatorMaker | None = None
+) -> EstimateBlock | None:
+    """Run an estimator over a still body; return its last estimates, if any.
+
+    Args:
+        estimator: Its name.
+        model: The body model.
+        make: Factory of the estimator; its class if None.
+    """
     shape = shape_of(model, neutral_pose())
     # Estimators of a single sensor need its name among the sensors.
     sensors = tuple(PLACES)
     parameters = FusionParameters(estimator=estimator, sensors=sensors, output_rate=0.0)
     in_map = SensorsInMap(sensors, _extrinsics())
     counters = Counters(*runner_counters(parameters))
-    runner = EstimatorRunner(model, parameters, counters)
+    runner = EstimatorRunner(model, parameters, counters, make)
     segment = next(iter(model.segments))
     known = SensorToSegment(R_sensor_segment=np.eye(3), stddev=np.full(3, 0.05), residual=0.0)
     runner.use_sensor_to_segment({segment: known})

@@ -20,7 +20,6 @@ from pose_core.errors import ParameterError
 from pose_core.joints import TrackingState
 from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import SkeletonSample
-from pose_core.streams.series import MAX_GAP_S
 
 BEFORE_ALL_NS = -(2**63)
 COUNTS = (
@@ -112,7 +111,7 @@ class TimeAligner:
         sensors: Sequence[str],
         *,
         max_skew_s: float = 0.02,
-        max_gap_s: float = MAX_GAP_S,
+        max_gap_s: float = 0.1,
         max_wait_s: float = 0.2,
     ) -> None:
         if not sensors or len(set(sensors)) != len(sensors):

@@ -31,7 +31,7 @@ DELAY_GAIN = 1.5  # [-] the state follows a late camera in part, so the residual
 CONTRADICTED = 25.0  # [-] smoothed NIS above which the cameras contradict a link
 
 
-class AdaptationConstants(NamedTuple):
+class TrackerErrorConstants(NamedTuple):
     """Parameters of delays and contradictions."""
 
     starts: NDArray[np.int64]  # (links,) joint at the start of each link; −1 for the root
@@ -88,7 +88,7 @@ def estimate_offsets(
 
 @compiled
 def estimate_delay(
-    constants: AdaptationConstants,
+    constants: TrackerErrorConstants,
     gap_s: float,
     state: FilterState,
     frame: CameraFrame,
@@ -101,7 +101,7 @@ def estimate_delay(
     .. math:: \tau = (\lambda\tau_0 - \sum w\,v \cdot r) / (\lambda + \sum w\,v^2)
 
     Args:
-        constants: See :class:`AdaptationConstants`.
+        constants: See :class:`TrackerErrorConstants`.
         gap_s: Time since the camera's last frame [s].
         state: The state; delay and sums are updated.
         frame: The frame; it must not be late.
@@ -157,11 +157,11 @@ def smooth_nis(
 
 
 @compiled
-def add_contradictions(constants: AdaptationConstants, gap_s: float, state: FilterState) -> None:
+def add_contradictions(constants: TrackerErrorConstants, gap_s: float, state: FilterState) -> None:
     """Update for how long all cameras have contradicted each link.
 
     Args:
-        constants: See :class:`AdaptationConstants`.
+        constants: See :class:`TrackerErrorConstants`.
         gap_s: Time since the camera's last frame [s].
         state: The state, with smoothed NIS; ``contradicted_s`` is updated.
     """
