@@ -3,6 +3,7 @@
 Two processes share the work: one begins with the measurement updates, the other with all the rest.
 """
 
+import sys
 from math import nan
 from multiprocessing import Process
 from typing import Any
@@ -32,4 +33,4 @@ if __name__ == "__main__":
     rest.start()
     warm_up("default", load_body_model("default"))
     rest.join()
-    prepare_reading()
+    sys.exit(rest.exitcode)

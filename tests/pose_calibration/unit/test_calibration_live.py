@@ -154,6 +154,16 @@ def test_with_two_people_from_the_start_one_is_found_whose_views_agree(rate):
     assert calibration.selector.counters["matched"] == 1
 
 
+def test_a_search_for_the_person_that_fails_is_repeated_less_and_less_often():
+    """Only one sensor sees anybody, so no views agree."""
+    calibration = LiveCalibration(LiveCalibrationParameters())
+    other = walker((3.2, 0.9), (0.0, 0.0), scale=0.9, phase=2.0)
+    frames = frames_of([person_at, other], 60.0, rate=8, there=lambda sensor, *_: sensor == "left")
+    for persons, _ in frames:
+        calibration.add(persons)
+    assert calibration.selector.counters["not_matched"] == 3  # after 5, 15 and 35 s
+
+
 def test_a_named_person_is_taken_from_frames_with_several():
     calibration = LiveCalibration(LiveCalibrationParameters(person="1"))
     stranger = np.full((15, 3), 7.0)
