@@ -15,6 +15,25 @@ WORLD_FRAME = "map"
 FARTHEST = 1e7  # [m] between two frames on Earth
 
 
+class StaticTransforms:
+    """The transforms of all messages on ``/tf_static`` so far."""
+
+    def __init__(self) -> None:
+        self._transforms: dict[str, Any] = {}
+
+    def add(self, message: Any) -> dict[str, FloatArray]:
+        """Add a ``tf2_msgs/TFMessage``; returns the result of :func:`transforms_to_map`.
+
+        Raises:
+            InputError: As :func:`transforms_to_map`; then the message is not added.
+        """
+        added = {transform.child_frame_id: transform for transform in message.transforms}
+        transforms = {**self._transforms, **added}
+        placed = transforms_to_map(transforms.values())
+        self._transforms = transforms
+        return placed
+
+
 def transforms_to_map(transforms: Iterable[Any]) -> dict[str, FloatArray]:
     """``T_map_sensor``, (4, 4), of each Kinect among ``geometry_msgs/TransformStamped``.
 

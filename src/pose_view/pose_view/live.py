@@ -10,7 +10,7 @@ from pose_core.counters import Counters
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
 from pose_io.skeleton_messages import skeleton_samples
-from pose_io.static_transforms import transforms_to_map
+from pose_io.static_transforms import StaticTransforms
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import body_snapshot, dof_snapshot, link_rotations, raw_skeleton
 from pose_view.plain_words import Line, NodeReport, imu_line, node_line, stream_line
@@ -59,7 +59,7 @@ class LiveGraph:
         self.robot_joints = JointHistory(self._span_ns)
         """History of the robot's joint states."""
         self._raw: dict[str, tuple[int, tuple[RawSkeleton, ...]]] = {}
-        self._transforms: dict[str, Any] = {}
+        self._static_transforms = StaticTransforms()
         self._sensors: dict[str, FloatArray] = {}
         self._reports: dict[str, _Report] = {}
         self._body_monitors: dict[str, StreamMonitor] = {}
@@ -132,9 +132,8 @@ class LiveGraph:
 
     def add_static_tf(self, message: Any) -> None:
         """Add the sensors' poses."""
-        self._transforms.update({t.child_frame_id: t for t in message.transforms})
         try:
-            self._sensors = transforms_to_map(self._transforms.values())
+            self._sensors = self._static_transforms.add(message)
         except InputError:
             self.counters.add("malformed_transforms")
 

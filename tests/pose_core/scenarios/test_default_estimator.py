@@ -201,6 +201,12 @@ def test_estimation_continues_after_a_recording_loops():
     stamps = np.array([e.stamp_ns for e in estimates])
     assert np.sum(np.diff(stamps) < 0) == 1
     assert stamps[-1] == samples[-1].stamp_ns
+    begin = int(np.argmax(np.diff(stamps) < 0)) + 1
+    first, again = estimates[:begin], estimates[begin:]
+    for one in again[:20]:  # as uncertain as the first time
+        before = min(first, key=lambda e: abs(e.stamp_ns - one.stamp_ns))
+        np.testing.assert_allclose(one.velocity, before.velocity, atol=0.3)
+        np.testing.assert_allclose(one.position_stddev, before.position_stddev, rtol=0.3)
 
 
 def test_the_smoother_publishes_the_same_instants_with_smaller_errors():

@@ -14,6 +14,7 @@ from pose_calibration.imus.observations import ImuObservations, ObservationRecor
 from pose_calibration.imus.parameters import ImuCalibrationParameters
 from pose_calibration.rigid_transform import CalibrationError
 from pose_core.api import (
+    Clocks,
     Extrinsics,
     ImuBlock,
     SensorsToSegments,
@@ -191,6 +192,10 @@ class ImuCalibration:
         self.result: ImuCalibrationResult | None = None
         self._attempt_at_s = parameters.minimum_duration
         self._missing, self._progress = "", 0.0
+
+    def use_clocks(self, clocks: Clocks) -> None:
+        """Use these clocks for later samples."""
+        self.recorder.clocks = dict(clocks)
 
     def add(self, sample: SkeletonSample | ImuBlock) -> None:
         """Add a sample."""

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import (
+    Clocks,
     BodyModel,
     Extrinsics,
     FloatArray,
@@ -82,7 +83,7 @@ class ObservationRecorder:
         self._sensors = tuple(sensors)
         self._model = model
         self._delay_ns = round(camera_delay_s * NS_PER_S)
-        self._clocks = extrinsics.clocks
+        self.clocks: Clocks = extrinsics.clocks
         self._placed = {name: extrinsics.T_map_sensor(name) for name in sensors}
         self._rates = AngularVelocityCheck()
         self._tracks = ImuHistory()
@@ -111,14 +112,14 @@ class ObservationRecorder:
 
     def add_imu(self, block: ImuBlock) -> None:
         """Add samples of IMUs."""
-        block = self._rates.checked(block_on_reference_clock(block, self._clocks))
+        block = self._rates.checked(block_on_reference_clock(block, self.clocks))
         self._tracks.add(block)
 
     def add_skeleton(self, sample: SkeletonSample) -> None:
         """Add one sensor's skeleton of the person."""
         if sample.sensor not in self._placed:
             return
-        sample = on_reference_clock(sample, self._clocks)
+        sample = on_reference_clock(sample, self.clocks)
         T_map_sensor = self._placed[sample.sensor]
         positions = sample.positions @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
         tracked = (sample.tracking_state == TrackingState.TRACKED)[:, None]

@@ -132,8 +132,10 @@ class DefaultEstimator(StepwiseEstimator):
         ahead_s = (observation.stamp_ns - self._stamp_ns) / NS_PER_S
         if not self._predict_or_start(observation, ahead_s):
             return None
+        # After a start, the state is at the observation's instant.
+        late_s = max((self._stamp_ns - observation.stamp_ns) / NS_PER_S, 0.0)
         information = np.zeros((2, self._layout.links, 3, 3))
-        result = self._update_filter(observation, max(-ahead_s, 0.0), information)
+        result = self._update_filter(observation, late_s, information)
         if result is None:
             return None
         if self._has_diverged(observation, result):

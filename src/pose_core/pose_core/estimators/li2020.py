@@ -13,15 +13,12 @@ from pose_core.counters import Counters
 from pose_core.errors import ParameterError
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
-from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import Source
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import FusedPose
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_core.streams.samples import FloatArray
-
-NO_IMUS = "the estimator li2020 does not use IMUs: choose default or zhang2015"
 
 
 class Li2020Estimator(StepwiseEstimator):
@@ -38,13 +35,7 @@ class Li2020Estimator(StepwiseEstimator):
     ) -> None:
         super().__init__(model, shape, parameters, counters)
         self._tracker = KinectTracker(model, shape, parameters, counters)
-        self._uses: dict[str, ImuUse] = {}
         self._root_vector: FloatArray | None = None
-
-    @property
-    def imu_uses(self) -> tuple[ImuUse, ...]:
-        """State of use of each IMU with samples: none is used."""
-        return tuple(self._uses.values())
 
     @classmethod
     def check(cls, parameters: FusionParameters) -> None:
@@ -58,9 +49,6 @@ class Li2020Estimator(StepwiseEstimator):
 
     def update(self, observation: Observation) -> FusedPose | None:
         """Run one filter step."""
-        for segment in observation.readings.segments:
-            use = self._uses.setdefault(segment, ImuUse(segment=segment, refused=NO_IMUS))
-            use.readings += 1
         starts = self.counters["filter_starts"]
         if not self._tracker.update(observation.stamp_ns, observation.positions):
             return None

@@ -10,10 +10,10 @@ from pose_core.estimators.registry import estimator_class
 from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import BodyEstimate, EstimateBlock
 from pose_core.fusion.observation import Observation
-from pose_core.fusion.output import Output
+from pose_core.fusion.output import StateOutput
 from pose_core.fusion.output_grid import has_output_rate
 from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import TimedPose, block_of_poses
+from pose_core.fusion.pose_block import PoseBlock, StateBlock, TimedPose, block_of_poses
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.stamps import NS_PER_S
@@ -52,7 +52,8 @@ class EstimatorRunner:
         self._model = model
         self._parameters = parameters
         self._counters = counters
-        self._output = Output(model, parameters)
+        self._calibrations = kind.VARIANCE_CALIBRATION
+        self._output: StateOutput | None = None
         self._shape: BodyShape | None = None
         self._estimator: Estimator | None = None
         self._sensor_to_segment: SensorsToSegments = {}
@@ -75,6 +76,7 @@ class EstimatorRunner:
         if self._estimator is None or observation.shape is not self._shape:
             self._convert()
             self._shape = observation.shape
+            self._output = StateOutput(self._model, observation.shape, self._calibrations)
             self._estimator = self._make(
                 self._model, observation.shape, self._parameters, self._counters
             )
@@ -157,11 +159,12 @@ class EstimatorRunner:
 
     def _convert(self) -> None:
         """Convert the poses that wait, which are of one body."""
-        if not self._poses or self._estimator is None or self._shape is None:
+        if not self._poses or self._output is None:
             return
-        poses = block_of_poses(self._poses, self._newest_ns, self._model)
+        block: PoseBlock | None = block_of_poses(self._poses, self._newest_ns, self._model)
         self._poses, self._newest_ns = [], []
-        block = self._output.estimates(poses, self._shape)
+        if isinstance(block, StateBlock):
+            block = self._output.estimates(block)
         if block is not None:
             self._counters.add("estimates", len(block))
             self._finished.append(block)

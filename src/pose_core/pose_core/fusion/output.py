@@ -7,11 +7,9 @@ from pose_core.body.kinematics import model_arrays
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape
-from pose_core.estimators.registry import estimator_class
 from pose_core.estimators.uncertainty import VarianceCalibrations, coefficients_of
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.fusion.parameters import FusionParameters
-from pose_core.fusion.pose_block import PoseBlock, StateBlock
+from pose_core.fusion.pose_block import StateBlock
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.output import OutputBody, PoseOutput, output_states
@@ -23,32 +21,8 @@ LEAST_STDDEV = np.radians(0.5)  # [rad] of an angle
 START_STDDEV = np.radians(30.0)  # [rad] of the angles, below which publishing starts
 
 
-class Output:
-    """Converts poses to estimates; the angles of a body are continuous from block to block."""
-
-    def __init__(self, model: BodyModel, parameters: FusionParameters) -> None:
-        self._model = model
-        self._calibrations = estimator_class(parameters.estimator).VARIANCE_CALIBRATION
-        self._shape: BodyShape | None = None
-        self._states: _StateOutput | None = None
-
-    def estimates(self, block: PoseBlock, shape: BodyShape) -> EstimateBlock | None:
-        """Convert poses to estimates; None before the pose is known.
-
-        Args:
-            block: Poses of one body.
-            shape: Body measures; other measures restart the angles.
-        """
-        if isinstance(block, EstimateBlock):
-            return block
-        if self._states is None or shape is not self._shape:
-            self._shape = shape
-            self._states = _StateOutput(self._model, shape, self._calibrations)
-        return self._states.estimates(block)
-
-
-class _StateOutput:
-    """Converts the filter's states to continuous degrees of freedom of the body model.
+class StateOutput:
+    """Converts a filter's states to estimates; the angles are continuous from block to block.
 
     Args:
         model: The body model.

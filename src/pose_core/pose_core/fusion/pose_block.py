@@ -51,7 +51,7 @@ class StateBlock:
 
 
 PoseBlock: TypeAlias = EstimateBlock | StateBlock
-"""Estimates, or states that :class:`pose_core.fusion.output.Output` converts to estimates."""
+"""Estimates, or states that :class:`pose_core.fusion.output.StateOutput` converts to estimates."""
 
 
 def block_of_poses(

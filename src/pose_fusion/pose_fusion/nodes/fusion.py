@@ -5,7 +5,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from sensor_msgs.msg import Imu, TimeReference
 from tf2_msgs.msg import TFMessage
@@ -41,7 +40,7 @@ from pose_fusion.sample_reader import COUNTS, Frame, MessageTimes, SampleReader
 from pose_fusion.unused_sensors import unused_sensors
 from pose_io.clock_messages import clock_of
 from pose_io.preparing import prepare_reading
-from pose_io.static_transforms import transforms_to_map
+from pose_io.static_transforms import StaticTransforms
 from pose_node.kept import Kept, kept_file
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
@@ -82,7 +81,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         read = partial(read_alignments, "the kept alignments")
         self._kept_alignments = Kept(kept, "alignments", read)
         self._counters = Counters(*COUNTS, "malformed_transforms", "messages_lost")
-        self._static_transforms: dict[str, TransformStamped] = {}
+        self._static_transforms = StaticTransforms()
         self._malformed_transform = ""  # why the last message on /tf_static was rejected
         self._person = self._kept_person.load() or self.settings.person
         self._subscribe_to_sensors()  # they find this node while the kernels are loaded
@@ -228,17 +227,14 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
                 self.pipeline.add(block)
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        transforms = {t.child_frame_id: t for t in message.transforms}
-        transforms = {**self._static_transforms, **transforms}
         try:
-            placed = transforms_to_map(transforms.values())
+            placed = self._static_transforms.add(message)
         except InputError as error:
-            # Keep the previous poses of the cameras.
             self._counters.add("malformed_transforms")
             self._malformed_transform = str(error)
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        self._static_transforms, self._malformed_transform = transforms, ""
+        self._malformed_transform = ""
         if all(sensor in placed for sensor in self.settings.sensors):
             extrinsics = extrinsics_from_map({s: placed[s] for s in self.settings.sensors})
             self.pipeline.place_sensors(replace(extrinsics, clocks=dict(self.pipeline.clocks)))

@@ -3,6 +3,7 @@
 import time
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from typing import Any
 
@@ -27,7 +28,7 @@ from pose_fusion.watching.observation import (
     TrackingWatch,
 )
 from pose_io.skeleton_messages import skeleton_sample, skeleton_samples
-from pose_io.static_transforms import transforms_to_map
+from pose_io.static_transforms import StaticTransforms
 from pose_io.topics import IMU_TOPIC, SENSOR_TOPIC
 from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import node_of_tool
@@ -55,7 +56,8 @@ class GraphListener(Node):
         self._watches: dict[str, TopicWatch] = {}
         self._tracking: dict[str, TrackingWatch] = {}
         self._statuses: dict[str, NodeStatus] = {}
-        self._transforms: dict[str, Any] = {}
+        self._static_transforms = StaticTransforms()
+        self._placed: tuple[str, ...] = ()  # sensors
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         self._hears_itself = False
         self._probe = self.create_publisher(String, PROBE, 10)
@@ -73,7 +75,7 @@ class GraphListener(Node):
             nodes=tuple(sorted(set(self._other_nodes()))),
             statuses=tuple(statuses),
             tracked={name: watch.share(now_ns) for name, watch in sorted(self._tracking.items())},
-            placed_sensors=self._placed_sensors(),
+            placed_sensors=self._placed,
             fusion_latency_s=(
                 (float(np.median(latencies)), float(np.percentile(latencies, 99)))
                 if len(latencies)
@@ -152,8 +154,8 @@ class GraphListener(Node):
             )
 
     def _on_tf_static(self, _topic: str, message: TFMessage) -> None:
-        for transform in message.transforms:
-            self._transforms[transform.child_frame_id] = transform
+        with suppress(InputError):
+            self._placed = tuple(self._static_transforms.add(message))
 
     def _on_probe(self, _message: String) -> None:
         self._hears_itself = True
@@ -167,12 +169,6 @@ class GraphListener(Node):
             for name, namespace in self.get_node_names_and_namespaces()
         ]
         return [name for name in names if name != own and not name.split("/")[-1].startswith("_")]
-
-    def _placed_sensors(self) -> tuple[str, ...]:
-        try:
-            return tuple(transforms_to_map(self._transforms.values()))
-        except InputError:
-            return ()
 
 
 def listen(duration_s: float) -> GraphSnapshot:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from geometry_msgs.msg import TransformStamped
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, TimeReference
@@ -22,7 +21,6 @@ from pose_core.api import (
     ImuBlock,
     SkeletonSample,
     extrinsics_from_map,
-    joined,
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
@@ -34,7 +32,7 @@ from pose_fusion.nodes.qos import latched, sensor_data
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.clock_messages import clock_of
 from pose_io.skeleton_messages import skeleton_samples
-from pose_io.static_transforms import transforms_to_map
+from pose_io.static_transforms import StaticTransforms
 from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
@@ -61,10 +59,13 @@ class ImuCalibrationNode(Node):
         self.extrinsics = extrinsics
         self.calibration: ImuCalibration | None = None
         self.counters = Counters(
-            "malformed_frames", "imu_without_orientation", *sample_buffer.COUNTERS
+            "malformed_frames",
+            "malformed_transforms",
+            "imu_without_orientation",
+            *sample_buffer.COUNTERS,
         )
         self._selector = ChosenPerson(parameters.person, extrinsics)
-        self._transforms: dict[str, TransformStamped] = {}
+        self._static_transforms = StaticTransforms()
         self._clocks: dict[str, Clock] = {}
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(self.counters)
         self._imus = Inbox(self, Imu, {name: f"imu_{name}/data" for name in SEGMENTS}, SENSOR_QOS)
@@ -97,9 +98,12 @@ class ImuCalibrationNode(Node):
         return 0.0 if self.calibration is None else self.calibration.progress
 
     def _on_tf_static(self, message: TFMessage) -> None:
-        for transform in message.transforms:
-            self._transforms[transform.child_frame_id] = transform
-        placed = transforms_to_map(self._transforms.values())
+        try:
+            placed = self._static_transforms.add(message)
+        except InputError as error:
+            self.counters.add("malformed_transforms")
+            self.get_logger().warning(str(error), throttle_duration_sec=5.0)
+            return
         sensors = self._settings.sensors
         if self.calibration is None and all(sensor in placed for sensor in sensors):
             found = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
@@ -111,24 +115,27 @@ class ImuCalibrationNode(Node):
 
     def _on_clock(self, message: TimeReference) -> None:
         self._clocks[message.source] = clock_of(message)
+        if self.calibration is not None:
+            self.calibration.use_clocks(self._clocks)
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
-        blocks = []
-        for segment, datas in self._imus.take().items():
-            block, kept = imu_block({segment: datas})
-            self.counters.add("imu_without_orientation", len(datas) - len(kept))
-            blocks.append(block)
+        self._take_imus()
         try:
             chosen = self._selector.select(skeleton_samples(message, sensor))
         except InputError as error:
             self.counters.add("malformed_frames")
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return
-        if blocks:
-            block = joined(blocks)
-            self._take(block.rows(np.argsort(block.stamps_ns, kind="stable")))
         for sample in chosen:
             self._take(sample)
+
+    def _take_imus(self) -> None:
+        taken = self._imus.take()
+        if taken:
+            block, kept = imu_block(taken)
+            missing = sum(map(len, taken.values())) - len(kept)
+            self.counters.add("imu_without_orientation", missing)
+            self._take(block.rows(np.argsort(block.stamps_ns, kind="stable")))
 
     def _take(self, sample: SkeletonSample | ImuBlock) -> None:
         if self.calibration is None:
