@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import (
-    Clocks,
     BodyModel,
+    Clocks,
     Extrinsics,
     FloatArray,
     ImuBlock,
