@@ -128,7 +128,7 @@ def _estimate(model, dof, rotations, joints):
         "weight_imu": np.zeros(size),
         "source": np.ones(size, np.uint8),
         "joints": joints,
-        "placed_joints": joints,
+        "fk_joints": joints,
         "tracking_state": np.full(len(joints), 2, np.uint8),
         "link_names": model.link_names,
         "T_map_link": transforms,

@@ -1,4 +1,4 @@
-"""Conversion of estimates to messages; the only module of the fusion that uses message types."""
+"""Conversion of estimates to messages."""
 
 from array import array
 from collections.abc import Iterator, Mapping
@@ -138,7 +138,7 @@ def to_pose_estimate(estimate: BodyEstimate, body_id: str, latency_s: float) -> 
 def to_tf(estimate: BodyEstimate, model: BodyModel, body_id: str) -> TFMessage:
     """The body in map, and every frame of its URDF in the body."""
     frames = BodyFrames(model, body_id)
-    instant = (estimate.T_map_link[None], estimate.position[None], estimate.placed_joints[None])
+    instant = (estimate.T_map_link[None], estimate.position[None], estimate.fk_joints[None])
     (places,) = frames.places(*instant).tolist()
     in_map, in_body = (to_header(estimate.stamp_ns, f) for f in (WORLD_FRAME, frames.names[0]))
     transforms: list[TransformStamped] = []

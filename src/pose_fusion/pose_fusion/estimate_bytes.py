@@ -85,7 +85,7 @@ class EstimateBytes:
         colors = self._colors[state].reshape(len(state), -1)
         places = np.concatenate([bones, points], axis=1)
         yield self._filled(3, stamps_ns, places, float32=colors)
-        frames = self._frames.places(estimates.T_map_link, position, estimates.placed_joints)
+        frames = self._frames.places(estimates.T_map_link, position, estimates.fk_joints)
         yield self._filled(4, stamps_ns, frames.reshape(len(estimates), -1))
 
     def _filled(

@@ -37,7 +37,7 @@ def run(readings):
             readings=states_of(states),
         )
         runner.process(observation)
-    angles = runner._estimator._state.pose.rotations
+    angles = runner._estimator._filter.state.pose.rotations
     return runner, angles.ravel()
 
 

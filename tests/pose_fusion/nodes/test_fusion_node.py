@@ -76,7 +76,7 @@ def feed(ros_context):
 @pytest.fixture
 def patient(monkeypatch):
     """A node made from now on waits for the other sensor's frame, however slow the machine is."""
-    monkeypatch.setattr("pose_fusion.nodes.fusion.PATIENCE_S", PATIENCE_S)
+    monkeypatch.setattr("pose_fusion.nodes.fusion.REORDER_TIMEOUT_S", PATIENCE_S)
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ def report_of(change_rate):
         pipeline.add(sample if isinstance(sample, ImuSample) else [sample])
     reader = SampleReader(parameters.sensors, judge=None, counters=Counters(*COUNTS))
     reporter = FusionReporter(pipeline, reader)
-    reporter.look()
+    reporter.check()
     return reporter.report((), "", {})
 
 

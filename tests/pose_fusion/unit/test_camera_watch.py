@@ -5,7 +5,7 @@ import pytest
 
 from pose_core.joints import JOINTS
 from pose_core.streams.samples import SkeletonSample
-from pose_fusion.watching.cameras import FROZEN_FRAMES, MISSED_LOOKS, CameraWatch
+from pose_fusion.watching.cameras import FROZEN_FRAMES, MISSED_CHECKS, CameraWatch
 
 
 def person(x, tracking_state=2):
@@ -22,15 +22,15 @@ def person(x, tracking_state=2):
 def watch():
     """Both cameras have shown the subject once."""
     watch = CameraWatch(("left", "right"))
-    watch.look({"left": 1, "right": 1})
+    watch.check({"left": 1, "right": 1})
     return watch
 
 
 def looks(watch, note):
-    for k in range(MISSED_LOOKS):
+    for k in range(MISSED_CHECKS):
         assert not watch.missing
         note(k)
-        watch.look({"left": 2 + k, "right": 1})
+        watch.check({"left": 2 + k, "right": 1})
     return watch.missing
 
 
@@ -52,7 +52,7 @@ def test_a_camera_that_does_not_see_the_subject_is_reported_with_the_reason(watc
     missing = looks(watch, lambda k: note(watch, k))
     assert list(missing) == ["right"]
     assert reason in missing["right"]
-    watch.look({"left": 9, "right": 2})
+    watch.check({"left": 9, "right": 2})
     assert not watch.missing
 
 

@@ -204,8 +204,10 @@ def joint_regression(
     return H, points.Wm @ places - places[0], unfitted
 
 
-def is_backed(constants: CameraConstants, state: FilterState, sensor: int, joint: int) -> bool:
-    """Whether another camera, or an IMU on the joint's link, measures it too."""
+def has_other_source(
+    constants: CameraConstants, state: FilterState, sensor: int, joint: int
+) -> bool:
+    """Whether another camera sends frames, or an IMU is on the joint's link."""
     others = np.delete(state.silent_s, sensor)
     link = np.flatnonzero(np.any(constants.body.offsets[joint] != 0.0, axis=1))[-1]
     return bool(np.any(others < 0.15) or state.has_reading[link])
@@ -220,7 +222,7 @@ def joint_variance(
 ) -> float:
     """Variance of a joint's measurement in each direction [m²]."""
     variance = constants.variance + state.offset_variance[frame.sensor, joint]
-    if is_backed(constants, state, frame.sensor, joint):
+    if has_other_source(constants, state, frame.sensor, joint):
         variance += constants.occluded_variance * view.hidden[joint] ** 2
     if frame.tracking_state[joint] == 1:
         variance += constants.inferred_variance
@@ -246,7 +248,7 @@ def posture_groups(constants: FilterConstants, state: FilterState) -> Iterator[G
 
 def hinges(posture: PostureConstants) -> Iterator[tuple[int, int, float]]:
     """Parent, link and sign of each hinge."""
-    yield from zip(posture.hinge_parents, posture.hinge_links, posture.hinge_signs, strict=True)
+    yield from zip(*posture.hinges, strict=True)
 
 
 def hinge_groups(

@@ -90,7 +90,7 @@ class LiveSession:
         self.fusion.publish_until(now_ns)
         self._steps += 1
         if self._steps % LOOK_STEPS == 0:
-            self._reporter.look()
+            self._reporter.check()
         if self._steps % REPORT_STEPS == 0:
             self._report()
 
@@ -105,7 +105,7 @@ class LiveSession:
         frame = self._reader.frame(sensor, data, times, self.fusion.clocks)
         if frame is not None:
             self.fusion.add(frame)
-            self.fusion.wait_no_longer()
+            self.fusion.release_held()
         self._calibrate(sensor, data)
 
     def _calibrate(self, sensor: str, data: bytes) -> None:

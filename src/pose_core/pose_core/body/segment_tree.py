@@ -8,7 +8,6 @@ with s the slides of joints in their links. So the derivative with respect to a 
 link l about map's axes is :math:`-[R_l o_{jl}]_\times`, whatever the structure of the tree.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,17 +16,9 @@ from numpy.typing import NDArray
 from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.joints import JOINT_INDEX, JOINTS
+from pose_core.kernels.axial_rotation import Hinges
 from pose_core.kernels.joint_kinematics import BodyArrays
 from pose_core.streams.samples import FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class Hinge:
-    """A link that only bends about its parent's lateral axis."""
-
-    parent: int  # index of the link
-    link: int
-    sign: float  # of the rotation about +y that counts as flexion
 
 
 class SegmentTree:
@@ -64,21 +55,14 @@ class SegmentTree:
             at = self.model.links[link].joint
 
     @cached_property
-    def hinges(self) -> tuple[Hinge, ...]:
+    def hinges(self) -> Hinges:
         """Elbows and knees."""
-        return tuple(
-            Hinge(parent=int(self.parents[i]), link=i, sign=float(sum(link.dof[0].axis)))
-            for i, link in enumerate(self.model.links.values())
-            if len(link.dof) == 1
-        )
-
-    @cached_property
-    def hinge_arrays(self) -> tuple[NDArray[np.int64], NDArray[np.int64], FloatArray]:
-        """Parents, links and signs of the hinges."""
-        return (
-            np.array([hinge.parent for hinge in self.hinges], np.int64),
-            np.array([hinge.link for hinge in self.hinges], np.int64),
-            np.array([hinge.sign for hinge in self.hinges], float),
+        links = list(self.model.links.values())
+        hinges = np.array([i for i, link in enumerate(links) if len(link.dof) == 1], np.int64)
+        return Hinges(
+            parents=self.parents[hinges].astype(np.int64),
+            links=hinges,
+            signs=np.array([sum(links[i].dof[0].axis) for i in hinges], float),
         )
 
     @cached_property

@@ -5,36 +5,25 @@ from typing import ClassVar
 
 import numpy as np
 
-from pose_core.body.inverse_kinematics import dof_from_positions
-from pose_core.body.kinematics import ForwardKinematics
 from pose_core.body.model import BodyModel
-from pose_core.body.segment_tree import SegmentTree
 from pose_core.body.shape import BodyShape, with_shorter_arms
-from pose_core.body.trunk import trunk_axes
 from pose_core.counters import Counters
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.filter.camera import CameraFrame
-from pose_core.filter.constants import make_constants
+from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.imu_use import ImuUse
-from pose_core.filter.layout import make_layout
-from pose_core.filter.motion import predict
-from pose_core.filter.published import predict_published
-from pose_core.filter.state import FilterState, start_state
-from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
+from pose_core.filter.state import FilterState
+from pose_core.filter.step import StepResult
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
-from pose_core.joints import JOINTS
-from pose_core.kernels.compiling import type_specialised
 from pose_core.kernels.joint_angle_extraction import PublishedState
-from pose_core.kernels.joint_kinematics import Pose, compute_joints
-from pose_core.kernels.left_right_swaps import undo_swaps
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
@@ -77,25 +66,15 @@ class DefaultEstimator(StepwiseEstimator):
         self.tuning = tuning or FilterTuning()
         shape = with_shorter_arms(shape, self.tuning.arm_length)
         super().__init__(model, shape, parameters, counters)
-        self._tree = SegmentTree(model, shape)
-        self._constants = make_constants(self._tree, self.tuning, parameters.tracker_delay)
-        links = len(self._tree.parents)
-        self._layout = make_layout(links, len(self._tree.sliding_links))
+        sensors = len(parameters.sensors)
+        self._filter = ErrorStateFilter(
+            model, shape, sensors, self.tuning, parameters.tracker_delay
+        )
         self._alignments = ImuAlignments(model, self.tuning.imu.spine_bend)
-        self._predict = type_specialised(predict)
-        self._update_with_imus = type_specialised(update_with_imus)
-        self._update_with_frame = type_specialised(update_with_frame)
-        self._predict_published = type_specialised(predict_published)
-        self._undo_swaps = type_specialised(undo_swaps)
-        self._compute_joints = type_specialised(compute_joints)
-        self._state: FilterState | None = None
-        self._delay = np.full(len(parameters.sensors), self._constants.tracker_errors.known_delay_s)
-        self._delay_sums = np.zeros((len(parameters.sensors), 2))
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
-        self._readings = NO_IMUS  # at the state's instant
-        self._information = np.zeros((2, links, 3, 3))  # of the last update with each source
+        self._information = self._no_information()  # of the last update with each source
 
     @property
     def imu_uses(self) -> tuple[ImuUse, ...]:
@@ -105,12 +84,13 @@ class DefaultEstimator(StepwiseEstimator):
     @property
     def tracker_delays_s(self) -> FloatArray | None:
         """Delay of each sensor's tracker, (sensors,) [s]; without IMUs, the parameter's value."""
-        return self._delay
+        return self._filter.delays_s
 
     @property
     def sensor_to_segment(self) -> SensorsToSegments:
         """Sensor-to-segment rotations of the aligned IMUs, as estimated by the filter."""
-        return {} if self._state is None else self._alignments.sensor_to_segment(self._state)
+        state = self._filter.state
+        return {} if state is None else self._alignments.sensor_to_segment(state)
 
     def use_sensor_to_segment(self, alignments: SensorsToSegments) -> None:
         """Use sensor-to-segment rotations of a calibration; see :class:`ImuAlignments`."""
@@ -123,9 +103,9 @@ class DefaultEstimator(StepwiseEstimator):
     def update(self, observation: Observation) -> PublishedState | None:
         """Run one filter step; None while there is no pose, and for late frames."""
         information = self._step(observation)
-        if information is None or self._state is None:
+        if information is None or self._filter.state is None:
             return None
-        return self._published(self._state, information)
+        return self._published(self._filter.state, information)
 
     def _step(self, observation: Observation) -> FloatArray | None:
         """Run one filter step; the information of its update, None if there is no pose."""
@@ -134,7 +114,7 @@ class DefaultEstimator(StepwiseEstimator):
             return None
         # After a start, the state is at the observation's instant.
         late_s = max((self._stamp_ns - observation.stamp_ns) / NS_PER_S, 0.0)
-        information = np.zeros((2, self._layout.links, 3, 3))
+        information = self._no_information()
         result = self._update_filter(observation, late_s, information)
         if result is None:
             return None
@@ -151,16 +131,17 @@ class DefaultEstimator(StepwiseEstimator):
     def predicted(self, stamp_ns: int, readings: ImuStates) -> TimedPose | None:
         """Predict the state to an instant; links with an aligned IMU follow its samples."""
         ahead_s = (stamp_ns - self._stamp_ns) / NS_PER_S
-        if self._state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
+        state = self._filter.state
+        if state is None or not -LARGEST_LEAD_S <= ahead_s < self.parameters.forget_after:
             return None
         ahead_s = max(ahead_s, 0.0)
         aligned = self._alignments.readings(readings)
-        information = np.zeros((2, self._layout.links, 3, 3))
-        if self._state.silent_s.min() + ahead_s < SILENT_S:
+        information = self._no_information()
+        if state.silent_s.min() + ahead_s < SILENT_S:
             information[0] = self._information[0]
         if len(aligned.links):
             information[1, aligned.links] = self._information[1, aligned.links]
-        pose = self._published(self._state, information, ahead_s, aligned)
+        pose = self._published(state, information, ahead_s, aligned)
         return TimedPose(stamp_ns=stamp_ns, pose=pose)
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
@@ -169,7 +150,7 @@ class DefaultEstimator(StepwiseEstimator):
         Returns:
             Whether the observation is used.
         """
-        if self._state is None:
+        if self._filter.state is None:
             return self._start(observation)
         if -JUMP_BACK_S < ahead_s < -LATEST_S:
             self.counters.add("frames_too_late")
@@ -179,7 +160,7 @@ class DefaultEstimator(StepwiseEstimator):
             self.counters.add("filter_restarts_gap")
             return self._start(observation)
         if ahead_s > 0.0:
-            self._predict(self._constants.motion, self._state, ahead_s)
+            self._filter.predict(ahead_s)
             self._stamp_ns = observation.stamp_ns
         return True
 
@@ -189,22 +170,11 @@ class DefaultEstimator(StepwiseEstimator):
 
     def _start(self, observation: Observation) -> bool:
         """Initialise the filter from the mean of the cameras; False if the trunk is not visible."""
-        mean = mean_of_sensors(observation.positions)
-        if not np.all(np.isfinite(trunk_axes(mean))):
+        if not self._filter.start(mean_of_sensors(observation.positions)):
             self.counters.add("frames_without_trunk")
             return False
         self.counters.add("filter_starts")
-        kinematics = ForwardKinematics(self.model, self.shape.offsets, trunk_axes(mean))
-        dof = dof_from_positions(self.model, mean)
-        rotations = kinematics.pose(dof).rotations
-        sensors = len(self.parameters.sensors)
-        slide_variance = self._constants.motion.slide_variance
-        self._state = start_state(
-            self._layout, sensors, self.tuning, slide_variance, dof[:3], rotations
-        )
-        self._state = self._state._replace(delay=self._delay, delay_sums=self._delay_sums)
         self._alignments.restart()
-        self._readings = NO_IMUS
         self._stamp_ns = observation.stamp_ns
         self._diverged_since_ns = None
         return True
@@ -213,14 +183,13 @@ class DefaultEstimator(StepwiseEstimator):
         self, observation: Observation, late_s: float, information: FloatArray
     ) -> StepResult | None:
         """Update the state with all measurements of an observation; None if this failed."""
-        assert self._state is not None
-        self._alignments.register(observation.stamp_ns, observation.readings, self._state)
-        if late_s == 0.0:
-            self._readings = self._alignments.readings(observation.readings)
-            if not self._update_with_imus(
-                self._constants, self._state, self._readings, information[1]
-            ):
-                self._discard_state()
+        assert self._filter.state is not None
+        imus, is_late = observation.readings, late_s > 0.0
+        self._alignments.register(observation.stamp_ns, imus, self._filter.state)
+        if not is_late:
+            aligned = self._alignments.readings(imus)
+            if not self._filter.update_with_imus(aligned, information[1]):
+                self.counters.add("filter_restarts_numerical")
                 return None
             self._information[1] = information[1]
         result = StepResult(True, 0, float("nan"), float("nan"))
@@ -228,45 +197,33 @@ class DefaultEstimator(StepwiseEstimator):
             if not any(joints) or not self._uses_cameras():
                 continue
             frame = self._frame(observation, sensor, late_s)
-            result = self._update_with_frame(self._constants, self._state, frame, information[0])
+            result = self._filter.update_with_frame(frame, information[0])
             if not result.is_finite:
-                self._discard_state()
+                self.counters.add("filter_restarts_numerical")
                 return None
             self.counters.add("limbs_turned_back", result.turned_back)
             self._information[0] = information[0]
-        if len(observation.readings) and late_s == 0.0:
-            self._state = self._alignments.observe(observation, self._state)
+        if len(imus) and not is_late:
+            self._filter.state = self._alignments.observe(observation, self._filter.state)
         return result
+
+    def _frame(self, observation: Observation, sensor: int, late_s: float) -> CameraFrame:
+        """One camera's frame, with left/right swaps of its tracker corrected."""
+        frame, swaps = self._filter.undo_swaps(
+            CameraFrame(
+                sensor,
+                np.ascontiguousarray(observation.positions[sensor]),
+                np.ascontiguousarray(observation.tracking_state[sensor]),
+                np.ascontiguousarray(observation.cameras[sensor]),
+                late_s,
+            )
+        )
+        self.counters.add("sides_swapped", swaps)
+        return frame
 
     def _uses_cameras(self) -> bool:
         """Whether the filter uses the cameras' frames."""
         return True
-
-    def _discard_state(self) -> None:
-        self.counters.add("filter_restarts_numerical")
-        self._state = None
-
-    def _frame(self, observation: Observation, sensor: int, late_s: float) -> CameraFrame:
-        """One camera's frame, with left/right swaps of its tracker corrected."""
-        assert self._state is not None
-        positions = np.ascontiguousarray(observation.positions[sensor])
-        tracking_state = np.ascontiguousarray(observation.tracking_state[sensor])
-        order = np.arange(len(JOINTS))
-        swapped = self._undo_swaps(
-            positions, self._joints(self._state.pose), self._constants.swaps, order
-        )
-        if swapped:
-            self.counters.add("sides_swapped", swapped)
-            positions, tracking_state = positions[order], tracking_state[order]
-        camera = np.ascontiguousarray(observation.cameras[sensor])
-        return CameraFrame(sensor, positions, tracking_state, camera, late_s)
-
-    def _joints(self, pose: Pose) -> FloatArray:
-        levers = np.zeros((len(JOINTS), self._layout.links, 3))
-        joints = np.empty((len(JOINTS), 3))
-        body = self._constants.camera.body
-        self._compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
-        return joints
 
     def _has_diverged(self, observation: Observation, result: StepResult) -> bool:
         """Whether the filter has lost the person for too long."""
@@ -279,6 +236,9 @@ class DefaultEstimator(StepwiseEstimator):
             self._diverged_since_ns = observation.stamp_ns
         return observation.stamp_ns - self._diverged_since_ns > DIVERGED_NS
 
+    def _no_information(self) -> FloatArray:
+        return np.zeros((2, self._filter.layout.links, 3, 3))
+
     def _published(
         self,
         state: FilterState,
@@ -287,25 +247,5 @@ class DefaultEstimator(StepwiseEstimator):
         readings: ImuReadings = NO_IMUS,
     ) -> PublishedState:
         """The published part of a state advanced by ``ahead_s`` [s], to the readings' instant."""
-        links = self._layout.links
-        published = PublishedState(
-            position=np.empty(3),
-            velocity=np.empty(3),
-            rotations=np.empty((links, 3, 3)),
-            rates=np.empty((links, 3)),
-            joints=np.empty((len(JOINTS), 3)),
-            position_variance=np.empty(3),
-            covariance=np.empty((links, 3, 3)),
-            information=information,
-            scale=np.array([variance_scale(self._nis)]),
-        )
-        self._predict_published(
-            self._constants,
-            state,
-            ahead_s,
-            self._readings,
-            readings,
-            self._tree.parents,
-            published,
-        )
-        return published
+        scale = variance_scale(self._nis)
+        return self._filter.published(state, information, scale, ahead_s, readings)

@@ -47,8 +47,8 @@ class ImuEstimator(DefaultEstimator):
         elif not self._is_alone:
             waited_ns = self._stamp_ns - min(aligned)
             self._is_alone = len(aligned) == len(uses) or waited_ns > WARM_UP_NS
-            if self._is_alone and self._state is not None:
-                self._state.pose.velocity[:] = 0.0
+            if self._is_alone and self._filter.state is not None:
+                self._filter.state.pose.velocity[:] = 0.0
         if self._is_alone:
             self.counters.add("frames_of_cameras_unused")
         return not self._is_alone

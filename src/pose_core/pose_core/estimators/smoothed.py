@@ -38,7 +38,7 @@ class SmoothedEstimator(DefaultEstimator):
         self._waiting: list[Observation] = []  # in the order of their stamps
         self._steps: deque[_Step] = deque()
         self._before_update: FilterState | None = None
-        self._restarts = 0
+        self._discontinuities = 0
 
     def track(self, observation: Observation) -> list[TimedPose]:
         """Take an observation; return the poses that are old enough to be published."""
@@ -68,16 +68,16 @@ class SmoothedEstimator(DefaultEstimator):
 
     def _predict_or_start(self, observation: Observation, ahead_s: float) -> bool:
         is_used = super()._predict_or_start(observation, ahead_s)
-        if is_used and self._state is not None:
-            self._before_update = self._state.copy()
+        if is_used and self._filter.state is not None:
+            self._before_update = self._filter.state.copy()
         return is_used
 
     def _keep(self, observation: Observation, published: PublishedState) -> None:
         """Store a step; a step with a half-turn correction is not connected to the one before."""
-        assert self._state is not None
-        turned = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
-        follows = self._steps and turned == self._restarts
-        self._restarts = turned
+        assert self._filter.state is not None
+        discontinuities = self.counters["limbs_turned_back"] + self.counters["filter_starts"]
+        follows = self._steps and discontinuities == self._discontinuities
+        self._discontinuities = discontinuities
         dt_ns = observation.stamp_ns - self._steps[-1].stamp_ns if self._steps else 0
         self._steps.append(
             _Step(
@@ -86,7 +86,7 @@ class SmoothedEstimator(DefaultEstimator):
                 filter_step=FilterStep(
                     dt_s=dt_ns / NS_PER_S,
                     predicted=self._before_update if follows else None,
-                    updated=self._state.copy(),
+                    updated=self._filter.state.copy(),
                 ),
             )
         )
@@ -95,7 +95,7 @@ class SmoothedEstimator(DefaultEstimator):
         """Smooth all steps and publish those up to an instant."""
         steps = [step.filter_step for step in self._steps]
         poses: list[TimedPose] = []
-        for state in smoothed(steps, self._layout, self.tuning.motion):
+        for state in smoothed(steps, self._filter.layout, self.tuning.motion):
             if not self._steps or self._steps[0].stamp_ns > until_ns:
                 break
             step = self._steps.popleft()

@@ -27,7 +27,7 @@ from pose_core.kernels.joint_kinematics import (
     compute_joints,
     joint_jacobian,
 )
-from pose_core.kernels.rotations import turn_all
+from pose_core.kernels.rotations import rotate_left_all
 from pose_core.streams.samples import FloatArray
 
 NOT_TRACKED, INFERRED = 0, 1  # of TrackingState
@@ -76,9 +76,9 @@ def is_tracked(frame: CameraFrame, joint: int) -> bool:
 @compiled
 def predict_view(constants: CameraConstants, state: FilterState, frame: CameraFrame) -> View:
     """Predict the joints at the time of a frame's capture, and their self-occlusion."""
-    pose, joints, links = state.pose, len(frame.positions), len(state.heading)
+    pose, joints, links = state.pose, len(frame.positions), state.layout.links
     rotations = np.empty_like(pose.rotations)
-    turn_all(pose.rates, -frame.late_s, pose.rotations, rotations)
+    rotate_left_all(pose.rates, -frame.late_s, pose.rotations, rotations)
     position = pose.position - frame.late_s * pose.velocity
     levers, positions = np.zeros((joints, links, 3)), np.empty((joints, 3))
     compute_joints(constants.body, position, rotations, pose.slides, levers, positions)
@@ -93,9 +93,7 @@ def add_camera(
     constants: CameraConstants, state: FilterState, frame: CameraFrame, view: View, rows: Rows
 ) -> None:
     """Add the measurement rows of all joints in a frame."""
-    links, slides = len(state.heading), len(state.pose.slides)
-    moving = 3 + 3 * links
-    velocity = moving + 3 * slides
+    layout = state.layout
     c, s = heading_of(view.rotations[0])
     shift = np.empty(3)
     for joint in range(len(frame.positions)):
@@ -104,18 +102,17 @@ def add_camera(
         group = add_group(rows, 3, constants.student_dof, joint)
         first = rows.first[group]
         H, residual = rows.H[first : first + 3], rows.residual[first : first + 3]
-        joint_jacobian(constants.body, joint, view.rotations, H)
-        own = state.offset_variance[frame.sensor, joint]
-        covered = (
-            view.hidden[joint] if is_backed(constants.body, state, frame.sensor, joint) else 0.0
-        )
-        variance = joint_variance(constants, frame, joint, covered) + own
+        joint_jacobian(constants.body, joint, view.rotations, layout.first_slide, H)
+        has_other = has_other_source(constants.body, state, frame.sensor, joint)
+        covered = view.hidden[joint] if has_other else 0.0
+        variance = joint_variance(constants, frame, joint, covered)
+        variance += state.offset_variance[frame.sensor, joint]
         for axis in range(3):
             rows.noise[group, axis, axis] = variance
         linearise_joint(constants.body, joint, view.levers, state.P, H, shift, rows.noise[group])
         for axis in range(3):
-            for k in range(moving):
-                H[axis, velocity + k] = -frame.late_s * H[axis, k]
+            for k in range(layout.first_slide):
+                H[axis, layout.first_rate + k] = -frame.late_s * H[axis, k]
         joint_residual(state, frame, joint, view.positions[joint] + shift, c, s, residual)
 
 
@@ -141,8 +138,8 @@ def joint_residual(
 
 
 @compiled_in_place
-def is_backed(body: BodyArrays, state: FilterState, sensor: int, joint: int) -> bool:
-    """Whether another camera, or an IMU on the joint's own link, measures it beside ``sensor``.
+def has_other_source(body: BodyArrays, state: FilterState, sensor: int, joint: int) -> bool:
+    """Whether another camera sends frames, or an IMU is on the joint's link.
 
     Without either, the tracker's guess of a joint that the body hides is the best there is.
     """

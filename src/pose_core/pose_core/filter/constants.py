@@ -97,12 +97,9 @@ def _camera(tree: SegmentTree, tuning: FilterTuning) -> CameraConstants:
 def _posture(tree: SegmentTree, tuning: FilterTuning) -> PostureConstants:
     prior, names = tuning.posture, tree.model.link_names
     turning, spine = np.array(tree.turning, np.int64), np.array(tree.spine, np.int64)
-    parents, links, signs = tree.hinge_arrays
     stddev = np.array([prior.twist_stddev[without_side(names[link])] for link in turning])
     return PostureConstants(
-        hinge_parents=parents,
-        hinge_links=links,
-        hinge_signs=signs,
+        hinges=tree.hinges,
         hinge_variance=prior.hinge_stddev**2,
         wrong_bend=-prior.wrong_bend,
         twist_parents=tree.parents[turning].astype(np.int64),

@@ -31,7 +31,7 @@ DIRECTION_STDDEV = 0.12  # [rad] of a limb's direction by a camera
 TRUNK_STDDEV = 0.18  # [rad] of the trunk's, which is not rigid
 LATE_S = 0.1  # [s] in addition for each unit of the fastest sensor's rate
 INDEPENDENT_S = 0.8  # [s] correlation time of these errors
-CLEARLY = 20.0  # [-] g; 8 was the largest of 100 sessions without exchanged sensors
+EXCHANGE_GAIN = 20.0  # [-] g; 8 was the largest of 100 sessions without exchanged sensors
 _TURNS = np.radians(np.arange(0.0, 360.0, 6.0))
 HEADINGS = np.stack([np.ones_like(_TURNS), np.cos(_TURNS), np.sin(_TURNS)], axis=1)
 
@@ -108,7 +108,7 @@ class ExchangeCheck:
         found: dict[str, str] = {}
         for flat in np.argsort(gain, axis=None)[::-1].tolist():
             i, j = divmod(flat, len(own))
-            if gain[i, j] <= CLEARLY:
+            if gain[i, j] <= EXCHANGE_GAIN:
                 break
             one, other = self._segments[i], self._segments[j]
             if one not in found and other not in found:

@@ -17,13 +17,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.filter.layout import rate_column, rotation_column
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.rotations import exponential, logarithm, product, product_transposed
 from pose_core.streams.samples import FloatArray
 
-FASTEST = 6.0  # [rad/s] above which the soft-tissue error does not grow further
+MAX_SOFT_TISSUE_RATE = 6.0  # [rad/s] above which the soft-tissue error does not grow further
 RATE_NOISE_GROWTH = 0.5  # [s] of the gyroscope's noise with its rate: a segment is not rigid
 HELD_JERK = 100.0  # [rad/s³] half that of a swinging limb while its sample is extrapolated
 
@@ -59,12 +60,11 @@ def add_imus(
 ) -> None:
     """Add three rows for the orientation and three for the rate of each IMU."""
     Q, residual = np.empty((3, 3)), np.empty(6)
-    links = len(state.heading)
-    rates = 6 + 3 * links + 3 * len(state.pose.slides)
     for row in range(len(readings.links)):
         link = readings.links[row]
+        rotation, rate = rotation_column(link), rate_column(state.layout, link)
         column, age_s = state.imu_column[link], readings.age_s[row]
-        speed = min(imu_residual(state, readings, row, Q, residual), FASTEST)
+        speed = min(imu_residual(state, readings, row, Q, residual), MAX_SOFT_TISSUE_RATE)
         held = HELD_JERK * age_s**3 / 3.0
         rate_variance = constants.rate_stddev**2 * (1.0 + (RATE_NOISE_GROWTH * speed) ** 2)
         rate_variance += (HELD_JERK * age_s**2) ** 2 + readings.rate_stddev[row] ** 2
@@ -72,11 +72,11 @@ def add_imus(
         first = rows.first[orientation]
         gyroscope = add_group(rows, 3, NORMAL, link)
         for i in range(3):
-            rows.H[first + i, 3 + 3 * link + i] = 1.0
+            rows.H[first + i, rotation + i] = 1.0
             for k in range(3):
                 rows.H[first + i, column + k] = -Q[i, k]
             rows.residual[first + i] = residual[i]
-            rows.H[first + 3 + i, rates + 3 * link + i] = 1.0
+            rows.H[first + 3 + i, rate + i] = 1.0
             rows.residual[first + 3 + i] = residual[3 + i]
         rows.H[first + 2, column + 3] = -1.0
         for axis in range(3):

@@ -9,6 +9,7 @@ from pose_core.body.model import BodyModel
 from pose_core.filter.exchange_check import ExchangeCheck
 from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_use import ImuUse
+from pose_core.filter.layout import rotation_column
 from pose_core.filter.sensor_alignment import AlignmentTuning, SegmentAlignment
 from pose_core.filter.state import IMU_STATES, NO_COLUMN, FilterState, with_imu
 from pose_core.fusion.observation import Observation
@@ -20,10 +21,10 @@ from pose_core.stamps import NS_PER_S
 SOLVE_PERIOD_NS = NS_PER_S // 2
 CONTRADICTED_S = 0.5  # [s] of contradiction by the cameras after which an IMU is realigned
 LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
-NORTHLESS = 1.0  # [rad] heading uncertainty above which a restart changes an IMU's heading
+MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
-AGREE = 0.6  # [rad] largest deviation of their headings from the mean
+MAX_HEADING_DEVIATION = 0.6  # [rad] largest deviation of their headings from the mean
 
 
 @dataclass(kw_only=True)
@@ -93,7 +94,7 @@ class ImuAlignments:
                 self._forget(worn, state)
             worn.use.readings += 1
             worn.use.used += worn.use.is_aligned
-            worn.knows_north = bool(states.stddev[row, 2] < NORTHLESS)
+            worn.knows_north = bool(states.stddev[row, 2] < MIN_UNKNOWN_HEADING_STDDEV)
             gap_ns = 0 if worn.last_ns is None else stamp_ns - worn.last_ns
             worn.last_ns = stamp_ns
             if gap_ns > LONGEST_GAP_NS and not worn.knows_north:
@@ -136,12 +137,13 @@ class ImuAlignments:
             if worn.use.is_aligned:
                 self._check(worn, state)
                 continue
-            own = slice(3 + 3 * worn.link, 6 + 3 * worn.link)
+            first = rotation_column(worn.link)
+            block = slice(first, first + 3)
             worn.alignment.observe(
                 dt_s,
                 states.R_world_sensor[row],
                 state.pose.rotations[worn.link],
-                state.P[own, own],
+                state.P[block, block],
                 state.pose.rates[worn.link],
             )
         if stamp_ns - (self._solved_ns or 0) >= SOLVE_PERIOD_NS:
@@ -218,7 +220,7 @@ class ImuAlignments:
             return None
         mean = np.angle(np.exp(1j * np.array(others)).sum())
         apart = np.abs(np.angle(np.exp(1j * (np.array(others) - mean))))
-        return float(mean) if np.median(apart) < AGREE else None
+        return float(mean) if np.median(apart) < MAX_HEADING_DEVIATION else None
 
     def _is_parent_contradicted(self, worn: _Worn, state: FilterState) -> bool:
         """Whether the parent link has an aligned IMU that is contradicted too."""

@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from pose_core.kernels.compiling import compiled_in_place
+
 
 class Layout(NamedTuple):
     """First columns of the parts of the error state, in their order.
@@ -12,19 +14,30 @@ class Layout(NamedTuple):
 
     links: int
     slides: int
-    slide: int  # after position and rotations
-    velocity: int  # after the slides; position and rotations' rates in their order
-    imus: int  # size of the error without any IMU
+    first_slide: int  # after position and rotations
+    first_rate: int  # after the slides; velocity and angular velocities
+    body_size: int  # size of the error without any IMU
 
 
 def make_layout(links: int, slides: int) -> Layout:
     """The layout of a body."""
-    moving = 3 + 3 * links
-    velocity = moving + 3 * slides
+    moving = rotation_column(links)
     return Layout(
         links=links,
         slides=slides,
-        slide=moving,
-        velocity=velocity,
-        imus=velocity + moving,
+        first_slide=moving,
+        first_rate=moving + 3 * slides,
+        body_size=2 * moving + 3 * slides,
     )
+
+
+@compiled_in_place
+def rotation_column(link: int) -> int:
+    """First of the three columns of a link's rotation."""
+    return 3 + 3 * link
+
+
+@compiled_in_place
+def rate_column(layout: Layout, link: int) -> int:
+    """First of the three columns of a link's angular velocity."""
+    return layout.first_rate + 3 + 3 * link

@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pose_core.filter.state import NO_COLUMN, FilterState
+from pose_core.filter.layout import Layout, rotation_column
+from pose_core.filter.state import NO_COLUMN, FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.joint_kinematics import Pose
-from pose_core.kernels.rotations import turn_by
+from pose_core.kernels.rotations import rotate_left
 from pose_core.streams.samples import FloatArray
 
 LARGEST_STDDEV = 1.2  # [rad] bound of an unobserved rotation's error: the tangent space is local
@@ -36,13 +36,12 @@ class MotionConstants(NamedTuple):
 def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None:
     """Advance the state by ``dt_s`` [s], in place."""
     pose, P = state.pose, state.P
-    keep = np.exp(-dt_s / constants.rate_memory_s)
-    rate_time_s = constants.rate_memory_s * (1.0 - keep)
+    keep, rate_time_s = rate_decay(constants.rate_memory_s, dt_s)
     keep_slide = np.exp(-dt_s / constants.slide_memory_s)
     predict_mean(pose, keep, rate_time_s, keep_slide)
-    transform_covariance(P, 1 + len(pose.rates), len(pose.slides), keep, rate_time_s, keep_slide)
+    transform_covariance(P, state.layout, keep, rate_time_s, keep_slide)
     add_process_noise(constants, state, dt_s, keep_slide)
-    bound_rotations(P, len(state.heading))
+    bound_rotations(P, state.layout)
     keep_offset = np.exp(-dt_s / constants.offset_memory_s)
     state.offset[:] *= keep_offset
     state.offset_variance[:] *= keep_offset**2
@@ -51,11 +50,20 @@ def predict(constants: MotionConstants, state: FilterState, dt_s: float) -> None
 
 
 @compiled_in_place
+def rate_decay(memory_s: float, dt_s: float) -> tuple[float, float]:
+    """Share of a rate that is left after ``dt_s`` [s], and the time r that it acts for [s]."""
+    keep = np.exp(-dt_s / memory_s)
+    return keep, memory_s * (1.0 - keep)
+
+
+@compiled_in_place
 def predict_mean(pose: Pose, keep: float, rate_time_s: float, keep_slide: float) -> None:
     """Advance the mean, in place."""
     for link in range(len(pose.rotations)):
         w = pose.rates[link]
-        turn_by(rate_time_s * w[0], rate_time_s * w[1], rate_time_s * w[2], pose.rotations[link])
+        rotate_left(
+            rate_time_s * w[0], rate_time_s * w[1], rate_time_s * w[2], pose.rotations[link]
+        )
     for axis in range(3):
         pose.position[axis] += rate_time_s * pose.velocity[axis]
         pose.velocity[axis] *= keep
@@ -67,11 +75,10 @@ def predict_mean(pose: Pose, keep: float, rate_time_s: float, keep_slide: float)
 
 @compiled_in_place
 def transform_covariance(
-    P: FloatArray, parts: int, slides: int, keep: float, rate_time_s: float, keep_slide: float
+    P: FloatArray, layout: Layout, keep: float, rate_time_s: float, keep_slide: float
 ) -> None:
-    """Replace P by F P Fᵀ; ``parts`` is the number of moving parts: the root and the links."""
-    moving = 3 * parts
-    rates, size = moving + 3 * slides, len(P)
+    """Replace P by F P Fᵀ."""
+    moving, rates, size = layout.first_slide, layout.first_rate, len(P)
     for i in range(moving):
         row, rate = P[i], P[rates + i]
         for k in range(size):
@@ -102,17 +109,17 @@ def add_process_noise(
     keep_slide: float,
 ) -> None:
     """Add the process noise Q of one time step to P."""
-    P, links = state.P, len(state.heading)
-    slide = 3 + 3 * links
-    velocity = slide + 3 * len(state.pose.slides)
-    for i in range(slide, velocity):
-        P[i, i] += constants.slide_variance[(i - slide) // 3] * (1.0 - keep_slide**2)
-    add_white_acceleration(P, 0, 0, velocity, constants.root_power, dt_s)
+    P, links = state.P, state.layout.links
+    slides, rates = state.layout.first_slide, state.layout.first_rate
+    for i in range(slides, rates):
+        P[i, i] += constants.slide_variance[(i - slides) // 3] * (1.0 - keep_slide**2)
+    add_white_acceleration(P, 0, 0, rates, constants.root_power, dt_s)
     for first in range(links):
+        row = rotation_column(first)
         for second in range(links):
             power = constants.power[first, second]
             if power != 0.0:
-                add_white_acceleration(P, 3 + 3 * first, 3 + 3 * second, velocity, power, dt_s)
+                add_white_acceleration(P, row, rotation_column(second), rates, power, dt_s)
     for link in range(links):
         own = state.imu_column[link]
         if own != NO_COLUMN:
@@ -135,9 +142,9 @@ def add_white_acceleration(
 
 
 @compiled_in_place
-def bound_rotations(P: FloatArray, links: int) -> None:
+def bound_rotations(P: FloatArray, layout: Layout) -> None:
     """Scale P so that no rotation's standard deviation exceeds :data:`LARGEST_STDDEV`."""
-    for i in range(3, 3 + 3 * links):
+    for i in range(3, layout.first_slide):
         if P[i, i] > LARGEST_STDDEV**2:
             scale = LARGEST_STDDEV / np.sqrt(P[i, i])
             for k in range(len(P)):

@@ -16,7 +16,7 @@ from pose_core.streams.samples import FloatArray
 
 SOFTNESS = 0.02  # [m] width of the transition from visible to hidden
 STAND_OFF = 0.06  # [m] end of the line of sight, next to the joint, that is ignored
-BEYOND = 6.0  # [-] transition widths beyond which a capsule hides nothing
+CUTOFF_WIDTHS = 6.0  # [-] transition widths beyond which a capsule hides nothing
 TRUNK_RADIUS, SPINE_RADIUS = 0.10, 0.11  # [m]
 
 
@@ -91,7 +91,7 @@ def hidden(capsules: Capsules, joints: FloatArray, camera: FloatArray, out: Floa
                 axis[k] = end[k] - start[k]
             gap = segment_distance(camera, sight, start, axis)
             depth = (capsules.radius[part] - gap) / SOFTNESS
-            if depth > -BEYOND:
+            if depth > -CUTOFF_WIDTHS:
                 out[joint] = max(out[joint], 1.0 / (1.0 + np.exp(-depth)))
 
 

@@ -11,8 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.filter.layout import rotation_column
 from pose_core.filter.rows import NORMAL, Rows, add_group
 from pose_core.filter.state import FilterState
+from pose_core.kernels.axial_rotation import Hinges
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.swing_twist import flexion, twist
@@ -26,9 +28,7 @@ NO_SOURCE = -1
 class PostureConstants(NamedTuple):
     """Indices of the constrained links and the variance of each constraint."""
 
-    hinge_parents: NDArray[np.int64]
-    hinge_links: NDArray[np.int64]
-    hinge_signs: FloatArray
+    hinges: Hinges
     hinge_variance: float  # [rad²]
     wrong_bend: float  # [rad], negative
     twist_parents: NDArray[np.int64]
@@ -43,14 +43,14 @@ class PostureConstants(NamedTuple):
 def most_posture_rows(constants: PostureConstants) -> int:
     """Upper bound of the number of rows that :func:`add_posture` adds."""
     spine = 3 * len(constants.spine_links)
-    return 2 * len(constants.hinge_links) + len(constants.twist_links) + spine
+    return 2 * len(constants.hinges.links) + len(constants.twist_links) + spine
 
 
 @compiled
 def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) -> None:
     """Add the rows of the prior, for rotations ``R_map_link``, (links, 3, 3)."""
     relative, turn = np.empty((3, 3)), np.empty(3)
-    for hinge in range(len(constants.hinge_links)):
+    for hinge in range(len(constants.hinges.links)):
         add_hinge(constants, hinge, rotations, rows)
     for index in range(len(constants.twist_links)):
         parent, link = constants.twist_parents[index], constants.twist_links[index]
@@ -58,7 +58,9 @@ def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) 
         transposed_product(rotations[parent], R, relative)
         angle, defined = twist(relative)
         variance = constants.twist_variance[index] / max(defined, LEAST_DEFINED) ** 2
-        add_turn(rows, parent, link, (R[0, 2], R[1, 2], R[2, 2]), -angle, variance, NORMAL)
+        add_relative_rotation(
+            rows, parent, link, (R[0, 2], R[1, 2], R[2, 2]), -angle, variance, NORMAL
+        )
     for index in range(len(constants.spine_links)):
         parent, link = constants.spine_parents[index], constants.spine_links[index]
         R = rotations[parent]
@@ -66,24 +68,28 @@ def add_posture(constants: PostureConstants, rotations: FloatArray, rows: Rows) 
         logarithm(relative, turn)
         for k in range(3):
             axis = (R[0, k], R[1, k], R[2, k])
-            add_turn(rows, parent, link, axis, -turn[k], constants.spine_variance[k], NORMAL)
+            add_relative_rotation(
+                rows, parent, link, axis, -turn[k], constants.spine_variance[k], NORMAL
+            )
 
 
 @compiled
 def add_hinge(constants: PostureConstants, hinge: int, rotations: FloatArray, rows: Rows) -> None:
     """Add the two rows of a hinge's plane."""
-    parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
+    parent, link = constants.hinges.parents[hinge], constants.hinges.links[hinge]
     R_parent, R_link = rotations[parent], rotations[link]
     x, y, z = R_link[0, 1], R_link[1, 1], R_link[2, 1]
     for k in (0, 2):
         px, py, pz = R_parent[0, k], R_parent[1, k], R_parent[2, k]
         axis = (y * pz - z * py, z * px - x * pz, x * py - y * px)
         residual = -(px * x + py * y + pz * z)
-        add_turn(rows, parent, link, axis, residual, constants.hinge_variance, HINGE_DOF)
+        add_relative_rotation(
+            rows, parent, link, axis, residual, constants.hinge_variance, HINGE_DOF
+        )
 
 
 @compiled
-def add_turn(
+def add_relative_rotation(
     rows: Rows,
     parent: int,
     link: int,
@@ -96,8 +102,8 @@ def add_turn(
     group = add_group(rows, 1, student_dof, NO_SOURCE)
     row = rows.first[group]
     for k in range(3):
-        rows.H[row, 3 + 3 * link + k] = axis[k]
-        rows.H[row, 3 + 3 * parent + k] = -axis[k]
+        rows.H[row, rotation_column(link) + k] = axis[k]
+        rows.H[row, rotation_column(parent) + k] = -axis[k]
     rows.residual[row] = residual
     rows.noise[group, 0, 0] = variance
 
@@ -110,13 +116,13 @@ def turn_back(constants: PostureConstants, state: FilterState, relative: FloatAr
     changed: it measures their axial rotation. ``relative`` is a work array, (3, 3).
     """
     count = 0
-    for hinge in range(len(constants.hinge_links)):
-        parent, link = constants.hinge_parents[hinge], constants.hinge_links[hinge]
+    for hinge in range(len(constants.hinges.links)):
+        parent, link = constants.hinges.parents[hinge], constants.hinges.links[hinge]
         if state.has_reading[parent] or state.has_reading[link]:
             continue
         upper, lower = state.pose.rotations[parent], state.pose.rotations[link]
         transposed_product(upper, lower, relative)
-        if flexion(relative, constants.hinge_signs[hinge]) < constants.wrong_bend:
+        if flexion(relative, constants.hinges.signs[hinge]) < constants.wrong_bend:
             for i in range(3):
                 for k in range(2):
                     upper[i, k] = -upper[i, k]

@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings
-from pose_core.filter.motion import predict_mean
-from pose_core.filter.state import FilterState
+from pose_core.filter.layout import rotation_column
+from pose_core.filter.motion import predict_mean, rate_decay
+from pose_core.filter.state import FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.joint_angle_extraction import PublishedState
-from pose_core.kernels.joint_kinematics import Pose, compute_joints
-from pose_core.kernels.rotations import exponential, product, turn_by
+from pose_core.kernels.joint_kinematics import compute_joints
+from pose_core.kernels.rotations import exponential, product, rotate_left
 from pose_core.streams.samples import FloatArray
 
 PUBLISHED_SLIDE = 0.6  # [-] of a slide
@@ -56,18 +57,17 @@ def predict_published(
     )
     pose.position[:], pose.velocity[:] = state.pose.position, state.pose.velocity
     pose.rotations[:], pose.rates[:] = state.pose.rotations, state.pose.rates
-    keep = np.exp(-dt_s / motion.rate_memory_s)
-    rate_time_s = motion.rate_memory_s * (1.0 - keep)
+    keep, rate_time_s = rate_decay(motion.rate_memory_s, dt_s)
     predict_mean(pose, keep, rate_time_s, np.exp(-dt_s / motion.slide_memory_s))
     rate_times_s = np.full(len(parents), rate_time_s)
-    follow_imus(dt_s, state, before, readings, pose, rate_times_s)
+    integrate_gyroscopes(dt_s, state, before, readings, pose, rate_times_s)
     levers = np.zeros((len(out.joints), len(parents), 3))
     body = constants.camera.body
     compute_joints(body, pose.position, pose.rotations, pose.slides, levers, out.joints)
-    velocity = 3 + 3 * len(parents) + 3 * len(state.pose.slides)
+    first_rate = state.layout.first_rate
     for axis in range(3):
         out.position_variance[axis] = (
-            later_covariance(state.P, velocity, axis, axis, rate_time_s, rate_time_s)
+            later_covariance(state.P, first_rate, axis, axis, rate_time_s, rate_time_s)
             + dt_s**3 / 3.0 * motion.root_power
         )
     for link in range(len(parents)):
@@ -77,7 +77,7 @@ def predict_published(
 
 
 @compiled
-def follow_imus(
+def integrate_gyroscopes(
     dt_s: float,
     state: FilterState,
     before: ImuReadings,
@@ -109,26 +109,26 @@ def follow_imus(
             turn = dt_s * (state.pose.rates[link] + 0.5 * change)
             pose.rates[link] = state.pose.rates[link] + change
             pose.rotations[link] = state.pose.rotations[link]
-            turn_by(turn[0], turn[1], turn[2], pose.rotations[link])
+            rotate_left(turn[0], turn[1], turn[2], pose.rotations[link])
             rate_times_s[link] = 0.0
 
 
 @compiled_in_place
 def later_covariance(
-    P: FloatArray, velocity: int, i: int, k: int, first_s: float, second_s: float
+    P: FloatArray, first_rate: int, i: int, k: int, first_s: float, second_s: float
 ) -> float:
     """An element of F P Fᵀ: the covariance of two error states moved by their rates.
 
     Args:
         P: Covariance, (n, n).
-        velocity: Column of the first rate; rates are in the order of position and rotations.
+        first_rate: Column of the first rate; rates are in the order of position and rotations.
         i: Row of the first error state.
         k: Row of the second.
         first_s: Time for which the rate of the first moves it [s].
         second_s: The same of the second.
     """
-    moved = P[i, k] + first_s * P[velocity + i, k] + second_s * P[i, velocity + k]
-    return moved + first_s * second_s * P[velocity + i, velocity + k]
+    moved = P[i, k] + first_s * P[first_rate + i, k] + second_s * P[i, first_rate + k]
+    return moved + first_s * second_s * P[first_rate + i, first_rate + k]
 
 
 @compiled_in_place
@@ -152,16 +152,16 @@ def fill_relative_covariance(
         parent: Its parent, or −1.
         out: Filled.
     """
-    P, velocity = state.P, 3 + 3 * len(rate_times_s) + 3 * len(state.pose.slides)
-    own, above, own_s = 3 + 3 * link, 3 + 3 * parent, rate_times_s[link]
+    P, rates = state.P, state.layout.first_rate
+    own, above, own_s = rotation_column(link), rotation_column(parent), rate_times_s[link]
     for a in range(3):
         for b in range(3):
-            relative = later_covariance(P, velocity, own + a, own + b, own_s, own_s)
+            relative = later_covariance(P, rates, own + a, own + b, own_s, own_s)
             if parent >= 0:
                 above_s = rate_times_s[parent]
-                relative += later_covariance(P, velocity, above + a, above + b, above_s, above_s)
-                relative -= later_covariance(P, velocity, own + a, above + b, own_s, above_s)
-                relative -= later_covariance(P, velocity, above + a, own + b, above_s, own_s)
+                relative += later_covariance(P, rates, above + a, above + b, above_s, above_s)
+                relative -= later_covariance(P, rates, own + a, above + b, own_s, above_s)
+                relative -= later_covariance(P, rates, above + a, own + b, above_s, own_s)
             out[a, b] = relative
     growth = power[link, link] if own_s > 0.0 else 0.0
     if parent >= 0 and rate_times_s[parent] > 0.0:

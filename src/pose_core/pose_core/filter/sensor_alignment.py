@@ -28,7 +28,7 @@ from pose_core.streams.samples import FloatArray
 
 GRID = np.linspace(-np.pi, np.pi, 72, endpoint=False)  # [rad] grid of headings
 REFINED = np.radians([2.5, 0.6, 0.15])  # [rad] steps of the parabolic refinement
-APART = np.radians(
+MIN_HEADING_SEPARATION = np.radians(
     40.0
 )  # [rad] distance from which on another heading counts as a different solution
 HEADING_PARTS = np.array(
@@ -224,10 +224,10 @@ def best_alignment(sums: FloatArray, samples_per_s: float, north: float | None =
         if bend < 0.0:
             heading += float(np.clip(0.5 * step * (left - right) / bend, -2.0 * step, 2.0 * step))
     M = _best_rotation(sums, heading)[0]
-    apart = np.abs(_turn(GRID - heading)) > APART
-    near_north = north is not None and abs(_turn(heading - north)) < APART
+    apart = np.abs(_wrapped(GRID - heading)) > MIN_HEADING_SEPARATION
+    near_north = north is not None and abs(_wrapped(heading - north)) < MIN_HEADING_SEPARATION
     return Alignment(
-        heading=float(_turn(heading)),
+        heading=float(_wrapped(heading)),
         R_sensor_link=M,
         covariance=_covariance(
             sums, heading, M, samples_per_s, NORTH_STDDEV if near_north else PRIOR_STDDEV
@@ -251,7 +251,7 @@ def best_heading(sums: FloatArray, samples_per_s: float, mounting: SensorToSegme
     )
 
 
-def _turn(angle: FloatArray | float) -> FloatArray:
+def _wrapped(angle: FloatArray | float) -> FloatArray:
     """Angles [rad] wrapped to (−π, π]."""
     return np.asarray(np.angle(np.exp(1j * np.asarray(angle))), np.float64)
 
@@ -260,7 +260,7 @@ def _log_north_prior(headings: FloatArray, north: float | None) -> FloatArray:
     """Log-prior of headings, (n,), up to a constant: a normal distribution with outliers."""
     if north is None:
         return np.zeros(len(headings))
-    distance = _turn(headings - north) / NORTH_STDDEV
+    distance = _wrapped(headings - north) / NORTH_STDDEV
     return np.log(np.exp(-0.5 * distance**2) + DISTURBED_SHARE * NORTH_STDDEV)
 
 

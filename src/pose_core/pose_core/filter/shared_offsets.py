@@ -31,7 +31,7 @@ LEFT_HIP, RIGHT_HIP, NECK = JOINT_INDEX["left_hip"], JOINT_INDEX["right_hip"], J
 LEFT_SHOULDER, RIGHT_SHOULDER = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
 MEMORY_S = 60.0  # [s] of the mean
 STUDENT_DOF = 4.0  # [-] ν
-MOTION = 0.02  # [rad² s] q: a waist moves by 6°, correlated over a second
+MOTION_DENSITY = 0.02  # [rad² s] q: a waist moves by 6°, correlated over a second
 BEND, TURN = 0, 1
 
 
@@ -70,7 +70,7 @@ def estimate_shared_offsets(
     for axis in range(2):
         of_shoulders = constants.shoulders_variance if axis == TURN else 0.0
         both = constants.hips_variance + of_shoulders
-        total = both + constants.mean_variance[axis] + MOTION / state.waist_s[0]
+        total = both + constants.mean_variance[axis] + MOTION_DENSITY / state.waist_s[0]
         mean = state.waist_mean[axis]
         precision = min((STUDENT_DOF + 1.0) / (STUDENT_DOF + mean**2 / total), 1.0) / total
         uncorrected = waist[axis] + both * precision * mean

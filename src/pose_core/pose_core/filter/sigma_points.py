@@ -31,6 +31,7 @@ References:
 
 import numpy as np
 
+from pose_core.filter.layout import rotation_column
 from pose_core.kernels.cholesky import factorise
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.joint_kinematics import BodyArrays
@@ -68,7 +69,8 @@ def linearise_joint(
     factor, slopes, bend = np.empty((size, size)), np.zeros((size, 3)), np.empty(3)
     for i in range(size):
         for k in range(size):
-            row, column = 3 + 3 * carriers[i // 3] + i % 3, 3 + 3 * carriers[k // 3] + k % 3
+            row = rotation_column(carriers[i // 3]) + i % 3
+            column = rotation_column(carriers[k // 3]) + k % 3
             factor[i, k] = c * P[row, column]
     factorise(factor)  # its rows, from the diagonal on, are the points
     shift[:] = 0.0
@@ -101,4 +103,4 @@ def linearise_joint(
             for k in range(i + 1, size):
                 total -= factor[i, k] * slopes[k, axis]
             slopes[i, axis] = total / factor[i, i]
-            H[axis, 3 + 3 * carriers[i // 3] + i % 3] = slopes[i, axis]
+            H[axis, rotation_column(carriers[i // 3]) + i % 3] = slopes[i, axis]

@@ -43,7 +43,7 @@ def smoothed(steps: Sequence[FilterStep], layout: Layout, motion: MotionPrior) -
         layout: Layout of the error state.
         motion: Process model of the filter.
     """
-    columns = np.r_[: layout.slide, layout.velocity : layout.imus]
+    columns = np.r_[: layout.first_slide, layout.first_rate : layout.body_size]
     result = [of_body(steps[-1].updated, layout)]
     for step, following in zip(steps[-2::-1], steps[:0:-1], strict=True):
         state = of_body(step.updated, layout)
@@ -88,7 +88,7 @@ def _smooth(
 def of_body(state: FilterState, layout: Layout) -> FilterState:
     """Copy of a state whose covariance excludes the alignment of the IMUs."""
     copied = state.copy()
-    body = np.ascontiguousarray(copied.P[: layout.imus, : layout.imus])
+    body = np.ascontiguousarray(copied.P[: layout.body_size, : layout.body_size])
     copied.imu_column[:] = NO_COLUMN
     return copied._replace(P=body)
 
@@ -98,7 +98,7 @@ def transition(layout: Layout, motion: MotionPrior, dt_s: float) -> FloatArray:
     keep = float(np.exp(-dt_s / motion.rate_memory))
     rate_time_s = motion.rate_memory * (1.0 - keep)
     steps = np.array([[1.0, rate_time_s], [0.0, keep]])
-    return np.asarray(np.kron(steps, np.eye(layout.slide)), float)
+    return np.asarray(np.kron(steps, np.eye(layout.first_slide)), float)
 
 
 def difference(state: FilterState, other: FilterState) -> FloatArray:

@@ -5,12 +5,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.filter.layout import Layout
+from pose_core.filter.layout import Layout, rate_column, rotation_column
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.kernels.joint_kinematics import Pose
-from pose_core.kernels.rotations import turn_by, turn_within
+from pose_core.kernels.rotations import rotate_left, rotate_right
 from pose_core.streams.samples import FloatArray
 
 IMU_STATES = 4  # mounting (3) and heading (1)
@@ -18,9 +17,20 @@ NO_COLUMN = -1
 CAMERA_TIMEOUT_S = 0.15  # [s] after its last frame, a camera is ignored
 
 
+class Pose(NamedTuple):
+    """Mean of the body's part of the state."""
+
+    position: FloatArray  # (3,) [m] of the root in map
+    rotations: FloatArray  # (links, 3, 3) R_map_link
+    slides: FloatArray  # (slides, 3) [m] displacements of joints in their links' axes
+    velocity: FloatArray  # (3,) [m/s] of the root in map
+    rates: FloatArray  # (links, 3) [rad/s] in map
+
+
 class FilterState(NamedTuple):
     """Mean, covariance and quantities estimated outside the state; updated in place."""
 
+    layout: Layout
     pose: Pose
     P: FloatArray  # (n, n) covariance of the error, in the order of Layout
     delay: FloatArray  # (sensors,) [s] of each tracker; subtracted from its stamps
@@ -31,7 +41,7 @@ class FilterState(NamedTuple):
     has_reading: NDArray[np.bool_]  # (links,) whether an aligned IMU measures the link now
     offset: FloatArray  # (sensors, joints, 3) [m] of each view, in the pelvis' heading frame
     offset_variance: FloatArray  # (sensors, joints) [m²]
-    nis: FloatArray  # (sensors, joints) smoothed squared innovation distance [-]
+    nis: FloatArray  # (sensors, joints) smoothed normalised innovation squared [-]
     silent_s: FloatArray  # (sensors,) [s] since each camera's last frame
     contradicted_s: FloatArray  # (links,) [s] for which all cameras have contradicted the link
     waist_mean: FloatArray  # (2,) [rad] of lateral bending and rotation, uncorrected
@@ -41,8 +51,8 @@ class FilterState(NamedTuple):
     def copy(self) -> "FilterState":
         """An independent copy."""
         pose = Pose(*(np.array(each) for each in self.pose))
-        arrays = {name: np.array(getattr(self, name)) for name in self._fields[1:]}
-        return FilterState(pose=pose, **arrays)
+        arrays = {name: np.array(getattr(self, name)) for name in self._fields[2:]}
+        return FilterState(layout=self.layout, pose=pose, **arrays)
 
 
 def start_state(
@@ -64,13 +74,14 @@ def start_state(
         R_map_links: (links, 3, 3).
     """
     links, joints = layout.links, len(JOINTS)
-    stddev = np.zeros(layout.imus)
+    stddev = np.zeros(layout.body_size)
     stddev[:3] = tuning.start.position
-    stddev[3 : layout.slide] = tuning.start.rotation
-    stddev[layout.slide : layout.velocity] = np.repeat(np.sqrt(slide_variance), 3)
-    stddev[layout.velocity : layout.velocity + 3] = tuning.start.velocity
-    stddev[layout.velocity + 3 :] = tuning.start.rate
+    stddev[3 : layout.first_slide] = tuning.start.rotation
+    stddev[layout.first_slide : layout.first_rate] = np.repeat(np.sqrt(slide_variance), 3)
+    stddev[layout.first_rate : layout.first_rate + 3] = tuning.start.velocity
+    stddev[layout.first_rate + 3 :] = tuning.start.rate
     return FilterState(
+        layout=layout,
         pose=Pose(
             position=np.array(position, float),
             rotations=np.array(R_map_links, float, order="C"),
@@ -131,20 +142,18 @@ def with_imu(
 @compiled_in_place
 def inject_error(state: FilterState, error: FloatArray) -> None:
     """Add an error, (n,), to the mean; rotations through the exponential map."""
-    pose, links, slides = state.pose, len(state.heading), len(state.pose.slides)
-    slide = 3 + 3 * links
-    velocity = slide + 3 * slides
+    pose, layout = state.pose, state.layout
     for axis in range(3):
         pose.position[axis] += error[axis]
-        pose.velocity[axis] += error[velocity + axis]
-        for each in range(slides):
-            pose.slides[each, axis] += error[slide + 3 * each + axis]
-        for link in range(links):
-            pose.rates[link, axis] += error[velocity + 3 + 3 * link + axis]
-    for link in range(links):
-        at = 3 + 3 * link
-        turn_by(error[at], error[at + 1], error[at + 2], pose.rotations[link])
+        pose.velocity[axis] += error[layout.first_rate + axis]
+        for slide in range(layout.slides):
+            pose.slides[slide, axis] += error[layout.first_slide + 3 * slide + axis]
+        for link in range(layout.links):
+            pose.rates[link, axis] += error[rate_column(layout, link) + axis]
+    for link in range(layout.links):
+        at = rotation_column(link)
+        rotate_left(error[at], error[at + 1], error[at + 2], pose.rotations[link])
         own = state.imu_column[link]
         if own != NO_COLUMN:
-            turn_within(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
+            rotate_right(error[own], error[own + 1], error[own + 2], state.R_sensor_link[link])
             state.heading[link] += error[own + 3]

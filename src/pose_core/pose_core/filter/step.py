@@ -11,17 +11,12 @@ import numpy as np
 from pose_core.filter.camera import CameraFrame, add_camera, predict_view
 from pose_core.filter.constants import FilterConstants
 from pose_core.filter.imu import ImuReadings, add_imus
+from pose_core.filter.layout import rotation_column
 from pose_core.filter.posture import add_posture, most_posture_rows, turn_back
 from pose_core.filter.rows import Rows, make_rows
 from pose_core.filter.shared_offsets import estimate_shared_offsets
 from pose_core.filter.state import FilterState
-from pose_core.filter.tracker_errors import (
-    LONGEST_GAP_S,
-    add_contradictions,
-    estimate_delay,
-    estimate_offsets,
-    smooth_nis,
-)
+from pose_core.filter.tracker_errors import LONGEST_GAP_S, update_tracker_errors
 from pose_core.filter.update import robust_update
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.small_matrices import add, inverse, scaled, symmetric
@@ -63,11 +58,13 @@ def update_with_imus(
         return True
     rows = make_rows(6 * count, 2 * count, len(state.P))
     add_imus(constants.imu, state, readings, rows)
-    weights, nis, diagonal = np.empty(2 * count), np.empty(2 * count), np.empty(6 * count)
-    if not robust_update(constants.imu_update, state, rows, weights, nis, diagonal):
+    update = robust_update(constants.imu_update, state, rows)
+    if not update.is_finite:
         return False
     for row in range(count):
-        precision = scaled(inverse(symmetric(rows.noise[2 * row])), weights[2 * row])
+        orientation = 2 * row  # groups alternate: orientation, rate
+        noise = symmetric(rows.noise[orientation])
+        precision = scaled(inverse(noise), update.weights[orientation])
         add(precision, information[readings.links[row]])
     return True
 
@@ -90,22 +87,19 @@ def update_with_frame(
     add_camera(constants.camera, state, frame, view, rows)
     joint_groups = rows.filled[1]
     add_posture(constants.posture, state.pose.rotations, rows)
-    groups = rows.filled[1]
-    weights, nis, HPHt_diagonal = np.empty(groups), np.empty(groups), np.empty(rows.filled[0])
-    if not robust_update(constants.frame_update, state, rows, weights, nis, HPHt_diagonal):
+    update = robust_update(constants.frame_update, state, rows)
+    if not update.is_finite:
         return StepResult(False, 0, np.nan, np.nan)
     gap_s = min(state.silent_s[frame.sensor], LONGEST_GAP_S)
     state.silent_s[frame.sensor] = 0.0
-    estimate_offsets(state, frame, view, rows, HPHt_diagonal, weights)
-    if frame.late_s == 0.0:
-        estimate_delay(constants.tracker_errors, gap_s, state, frame, view, rows, weights)
+    update_tracker_errors(
+        constants.tracker_errors, gap_s, state, frame, view, rows, joint_groups, update
+    )
     if joint_groups > 0:
         estimate_shared_offsets(constants.shared_offsets, view, gap_s / len(state.silent_s), state)
-    smooth_nis(constants.tracker_errors.nis_memory_s, gap_s, state, frame.sensor, rows, nis)
-    add_contradictions(constants.tracker_errors, gap_s, state)
-    add_link_information(rows, joint_groups, weights, information)
+    add_link_information(rows, joint_groups, update.weights, information)
     turned = turn_back(constants.posture, state, np.empty((3, 3)))
-    mean_nis, lost_share = summarise(nis[:joint_groups])
+    mean_nis, lost_share = summarise(update.nis[:joint_groups])
     return StepResult(True, turned, mean_nis, lost_share)
 
 
@@ -127,9 +121,10 @@ def add_link_information(rows: Rows, groups: int, weights: FloatArray, out: Floa
         first, noise = rows.first[group], rows.noise[group]
         precision = 3.0 * weights[group] / (noise[0, 0] + noise[1, 1] + noise[2, 2])
         for link in range(len(out)):
+            column = rotation_column(link)
             for i in range(3):
                 for k in range(3):
                     total = 0.0
                     for row in range(first, first + 3):
-                        total += rows.H[row, 3 + 3 * link + i] * rows.H[row, 3 + 3 * link + k]
+                        total += rows.H[row, column + i] * rows.H[row, column + k]
                     out[link, i, k] += precision * total

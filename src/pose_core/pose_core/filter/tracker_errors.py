@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from pose_core.filter.camera import CameraFrame, View, heading_of
 from pose_core.filter.rows import Rows
 from pose_core.filter.state import CAMERA_TIMEOUT_S, FilterState
+from pose_core.filter.update import UpdateResult
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.streams.samples import FloatArray
 
@@ -42,39 +43,58 @@ class TrackerErrorConstants(NamedTuple):
     nis_memory_s: float  # [s] time constant with which the joints' NIS is smoothed
 
 
+@compiled
+def update_tracker_errors(
+    constants: TrackerErrorConstants,
+    gap_s: float,
+    state: FilterState,
+    frame: CameraFrame,
+    view: View,
+    rows: Rows,
+    joints: int,
+    update: UpdateResult,
+) -> None:
+    """Update offsets, delay and contradictions with one frame, in place.
+
+    Args:
+        constants: See :class:`TrackerErrorConstants`.
+        gap_s: Time since the camera's last frame [s].
+        state: The state after the frame's update.
+        frame: The frame.
+        view: Its prediction.
+        rows: Measurement rows with the residuals before the update, those of joints first.
+        joints: Number of groups of joints.
+        update: Result of the frame's update.
+    """
+    estimate_offsets(state, frame, view, rows, joints, update)
+    if frame.late_s == 0.0:
+        estimate_delay(constants, gap_s, state, frame, view, rows, joints, update.weights)
+    smooth_nis(constants, gap_s, state.nis[frame.sensor], rows, joints, update.nis)
+    add_contradictions(constants, gap_s / len(state.silent_s), state)
+
+
 @compiled_in_place
 def estimate_offsets(
     state: FilterState,
     frame: CameraFrame,
     view: View,
     rows: Rows,
-    HPHt_diagonal: FloatArray,
-    weights: FloatArray,
+    joints: int,
+    update: UpdateResult,
 ) -> None:
-    """Update the offsets of the views with one frame's residuals.
-
-    Args:
-        state: The state; offsets and their variances are updated.
-        frame: The frame.
-        view: Its prediction.
-        rows: Measurement rows with the residuals before the update, those of joints first.
-        HPHt_diagonal: Diagonal of H P Hᵀ, (rows,) [m²].
-        weights: Weights of the groups, (groups,).
-    """
+    """Update the offsets of the views and their variances with one frame's residuals."""
     sensors = len(state.silent_s)
     if sensors < 2:
         return
     residual = rows.residual
     c, s = heading_of(view.rotations[0])
-    for group in range(rows.filled[1]):
-        if rows.size[group] != 3:
-            break
+    for group in range(joints):
         joint, first = rows.source[group], rows.first[group]
         noise = rows.noise[group]
         variance = state.offset_variance[frame.sensor, joint]
-        total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / weights[group]
+        total = (noise[0, 0] + noise[1, 1] + noise[2, 2]) / update.weights[group]
         for axis in range(3):
-            total += HPHt_diagonal[first + axis]
+            total += update.HPHt_diagonal[first + axis]
         gain = 3.0 * variance / total
         x, y, z = gain * residual[first], gain * residual[first + 1], gain * residual[first + 2]
         change = (c * x + s * y, c * y - s * x, z)
@@ -94,6 +114,7 @@ def estimate_delay(
     frame: CameraFrame,
     view: View,
     rows: Rows,
+    joints: int,
     weights: FloatArray,
 ) -> None:
     r"""Update the estimated delay of a tracker.
@@ -107,12 +128,12 @@ def estimate_delay(
         frame: The frame; it must not be late.
         view: Its prediction, for the stamp corrected by the present estimate.
         rows: Measurement rows with the residuals before the update, those of joints first.
+        joints: Number of groups of joints.
         weights: Weights of the groups, (groups,).
     """
     group_of = np.full(len(frame.positions), -1)
-    for group in range(rows.filled[1]):
-        if rows.size[group] == 3:
-            group_of[rows.source[group]] = group
+    for group in range(joints):
+        group_of[rows.source[group]] = group
     sums, delay_s = state.delay_sums[frame.sensor], state.delay[frame.sensor]
     sums *= np.exp(-gap_s / constants.delay_memory_s)
     for link in range(len(constants.ends)):
@@ -136,36 +157,40 @@ def estimate_delay(
 
 @compiled
 def smooth_nis(
-    memory_s: float, gap_s: float, state: FilterState, sensor: int, rows: Rows, nis: FloatArray
+    constants: TrackerErrorConstants,
+    gap_s: float,
+    smoothed: FloatArray,
+    rows: Rows,
+    joints: int,
+    nis: FloatArray,
 ) -> None:
     """Update a camera's smoothed NIS of each joint; of joints without measurement it decays.
 
     Args:
-        memory_s: Time constant [s].
+        constants: See :class:`TrackerErrorConstants`.
         gap_s: Time since the camera's last frame [s].
-        state: The state; ``nis`` is updated.
-        sensor: Index of the camera.
-        rows: Measurement rows of the update.
+        smoothed: The camera's smoothed NIS, (joints,); updated.
+        rows: Measurement rows of the update, those of joints first.
+        joints: Number of groups of joints.
         nis: NIS of the groups, (groups,).
     """
-    share = 1.0 - np.exp(-gap_s / memory_s)
-    smoothed = state.nis[sensor]
+    share = 1.0 - np.exp(-gap_s / constants.nis_memory_s)
     smoothed *= 1.0 - share
-    for group in range(rows.filled[1]):
-        if rows.size[group] == 3:
-            smoothed[rows.source[group]] += share * min(nis[group], SMOOTHED_NIS_CLIP)
+    for group in range(joints):
+        smoothed[rows.source[group]] += share * min(nis[group], SMOOTHED_NIS_CLIP)
 
 
 @compiled
-def add_contradictions(constants: TrackerErrorConstants, gap_s: float, state: FilterState) -> None:
+def add_contradictions(
+    constants: TrackerErrorConstants, passed_s: float, state: FilterState
+) -> None:
     """Update for how long all cameras have contradicted each link.
 
     Args:
         constants: See :class:`TrackerErrorConstants`.
-        gap_s: Time since the camera's last frame [s].
+        passed_s: Time that this frame stands for [s].
         state: The state, with smoothed NIS; ``contradicted_s`` is updated.
     """
-    passed_s = gap_s / len(state.silent_s)
     for link in range(len(constants.ends)):
         least = np.inf
         for sensor in range(len(state.silent_s)):

@@ -38,28 +38,18 @@ class UpdateConstants(NamedTuple):
     least_weight: float  # [-] lower bound of a group's weight
 
 
+class UpdateResult(NamedTuple):
+    """Result of a robust update, in addition to the state."""
+
+    is_finite: bool  # otherwise the state is unchanged
+    weights: FloatArray  # (groups,) [-]
+    nis: FloatArray  # (groups,) [-] normalised innovation squared
+    HPHt_diagonal: FloatArray  # (rows,)
+
+
 @compiled
-def robust_update(
-    constants: UpdateConstants,
-    state: FilterState,
-    rows: Rows,
-    weights: FloatArray,
-    nis: FloatArray,
-    HPHt_diagonal: FloatArray,
-) -> bool:
-    """Update the state with some measurement rows, in place.
-
-    Args:
-        constants: See :class:`UpdateConstants`.
-        state: The state.
-        rows: The measurement rows.
-        weights: Filled, (groups,).
-        nis: Filled, (groups,): normalised innovation squared of each group.
-        HPHt_diagonal: Filled, (rows,).
-
-    Returns:
-        Whether the result is finite; if not, the state is unchanged.
-    """
+def robust_update(constants: UpdateConstants, state: FilterState, rows: Rows) -> UpdateResult:
+    """Update the state with some measurement rows, in place."""
     least_weight = constants.least_weight
     count, groups, P = rows.filled[0], rows.filled[1], state.P
     H, residual = rows.H[:count], rows.residual[:count]
@@ -67,9 +57,7 @@ def robust_update(
     add_product(H, P, HP, False)
     add_product(H, np.ascontiguousarray(HP.T), HPHt, True)
     S, solved = HPHt.copy(), np.empty(count)
-    for row in range(count):
-        HPHt_diagonal[row] = HPHt[row, row]
-    weights[:groups] = 1.0
+    weights, nis = np.ones(groups), np.empty(groups)
     add_noise(rows, weights, S)
     fill_nis(rows, S, nis)
     for group in range(groups):
@@ -83,12 +71,13 @@ def robust_update(
         if iteration < constants.iterations - 1:
             reweight(rows, solved, least_weight, weights)
     error = np.dot(solved, HP)
-    if not np.all(np.isfinite(error)):
-        return False
+    result = UpdateResult(bool(np.all(np.isfinite(error))), weights, nis, np.diag(HPHt).copy())
+    if not result.is_finite:
+        return result
     solve_lower(S, HP)
     subtract_square(P, np.ascontiguousarray(HP.T))
     inject_error(state, error)
-    return True
+    return result
 
 
 @compiled_in_place

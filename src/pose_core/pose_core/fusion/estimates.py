@@ -35,7 +35,7 @@ class BodyEstimate:
     weight_imu: FloatArray  # (d,) 0..1
     source: NDArray[np.uint8]  # (d,), values of Source
     joints: FloatArray  # (15, 3) [m] in map
-    placed_joints: FloatArray  # (15, 3) [m] in map, from the degrees of freedom, as in /tf
+    fk_joints: FloatArray  # (15, 3) [m] in map, from the degrees of freedom, as in /tf
     tracking_state: NDArray[np.uint8]  # (15,), of the estimate
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (links, 4, 4), origin at the joint that the link rotates about
@@ -56,7 +56,7 @@ class EstimateBlock:
     weight_imu: FloatArray  # (n, d) 0..1
     source: NDArray[np.uint8]  # (n, d), values of Source
     joints: FloatArray  # (n, 15, 3) [m] in map
-    placed_joints: FloatArray  # (n, 15, 3) [m] in map
+    fk_joints: FloatArray  # (n, 15, 3) [m] in map
     tracking_state: NDArray[np.uint8]  # (n, 15)
     link_names: tuple[str, ...]
     T_map_link: FloatArray  # (n, links, 4, 4)
@@ -89,7 +89,7 @@ class EstimateBlock:
             weight_imu=self.weight_imu[row],
             source=self.source[row],
             joints=self.joints[row],
-            placed_joints=self.placed_joints[row],
+            fk_joints=self.fk_joints[row],
             tracking_state=self.tracking_state[row],
             link_names=self.link_names,
             T_map_link=self.T_map_link[row],

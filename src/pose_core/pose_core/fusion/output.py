@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from pose_core.body.hinge_plane import hinges_of
 from pose_core.body.kinematics import model_arrays
 from pose_core.body.model import ROOT_DOF, BodyModel
 from pose_core.body.segment_tree import SegmentTree
@@ -38,7 +37,7 @@ class StateOutput:
         self._body = OutputBody(
             model=model_arrays(model, shape.offsets),
             limits=np.concatenate([no_limits, np.asarray(model.limits, float)]),
-            hinges=hinges_of(SegmentTree(model, shape)),
+            hinges=SegmentTree(model, shape).hinges,
             variance_calibration=coefficients_of(model, calibrations),
         )
         self._output_states = type_specialised(output_states)
@@ -71,7 +70,7 @@ class StateOutput:
             weight_imu=weight_imu,
             source=np.empty((count, size), np.uint8),
             joints=np.empty((count, len(JOINTS), 3)),
-            placed_joints=np.empty((count, len(JOINTS), 3)),
+            fk_joints=np.empty((count, len(JOINTS), 3)),
             T_map_link=np.empty((count, links, 4, 4)),
         )
         stamps_ns, states = block.stamps_ns, block.states
@@ -93,7 +92,7 @@ class StateOutput:
             weight_imu=output.weight_imu,
             source=output.source,
             joints=output.joints,
-            placed_joints=output.placed_joints,
+            fk_joints=output.fk_joints,
             tracking_state=tracking_state,
             link_names=model.link_names,
             T_map_link=output.T_map_link,

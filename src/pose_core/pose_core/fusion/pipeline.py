@@ -159,9 +159,9 @@ class FusionPipeline:
         """
         return self._estimated(self._preprocessor.add(sample))
 
-    def wait_no_longer(self) -> list[BodyEstimate]:
+    def release_held(self) -> list[BodyEstimate]:
         """Process frames that wait for earlier ones: a live caller waits no longer."""
-        return self._estimated(self._preprocessor.wait_no_longer())
+        return self._estimated(self._preprocessor.release_held())
 
     def flush(self) -> list[BodyEstimate]:
         """Process everything that is left, after the end of the streams."""

@@ -88,7 +88,7 @@ def block_of_poses(
         weight_imu=stacked([each.weight_imu for each in fused]),
         source=stacked([each.source for each in fused]),
         joints=joints,
-        placed_joints=joints,
+        fk_joints=joints,
         tracking_state=stacked([each.tracking_state for each in fused]),
         link_names=model.link_names,
         T_map_link=link_transforms(position, rotations, joints, model.link_joints),

@@ -148,7 +148,7 @@ class Preprocessor:
             self._take_imus(part)
             yield from self._release()
 
-    def wait_no_longer(self) -> Iterator[Observation]:
+    def release_held(self) -> Iterator[Observation]:
         """Process frames that wait for earlier ones: a live caller waits no longer."""
         self._frames.release_all()
         yield from self._release()

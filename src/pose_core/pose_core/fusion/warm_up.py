@@ -94,7 +94,7 @@ def run_once(
         runner.process(_observation(in_map, shape, stamp_ns, imus.read(stamp_ns)))
         for block in runner.take():
             example = block
-            instants = (block.T_map_link, block.position, block.placed_joints)
+            instants = (block.T_map_link, block.position, block.fk_joints)
             BodyFrames(model, parameters.subject).places(*instants)
     stamp_ns = (FRAMES + 1) * PERIOD_NS
     runner.predict(stamp_ns, stamp_ns, imus.read(stamp_ns))

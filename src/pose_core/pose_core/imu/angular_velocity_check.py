@@ -27,7 +27,7 @@ from pose_core.streams.samples import FloatArray, ImuBlock
 REPLACED_STDDEV = 0.2  # [rad/s] of a rate that is the orientation's change
 SMOOTHING_S = 0.005  # [s] time constant of that change
 LONGEST_STEP_S = 0.1  # [s] after a longer gap nothing is compared
-FASTEST = 35.0  # [rad/s] a faster change is a leap of the orientation
+LARGEST_RATE = 35.0  # [rad/s] a faster change is a leap of the orientation
 WINDOW_S = 0.1  # [s]
 LEAST_TURN = 0.07  # [rad] within a window
 TURN_NOISE = 0.03  # [rad] of an orientation within a window, and of a gyroscope's bias
@@ -217,7 +217,7 @@ def _add_turn(memory: _Memory, i: int, after: FloatArray) -> None:
     length = np.sqrt(x * x + y * y + z * z + w * w)
     scale = vector_scale(x / length, y / length, z / length, w / length) / length
     turn = (scale * x, scale * y, scale * z)
-    if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (FASTEST * step_s) ** 2:
+    if turn[0] ** 2 + turn[1] ** 2 + turn[2] ** 2 > (LARGEST_RATE * step_s) ** 2:
         _begin_window(memory, i)
         return
     share = step_s / (step_s + SMOOTHING_S)

@@ -162,7 +162,7 @@ def check_samples(
                     believed, memory.rate[i], orientation[row], rate[row], dt_s
                 )
             may_have_slipped = apart > SMALLEST_SLIP and tilt >= MOST_TILT
-            expected = turned_on(believed, memory.rate[i], rate[row], dt_s)
+            expected = integrated_orientation(believed, memory.rate[i], rate[row], dt_s)
             for k in range(4):
                 memory.believed[i, k] = expected[k]
         if has_jumped:
@@ -205,7 +205,7 @@ def orientation_jump(
         Angle of the jump [rad], 0 within the sensor's errors; its tilt [rad] and its rotation about
         the vertical [rad].
     """
-    expected = turned_on(before, rate_before, rate, dt_s)
+    expected = integrated_orientation(before, rate_before, rate, dt_s)
     back = (-expected[0], -expected[1], -expected[2], expected[3])
     a, b, c, d = product((after[0], after[1], after[2], after[3]), back)
     if d < 0.0:
@@ -232,7 +232,7 @@ def orientation_jump(
 
 
 @compiled_in_place
-def turned_on(
+def integrated_orientation(
     before: FloatArray, rate_before: FloatArray, rate: FloatArray, dt_s: float
 ) -> Quaternion:
     """An orientation, (4,), turned on by the mean of two rates, (3,) [rad/s]."""

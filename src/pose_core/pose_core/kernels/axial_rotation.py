@@ -1,4 +1,9 @@
-"""Rotation of a limb about its long axis, from the plane of its bent hinge."""
+"""Axial rotation of a limb, from the plane of its bent hinge.
+
+A hinge bends in one plane only. If it is well bent, the plane of the two bones determines the axial
+rotation of the upper bone; if it is straight, the plane is undefined. In between, the plane has a
+partial weight.
+"""
 
 from typing import NamedTuple
 
@@ -6,29 +11,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import compiled
-from pose_core.kernels.rotations import turn_by
+from pose_core.kernels.rotations import rotate_left
 from pose_core.kernels.vectors import cross, dot, norm
 from pose_core.streams.samples import FloatArray
 
+STRAIGHT = float(np.sin(np.radians(10.0)))  # [-] sine of a flexion: no weight below
+BENT = float(np.sin(np.radians(30.0)))  # [-] sine of a flexion: full weight above
+
 
 class Hinges(NamedTuple):
-    """A body's hinges as arrays, and how far they must be bent."""
+    """Links that only bend about their parents' lateral axes."""
 
-    parents: NDArray[np.int64]
-    links: NDArray[np.int64]
-    signs: FloatArray
-    straight: float  # sine of a flexion up to which the plane has no weight
-    bent: float  # from which on it has full weight
+    parents: NDArray[np.int64]  # (hinges,) index of the link
+    links: NDArray[np.int64]  # (hinges,)
+    signs: FloatArray  # (hinges,) of the rotation about +y that counts as flexion
 
 
 @compiled
-def turn_about_own_axis(R: FloatArray, angle: float) -> None:
+def rotate_about_own_axis(R: FloatArray, angle: float) -> None:
     """Rotate a link, in place, by an angle [rad] about its own z axis, which may not be unit."""
-    turn_by(angle * R[0, 2], angle * R[1, 2], angle * R[2, 2], R)
+    rotate_left(angle * R[0, 2], angle * R[1, 2], angle * R[2, 2], R)
 
 
 @compiled
-def turn_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
+def rotate_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
     """Rotate limbs about their long axes into their hinges' planes, in place.
 
     No bone changes its direction.
@@ -43,14 +49,14 @@ def turn_into_hinge_planes(rotations: FloatArray, hinges: Hinges) -> None:
         # Both bones run along −z: across = −sign (−lower z) × (−upper z).
         cross(lower[:, 2], upper[:, 2], across)
         sine = norm(across)
-        bend = (sine - hinges.straight) / (hinges.bent - hinges.straight)
+        bend = (sine - STRAIGHT) / (BENT - STRAIGHT)
         share = min(max(bend, 0.0), 1.0)
         if share == 0.0:
             continue
         across *= -hinges.signs[hinge] / sine
-        turn_about_own_axis(upper, share * angle_about_own_axis(upper, across))
+        rotate_about_own_axis(upper, share * angle_about_own_axis(upper, across))
         # The lower bone follows the hinge, with the least rotation about its long axis.
-        turn_about_own_axis(lower, share * angle_about_own_axis(lower, upper[:, 1]))
+        rotate_about_own_axis(lower, share * angle_about_own_axis(lower, upper[:, 1]))
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Camera geometry: joints in map, their mean over cameras, axes of trunk and segments."""
+"""Camera geometry: joints in map, axes of trunk and segments."""
 
 from typing import NamedTuple
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.kernels.rotations import turn_by, turn_within
+from pose_core.kernels.rotations import rotate_left, rotate_right
 from pose_core.streams.samples import FloatArray
 
 ROOT_DOF = 6  # position [m], then rotation vector [rad]
@@ -59,10 +59,10 @@ def compute_link_rotation(
         for k in range(3):
             R[i, k] = R_before[i, k]
     if parent < 0:
-        turn_by(state[3], state[4], state[5], R)
+        rotate_left(state[3], state[4], state[5], R)
     for k in range(model.dof_count[link]):
         angle, axis = state[model.dof[link, k]], model.axes[link, k]
-        turn_within(angle * axis[0], angle * axis[1], angle * axis[2], R)
+        rotate_right(angle * axis[0], angle * axis[1], angle * axis[2], R)
 
 
 @compiled_in_place

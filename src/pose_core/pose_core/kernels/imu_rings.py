@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.kernels.interpolation import interpolate, turn_on
+from pose_core.kernels.interpolation import interpolate, rotated_right
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 
@@ -198,4 +198,4 @@ def _beyond(
     x = rate[0] * missing_s - (rate[0] - last[0]) * 0.5 * sloping_s
     y = rate[1] * missing_s - (rate[1] - last[1]) * 0.5 * sloping_s
     z = rate[2] * missing_s - (rate[2] - last[2]) * 0.5 * sloping_s
-    turn_on(rings.orientation[i, nearest], x, y, z, R_world_sensor)
+    rotated_right(rings.orientation[i, nearest], x, y, z, R_world_sensor)

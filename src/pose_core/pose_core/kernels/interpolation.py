@@ -3,7 +3,7 @@
 import numpy as np
 
 from pose_core.kernels.compiling import compiled_in_place
-from pose_core.kernels.rotations import matrix_of_quaternion, turn_within, vector_scale
+from pose_core.kernels.rotations import matrix_of_quaternion, rotate_right, vector_scale
 from pose_core.streams.samples import FloatArray
 
 
@@ -25,11 +25,11 @@ def interpolate(first: FloatArray, second: FloatArray, share: float, out: FloatA
     d = w * second[3] - x * second[0] - y * second[1] - z * second[2]
     length = np.sqrt(a * a + b * b + c * c + d * d)
     scale = share * vector_scale(a / length, b / length, c / length, d / length) / length
-    turn_on(first, scale * a, scale * b, scale * c, out)
+    rotated_right(first, scale * a, scale * b, scale * c, out)
 
 
 @compiled_in_place
-def turn_on(orientation: FloatArray, x: float, y: float, z: float, out: FloatArray) -> None:
+def rotated_right(orientation: FloatArray, x: float, y: float, z: float, out: FloatArray) -> None:
     """Rotation matrix of an orientation (x, y, z, w) times exp of a body-fixed vector [rad]."""
     matrix_of_quaternion(orientation, out)
-    turn_within(x, y, z, out)
+    rotate_right(x, y, z, out)

@@ -14,7 +14,7 @@ from pose_core.streams.samples import FloatArray
 FULL_TURN = 2.0 * np.pi
 RATE_DAMPING = 0.05  # [-] damping of the rates where two axes of a joint nearly coincide
 VARIANCE_DAMPING = 0.1  # [-] the same for the variance of an angle
-BEYOND = 4.0  # [-] weight of a squared violation of limits, relative to a squared change
+LIMIT_WEIGHT = 4.0  # [-] weight of a squared violation of limits, relative to a squared change
 NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a tilt, below which angles are unique
 
 
@@ -91,8 +91,8 @@ def link_angles(
     about_x = np.arcsin(min(max(-R[1, 2], -1.0), 1.0))
     about_y = np.arctan2(R[0, 2], R[2, 2])
     if count == 2:
-        out[0] = turn_within_limits(signs[0] * about_y, limits[0], previous[0])
-        out[1] = turn_within_limits(signs[1] * about_x, limits[1], previous[1])
+        out[0] = wrapped_into_limits(signs[0] * about_y, limits[0], previous[0])
+        out[1] = wrapped_into_limits(signs[1] * about_x, limits[1], previous[1])
         return
     about_z = np.arctan2(R[1, 0], R[1, 1])
     least = np.inf
@@ -100,24 +100,24 @@ def link_angles(
         if half_turns == 1 and R[2, 2] > NEARLY_NEUTRAL:
             break
         x = about_x if half_turns == 0 else np.pi - about_x
-        y = turn_within_limits(signs[0] * (about_y + half_turns * np.pi), limits[0], previous[0])
-        x = turn_within_limits(signs[1] * x, limits[1], previous[1])
-        z = turn_within_limits(signs[2] * (about_z + half_turns * np.pi), limits[2], previous[2])
+        y = wrapped_into_limits(signs[0] * (about_y + half_turns * np.pi), limits[0], previous[0])
+        x = wrapped_into_limits(signs[1] * x, limits[1], previous[1])
+        z = wrapped_into_limits(signs[2] * (about_z + half_turns * np.pi), limits[2], previous[2])
         twist = signs[0] * signs[2] * np.sin(0.5 * signs[1] * (x + previous[1]))
         dy, dx, dz = y - previous[0], x - previous[1], z - previous[2]
         cost = dy * dy + dx * dx + dz * dz - 2.0 * twist * dy * dz  # (1)
         squared = beyond(y, limits[0]) ** 2 + beyond(x, limits[1]) ** 2 + beyond(z, limits[2]) ** 2
-        cost += BEYOND * squared
+        cost += LIMIT_WEIGHT * squared
         if cost < least:
             least = cost
             out[0], out[1], out[2] = y, x, z
 
 
 @compiled_in_place
-def turn_within_limits(angle: float, limits: FloatArray, previous: float) -> float:
+def wrapped_into_limits(angle: float, limits: FloatArray, previous: float) -> float:
     """The equivalent angle [rad] within limits, (2,), otherwise the one nearest to another."""
-    middle = nearest_turn(angle, 0.5 * (limits[0] + limits[1]))
-    return middle if beyond(middle, limits) == 0.0 else nearest_turn(angle, previous)
+    middle = wrapped_nearest(angle, 0.5 * (limits[0] + limits[1]))
+    return middle if beyond(middle, limits) == 0.0 else wrapped_nearest(angle, previous)
 
 
 @compiled_in_place
@@ -127,7 +127,7 @@ def beyond(angle: float, limits: FloatArray) -> float:
 
 
 @compiled_in_place
-def nearest_turn(angle: float, previous: float) -> float:
+def wrapped_nearest(angle: float, previous: float) -> float:
     """The equivalent angle [rad], modulo full turns, nearest to the previous one."""
     return angle + FULL_TURN * np.round((previous - angle) / FULL_TURN)
 

@@ -24,16 +24,6 @@ class BodyArrays(NamedTuple):
     carrier_count: NDArray[np.int64]  # (joints,)
 
 
-class Pose(NamedTuple):
-    """Mean of the state, links as rotations; see :class:`pose_core.filter.state.FilterState`."""
-
-    position: FloatArray
-    rotations: FloatArray
-    slides: FloatArray
-    velocity: FloatArray
-    rates: FloatArray
-
-
 @compiled_in_place
 def compute_joints(
     body: BodyArrays,
@@ -93,21 +83,23 @@ def compute_joint_velocities(
 
 
 @compiled_in_place
-def joint_jacobian(body: BodyArrays, joint: int, rotations: FloatArray, out: FloatArray) -> None:
+def joint_jacobian(
+    body: BodyArrays, joint: int, rotations: FloatArray, first_slide: int, out: FloatArray
+) -> None:
     """Fill a joint's Jacobian with respect to the root's position and the slides, (3, size).
 
     Args:
         body: The tree.
         joint: Index of the joint.
         rotations: ``R_map_link``, (links, 3, 3).
+        first_slide: First column of the slides.
         out: Only the columns that the joint depends on are filled.
     """
     out[0, 0] = out[1, 1] = out[2, 2] = 1.0
-    first = 3 + 3 * len(rotations)
     for column in range(len(body.sliding_links)):
         share = body.slides[joint, column]
         if share != 0.0:
             R = rotations[body.sliding_links[column]]
             for i in range(3):
                 for k in range(3):
-                    out[i, first + 3 * column + k] = share * R[i, k]
+                    out[i, first_slide + 3 * column + k] = share * R[i, k]

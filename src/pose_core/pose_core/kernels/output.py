@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.kernels.axial_rotation import Hinges, turn_into_hinge_planes
+from pose_core.kernels.axial_rotation import Hinges, rotate_into_hinge_planes
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
 from pose_core.kernels.joint_angle_extraction import (
@@ -15,10 +15,10 @@ from pose_core.kernels.joint_angle_extraction import (
 )
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
-from pose_core.kernels.rotations import logarithm, product_transposed, turn_by
+from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
 from pose_core.streams.samples import FloatArray
 
-NOTHING = 1e-6  # [1/rad²] lower bound of the information that counts
+MIN_INFORMATION = 1e-6  # [1/rad²] lower bound of the information that counts
 
 
 class OutputBody(NamedTuple):
@@ -41,7 +41,7 @@ class PoseOutput(NamedTuple):
     weight_imu: FloatArray  # (n, d) [-]
     source: NDArray[np.uint8]  # (n, d)
     joints: FloatArray  # (n, joints, 3) [m]: the filter's, relative to the published root
-    placed_joints: FloatArray  # (n, joints, 3) [m]: from the published degrees of freedom
+    fk_joints: FloatArray  # (n, joints, 3) [m]: from the published degrees of freedom
     T_map_link: FloatArray  # (n, links, 4, 4): likewise
 
 
@@ -77,9 +77,9 @@ def output_states(
             states.scale[n],
         )
         rotations[:] = state.rotations
-        turn_into_hinge_planes(rotations, body.hinges)
+        rotate_into_hinge_planes(rotations, body.hinges)
         extract_pose(body.model, state.position, rotations, state, blending.position, of_dof)
-        share_out(of_dof[3:5], NOTHING, of_dof[3:5], output.source[n])
+        share_out(of_dof[3:5], MIN_INFORMATION, of_dof[3:5], output.source[n])
         blend(body, int(stamps_ns[n]), rotations[0], blending, of_dof, output.is_known[n])
         published_variance(
             of_dof[2],
@@ -98,12 +98,12 @@ def output_states(
             np.eye(3),
             blending.position.reshape((1, -1)),
             rotations.reshape((1, len(rotations), 3, 3)),
-            output.placed_joints[n : n + 1],
+            output.fk_joints[n : n + 1],
         )
         compute_link_transforms(
             blending.position,
             rotations,
-            output.placed_joints[n],
+            output.fk_joints[n],
             body.model.pivot_joints,
             output.T_map_link[n],
         )
@@ -156,7 +156,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
             of_dof[1, axis] += e_rate
             of_dof[5, axis] = e**2
         w_x, w_y, w_z = of_dof[1, 3], of_dof[1, 4], of_dof[1, 5]
-        turn_by(-dt_s * w_x, -dt_s * w_y, -dt_s * w_z, R)
+        rotate_left(-dt_s * w_x, -dt_s * w_y, -dt_s * w_z, R)
         product_transposed(blending.R_map_root, R, apart)
         logarithm(apart, turn)
         for axis in range(3):
@@ -166,7 +166,7 @@ def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: 
             of_dof[1, 3 + axis] += e_rate
             of_dof[5, 3 + axis] = turn[axis] ** 2
         R[:] = R_map_root
-        turn_by(turn[0], turn[1], turn[2], R)
+        rotate_left(turn[0], turn[1], turn[2], R)
         logarithm(R, turn)
         continuous_vector(turn, blending.position[3:6], of_dof[0, 3:6])
     blending.R_map_root[:] = R

@@ -34,7 +34,7 @@ def exponential(x: float, y: float, z: float, out: FloatArray) -> None:
 
 
 @compiled_in_place
-def turn_by(x: float, y: float, z: float, R: FloatArray) -> None:
+def rotate_left(x: float, y: float, z: float, R: FloatArray) -> None:
     """Replace R by exp(v) R, for a rotation vector v [rad]."""
     first, second = rodrigues(x * x + y * y + z * z)
     for k in range(3):
@@ -46,7 +46,7 @@ def turn_by(x: float, y: float, z: float, R: FloatArray) -> None:
 
 
 @compiled_in_place
-def turn_within(x: float, y: float, z: float, R: FloatArray) -> None:
+def rotate_right(x: float, y: float, z: float, R: FloatArray) -> None:
     """Replace R by R exp(v), for a rotation vector v [rad]."""
     first, second = rodrigues(x * x + y * y + z * z)
     for i in range(3):
@@ -146,11 +146,11 @@ def transposed_product(A: FloatArray, B: FloatArray, out: FloatArray) -> None:
 
 
 @compiled_in_place
-def turn_all(vectors: FloatArray, scale: float, R: FloatArray, out: FloatArray) -> None:
+def rotate_left_all(vectors: FloatArray, scale: float, R: FloatArray, out: FloatArray) -> None:
     """exp(scale · v) R for many at once, shapes (n, 3) and (n, 3, 3); ``out`` is not R."""
     for index in range(len(R)):
         for i in range(3):
             for k in range(3):
                 out[index, i, k] = R[index, i, k]
         v = vectors[index]
-        turn_by(scale * v[0], scale * v[1], scale * v[2], out[index])
+        rotate_left(scale * v[0], scale * v[1], scale * v[2], out[index])

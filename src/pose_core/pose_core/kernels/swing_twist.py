@@ -24,6 +24,5 @@ def twist(R_parent_link: FloatArray) -> tuple[float, float]:
         The twist [rad], and how well it is defined, from 0 (swung by half a turn) to 1.
     """
     R = R_parent_link
-    w = 0.5 * np.sqrt(max(0.0, 1.0 + R[0, 0] + R[1, 1] + R[2, 2]))
-    z = (R[1, 0] - R[0, 1]) / (4.0 * w) if w > 1e-6 else 1.0
-    return 2.0 * np.arctan2(z, w), min(1.0, w * w + z * z)
+    angle = np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])
+    return angle, min(max(0.5 * (1.0 + R[2, 2]), 0.0), 1.0)

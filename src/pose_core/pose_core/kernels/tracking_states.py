@@ -17,7 +17,7 @@ from pose_core.kernels.joint_angle_extraction import PublishedState
 
 TRACKED_STDDEV = 0.25  # [m] bound for TRACKED, over the three axes
 INFERRED_STDDEV = 0.60  # [m] bound for INFERRED, over the three axes
-MEASURED = 1.0  # [1/rad²] information on a link that counts as measured
+MIN_TRACKED_INFORMATION = 1.0  # [1/rad²] information on a link that counts as measured
 TRACKED, INFERRED, NOT_TRACKED = (
     int(each) for each in (TrackingState.TRACKED, TrackingState.INFERRED, TrackingState.NOT_TRACKED)
 )
@@ -64,6 +64,6 @@ def tracking_states(model: ModelArrays, states: PublishedState, out: NDArray[np.
                 stddev = np.sqrt(variance[joint] * states.scale[row, 0])
                 state = NOT_TRACKED
                 if stddev <= INFERRED_STDDEV:
-                    is_measured = information > MEASURED and stddev <= TRACKED_STDDEV
+                    is_measured = information > MIN_TRACKED_INFORMATION and stddev <= TRACKED_STDDEV
                     state = TRACKED if is_measured else INFERRED
                 out[row, joint] = state

@@ -176,10 +176,10 @@ class PeoplePipeline:
         elif len(block):
             self._waiting.add(block)
 
-    def wait_no_longer(self) -> None:
+    def release_held(self) -> None:
         """Process the frames that wait for others: a live caller's patience has ended."""
         for pipeline in self._pipelines:
-            pipeline.wait_no_longer()
+            pipeline.release_held()
 
     def flush(self) -> None:
         """Process everything that waits: the streams have ended."""

@@ -24,7 +24,7 @@ JITTERS = 3.0  # [-] allowed jitter, in median deviations
 
 
 @dataclass
-class Rhythm:
+class FramePeriod:
     """Predicts a sensor's next frame from its stamps."""
 
     newest_ns: int
@@ -40,7 +40,7 @@ class Rhythm:
         early_ns = min(max(JITTERS * deviation_ns, LEAST_JITTER_NS), LARGEST_JITTER_NS)
         self.earliest_ns = period_ns - early_ns
 
-    def owes_until(self, stamp_ns: int) -> bool:
+    def expects_before(self, stamp_ns: int) -> bool:
         """Whether a frame with a stamp before an instant is still due."""
         missing_ns = stamp_ns - self.newest_ns
         return 0 < missing_ns <= SILENT_NS and missing_ns > self.earliest_ns
@@ -54,7 +54,7 @@ class FrameOrder(Generic[T]):
     """
 
     def __init__(self) -> None:
-        self._rhythms: dict[str, Rhythm] = {}
+        self._periods: dict[str, FramePeriod] = {}
         self._held: list[tuple[int, int, T]] = []  # a heap by stamp, then by arrival
         self._count = 0
         self._released_ns: int | None = None
@@ -70,17 +70,17 @@ class FrameOrder(Generic[T]):
         A frame that arrives later than the others have waited for passes at once.
         """
         ready = []
-        rhythm = self._rhythms.get(sensor)
-        if rhythm is not None and stamp_ns < rhythm.newest_ns - JUMP_BACK_NS:
+        period = self._periods.get(sensor)
+        if period is not None and stamp_ns < period.newest_ns - JUMP_BACK_NS:
             ready = self.flush()
-            self._rhythms.clear()
-            self._released_ns = rhythm = None
-        if rhythm is None:
-            self._rhythms[sensor] = Rhythm(stamp_ns)
-        elif stamp_ns > rhythm.newest_ns:
+            self._periods.clear()
+            self._released_ns = period = None
+        if period is None:
+            self._periods[sensor] = FramePeriod(stamp_ns)
+        elif stamp_ns > period.newest_ns:
             # The next frame of a sensor shows that no earlier one is due.
-            ready += self._release_before(rhythm.newest_ns)
-            rhythm.add(stamp_ns)
+            ready += self._release_before(period.newest_ns)
+            period.add(stamp_ns)
         if self._released_ns is not None and stamp_ns < self._released_ns:
             return [*ready, frame]
         self._count += 1
@@ -99,12 +99,12 @@ class FrameOrder(Generic[T]):
 
     def _release(self) -> list[T]:
         ready = []
-        while self._held and not self._is_owed(self._held[0][0]):
+        while self._held and not self._is_earlier_expected(self._held[0][0]):
             ready.append(self._pop())
         return ready
 
-    def _is_owed(self, stamp_ns: int) -> bool:
-        return any(rhythm.owes_until(stamp_ns) for rhythm in self._rhythms.values())
+    def _is_earlier_expected(self, stamp_ns: int) -> bool:
+        return any(period.expects_before(stamp_ns) for period in self._periods.values())
 
     def _pop(self) -> T:
         stamp_ns, _, frame = heappop(self._held)

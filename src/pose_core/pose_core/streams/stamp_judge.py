@@ -188,10 +188,10 @@ class StampJudge:
         if source.largest_lag_ns < least_ns <= SLOWEST_NS:
             del lags_ns[: len(lags_ns) // 2]
             return False
-        self._append_samples(source, least_ns)
+        self._readmit(source, least_ns)
         return False
 
-    def _append_samples(self, source: _Source, least_lag_ns: int) -> None:
+    def _readmit(self, source: _Source, least_lag_ns: int) -> None:
         """Use a source again, with the offset that its stamps show now."""
         if -LARGEST_LEAD_NS <= least_lag_ns <= source.largest_lag_ns:
             offset_ns = 0  # its clock is correct again

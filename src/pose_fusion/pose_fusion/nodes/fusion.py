@@ -51,8 +51,8 @@ QUEUE = 50  # [messages] enough for a burst after a pause of the process
 SENSOR_QOS = sensor_data(QUEUE)
 IMU_QOS = sensor_data(200)  # [messages] of each IMU
 IMU_PERIOD_S = 0.01  # [s] between reads of IMU samples, so that few wait when a frame arrives
-PATIENCE_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
-LOOK_PERIOD_S = 0.2  # [s] between checks of the sources
+REORDER_TIMEOUT_S = 0.01  # [s] for which a frame waits for an earlier one of another sensor
+CHECK_PERIOD_S = 0.2  # [s] between checks of the sources
 KEEP_PERIOD_S = 1.0  # [s] between saves of IMU alignments and closings of topics
 LATCHED_QOS = latched(QUEUE)
 
@@ -101,12 +101,12 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         self._take_lost()  # before: nobody waited for them
         if self.settings.use_imus:
             steady_timer(self, IMU_PERIOD_S, self._take_imus)  # cameras may be silent
-        self._patience = steady_timer(self, PATIENCE_S, self._on_patience_ended)
-        self._patience.cancel()
+        self._reorder_timer = steady_timer(self, REORDER_TIMEOUT_S, self._release_held)
+        self._reorder_timer.cancel()
         if has_output_rate(self.settings):
             steady_timer(self, 1.0 / self.settings.output_rate, self._publish_now)
         self._standstill = Standstill({**self._cameras, **self._imus.queues})
-        steady_timer(self, LOOK_PERIOD_S, self._look)
+        steady_timer(self, CHECK_PERIOD_S, self._check_sources)
         steady_timer(self, KEEP_PERIOD_S, self.keep_alignments)
         steady_timer(self, KEEP_PERIOD_S, self._close_forgotten)
         if not self.settings.extrinsics_file:
@@ -193,7 +193,7 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
         for frame in sorted(frames, key=lambda frame: frame[0].stamp_ns if frame else 0):
             self.pipeline.add(frame)
         if self.pipeline.holds_frames:
-            self._patience.reset()
+            self._reorder_timer.reset()
         self._publish_shapes()
 
     def _read_frame(
@@ -212,10 +212,10 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             self.get_logger().warning(str(error), throttle_duration_sec=5.0)
             return None
 
-    def _on_patience_ended(self) -> None:
-        self._patience.cancel()
+    def _release_held(self) -> None:
+        self._reorder_timer.cancel()
         self._take_imus()
-        self.pipeline.wait_no_longer()
+        self.pipeline.release_held()
         self._publish_shapes()
 
     def _take_imus(self) -> None:
@@ -278,10 +278,10 @@ class FusionNode(ManagedNode[FusionNodeParameters]):
             except InputError as error:
                 self.get_logger().error(str(error))
 
-    def _look(self) -> None:
+    def _check_sources(self) -> None:
         """Report immediately which sources have become unusable or usable; end if deaf."""
         self._standstill.check()
-        if self._reporter.look():
+        if self._reporter.check():
             self.diagnostics.publish()
 
     def keep_alignments(self) -> None:

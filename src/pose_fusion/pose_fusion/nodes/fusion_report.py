@@ -6,7 +6,7 @@ import numpy as np
 
 from pose_core.api import PeoplePipeline
 from pose_fusion.sample_reader import SampleReader
-from pose_fusion.watching.cameras import MISSED_LOOKS
+from pose_fusion.watching.cameras import MISSED_CHECKS
 from pose_node.level import Level
 from pose_node.nodes.diagnostics import Report
 
@@ -31,18 +31,18 @@ class FusionReporter:
         self._named: set[str] = set()
         self.latency_s = 0.0
 
-    def look(self) -> bool:
+    def check(self) -> bool:
         """Check which sources are usable; return whether this has changed."""
         estimates = self._pipeline.subject.counters["estimates"]
         self._missed = 0 if estimates > self._estimates else self._missed + 1
         self._estimates = estimates
-        self._watch.look(self._pipeline.shown)
+        self._watch.check(self._pipeline.shown)
         before, self._named = self._named, self._unused_sources()
         return before != self._named
 
     @property
     def _is_tracking(self) -> bool:
-        return self._estimates > 0 and self._missed <= MISSED_LOOKS
+        return self._estimates > 0 and self._missed <= MISSED_CHECKS
 
     def _unused_sources(self) -> set[str]:
         idle = {use.segment for use in self._pipeline.subject.imu_uses if use.reason}
@@ -142,7 +142,7 @@ class FusionReporter:
             **self._reader.counters.as_dict(),
             **self._clocks(),
             "people": ", ".join(pipeline.people) or "none",
-            "people_not_followed": pipeline.others,
+            "people_not_tracked": pipeline.others,
             **{f"people/{name}": count for name, count in pipeline.people_counts.items()},
             **subject.aligner.counters.as_dict("alignment/"),
         }

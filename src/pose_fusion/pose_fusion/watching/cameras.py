@@ -7,23 +7,23 @@ import numpy as np
 
 from pose_core.api import FloatArray, SkeletonSample
 
-MISSED_LOOKS = 2  # [looks] in a row without the subject, after which a camera is named
+MISSED_CHECKS = 2  # [checks] in a row without the subject, after which a camera is named
 FROZEN_FRAMES = 6  # [frames] that are alike after others that were not: no tracker repeats itself
 
 
 @dataclass
 class _Camera:
-    frames: int = 0  # since the last look, of any kind
+    frames: int = 0  # since the last check, of any kind
     trouble: str = ""  # with the last one of them
-    shown: int = 0  # frames of the subject, at the last look
-    missed: int = 0  # looks in a row in which there were no more
+    shown: int = 0  # frames of the subject, at the last check
+    missed: int = 0  # checks in a row in which there were no more
     picture: Sequence[FloatArray] = field(default_factory=tuple)  # everybody's joints
     has_moved: bool = False
     alike: int = 0  # frames in a row with this picture
 
 
 class CameraWatch:
-    """Notes each camera's frames; looks at intervals which of them show the subject.
+    """Notes each camera's frames; checks at intervals which of them show the subject.
 
     Args:
         sensors: The cameras' names.
@@ -32,7 +32,7 @@ class CameraWatch:
     def __init__(self, sensors: Collection[str]) -> None:
         self._cameras = {sensor: _Camera() for sensor in sensors}
         self.missing: dict[str, str] = {}
-        """Cameras that do not show the subject as of the last look, and why."""
+        """Cameras that do not show the subject as of the last check, and why."""
 
     def note_trouble(self, sensor: str, trouble: str) -> None:
         """A message has come that is of no use."""
@@ -61,7 +61,7 @@ class CameraWatch:
             self.note_trouble(sensor, "it sees nobody")
         return not is_frozen
 
-    def look(self, shown: Mapping[str, int]) -> None:
+    def check(self, shown: Mapping[str, int]) -> None:
         """Find out which cameras do not show the subject.
 
         Args:
@@ -72,7 +72,7 @@ class CameraWatch:
             count = shown.get(sensor, 0)
             camera.missed = 0 if count != camera.shown else camera.missed + 1
             camera.shown = count
-            if camera.missed >= MISSED_LOOKS and count > 0:
+            if camera.missed >= MISSED_CHECKS and count > 0:
                 silent = "it is silent: check its node and its cable"
                 self.missing[sensor] = camera.trouble if camera.frames else silent
             camera.frames = 0

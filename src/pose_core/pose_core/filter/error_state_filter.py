@@ -1,0 +1,158 @@
+"""The default filter of one body: its state, and the compiled steps that change it."""
+
+import numpy as np
+
+from pose_core.body.inverse_kinematics import dof_from_positions
+from pose_core.body.kinematics import ForwardKinematics
+from pose_core.body.model import BodyModel
+from pose_core.body.segment_tree import SegmentTree
+from pose_core.body.shape import BodyShape
+from pose_core.body.trunk import trunk_axes
+from pose_core.filter.camera import CameraFrame
+from pose_core.filter.constants import make_constants
+from pose_core.filter.imu import NO_IMUS, ImuReadings
+from pose_core.filter.layout import make_layout
+from pose_core.filter.motion import predict
+from pose_core.filter.published import predict_published
+from pose_core.filter.state import FilterState, start_state
+from pose_core.filter.step import StepResult, update_with_frame, update_with_imus
+from pose_core.filter.tuning import FilterTuning
+from pose_core.joints import JOINTS
+from pose_core.kernels.compiling import type_specialised
+from pose_core.kernels.joint_angle_extraction import PublishedState
+from pose_core.kernels.joint_kinematics import compute_joints
+from pose_core.kernels.left_right_swaps import undo_swaps
+from pose_core.streams.samples import FloatArray
+
+
+class ErrorStateFilter:
+    """Predict, then update with IMUs, then with each camera's frame.
+
+    Args:
+        model: The body model.
+        shape: The person's body measures.
+        sensors: Number of cameras.
+        tuning: The filter's parameters.
+        tracker_delay_s: Prior mean of the trackers' delays [s].
+    """
+
+    def __init__(
+        self,
+        model: BodyModel,
+        shape: BodyShape,
+        sensors: int,
+        tuning: FilterTuning,
+        tracker_delay_s: float,
+    ) -> None:
+        self._model, self._shape, self._tuning = model, shape, tuning
+        self._tree = SegmentTree(model, shape)
+        self._constants = make_constants(self._tree, tuning, tracker_delay_s)
+        self.layout = make_layout(len(self._tree.parents), len(self._tree.sliding_links))
+        self.state: FilterState | None = None
+        """None before the start, and after a result that is not finite."""
+        self.delays_s = np.full(sensors, self._constants.tracker_errors.known_delay_s)
+        """Estimated delay of each camera's tracker, (sensors,) [s]; a new start keeps it."""
+        self._delay_sums = np.zeros((sensors, 2))
+        self._readings = NO_IMUS  # at the state's instant
+        self._predict = type_specialised(predict)
+        self._update_with_imus = type_specialised(update_with_imus)
+        self._update_with_frame = type_specialised(update_with_frame)
+        self._predict_published = type_specialised(predict_published)
+        self._undo_swaps = type_specialised(undo_swaps)
+        self._compute_joints = type_specialised(compute_joints)
+
+    def start(self, joints: FloatArray) -> bool:
+        """Start at rest at measured joints, (15, 3) [m]; False if the trunk is not visible."""
+        if not np.all(np.isfinite(trunk_axes(joints))):
+            return False
+        kinematics = ForwardKinematics(self._model, self._shape.offsets, trunk_axes(joints))
+        dof = dof_from_positions(self._model, joints)
+        state = start_state(
+            self.layout,
+            len(self.delays_s),
+            self._tuning,
+            self._constants.motion.slide_variance,
+            dof[:3],
+            kinematics.pose(dof).rotations,
+        )
+        self.state = state._replace(delay=self.delays_s, delay_sums=self._delay_sums)
+        self._readings = NO_IMUS
+        return True
+
+    def predict(self, dt_s: float) -> None:
+        """Advance the state by ``dt_s`` [s]."""
+        assert self.state is not None
+        self._predict(self._constants.motion, self.state, dt_s)
+
+    def update_with_imus(self, readings: ImuReadings, information: FloatArray) -> bool:
+        """Update with aligned IMUs' samples at the state's instant; whether this succeeded.
+
+        See :func:`pose_core.filter.step.update_with_imus`.
+        """
+        assert self.state is not None
+        self._readings = readings
+        if not self._update_with_imus(self._constants, self.state, readings, information):
+            self.state = None
+        return self.state is not None
+
+    def update_with_frame(self, frame: CameraFrame, information: FloatArray) -> StepResult:
+        """Update with a camera's frame; see :func:`pose_core.filter.step.update_with_frame`."""
+        assert self.state is not None
+        result = self._update_with_frame(self._constants, self.state, frame, information)
+        if not result.is_finite:
+            self.state = None
+        return result
+
+    def undo_swaps(self, frame: CameraFrame) -> tuple[CameraFrame, int]:
+        """Correct left/right swaps of a frame's tracker; the frame, and the number of swaps."""
+        assert self.state is not None
+        pose, body = self.state.pose, self._constants.camera.body
+        levers, joints = np.zeros((len(JOINTS), self.layout.links, 3)), np.empty((len(JOINTS), 3))
+        self._compute_joints(body, pose.position, pose.rotations, pose.slides, levers, joints)
+        order = np.arange(len(JOINTS))
+        swaps = self._undo_swaps(frame.positions, joints, self._constants.swaps, order)
+        if swaps:
+            frame = frame._replace(
+                positions=frame.positions[order], tracking_state=frame.tracking_state[order]
+            )
+        return frame, swaps
+
+    def published(
+        self,
+        state: FilterState,
+        information: FloatArray,
+        scale: float,
+        ahead_s: float = 0.0,
+        readings: ImuReadings = NO_IMUS,
+    ) -> PublishedState:
+        """The published part of a state, at its instant or at a later one.
+
+        Args:
+            state: The filter's state, or a smoothed one.
+            information: Of the last updates, (2, links, 3, 3) [1/rad²]: by cameras, by IMUs.
+            scale: Factor of the variances [-].
+            ahead_s: Time since the state's instant [s].
+            readings: Samples of the aligned IMUs at the later instant.
+        """
+        links = self.layout.links
+        published = PublishedState(
+            position=np.empty(3),
+            velocity=np.empty(3),
+            rotations=np.empty((links, 3, 3)),
+            rates=np.empty((links, 3)),
+            joints=np.empty((len(JOINTS), 3)),
+            position_variance=np.empty(3),
+            covariance=np.empty((links, 3, 3)),
+            information=information,
+            scale=np.array([scale]),
+        )
+        self._predict_published(
+            self._constants,
+            state,
+            ahead_s,
+            self._readings,
+            readings,
+            self._tree.parents,
+            published,
+        )
+        return published
