@@ -23,8 +23,8 @@ from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.joints import JOINT_INDEX
-from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.joint_kinematics import compute_joints
+from pose_core.kernels.published_state import PublishedState
 
 MODEL = load_body_model("default")
 SHAPE = shape_of(MODEL, neutral_pose())

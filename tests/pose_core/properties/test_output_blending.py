@@ -11,10 +11,18 @@ from pose_core.kernels.output_blending import (
     elapsed_s,
     make_blending,
 )
+from pose_core.kernels.published_state import make_dof_estimate
 
 MS = 1_000_000
 LIMITS = np.radians([-110.0, 110.0])
 PERIOD_S = 0.01
+
+
+def estimate(value, rate=0.0, stddev_deg=2.0):
+    dof = make_dof_estimate(1)
+    dof.position[0], dof.velocity[0] = value, rate
+    dof.variance[0] = np.radians(stddev_deg) ** 2
+    return dof
 
 
 def publish(targets, rates, stddev_deg=2.0):
@@ -23,9 +31,9 @@ def publish(targets, rates, stddev_deg=2.0):
     blending.slow_s[0] = 0.0  # the start is over
     rows = []
     for k, (value, rate) in enumerate(zip(targets, rates, strict=True)):
-        target = np.array([value, rate, np.radians(stddev_deg) ** 2])
-        is_known = blend_angle(blending, 0, PERIOD_S if k else 0.0, target, LIMITS)
-        rows.append((blending.position[0], blending.velocity[0], is_known, target[2]))
+        dof = estimate(value, rate, stddev_deg)
+        is_known = blend_angle(blending, 0, PERIOD_S if k else 0.0, dof, LIMITS)
+        rows.append((blending.position[0], blending.velocity[0], is_known, dof.blended[0]))
     position, velocity, known, variance = (np.array(each) for each in zip(*rows, strict=True))
     return position, velocity, known, variance
 
@@ -57,7 +65,7 @@ def test_the_published_pose_has_no_steps_at_the_start():
     blending, position = make_blending(1), []
     for k, value in enumerate(saw):
         dt_s = elapsed_s(blending, 10**18 + 10 * MS * k)
-        blend_angle(blending, 0, dt_s, np.array([value, 0.0, np.radians(2.0) ** 2]), LIMITS)
+        blend_angle(blending, 0, dt_s, estimate(value), LIMITS)
         blending.stamp_ns[0] = 10**18 + 10 * MS * k
         position.append(blending.position[0])
     second = np.abs(np.diff(position, n=2))
@@ -71,8 +79,8 @@ def test_after_a_gap_the_published_pose_converges_without_a_step(silent_s):
     stamps_ns = 10**18 + np.round(1e9 * np.cumsum(gaps_s)).astype(np.int64)
     blending, position = make_blending(1), []
     for k, stamp_ns in enumerate(stamps_ns.tolist()):
-        target = np.array([0.0 if k < 10 else np.radians(80.0), 0.0, np.radians(2.0) ** 2])
-        blend_angle(blending, 0, elapsed_s(blending, stamp_ns), target, LIMITS)
+        dof = estimate(0.0 if k < 10 else np.radians(80.0))
+        blend_angle(blending, 0, elapsed_s(blending, stamp_ns), dof, LIMITS)
         blending.stamp_ns[0] = stamp_ns
         position.append(blending.position[0])
     steps = np.abs(np.diff(position))

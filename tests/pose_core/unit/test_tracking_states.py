@@ -7,7 +7,7 @@ from synthetic_body import MODEL
 
 from pose_core.body.kinematics import model_arrays
 from pose_core.joints import JOINTS
-from pose_core.kernels.joint_angle_extraction import PublishedState
+from pose_core.kernels.published_state import PublishedState
 from pose_core.kernels.tracking_states import tracking_states
 
 POSES, LINKS = 40, len(MODEL.link_names)

@@ -5,6 +5,7 @@ from pose_core.body.model import load_body_model
 from pose_core.estimators.uncertainty import LIVE, coefficients_of
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.kernels.output import published_variance
+from pose_core.kernels.published_state import make_dof_estimate
 
 MODEL = load_body_model("default")
 KNEE, NECK = (MODEL.dof_names.index(name) for name in ("left_knee_flexion", "neck_flexion"))
@@ -13,9 +14,10 @@ KNEE, NECK = (MODEL.dof_names.index(name) for name in ("left_knee_flexion", "nec
 def variance(distance, velocity=0.0, weight_imu=0.0, blended=0.0):
     size = MODEL.size
     out = np.empty(size)
+    dof = make_dof_estimate(size)
+    dof.variance[:], dof.blended[:] = 0.01, blended
     published_variance(
-        np.full(size, 0.01),
-        np.full(size, blended),
+        dof,
         np.full(size, velocity),
         np.full(size, weight_imu),
         variance_scale(np.array([distance])),

@@ -23,8 +23,8 @@ from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.imu.sensor_to_segment import SensorsToSegments
-from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
+from pose_core.kernels.published_state import PublishedState
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 

@@ -11,7 +11,7 @@ from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import TimedPose
-from pose_core.kernels.joint_angle_extraction import PublishedState
+from pose_core.kernels.published_state import PublishedState
 from pose_core.stamps import NS_PER_S
 
 ORDERED_NS = NS_PER_S // 4  # frames at most this late are processed in stamp order

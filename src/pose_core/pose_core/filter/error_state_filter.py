@@ -19,9 +19,9 @@ from pose_core.filter.step import StepResult, update_with_frame, update_with_imu
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS
 from pose_core.kernels.compiling import type_specialised
-from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.joint_kinematics import compute_joints
 from pose_core.kernels.left_right_swaps import undo_swaps
+from pose_core.kernels.published_state import PublishedState
 from pose_core.streams.samples import FloatArray
 
 

@@ -22,8 +22,8 @@ from pose_core.filter.layout import rotation_column
 from pose_core.filter.motion import predict_mean, rate_decay
 from pose_core.filter.state import FilterState, Pose
 from pose_core.kernels.compiling import compiled, compiled_in_place
-from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.joint_kinematics import compute_joints
+from pose_core.kernels.published_state import PublishedState
 from pose_core.kernels.rotations import exponential, product, rotate_left
 from pose_core.streams.samples import FloatArray
 

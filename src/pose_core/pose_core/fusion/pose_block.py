@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from pose_core.body.model import BodyModel
 from pose_core.fusion.estimates import EstimateBlock
-from pose_core.kernels.joint_angle_extraction import PublishedState
 from pose_core.kernels.link_frames import compute_link_transforms
+from pose_core.kernels.published_state import PublishedState
 from pose_core.streams.samples import FloatArray
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ModelArrays
+from pose_core.kernels.published_state import DofEstimate, PublishedState
 from pose_core.kernels.rotations import logarithm, transposed_product
 from pose_core.kernels.small_matrices import Symmetric, inverse
 from pose_core.kernels.vectors import dot
@@ -16,20 +17,6 @@ RATE_DAMPING = 0.05  # [-] damping of the rates where two axes of a joint nearly
 VARIANCE_DAMPING = 0.1  # [-] the same for the variance of an angle
 LIMIT_WEIGHT = 4.0  # [-] weight of a squared violation of limits, relative to a squared change
 NEARLY_NEUTRAL = np.cos(np.radians(45.0))  # [-] of a tilt, below which angles are unique
-
-
-class PublishedState(NamedTuple):
-    """The published part of a filter state; for n states, n rows of each."""
-
-    position: FloatArray  # (3,) [m] of the root
-    velocity: FloatArray  # (3,) [m/s]
-    rotations: FloatArray  # (links, 3, 3): R_map_link
-    rates: FloatArray  # (links, 3) [rad/s] in map
-    joints: FloatArray  # (joints, 3) [m] in map, including slides
-    position_variance: FloatArray  # (3,) [m²] of the root's position
-    covariance: FloatArray  # (links, 3, 3) [rad²] of each link's rotation relative to its parent
-    information: FloatArray  # (2, links, 3, 3) [1/rad²] of each source on each link
-    scale: FloatArray  # (1,) [-] of the variances
 
 
 @compiled_in_place
@@ -186,7 +173,7 @@ def extract_pose(
     rotations: FloatArray,
     state: PublishedState,
     previous: FloatArray,
-    out: FloatArray,
+    out: DofEstimate,
 ) -> None:
     """Extract all degrees of freedom.
 
@@ -196,7 +183,7 @@ def extract_pose(
         rotations: Published ``R_map_link``, (links, 3, 3).
         state: Rates, covariance and information.
         previous: The previous degrees of freedom, (d,).
-        out: (5, d): values, rates, variances, then each source's information.
+        out: Filled, except ``blended``.
     """
     work = make_workspace()
     extract_root(model, position, rotations, state, previous, work, out)
@@ -245,24 +232,24 @@ def extract_root(
     state: PublishedState,
     previous: FloatArray,
     work: Workspace,
-    out: FloatArray,
+    out: DofEstimate,
 ) -> None:
     """Extract the degrees of freedom of the root; see :func:`extract_pose`."""
     for axis in range(3):
-        out[0, axis], out[1, axis] = position[axis], state.velocity[axis]
-        out[2, axis] = state.position_variance[axis]
+        out.position[axis], out.velocity[axis] = position[axis], state.velocity[axis]
+        out.variance[axis] = state.position_variance[axis]
     for link in range(len(model.parents)):
         if model.parents[link] >= 0:
             continue
         logarithm(rotations[link], work.vector)
-        continuous_vector(work.vector, previous[3:6], out[0, 3:6])
+        continuous_vector(work.vector, previous[3:6], out.position[3:6])
         for axis in range(3):
-            out[1, 3 + axis] = state.rates[link, axis]
-            out[2, 3 + axis] = state.covariance[link, axis, axis]
+            out.velocity[3 + axis] = state.rates[link, axis]
+            out.variance[3 + axis] = state.covariance[link, axis, axis]
         for source in range(2):
             own = state.information[source, link]
             for at in range(6):
-                out[3 + source, at] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
+                out.information[source, at] = (own[0, 0] + own[1, 1] + own[2, 2]) / 3.0
 
 
 @compiled_in_place
@@ -273,7 +260,7 @@ def extract_link(
     state: PublishedState,
     previous: FloatArray,
     work: Workspace,
-    out: FloatArray,
+    out: DofEstimate,
 ) -> None:
     """Extract one link's degrees of freedom; see :func:`extract_pose`."""
     count, parent = model.dof_count[link], model.parents[link]
@@ -297,5 +284,5 @@ def extract_link(
                 kinects += A[k, a] * state.information[0, link, a, b] * A[k, b]
                 imus += A[k, a] * state.information[1, link, a, b] * A[k, b]
         at = dof[k]
-        out[0, at], out[1, at], out[2, at] = angles[k], rates[k, 0], variance
-        out[3, at], out[4, at] = kinects, imus
+        out.position[at], out.velocity[at], out.variance[at] = angles[k], rates[k, 0], variance
+        out.information[0, at], out.information[1, at] = kinects, imus

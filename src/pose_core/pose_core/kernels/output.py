@@ -8,13 +8,10 @@ from numpy.typing import NDArray
 from pose_core.kernels.axial_rotation import Hinges, rotate_into_hinge_planes
 from pose_core.kernels.compiling import compiled, compiled_in_place
 from pose_core.kernels.forward_kinematics import ROOT_DOF, ModelArrays, compute_links
-from pose_core.kernels.joint_angle_extraction import (
-    PublishedState,
-    continuous_vector,
-    extract_pose,
-)
+from pose_core.kernels.joint_angle_extraction import continuous_vector, extract_pose
 from pose_core.kernels.link_frames import compute_link_transforms
 from pose_core.kernels.output_blending import BLEND_S, Blending, blend_angle, decay, elapsed_s
+from pose_core.kernels.published_state import DofEstimate, PublishedState, make_dof_estimate
 from pose_core.kernels.rotations import logarithm, product_transposed, rotate_left
 from pose_core.streams.samples import FloatArray
 
@@ -62,7 +59,7 @@ def output_states(
         blending: The last output; updated.
         output: Filled.
     """
-    of_dof = np.zeros((6, len(blending.position)))
+    dof = make_dof_estimate(len(blending.position))
     rotations = np.empty(states.rotations.shape[1:])
     for n in range(len(states.position)):
         state = PublishedState(
@@ -78,21 +75,19 @@ def output_states(
         )
         rotations[:] = state.rotations
         rotate_into_hinge_planes(rotations, body.hinges)
-        extract_pose(body.model, state.position, rotations, state, blending.position, of_dof)
-        share_out(of_dof[3:5], MIN_INFORMATION, of_dof[3:5], output.source[n])
-        blend(body, int(stamps_ns[n]), rotations[0], blending, of_dof, output.is_known[n])
+        extract_pose(body.model, state.position, rotations, state, blending.position, dof)
+        share_out(dof.information, output.weight_kinect[n], output.weight_imu[n], output.source[n])
+        blend(body, int(stamps_ns[n]), rotations[0], blending, dof, output.is_known[n])
         published_variance(
-            of_dof[2],
-            of_dof[5],
+            dof,
             blending.velocity,
-            of_dof[4],
+            output.weight_imu[n],
             state.scale[0],
             body.variance_calibration,
             output.variance[n],
         )
         output.position[n], output.velocity[n] = blending.position, blending.velocity
         move_along(state, blending, output.joints[n])
-        output.weight_kinect[n], output.weight_imu[n] = of_dof[3], of_dof[4]
         compute_links(
             body.model,
             np.eye(3),
@@ -115,7 +110,7 @@ def blend(
     stamp_ns: int,
     R_map_root: FloatArray,
     blending: Blending,
-    of_dof: FloatArray,
+    dof: DofEstimate,
     is_known: NDArray[np.bool_],
 ) -> None:
     """Blend one state's degrees of freedom with the last output.
@@ -125,53 +120,49 @@ def blend(
         stamp_ns: [ns].
         R_map_root: The root's rotation, (3, 3).
         blending: The last output; updated.
-        of_dof: The filter's values, rates, variances and both sources' information, and the
-            variance that blending adds, which is filled, (6, d).
+        dof: The filter's estimate; the root's becomes the published one, and what blending adds
+            to the variances is filled in.
         is_known: Filled, (d,).
     """
     dt_s = elapsed_s(blending, stamp_ns)
-    of_dof[5] = 0.0
-    blend_root(dt_s, R_map_root, blending, of_dof)
+    dof.blended[:] = 0.0
+    blend_root(dt_s, R_map_root, blending, dof)
     is_known[:ROOT_DOF] = True
-    target = np.empty(3)
     for at in range(ROOT_DOF, len(is_known)):
-        for row in range(3):
-            target[row] = of_dof[row, at]
-        is_known[at] = blend_angle(blending, at, dt_s, target, body.limits[at])
-        of_dof[5, at] = target[2]
+        is_known[at] = blend_angle(blending, at, dt_s, dof, body.limits[at])
     blending.stamp_ns[0] = stamp_ns
 
 
 @compiled
-def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, of_dof: FloatArray) -> None:
+def blend_root(dt_s: float, R_map_root: FloatArray, blending: Blending, dof: DofEstimate) -> None:
     """Blend the root's position and, on the manifold, its rotation; see :func:`blend`."""
     R, apart, turn = np.empty((3, 3)), np.empty((3, 3)), np.zeros(3)
     R[:] = R_map_root
     if dt_s > 0.0:
         for axis in range(3):
-            v, w = of_dof[1, axis], of_dof[1, 3 + axis]
-            e = blending.position[axis] - (of_dof[0, axis] - v * dt_s)
+            v, w = dof.velocity[axis], dof.velocity[3 + axis]
+            e = blending.position[axis] - (dof.position[axis] - v * dt_s)
             e, e_rate = decay(blending, e, blending.velocity[axis] - v, BLEND_S, dt_s)
-            of_dof[0, axis] += e
-            of_dof[1, axis] += e_rate
-            of_dof[5, axis] = e**2
-        w_x, w_y, w_z = of_dof[1, 3], of_dof[1, 4], of_dof[1, 5]
+            dof.position[axis] += e
+            dof.velocity[axis] += e_rate
+            dof.blended[axis] = e**2
+        w_x, w_y, w_z = dof.velocity[3], dof.velocity[4], dof.velocity[5]
         rotate_left(-dt_s * w_x, -dt_s * w_y, -dt_s * w_z, R)
         product_transposed(blending.R_map_root, R, apart)
         logarithm(apart, turn)
         for axis in range(3):
-            w = of_dof[1, 3 + axis]
+            w = dof.velocity[3 + axis]
             rate = blending.velocity[3 + axis] - w
             turn[axis], e_rate = decay(blending, turn[axis], rate, BLEND_S, dt_s)
-            of_dof[1, 3 + axis] += e_rate
-            of_dof[5, 3 + axis] = turn[axis] ** 2
+            dof.velocity[3 + axis] += e_rate
+            dof.blended[3 + axis] = turn[axis] ** 2
         R[:] = R_map_root
         rotate_left(turn[0], turn[1], turn[2], R)
         logarithm(R, turn)
-        continuous_vector(turn, blending.position[3:6], of_dof[0, 3:6])
+        continuous_vector(turn, blending.position[3:6], dof.position[3:6])
     blending.R_map_root[:] = R
     for at in range(ROOT_DOF):
-        blending.position[at], blending.velocity[at] = of_dof[0, at], of_dof[1, at]
+        blending.position[at], blending.velocity[at] = dof.position[at], dof.velocity[at]
 
 
 @compiled
@@ -190,28 +181,30 @@ def move_along(state: PublishedState, blending: Blending, joints: FloatArray) ->
 
 @compiled_in_place
 def share_out(
-    information: FloatArray, least: float, share: FloatArray, source: NDArray[np.uint8]
+    information: FloatArray,
+    weight_kinect: FloatArray,
+    weight_imu: FloatArray,
+    source: NDArray[np.uint8],
 ) -> None:
     """Weight of each source in an update's information, and the resulting source.
 
     Args:
         information: Information of Kinects and of IMUs, (2, d).
-        least: Lower bound of the information that counts.
-        share: Filled, (2, d) [-]; may be the information itself.
+        weight_kinect: Filled, (d,) [-].
+        weight_imu: Filled, (d,) [-].
         source: Filled, (d,): 1 Kinects, 2 IMUs, 3 both, 0 neither, as in ``estimates.Source``.
     """
     for at in range(len(source)):
         kinects, imus = information[0, at], information[1, at]
         total = kinects + imus
-        share[0, at] = kinects / total if total > least else 0.0
-        share[1, at] = imus / total if total > least else 0.0
-        source[at] = (1 if kinects > least else 0) + (2 if imus > least else 0)
+        weight_kinect[at] = kinects / total if total > MIN_INFORMATION else 0.0
+        weight_imu[at] = imus / total if total > MIN_INFORMATION else 0.0
+        source[at] = (1 if kinects > MIN_INFORMATION else 0) + (2 if imus > MIN_INFORMATION else 0)
 
 
 @compiled_in_place
 def published_variance(
-    variance: FloatArray,
-    blended: FloatArray,
+    dof: DofEstimate,
     velocity: FloatArray,
     weight_imu: FloatArray,
     scale: float,
@@ -221,14 +214,13 @@ def published_variance(
     """Calibrated variances; see :mod:`pose_core.estimators.uncertainty`.
 
     Args:
-        variance: The filter's, (d,).
-        blended: What output blending adds, (d,).
-        velocity: (d,).
+        dof: The filter's estimate.
+        velocity: The published one, (d,) [m/s] or [rad/s].
         weight_imu: Share of the IMUs, (d,) [-].
         scale: Of the variances [-].
-        calibration: Coefficients f [-], T [s] and s, without and with an IMU,
+        calibration: Coefficients f [-], T [s] and s [m] or [rad], without and with an IMU,
             (2, 3, d).
-        out: Filled, (d,); may be the filter's.
+        out: Filled, (d,) [m²] or [rad²].
     """
     for at in range(len(out)):
         which = 1 if weight_imu[at] > 0.0 else 0
@@ -238,4 +230,4 @@ def published_variance(
             calibration[which, 2, at],
         )
         moved = late_s * velocity[at]
-        out[at] = factor * scale * variance[at] + moved**2 + stddev**2 + blended[at]
+        out[at] = factor * scale * dof.variance[at] + moved**2 + stddev**2 + dof.blended[at]

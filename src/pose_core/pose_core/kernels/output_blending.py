@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.kernels.compiling import compiled_in_place
+from pose_core.kernels.published_state import DofEstimate
 from pose_core.streams.samples import FloatArray
 
 BLEND_S = 0.005  # [s] 1/k of a certain angle
@@ -96,7 +97,7 @@ def blend_angle(
     blending: Blending,
     at: int,
     dt_s: float,
-    target: FloatArray,
+    dof: DofEstimate,
     limits: FloatArray,
 ) -> bool:
     """Blend one joint angle; return whether it is known.
@@ -105,22 +106,21 @@ def blend_angle(
         blending: The angle and its rate are updated.
         at: Index of the degree of freedom.
         dt_s: See :func:`elapsed_s`.
-        target: The filter's value [rad], rate [rad/s] and variance [rad²], (3,); the variance
-            is replaced by what blending adds to it.
+        dof: The filter's estimate; what blending adds to the variance is filled in.
         limits: Lower and upper limit, (2,) [rad].
     """
     before, rate_before = blending.position[at], blending.velocity[at]
-    goal = min(max(target[0], limits[0]), limits[1])
-    rate = min(max(target[1], -LARGEST_RATE), LARGEST_RATE)
-    excess = abs(target[0] - goal)
+    goal = min(max(dof.position[at], limits[0]), limits[1])
+    rate = min(max(dof.velocity[at], -LARGEST_RATE), LARGEST_RATE)
+    excess = abs(dof.position[at] - goal)
     is_known = excess <= UNKNOWN_BEYOND
     if not is_known and dt_s > 0.0:
         goal = before
-    if (excess > 0.0 and rate * (target[0] - goal) > 0.0) or not is_known:
+    if (excess > 0.0 and rate * (dof.position[at] - goal) > 0.0) or not is_known:
         rate = 0.0
     e = e_rate = 0.0
     if dt_s > 0.0:
-        unsure = target[2] / SURE_STDDEV**2
+        unsure = dof.variance[at] / SURE_STDDEV**2
         blend_s = min(BLEND_S * max(unsure, 1.0), LONGEST_BLEND_S)
         if blending.slow_s[0] > 0.0:
             blend_s = max(blend_s, CALM_BLEND_S)
@@ -133,5 +133,5 @@ def blend_angle(
     is_known = is_known and abs(e) <= UNKNOWN_APART
     blending.unknown_s[at] = 0.0 if is_known else blending.unknown_s[at] + dt_s
     grown = min(excess + UNKNOWN_GROWTH * blending.unknown_s[at], LARGEST_UNKNOWN)
-    target[2] = grown**2 + e**2
+    dof.blended[at] = grown**2 + e**2
     return is_known

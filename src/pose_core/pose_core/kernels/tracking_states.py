@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pose_core.joints import TrackingState
 from pose_core.kernels.compiling import compiled
 from pose_core.kernels.forward_kinematics import ModelArrays
-from pose_core.kernels.joint_angle_extraction import PublishedState
+from pose_core.kernels.published_state import PublishedState
 
 TRACKED_STDDEV = 0.25  # [m] bound for TRACKED, over the three axes
 INFERRED_STDDEV = 0.60  # [m] bound for INFERRED, over the three axes
