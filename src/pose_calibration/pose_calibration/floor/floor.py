@@ -27,9 +27,9 @@ from pose_core.joints import JOINT_INDEX
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height between positions
 ANKLE_HEIGHT_STDDEV_M = 0.02  # [m] between people, shoes and sensors
-FOOT_SLOPE_STDDEV = np.radians(2.0)  # [rad] systematic error of ankle heights with the distance
+FOOT_SLOPE_STDDEV = np.radians(4.0)  # [rad] systematic error of ankle heights with the distance
 WEAK_PRIOR = np.radians(20.0)  # [rad] of the slope, if the feet alone do not determine it
-BODY_STDDEV = np.radians(1.5)  # [rad] of a standing person's long axis from the vertical
+BODY_STDDEV = np.radians(3.0)  # [rad] of a standing person's long axis from the vertical
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
 STRAIGHT_KNEE = np.radians(25.0)  # [rad] flexion up to which a leg is straight

@@ -12,11 +12,13 @@ from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import mean_of_sensors
 from pose_core.filter.camera import CameraFrame
 from pose_core.filter.error_state_filter import ErrorStateFilter
+from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_alignments import ImuAlignments
 from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
+from pose_core.filter.tracker_errors import LONGEST_GAP_S
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
@@ -43,6 +45,7 @@ class DefaultEstimator(StepwiseEstimator):
         "filter_starts",
         "filter_restarts_gap",
         "filter_restarts_strayed",
+        "filter_restarts_backwards",
         "filter_restarts_numerical",
         "frames_without_trunk",
         "frames_too_late",
@@ -71,6 +74,7 @@ class DefaultEstimator(StepwiseEstimator):
             model, shape, sensors, self.tuning, parameters.tracker_delay
         )
         self._alignments = ImuAlignments(model, self.tuning.imu.spine_bend)
+        self._facing = FacingCheck()
         self._stamp_ns = 0
         self._diverged_since_ns: int | None = None
         self._nis = np.full(1, CONSISTENT_NIS)
@@ -196,7 +200,11 @@ class DefaultEstimator(StepwiseEstimator):
         for sensor, joints in enumerate(observation.tracking_state.tolist()):
             if not any(joints) or not self._uses_cameras():
                 continue
-            frame = self._frame(observation, sensor, late_s)
+            frame, is_backwards = self._frame(observation, sensor, late_s)
+            if is_backwards:
+                self.counters.add("filter_restarts_backwards")
+                self._start(observation)
+                return result
             result = self._filter.update_with_frame(frame, information[0])
             if not result.is_finite:
                 self.counters.add("filter_restarts_numerical")
@@ -207,19 +215,24 @@ class DefaultEstimator(StepwiseEstimator):
             self._filter.state = self._alignments.observe(observation, self._filter.state)
         return result
 
-    def _frame(self, observation: Observation, sensor: int, late_s: float) -> CameraFrame:
-        """One camera's frame, with left/right swaps of its tracker corrected."""
-        frame, swaps = self._filter.undo_swaps(
-            CameraFrame(
-                sensor,
-                np.ascontiguousarray(observation.positions[sensor]),
-                np.ascontiguousarray(observation.tracking_state[sensor]),
-                np.ascontiguousarray(observation.cameras[sensor]),
-                late_s,
-            )
+    def _frame(
+        self, observation: Observation, sensor: int, late_s: float
+    ) -> tuple[CameraFrame, bool]:
+        """One camera's frame with its swaps corrected; whether the state faces backwards."""
+        assert self._filter.state is not None
+        measured = CameraFrame(
+            sensor,
+            np.ascontiguousarray(observation.positions[sensor]),
+            np.ascontiguousarray(observation.tracking_state[sensor]),
+            np.ascontiguousarray(observation.cameras[sensor]),
+            late_s,
         )
+        frame, swaps = self._filter.undo_swaps(measured)
         self.counters.add("sides_swapped", swaps)
-        return frame
+        state = self._filter.state
+        passed_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
+        is_backwards = self._facing.faces_backwards(frame, state.pose.rotations[0], passed_s, swaps)
+        return frame, is_backwards
 
     def _uses_cameras(self) -> bool:
         """Whether the filter uses the cameras' frames."""

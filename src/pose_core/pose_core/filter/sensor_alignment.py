@@ -55,7 +55,7 @@ class AlignmentTuning:
 
     axis_stddev: float = 0.12  # [rad] of a link's axis by the cameras, in addition to the filter's
     axis_late: float = 0.06  # [s] in addition for each unit of angular rate
-    unknown_axis: float = 0.35  # [rad] beyond which an axis is not used
+    unknown_axis: float = 0.7  # [rad] beyond which an axis is not used
     independent_s: float = 0.4  # [s] correlation time of the cameras' errors
     memory: float = 60.0  # [s] time constant of the sums
     gap: float = 4.0  # [-] required lead of the best heading in log-likelihood

@@ -1,0 +1,79 @@
+"""Detects a state that faces backwards, from the knees, which bend forwards only.
+
+A tracker that sees a person from behind may exchange left and right. If the person turns meanwhile
+and joints are lost, the filter may take back for front. Then it exchanges the sides of frames whose
+sides are right (:mod:`pose_core.kernels.left_right_swaps`), and stays as it is. But bent knees
+point forwards, whichever leg is called left.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pose_core.filter.camera import CameraFrame
+from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.kernels.compiling import compiled_in_place, type_specialised
+from pose_core.streams.samples import FloatArray
+
+LEGS = np.array(
+    [[JOINT_INDEX[f"{side}_{name}"] for name in ("hip", "knee", "foot")] for side in SIDES],
+    np.int64,
+)
+TRACKED = int(TrackingState.TRACKED)
+LEAST_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
+LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
+BACKWARDS_S = 0.5  # [s] of knees that point backwards, after which the state is wrong
+LARGEST_S = 1.0  # [s] bound of that time, and of the opposite
+
+
+class FacingCheck:
+    """Sums the time for which bent knees point forwards, minus that for which they do not."""
+
+    def __init__(self) -> None:
+        self._forwards_s = 0.0
+        self._knees_forwards = type_specialised(knees_forwards)
+
+    def faces_backwards(
+        self, frame: CameraFrame, R_map_pelvis: FloatArray, passed_s: float, swaps: int
+    ) -> bool:
+        """Add a frame; whether its sides are right, and the state's are not.
+
+        Args:
+            frame: A camera's frame.
+            R_map_pelvis: The state's, (3, 3).
+            passed_s: Time that the frame stands for [s].
+            swaps: Number of limb pairs, arms and legs, that the filter exchanged in it.
+        """
+        legs = self._knees_forwards(frame.positions, frame.tracking_state, R_map_pelvis)
+        sum_s = self._forwards_s + legs * passed_s
+        self._forwards_s = min(max(sum_s, -LARGEST_S), LARGEST_S)
+        if swaps == 0 or self._forwards_s > -BACKWARDS_S:
+            return False
+        self._forwards_s = 0.0
+        return True
+
+
+@compiled_in_place
+def knees_forwards(
+    joints: FloatArray, tracking_state: NDArray[np.uint8], R_map_pelvis: FloatArray
+) -> int:
+    """Number of bent knees that point forwards, minus those that point backwards.
+
+    Args:
+        joints: In map, (15, 3) [m].
+        tracking_state: (15,).
+        R_map_pelvis: (3, 3), x forwards.
+    """
+    count = 0
+    for hip, knee, foot in LEGS:
+        if tracking_state[hip] + tracking_state[knee] + tracking_state[foot] < 3 * TRACKED:
+            continue
+        along = squared = 0.0
+        for axis in range(3):
+            bend = joints[knee, axis] - 0.5 * (joints[hip, axis] + joints[foot, axis])
+            along += bend * R_map_pelvis[axis, 0]
+            squared += bend * bend
+        if squared > LEAST_BEND**2:  # not of NaN
+            count += (along > LEAST_COSINE * np.sqrt(squared)) - (
+                along < -LEAST_COSINE * np.sqrt(squared)
+            )
+    return count
