@@ -156,9 +156,9 @@ class ObservationRecorder:
     def is_still(self) -> bool:
         """Whether all IMUs have recent samples and rotate slowly."""
         rates = [
-            float(np.linalg.norm(reading.angular_velocity))
+            rate
             for instant in self._standing
-            for reading in instant.readings.values()
+            for rate in np.linalg.norm(instant.readings.angular_velocity, axis=1)
         ]
         return bool(rates) and float(np.percentile(rates, 90.0)) < STILL_RATE
 
@@ -216,7 +216,8 @@ def _axes(
     """Long axes and lines, (n, s, 3), of joints [m], (n, 15, 3); NaN without the trunk's axes."""
     long, line = np.full((2, len(joints), len(segments), 3), np.nan)
     trunk = trunk_axes(joints)
-    joints = np.where(np.isfinite(trunk).all(axis=(1, 2))[:, None, None], joints, np.nan)
+    is_known = np.asarray(np.isfinite(trunk).all(axis=(1, 2)))
+    joints = np.where(is_known[:, None, None], joints, np.nan)
     for i, segment in enumerate(segments):
         start, end = model.ends(model.segments[segment])
         direction = model.joints[end].direction

@@ -5,7 +5,7 @@ from dataclasses import replace
 from enum import Enum
 
 from pose_calibration.body_measures import measure_body
-from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offset
+from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.floor.gravity import AccelerometerGravity
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
@@ -305,15 +305,10 @@ class LiveCalibration:
 
     def _find_clocks(self) -> bool:
         """Estimate the clocks' offsets; returns whether the alignment in time has changed."""
-        by_sensor = self._memory.by_sensor()
-        reference, *others = self.parameters.sensors
-        self.clock_offsets = {
-            name: estimate_clock_offset(
-                by_sensor.get(reference, []), by_sensor.get(name, []), self.parameters.max_offset
-            )
-            for name in others
-        }
-        clocks = {n: one.clock for n, one in self.clock_offsets.items() if one.clock is not None}
+        parameters = self.parameters
+        self.clock_offsets, clocks = estimate_clock_offsets(
+            self._memory.by_sensor(), parameters.sensors, parameters.max_offset
+        )
         changed = moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS
         if changed:
             self._use_clocks(clocks)
