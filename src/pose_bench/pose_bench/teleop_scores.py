@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
+from pose_core.stamps import nanoseconds
 from pose_io.bags import BagReader, open_bag
 from pose_io.robot_motion import COMMAND, ROBOT, TARGET, JointMotion, read_joint_motion
-from pose_io.skeleton_messages import stamp_ns
 from pose_teleop.arm_controller import command_limits
 from pose_teleop.parameters import ArmParameters
 from pose_teleop.robot_arm import RobotArm
@@ -102,7 +102,7 @@ def _first_points(bag: BagReader) -> tuple[NDArray[np.int64], FloatArray]:
     for message in bag.messages([TRAJECTORY]):
         content = bag.deserialize(message)
         first = content.points[0]
-        sent_ns.append(stamp_ns(content.header))
+        sent_ns.append(nanoseconds(content.header.stamp))
         points.append([first.positions, first.velocities, first.accelerations])
     return np.array(sent_ns, np.int64), np.array(points, float)
 

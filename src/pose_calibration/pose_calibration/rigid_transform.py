@@ -33,7 +33,6 @@ class RobustFit:
     T_target_source: FloatArray  # (4, 4)
     residuals: FloatArray  # (n,) [m] distance of each pair after the transform
     weights: FloatArray  # (n,) [-] robust weight, 0 for an outlier, 1 for perfect agreement
-    sigma: float  # [m] robust standard deviation of one coordinate
 
 
 def spread(points: FloatArray, weights: FloatArray | None = None) -> FloatArray:
@@ -112,23 +111,24 @@ def estimate_rigid_transform_robustly(source: FloatArray, target: FloatArray) ->
     T, _ = estimate_rigid_transform(source, target)
     T = _best_hypothesis(source, target, T)
     for _ in range(MAX_ITERATIONS):
-        residuals, robust, sigma = _reweighted(T, source, target)
+        _, robust = _reweighted(T, source, target)
         previous = T
         T, _ = estimate_rigid_transform(source, target, robust)
         moved = transformed(T - previous, source)
         if np.sqrt(_squared_lengths(moved).mean()) < CONVERGED_M:
             break
-    residuals, robust, sigma = _reweighted(T, source, target)
-    return RobustFit(T_target_source=T, residuals=residuals, weights=robust, sigma=sigma)
+    residuals, robust = _reweighted(T, source, target)
+    return RobustFit(T_target_source=T, residuals=residuals, weights=robust)
 
 
 def _reweighted(
     T: FloatArray, source: FloatArray, target: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, FloatArray]:
+    """Residuals [m] of the pairs, and Tukey's weights of their median."""
     residuals = np.sqrt(_squared_lengths(target - transformed(T, source)))
     sigma = max(MIN_SIGMA_M, float(np.median(residuals)) / MAXWELL_MEDIAN)
     ratio = np.minimum(residuals / (TUKEY * sigma), 1.0)
-    return residuals, (1.0 - ratio**2) ** 2, sigma
+    return residuals, (1.0 - ratio**2) ** 2
 
 
 def _best_hypothesis(source: FloatArray, target: FloatArray, fallback: FloatArray) -> FloatArray:

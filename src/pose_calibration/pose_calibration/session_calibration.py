@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pose_calibration.body_measures import measure_body
-from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offset
+from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import (
     CalibrationLimits,
     ExtrinsicsCalibrator,
@@ -77,8 +77,8 @@ def calibrate(
         CalibrationError: If the recording does not determine it; the message says why.
     """
     by_sensor, memory = _sorted(samples, sensors)
-    offsets = _clock_offsets(by_sensor, max_clock_offset_s) if find_clock_offsets else {}
-    clocks = {name: one.clock for name, one in offsets.items() if one.clock is not None}
+    searched = sensors if find_clock_offsets else sensors[:1]
+    offsets, clocks = estimate_clock_offsets(by_sensor, searched, max_clock_offset_s)
     frames = _aligned(by_sensor, clocks)
     calibrator = ExtrinsicsCalibrator(sensors, limits, mounting)
     for frame in frames:
@@ -153,11 +153,11 @@ def complete(
     if extrinsics.clocks:
         return extrinsics
     duration_s = (samples[-1].stamp_ns - samples[0].stamp_ns) / NS_PER_S
+    offsets, clocks = estimate_clock_offsets(by_sensor, extrinsics.sensors, max_clock_offset_s)
     clocks = {
-        name: one.clock
-        for name, one in _clock_offsets(by_sensor, max_clock_offset_s).items()
-        if one.clock is not None
-        and abs(one.estimate_s) + abs(one.clock.drift) * duration_s > LEAST_CLOCK_OFFSET_S
+        name: clock
+        for name, clock in clocks.items()
+        if abs(offsets[name].estimate_s) + abs(clock.drift) * duration_s > LEAST_CLOCK_OFFSET_S
     }
     extrinsics = replace(extrinsics, clocks=clocks)
     if memory.segments:
@@ -169,17 +169,6 @@ def complete(
 
 def _all(by_sensor: Mapping[str, Sequence[SkeletonSample]]) -> list[SkeletonSample]:
     return [one for ones in by_sensor.values() for one in ones]
-
-
-def _clock_offsets(
-    by_sensor: Mapping[str, Sequence[SkeletonSample]], max_offset_s: float
-) -> dict[str, ClockOffset]:
-    """Offset of each sensor's clock but the first one's, the reference."""
-    reference, *others = by_sensor
-    return {
-        name: estimate_clock_offset(by_sensor[reference], by_sensor[name], max_offset_s)
-        for name in others
-    }
 
 
 def _frames_and_blocks(

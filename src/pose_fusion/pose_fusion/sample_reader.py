@@ -1,7 +1,8 @@
 """Messages of cameras and IMUs read into samples that a pipeline may use."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -95,8 +96,24 @@ class SampleReader:
             now_ns: The host's clock [ns].
             clocks: Clocks that correct the stamps afterwards.
         """
-        block, _ = imu_block(datas)
-        self.counters.add("imu_without_orientation", sum(map(len, datas.values())) - len(block))
-        if self.judge is not None:
-            block = self.judge.imus(block, now_ns, clocks)
-        return block.rows(np.argsort(block.stamps_ns))
+        if self.judge is None:
+            return read_imus(datas, self.counters)
+        check = partial(self.judge.imus, arrival_ns=now_ns, clocks=clocks)
+        return read_imus(datas, self.counters, check)
+
+
+def read_imus(
+    datas: Mapping[str, Sequence[bytes]],
+    counters: Counters,
+    check: Callable[[ImuBlock], ImuBlock] | None = None,
+) -> ImuBlock:
+    """The samples in serialised messages by segment, in the order of their stamps.
+
+    Messages without an orientation are counted and left out. ``check`` gets the samples in the
+    order of their arrival, and returns those to use.
+    """
+    block, kept = imu_block(datas)
+    counters.add("imu_without_orientation", sum(map(len, datas.values())) - len(kept))
+    if check is not None:
+        block = check(block)
+    return block.rows(np.argsort(block.stamps_ns, kind="stable"))

@@ -22,11 +22,12 @@ from pose_core.api import (
 )
 from pose_core.counters import Counters
 from pose_core.errors import InputError
+from pose_core.stamps import nanoseconds
 from pose_io.bags import BagMessage, BagReader
 from pose_io.cdr.imu_bytes import imu_block
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_io.mcap import Entry
-from pose_io.skeleton_messages import skeleton_sample, stamp_ns
+from pose_io.skeleton_messages import skeleton_sample
 from pose_io.static_transforms import transforms_to_map
 from pose_io.topics import body_topic, imu_topics, sensor_topics
 
@@ -206,7 +207,7 @@ def read_estimates(bag: BagReader, body: str = "") -> EstimateSeries:
     return estimate_series(
         messages,
         names,
-        stamps_ns=[stamp_ns(message.header) for message in messages],
+        stamps_ns=[nanoseconds(message.header.stamp) for message in messages],
         sources=[message.state for message in messages],
         latencies_s=[message.latency for message in messages],
     )

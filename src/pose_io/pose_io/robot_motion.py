@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
+from pose_core.stamps import nanoseconds
 from pose_io.bags import BagReader
-from pose_io.skeleton_messages import stamp_ns
 
 TARGET, COMMAND, ROBOT = "arm/target", "arm/command", "arm/joint_states"
 
@@ -39,7 +39,7 @@ def read_joint_motion(bag: BagReader, ending: str) -> JointMotion | None:
         joints = joints or tuple(content.name)
         if tuple(content.name) != joints:
             continue
-        stamps.append(stamp_ns(content.header))
+        stamps.append(nanoseconds(content.header.stamp))
         recorded.append(message.stamp_ns)
         position.append(np.asarray(content.position, float))
         known = len(content.velocity) == len(joints)

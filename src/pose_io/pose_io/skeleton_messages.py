@@ -11,11 +11,6 @@ from pose_core.stamps import nanoseconds
 from pose_io.cdr.skeleton_bytes import our_joints
 
 
-def stamp_ns(header: Any) -> int:
-    """Stamp [ns] of a message's header."""
-    return nanoseconds(header.stamp)
-
-
 def skeleton_samples(message: Any, sensor: str) -> list[SkeletonSample]:
     """The persons of a ``pose_msgs/SkeletonArray`` (of ROS or of rosbags)."""
     return [skeleton_sample(skeleton, sensor) for skeleton in message.skeletons]
@@ -45,7 +40,7 @@ def skeleton_sample(message: Any, sensor: str) -> SkeletonSample:
     states = np.array(message.tracking_state, np.uint8).reshape(1, -1)
     (positions,), (state,) = our_joints(xyz, states, named, np.array([*ours], np.int64))
     return SkeletonSample(
-        stamp_ns=stamp_ns(message.header),
+        stamp_ns=nanoseconds(message.header.stamp),
         sensor=sensor,
         person=message.id,
         positions=positions,

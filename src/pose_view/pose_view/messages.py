@@ -8,7 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from pose_core.api import BodyEstimate, FloatArray, SkeletonSample
 from pose_core.joints import JOINT_INDEX
-from pose_io.skeleton_messages import skeleton_sample, stamp_ns
+from pose_core.stamps import nanoseconds
+from pose_io.skeleton_messages import skeleton_sample
 from pose_view.snapshot import BodySnapshot, DofSnapshot, RawSkeleton
 
 BODY_TOPIC = re.compile(r"^/humans/bodies/(?P<body>[^/]+)/(?P<leaf>skeleton|estimate)$")
@@ -71,7 +72,7 @@ def link_rotations(message: Any) -> tuple[str, int, dict[str, FloatArray]] | Non
     except ValueError:  # a zero quaternion
         return None
     names = [t.child_frame_id.removesuffix(f"_{body}") for t in links]
-    return body, stamp_ns(root.header), dict(zip(names, R[0] @ R[1:], strict=True))
+    return body, nanoseconds(root.header.stamp), dict(zip(names, R[0] @ R[1:], strict=True))
 
 
 def estimate_snapshot(estimate: BodyEstimate) -> BodySnapshot:

@@ -8,10 +8,10 @@ import numpy as np
 
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bag_samples import read_extrinsics
 from pose_io.bags import BagReader
-from pose_io.skeleton_messages import skeleton_samples, stamp_ns
+from pose_io.skeleton_messages import skeleton_samples
 from pose_io.topics import sensor_topics
 from pose_view.curves import BodyTrack, track_of
 from pose_view.messages import (
@@ -163,10 +163,10 @@ class Recorded:
         if match["leaf"] == "skeleton":
             self._skeletons.append((body, content))
             return
-        self._dof[body, stamp_ns(content.header)] = dof_snapshot(content)
+        self._dof[body, nanoseconds(content.header.stamp)] = dof_snapshot(content)
 
     def _add_body_at(self, body: str, skeleton: Any) -> None:
         """Add one skeleton, with the estimate and the links of the same instant."""
-        key = (body, stamp_ns(skeleton.header))
+        key = (body, nanoseconds(skeleton.header.stamp))
         shown = body_snapshot(skeleton, self._dof.get(key), self._rotations.get(key))
         self.bodies.setdefault(body, Stamped()).add(shown.stamp_ns, shown)

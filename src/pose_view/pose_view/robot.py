@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pose_core.api import FloatArray
-from pose_core.stamps import NS_PER_S
-from pose_io.skeleton_messages import stamp_ns
+from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_view.body.mesh import Mesh
 
 ROOT = "robot"  # its root frame, and the prefix of its links' frames
@@ -63,7 +62,7 @@ class JointHistory:
 
     def add(self, message: Any) -> None:
         """Add a ``sensor_msgs/JointState``; other joints or decreasing stamps clear the history."""
-        stamp = stamp_ns(message.header)
+        stamp = nanoseconds(message.header.stamp)
         joints = tuple(message.name)
         if joints != self._joints or (self._states and stamp < self._states[-1][0]):
             self._states.clear()

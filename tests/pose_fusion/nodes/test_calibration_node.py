@@ -158,7 +158,7 @@ def test_the_service_calibrate_restarts_the_calibration(graph, tmp_path):
     save_extrinsics(path, extrinsics_from_map({name: np.eye(4) for name in POSES}))
     graph.start(file=str(path))
     assert graph.call("calibrate").success
-    graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.counters["solutions"])
+    graph.play(samples(duration_s=6.0), until=lambda: graph.node._calibration.counts["solutions"])
     assert angle_deg(load_extrinsics(path).T_reference_sensor["right"], TRUE) < 0.6
 
 

@@ -57,11 +57,9 @@ BEYOND_THE_DOOR = {
         "pose_core.body.kinematics",
         "pose_core.body.shape",
         "pose_core.body.trunk",
-        "pose_core.imu.observed_axes",
         "pose_core.imu.angular_velocity_check",
         "pose_core.imu.imu_history",
         "pose_core.kernels.rotations",
-        "pose_core.session.n_pose",
     },
     # It compiles kernels of its own.
     "pose_io": {

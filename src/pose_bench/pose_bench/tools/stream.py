@@ -27,12 +27,12 @@ from pose_core.api import (
     extrinsics_from_map,
 )
 from pose_core.errors import InputError
+from pose_core.stamps import nanoseconds
 from pose_evaluation.stream_quality import AngleStream, StreamQuality, measure_stream, stream_of
 from pose_io.bags import BagReader, open_bag
 from pose_io.recordings.formats import read_recording
 from pose_io.robot_motion import read_joint_motion
 from pose_io.samples import read_samples
-from pose_io.skeleton_messages import stamp_ns
 from pose_sim.captured.session import make_captured_session
 
 SUMMARY = "whether a robot could follow joint_states: limits, steps, rate, start"
@@ -88,7 +88,7 @@ def _deviations(bag: BagReader, topic: str) -> dict[int, FloatArray]:
     """Standard deviations of the joint angles [rad], (d,), by stamp [ns]."""
     estimates = (bag.deserialize(message) for message in bag.messages([topic]))
     return {
-        stamp_ns(estimate.header): np.asarray(estimate.position_stddev)[ROOT_DOF:]
+        nanoseconds(estimate.header.stamp): np.asarray(estimate.position_stddev)[ROOT_DOF:]
         for estimate in estimates
     }
 

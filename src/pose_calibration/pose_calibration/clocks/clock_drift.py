@@ -41,9 +41,9 @@ def clock_from(measured: Sequence[MeasuredOffset], begin_ns: int, systematic_s: 
     """
     at = np.array([each.at_s for each in measured])
     offset = np.array([each.offset_s for each in measured])
-    zero = float(np.average(at, weights=np.exp((at - at.max()) / FORGET_S)))
-    weight = np.exp((at - at.max()) / FORGET_S)
-    weight /= np.array([each.noise_s for each in measured]) ** 2
+    recent = np.exp((at - at.max()) / FORGET_S)
+    zero = float(np.average(at, weights=recent))
+    weight = recent / np.array([each.noise_s for each in measured]) ** 2
     design = np.column_stack([np.ones(len(at)), at - zero])
     prior = np.diag([0.0, DRIFT_STDDEV**-2])
     solution = np.array([np.median(offset), 0.0])

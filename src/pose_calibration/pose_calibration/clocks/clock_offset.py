@@ -5,7 +5,7 @@ high-passed motions in the two views, :math:`\min_\tau \overline{| a(s) - R\,b(s
 all shifts at once by the Fourier transform; then each joint's own delay (:mod:`joint_delays`).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,22 @@ class ClockOffset:
 
 
 UNKNOWN_OFFSET = ClockOffset(estimate_s=0.0, stddev_s=np.inf)
+
+
+def estimate_clock_offsets(
+    by_sensor: Mapping[str, Sequence[SkeletonSample]], sensors: Sequence[str], max_offset_s: float
+) -> tuple[dict[str, ClockOffset], dict[str, Clock]]:
+    """The offset of each sensor's clock but the first one's, and the clocks that are determined.
+
+    Args:
+        by_sensor: One person's samples by sensor, stamps ascending.
+        sensors: The sensors' names, the reference first.
+        max_offset_s: Largest offset [s] of the search.
+    """
+    reference, *others = (by_sensor.get(name, ()) for name in sensors)
+    found = [estimate_clock_offset(reference, other, max_offset_s) for other in others]
+    offsets = dict(zip(sensors[1:], found, strict=True))
+    return offsets, {n: one.clock for n, one in offsets.items() if one.clock is not None}
 
 
 def estimate_clock_offset(

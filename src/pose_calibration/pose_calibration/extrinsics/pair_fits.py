@@ -4,8 +4,6 @@ A tracker that sees a person from behind assumes that the person faces it, and s
 such frames are detected and corrected first.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,14 +28,6 @@ FLIPPED_ABOVE_M = 0.08  # [m] below this distance with original sides nothing is
 ROUNDS = 3  # [-] iterations of fitting and swapping
 
 
-@dataclass(frozen=True, kw_only=True)
-class PairFit:
-    """Transform between two sensors."""
-
-    T_target_source: FloatArray  # (4, 4)
-    fit: RobustFit
-
-
 def exchanged(positions: FloatArray, flipped: NDArray[np.bool_]) -> FloatArray:
     """Skeletons (n, 15, 3) with left and right swapped where ``flipped`` (n,)."""
     return np.where(flipped[:, None, None], positions[:, OTHER_SIDE], positions)
@@ -58,7 +48,7 @@ def find_flips(view: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
     return flipped
 
 
-def fit_pair(target: FloatArray, source: FloatArray) -> tuple[PairFit, NDArray[np.bool_]]:
+def fit_pair(target: FloatArray, source: FloatArray) -> tuple[RobustFit, NDArray[np.bool_]]:
     """Fit one view to another, with left and right swapped where that agrees better.
 
     Two initial fits are tried, from all joints and from the midline, which has no sides; the one
@@ -74,7 +64,7 @@ def fit_pair(target: FloatArray, source: FloatArray) -> tuple[PairFit, NDArray[n
     Raises:
         CalibrationError: If the joints do not determine it.
     """
-    best: tuple[PairFit, NDArray[np.bool_]] | None = None
+    best: tuple[RobustFit, NDArray[np.bool_]] | None = None
     failure: CalibrationError | None = None
     for joints in (list(range(len(JOINTS))), MIDDLE):
         try:
@@ -84,7 +74,7 @@ def fit_pair(target: FloatArray, source: FloatArray) -> tuple[PairFit, NDArray[n
             continue
         if best is None or _median(found[0]) < 0.9 * _median(best[0]):
             best = found
-        if not best[1].any() and np.mean(best[0].fit.weights > 0.0) > 0.9:
+        if not best[1].any() and np.mean(best[0].weights > 0.0) > 0.9:
             break  # nothing swapped, hardly an outlier: the other initial fit cannot be better
     if best is None:
         raise failure or CalibrationError("found no matched joints")
@@ -129,7 +119,7 @@ def spanning_transforms(
 
 def _fit_from(
     target: FloatArray, source: FloatArray, joints: list[int]
-) -> tuple[PairFit, NDArray[np.bool_]]:
+) -> tuple[RobustFit, NDArray[np.bool_]]:
     flipped = np.zeros(len(source), bool)
     fit = _robust_fit(target[:, joints], source[:, joints])
     for _ in range(ROUNDS):
@@ -138,7 +128,7 @@ def _fit_from(
             break
         flipped, joints = now, list(range(len(JOINTS)))
         fit = _robust_fit(target, exchanged(source, flipped))
-    return PairFit(T_target_source=fit.T_target_source, fit=fit), flipped
+    return fit, flipped
 
 
 def _robust_fit(target: FloatArray, source: FloatArray) -> RobustFit:
@@ -151,5 +141,5 @@ def _mean_distance(a: FloatArray, b: FloatArray) -> FloatArray:
     return nan_mean(np.linalg.norm(a - b, axis=2), axis=1)
 
 
-def _median(pair: PairFit) -> float:
-    return float(np.median(pair.fit.residuals))
+def _median(fit: RobustFit) -> float:
+    return float(np.median(fit.residuals))

@@ -53,7 +53,7 @@ OWN = 8  # [-] unknowns of an IMU: y, d, the alignment's rotation (3), b (3)
 MOVING = slice(0, 5)  # y, d, the alignment: unknowns of the segment's orientation
 ARMS = ("upper_arm", "forearm")
 TRUNK = ("pelvis", "torso", "head")
-X, Y, Z = np.eye(3)
+_, Y, Z = np.eye(3)
 KNEES = tuple((f"{side}_thigh", f"{side}_shank") for side in SIDES)
 ELBOWS = tuple((f"{side}_upper_arm", f"{side}_forearm") for side in SIDES)
 

@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pose_calibration.imus.alignment_fit import CORRELATION_S, LAG_S, axis_stddev
 from pose_calibration.imus.observations import PERIOD_NS, ImuObservations
@@ -38,11 +39,7 @@ class Explanations:
     @property
     def swapped(self) -> list[tuple[str, str]]:
         """Pairs of segments whose sensors fit each other's segment clearly better."""
-        return [
-            (self.segments[i], self.segments[j])
-            for i, j in self._pairs()
-            if self._gain_of_exchange(i, j) > CLEARLY
-        ]
+        return self._pairs(self._gain_of_exchange() > CLEARLY)
 
     @property
     def upside_down_worlds(self) -> list[str]:
@@ -53,19 +50,15 @@ class Explanations:
     @property
     def alike(self) -> list[tuple[str, str]]:
         """Pairs of segments whose motions are too similar to detect an exchange."""
-        return [
-            (self.segments[i], self.segments[j])
-            for i, j in self._pairs()
-            if not abs(self._gain_of_exchange(i, j)) > CLEARLY
-        ]
+        return self._pairs(~(np.abs(self._gain_of_exchange()) > CLEARLY))
 
-    def _pairs(self) -> list[tuple[int, int]]:
-        count = len(self.segments)
-        return [(i, j) for i in range(count) for j in range(i + 1, count)]
+    def _pairs(self, chosen: NDArray[np.bool_]) -> list[tuple[str, str]]:
+        pairs = np.argwhere(np.triu(chosen, 1)).tolist()
+        return [(self.segments[i], self.segments[j]) for i, j in pairs]
 
-    def _gain_of_exchange(self, i: int, j: int) -> float:
-        chi = self.chi_square
-        return float(chi[i, i] + chi[j, j] - chi[i, j] - chi[j, i])
+    def _gain_of_exchange(self) -> FloatArray:
+        own = np.diag(self.chi_square)
+        return np.asarray(own[:, None] + own - self.chi_square - self.chi_square.T)
 
 
 def explain(observations: ImuObservations) -> Explanations:

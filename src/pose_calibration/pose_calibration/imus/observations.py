@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_calibration.imus.n_pose import DURATION_NS, NPose, NPoseDetector, bend_limit
 from pose_core.api import (
     BodyModel,
     Clocks,
@@ -22,21 +23,15 @@ from pose_core.body.trunk import heading_axes, standing_heading, trunk_axes
 from pose_core.finite_numbers import nan_mean
 from pose_core.imu.angular_velocity_check import AngularVelocityCheck
 from pose_core.imu.imu_history import ImuHistory, ImuStates
-from pose_core.imu.observed_axes import LINES, AxisObserver
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.session.n_pose import (
-    BENT,
-    DURATION_NS,
-    NOT_BENT,
-    NPose,
-    NPoseDetector,
-)
 from pose_core.stamps import NS_PER_S
 
 PERIOD_NS = NS_PER_S // 10  # [ns] between stored instants
 MOST_INSTANTS = 1200  # [-] stored of the motion: the latest two minutes
 LATEST_NS = NS_PER_S // 20  # [ns] largest difference of stamps within an instant
 STILL_RATE = 0.25  # [rad/s] largest angular velocity of an IMU at rest
+SHORTEST_BONE = 0.01  # [m] joints nearer to each other than that give no direction
+LINES = {"pelvis": ("right_hip", "left_hip"), "torso": ("right_shoulder", "left_shoulder")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,9 +156,9 @@ class ObservationRecorder:
     def is_still(self) -> bool:
         """Whether all IMUs have recent samples and rotate slowly."""
         rates = [
-            float(np.linalg.norm(reading.angular_velocity))
+            rate
             for instant in self._standing
-            for reading in instant.readings.values()
+            for rate in np.linalg.norm(instant.readings.angular_velocity, axis=1)
         ]
         return bool(rates) and float(np.percentile(rates, 90.0)) < STILL_RATE
 
@@ -174,12 +169,8 @@ class ObservationRecorder:
         if unseen:
             return f"the cameras do not see the {unseen[0].replace('_', ' ')}"
         angles = {name: abs(float(a[0])) for name, a in joint_angles(joints[None]).items()}
-        beyond = {
-            name: angle / next((limit for key, limit in BENT.items() if key in name), NOT_BENT)
-            for name, angle in angles.items()
-        }
-        worst = max(beyond, key=lambda name: beyond[name])
-        if beyond[worst] > 1.0:
+        worst = max(angles, key=lambda name: angles[name] / bend_limit(name))
+        if angles[worst] > bend_limit(worst):
             return f"{worst.replace('_', ' ')} is {np.degrees(angles[worst]):.0f} deg"
         return ""
 
@@ -188,11 +179,11 @@ class ObservationRecorder:
         if self.stand is None:
             return None
         instants = [*self._standing, *self._moving]
-        count, segments, axis_observer = len(instants), self.segments, AxisObserver(self._model)
+        count, segments = len(instants), self.segments
         R_world_sensor = np.full((count, len(segments), 3, 3), np.nan)
         rate = np.full((count, len(segments)), np.nan)
-        axes = np.full((2, count, len(segments), 3), np.nan)
         R_map_heading = np.full((count, 3, 3), np.nan)
+        joints = np.full((count, len(JOINTS), 3), np.nan)
         for k, instant in enumerate(instants):
             for i, segment in enumerate(segments):
                 if segment in instant.readings:
@@ -200,8 +191,8 @@ class ObservationRecorder:
                     rate[k, i] = np.linalg.norm(instant.readings[segment].angular_velocity)
             R_map_heading[k] = heading_axes(nan_mean(instant.views))
             # Each tracker's bias of the joints is estimated in the N-pose.
-            joints = nan_mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
-            _fill_axes(axis_observer, segments, joints, axes[:, k])
+            joints[k] = nan_mean(instant.views - self.stand.offsets @ R_map_heading[k].T)
+        long_axis, line = _axes(self._model, segments, joints)
         stamps = np.array([instant.stamp_ns for instant in instants], np.int64)
         middle_ns = self.stand.stamp_ns - DURATION_NS // 2
         is_neutral = np.arange(count) < len(self._standing)
@@ -211,23 +202,34 @@ class ObservationRecorder:
             times_s=np.asarray((stamps - middle_ns) * 1e-9, np.float64),
             R_world_sensor=R_world_sensor,
             rate=rate,
-            long_axis=axes[0],
-            line=axes[1],
+            long_axis=long_axis,
+            line=line,
             R_map_heading=R_map_heading,
             is_neutral=is_neutral,
             neutral_heading=float(np.angle(np.nanmean(np.exp(1j * np.array(headings))))),
         )
 
 
-def _fill_axes(
-    axis_observer: AxisObserver, segments: Sequence[str], joints: FloatArray, axes: FloatArray
-) -> None:
-    """Fill in long axes and lines, shape (2, s, 3), of joints [m], shape (15, 3)."""
+def _axes(
+    model: BodyModel, segments: Sequence[str], joints: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Long axes and lines, (n, s, 3), of joints [m], (n, 15, 3); NaN without the trunk's axes."""
+    long, line = np.full((2, len(joints), len(segments), 3), np.nan)
     trunk = trunk_axes(joints)
-    if not np.isfinite(trunk).all():
-        return
-    axes[0] = axis_observer.of(tuple(segments), joints, trunk).long
-    for segment, (start, end) in LINES.items():
-        if segment in segments:
-            line = joints[JOINT_INDEX[end]] - joints[JOINT_INDEX[start]]
-            axes[1, segments.index(segment)] = line / np.linalg.norm(line)
+    is_known = np.asarray(np.isfinite(trunk).all(axis=(1, 2)))
+    joints = np.where(is_known[:, None, None], joints, np.nan)
+    for i, segment in enumerate(segments):
+        start, end = model.ends(model.segments[segment])
+        direction = model.joints[end].direction
+        between = _between(joints, start, end)
+        long[:, i] = trunk[..., 2] if direction is None else direction[2] * between
+        if segment in LINES:
+            line[:, i] = _between(joints, *LINES[segment])
+    return long, line
+
+
+def _between(joints: FloatArray, start: str, end: str) -> FloatArray:
+    """Unit vectors from one joint to another, (n, 3)."""
+    bones = joints[:, JOINT_INDEX[end]] - joints[:, JOINT_INDEX[start]]
+    length = np.linalg.norm(bones, axis=1, keepdims=True)
+    return bones / np.where(length > SHORTEST_BONE, length, np.nan)

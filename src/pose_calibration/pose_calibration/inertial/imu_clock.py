@@ -21,7 +21,7 @@ from pose_calibration.inertial.imu_motion import (
     View,
     measure_imu_delay,
 )
-from pose_core.api import Clock, Extrinsics, SkeletonSample, on_reference_clock
+from pose_core.api import Clock, Clocks, Extrinsics, SkeletonSample, on_reference_clock
 
 TRACKER_DELAY_S = 0.04  # [s] typical delay of trackers' joints behind their stamps
 TRACKER_DELAYS_S = (-0.02, 0.15)  # [s] range that the fusion estimates (pose_core.filter)
@@ -62,7 +62,7 @@ def imu_findings(
         max_offset_s: Largest offset [s] of the search.
     """
     begin_ns = min(ones[0].stamp_ns for ones in skeletons.values() if ones)
-    views = _views(extrinsics, skeletons, begin_ns)
+    views = views_on_reference_clock(extrinsics, extrinsics.clocks, skeletons, begin_ns)
     verticals = memory.verticals(begin_ns)
     searched = _cut(views, _middle(views), SEARCHED_S)
     delay = measure_imu_delay(searched, verticals, max_offset_s + TRACKER_DELAY_S)
@@ -99,13 +99,16 @@ def measure_imu_window(
     )
 
 
-def _views(
-    extrinsics: Extrinsics, skeletons: Mapping[str, Sequence[SkeletonSample]], begin_ns: int
+def views_on_reference_clock(
+    extrinsics: Extrinsics,
+    clocks: Clocks,
+    skeletons: Mapping[str, Sequence[SkeletonSample]],
+    begin_ns: int,
 ) -> list[View]:
-    """Views of all sensors, on the reference's clock."""
+    """Views of all sensors, their stamps corrected by these clocks."""
     return [
         View(
-            track_of([on_reference_clock(one, extrinsics.clocks) for one in ones], begin_ns),
+            track_of([on_reference_clock(one, clocks) for one in ones], begin_ns),
             extrinsics.T_map_sensor(name)[2, :3],
         )
         for name, ones in skeletons.items()

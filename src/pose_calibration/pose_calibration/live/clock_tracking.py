@@ -16,14 +16,14 @@ from pose_calibration.clocks.clock_drift import MeasuredOffset, clock_from
 from pose_calibration.clocks.clock_offset import FINE_REACH_S, find_shift, measure_window
 from pose_calibration.clocks.joint_delays import LAG_SPREAD_S
 from pose_calibration.clocks.motion_track import Track, track_of
-from pose_calibration.inertial.imu_clock import TRACKER_DELAY_S, is_clocks, measure_imu_window
-from pose_calibration.inertial.imu_motion import (
-    TRACKER_LAG_STDDEV_S,
-    ImuMemory,
-    View,
-    measure_imu_delay,
+from pose_calibration.inertial.imu_clock import (
+    TRACKER_DELAY_S,
+    is_clocks,
+    measure_imu_window,
+    views_on_reference_clock,
 )
-from pose_core.api import IMUS, Clock, Clocks, Extrinsics, SkeletonSample, on_reference_clock
+from pose_calibration.inertial.imu_motion import TRACKER_LAG_STDDEV_S, ImuMemory, measure_imu_delay
+from pose_core.api import IMUS, Clock, Clocks, Extrinsics, SkeletonSample
 from pose_core.stamps import NS_PER_S
 
 EVERY_NS = 10 * NS_PER_S
@@ -155,18 +155,11 @@ class ClockTracker:
         return offset
 
     def _measure_imus(self, begin_ns: int, imus: ImuMemory) -> None:
-        views = [
-            View(
-                track_of([on_reference_clock(s, self.clocks) for s in samples], begin_ns),
-                self._extrinsics.T_map_sensor(name)[2, :3],
-            )
-            for name, samples in self._samples.items()
-            if len(samples) > 1
-        ]
-        verticals = imus.verticals(begin_ns)
+        views = views_on_reference_clock(self._extrinsics, self.clocks, self._samples, begin_ns)
         views = [view for view in views if len(view.track.stamps) > 1]
         if not views:
             return
+        verticals = imus.verticals(begin_ns)
 
         def far() -> float | None:
             reach_s = self._max_offset_s + TRACKER_DELAY_S

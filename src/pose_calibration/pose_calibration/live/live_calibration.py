@@ -1,19 +1,19 @@
 """Live calibration while the person moves: a first solution, its refinement, and monitoring."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 
 from pose_calibration.body_measures import measure_body
-from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offset
+from pose_calibration.clocks.clock_offset import ClockOffset, estimate_clock_offsets
 from pose_calibration.extrinsics.extrinsics_calibration import ExtrinsicsCalibrator
 from pose_calibration.floor.gravity import AccelerometerGravity
 from pose_calibration.inertial.imu_clock import ImuFindings, imu_findings
 from pose_calibration.inertial.imu_motion import ImuMemory
-from pose_calibration.live.clock_tracking import ClockTracker
 from pose_calibration.live.guidance import what_is_missing
+from pose_calibration.live.monitoring import Monitoring
 from pose_calibration.live.sample_memory import SampleMemory
-from pose_calibration.live.watchdog import Moved, Watchdog
+from pose_calibration.live.watchdog import Moved
 from pose_calibration.parameters import LiveCalibrationParameters
 from pose_calibration.people.calibration_person import CalibrationPerson
 from pose_calibration.rigid_transform import CalibrationError
@@ -34,7 +34,6 @@ ATTEMPT_EVERY_S = 1.0  # [s] of common view
 NEXT_AFTER = 2.0  # [-] ratio of the common view between successive solutions
 NEXT_WITHIN_S = 8.0  # [s] largest common view between successive solutions
 SAME_OFFSET_NS = 2_000_000  # [ns] smaller changes are ignored
-CHANGED_NS = 500_000  # [ns] change from which on a clock is published again
 IMU_REACH_NS = 90_000_000_000  # [ns] duration of stored IMU samples
 
 
@@ -53,7 +52,7 @@ class LiveCalibration:
     The first solution follows as soon as ``minimum_duration`` of common view determines the
     sensors' poses and clocks. It is refined each time the common view has doubled, until it is
     certain enough or ``collect_duration`` is over. Sensors without common view are added
-    later. From then on a watchdog compares the views until :meth:`restart`.
+    later. From then on it is monitored until :meth:`restart`.
 
     Args:
         parameters: See :class:`LiveCalibrationParameters`.
@@ -66,12 +65,10 @@ class LiveCalibration:
         self.parameters = parameters
         self.extrinsics = known
         self.state = CalibrationState.COLLECTING if known is None else CalibrationState.LOADED
-        self.counters = Counters("solutions", "refused_solutions", "moves_noticed")
         self.selector = CalibrationPerson(parameters.sensors, parameters.person)
-        self.accelerometer = AccelerometerGravity()
-        self.clock_offsets: dict[str, ClockOffset] = {}
-        self.imu_memory = ImuMemory(IMU_REACH_NS)
-        self.imus: ImuFindings | None = None
+        self._counters = Counters("solutions", "refused_solutions", "moves_noticed")
+        self._accelerometer = AccelerometerGravity()
+        self._imu_memory = ImuMemory(IMU_REACH_NS)
         self._begin()
         if known is not None:
             self._watch(known)
@@ -90,37 +87,30 @@ class LiveCalibration:
             self._watch(self.extrinsics)
 
     def _begin(self) -> None:
-        self.clock_offsets = {}
-        self.imus = None
-        self._clock_tracker: ClockTracker | None = None
-        self._new_clocks: Clocks | None = None
+        self.clock_offsets: dict[str, ClockOffset] = {}
+        self.imus: ImuFindings | None = None
         self._memory = SampleMemory()
         self._use_clocks({})
         self._attempt_at_s = self.parameters.minimum_duration
         self._refusal = ""
         self._missing, self._progress = "", 0.0
-        self.moved: Moved | None = None
-        self._watchdog: Watchdog | None = None
+        self._monitoring: Monitoring | None = None
 
     def _use_clocks(self, clocks: Clocks) -> None:
         """Align by these clocks from now on, and realign the stored samples."""
         parameters = self.parameters
         self._clocks = clocks
-        self.aligner = self._make_aligner()
-        self.calibrator = ExtrinsicsCalibrator(
-            parameters.sensors, parameters.limits, parameters.known_mounting
-        )
-        for frame in self._memory.aligned(self.aligner, clocks):
-            self.calibrator.add(frame)
-
-    def _make_aligner(self) -> TimeAligner:
-        parameters = self.parameters
-        return TimeAligner(
+        self._aligner = TimeAligner(
             parameters.sensors,
             max_skew_s=parameters.max_skew,
             max_gap_s=parameters.max_gap,
             max_wait_s=parameters.max_wait,
         )
+        self._calibrator = ExtrinsicsCalibrator(
+            parameters.sensors, parameters.limits, parameters.known_mounting
+        )
+        for frame in self._memory.aligned(self._aligner, clocks):
+            self._calibrator.add(frame)
 
     @property
     def is_finished(self) -> bool:
@@ -141,13 +131,46 @@ class LiveCalibration:
             return self._missing
         if self._refusal:
             return self._refusal
-        silent = [name for name in self.parameters.sensors if not self.aligner.has_heard(name)]
+        silent = [name for name in self.parameters.sensors if not self._aligner.has_heard(name)]
         if silent:
             return f"no skeletons from {', '.join(silent)} yet"
         return (
-            f"{self.calibrator.observed_s:.1f} s of common view, expected "
+            f"{self._calibrator.observed_s:.1f} s of common view, expected "
             f"{self.parameters.minimum_duration:.1f} s or more"
         )
+
+    @property
+    def moved(self) -> Moved | None:
+        """A sensor that has been moved since the calibration."""
+        return None if self._monitoring is None else self._monitoring.moved
+
+    @property
+    def displacement(self) -> Mapping[str, float]:
+        """Displacement of each view from the others [m], since the calibration."""
+        return {} if self._monitoring is None else self._monitoring.displacement
+
+    @property
+    def common_view_s(self) -> float:
+        """Common view [s] collected so far."""
+        return self._calibrator.observed_s
+
+    @property
+    def imu_segments(self) -> tuple[str, ...]:
+        """Segments whose IMU sends samples."""
+        return self._imu_memory.segments
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Counts of measurements, solutions and rejected samples by name."""
+        frames_with = self._calibrator.frames_with.items()
+        return {
+            **{f"frames_with/{sensor}": count for sensor, count in frames_with},
+            "accelerometer_readings": self._accelerometer.readings,
+            "accelerometer_left_out": self._accelerometer.left_out,
+            **self._counters.as_dict(),
+            **self.selector.counters.as_dict("person/"),
+            **self._aligner.counters.as_dict("alignment/"),
+        }
 
     @property
     def status(self) -> str:
@@ -169,26 +192,15 @@ class LiveCalibration:
 
     def add_acceleration(self, acceleration: FloatArray) -> None:
         """Add a measurement of the reference's accelerometer, (3,) [m/s²] in its optical frame."""
-        self.accelerometer.add(acceleration)
+        self._accelerometer.add(acceleration)
 
     def add_imus(self, block: ImuBlock) -> None:
         """Add samples of body-worn IMUs."""
-        self.imu_memory.add(block)
+        self._imu_memory.add(block)
 
     def take_clocks(self) -> Clocks | None:
         """The clocks, once after each change; None without a change."""
-        clocks, self._new_clocks = self._new_clocks, None
-        return clocks
-
-    def _track_clocks(self, sample: SkeletonSample) -> None:
-        if self._clock_tracker is None or self.extrinsics is None:
-            return
-        clocks = self._clock_tracker.add(sample, self.imu_memory)
-        if clocks is None:
-            return
-        if moved_most_ns(self._clocks, clocks, sample.stamp_ns) > CHANGED_NS:
-            self._clocks = self._new_clocks = dict(clocks)
-            self.extrinsics = replace(self.extrinsics, clocks=self._clocks)
+        return None if self._monitoring is None else self._monitoring.take_clocks()
 
     def add(self, persons: Sequence[SkeletonSample]) -> Extrinsics | None:
         """Add all persons of one sensor's frame; returns the calibration if it is new."""
@@ -204,57 +216,44 @@ class LiveCalibration:
 
     def _add(self, sample: SkeletonSample) -> Extrinsics | None:
         """Add a sample of the person."""
-        if self.is_finished and not self.parameters.watch:
-            return None
-        self._track_clocks(sample)
-        frames = self.aligner.add(on_reference_clock(sample, self._clocks))
-        if self._watchdog is not None:
-            for frame in frames:
-                self._note(self._watchdog.add(frame))
         if self.is_finished:
+            self._monitor(sample)
             return None
         self._memory.add(sample)
-        for frame in frames:
-            self.calibrator.add(frame)
-        if self.calibrator.observed_s < self._attempt_at_s:
+        for frame in self._aligner.add(on_reference_clock(sample, self._clocks)):
+            self._calibrator.add(frame)
+        if self._calibrator.observed_s < self._attempt_at_s:
             return None
         return self._attempt()
-
-    @property
-    def displacement(self) -> dict[str, float]:
-        """Displacement of each view from the others [m], measured by the watchdog."""
-        return {} if self._watchdog is None else dict(self._watchdog.displacement)
 
     def _watch(self, extrinsics: Extrinsics) -> None:
         self._use_clocks(extrinsics.clocks)
         self.selector.place_sensors(extrinsics)
         if self.parameters.watch:
-            self._clock_tracker = ClockTracker(extrinsics, self.parameters.max_offset)
-        if self.parameters.watch and len(extrinsics.sensors) > 1:
-            self._watchdog = Watchdog(extrinsics)
+            self._monitoring = Monitoring(extrinsics, self._aligner, self.parameters.max_offset)
 
-    def _note(self, moved: Moved | None) -> None:
-        if moved is None:
+    def _monitor(self, sample: SkeletonSample) -> None:
+        if self._monitoring is None:
             return
-        if self.moved is None:
-            self.counters.add("moves_noticed")
-        if self.parameters.recalibrate_when_moved and self.is_finished:
-            self.restart()
-            return
-        self.moved = moved
+        is_moved = self._monitoring.add(sample, self._imu_memory)
+        self.extrinsics = self._monitoring.extrinsics
+        if is_moved:
+            self._counters.add("moves_noticed")
+            if self.parameters.recalibrate_when_moved:
+                self.restart()
 
     def _attempt(self) -> Extrinsics | None:
-        observed_s = self.calibrator.observed_s
+        observed_s = self._calibrator.observed_s
         self._attempt_at_s = observed_s + ATTEMPT_EVERY_S
         try:
             found = self._solve()
             if self._find_clocks():
                 found = self._solve()
         except CalibrationError as error:
-            self.counters.add("refused_solutions")
+            self._counters.add("refused_solutions")
             self._refusal = str(error)
             return None
-        self.counters.add("solutions")
+        self._counters.add("solutions")
         self._refusal = ""
         clocks = {name: self._clocks[name] for name in found.sensors if name in self._clocks}
         self.extrinsics = self._with_imus(replace(found, clocks=clocks))
@@ -262,21 +261,21 @@ class LiveCalibration:
         return self.extrinsics
 
     def _solve(self) -> Extrinsics:
-        return self.calibrator.solve(allow_missing=True, gravity=self.accelerometer.gravity())
+        return self._calibrator.solve(allow_missing=True, gravity=self._accelerometer.gravity())
 
     def _with_imus(self, extrinsics: Extrinsics) -> Extrinsics:
         """Add the results of body-worn IMUs to the calibration, if there are any."""
-        if not self.imu_memory.segments:
+        if not self._imu_memory.segments:
             return extrinsics
         by_sensor = self._memory.by_sensor()
         skeletons = {name: by_sensor[name] for name in extrinsics.sensors if name in by_sensor}
         limit_s = self.parameters.max_offset
-        self.imus = imu_findings(extrinsics, skeletons, self.imu_memory, limit_s)
+        self.imus = imu_findings(extrinsics, skeletons, self._imu_memory, limit_s)
         clocks = dict(extrinsics.clocks)
         if self.imus.clock is not None:
             clocks[IMUS] = self.imus.clock
-        if self.imus.gravity is not None and self.accelerometer.gravity() is None:
-            extrinsics = self.calibrator.leveled(extrinsics, self.imus.gravity)
+        if self.imus.gravity is not None and self._accelerometer.gravity() is None:
+            extrinsics = self._calibrator.leveled(extrinsics, self.imus.gravity)
         self._clocks = clocks
         return replace(extrinsics, clocks=clocks)
 
@@ -285,7 +284,7 @@ class LiveCalibration:
         parameters = self.parameters
         self._missing, self._progress = what_is_missing(
             extrinsics,
-            self.calibrator.memory.frames(),
+            self._calibrator.memory.frames(),
             parameters.sensors,
             parameters.enough_rotation_stddev,
             parameters.enough_position_stddev,
@@ -306,15 +305,10 @@ class LiveCalibration:
 
     def _find_clocks(self) -> bool:
         """Estimate the clocks' offsets; returns whether the alignment in time has changed."""
-        by_sensor = self._memory.by_sensor()
-        reference, *others = self.parameters.sensors
-        self.clock_offsets = {
-            name: estimate_clock_offset(
-                by_sensor.get(reference, []), by_sensor.get(name, []), self.parameters.max_offset
-            )
-            for name in others
-        }
-        clocks = {n: one.clock for n, one in self.clock_offsets.items() if one.clock is not None}
+        parameters = self.parameters
+        self.clock_offsets, clocks = estimate_clock_offsets(
+            self._memory.by_sensor(), parameters.sensors, parameters.max_offset
+        )
         changed = moved_most_ns(self._clocks, clocks, self._memory.newest_ns) > SAME_OFFSET_NS
         if changed:
             self._use_clocks(clocks)

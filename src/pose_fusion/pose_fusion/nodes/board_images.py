@@ -13,7 +13,7 @@ from pose_calibration.board.camera import Camera, camera_from_info
 from pose_calibration.board.collecting import BoardCollector
 from pose_calibration.board.images import grey_from_message
 from pose_core.errors import InputError
-from pose_io.skeleton_messages import stamp_ns
+from pose_core.stamps import nanoseconds
 from pose_node.nodes.running import node_of_tool
 
 SPIN_S = 0.1
@@ -57,7 +57,7 @@ class BoardImagesNode(Node):
         except InputError as error:
             self.malformed = f"'{camera}': {error}"
             return
-        self._collector.add(camera, stamp_ns(message.header), image)
+        self._collector.add(camera, nanoseconds(message.header.stamp), image)
 
     def _on_info(self, camera: str, message: CameraInfo) -> None:
         try:

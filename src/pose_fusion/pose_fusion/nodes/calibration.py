@@ -31,7 +31,7 @@ from pose_fusion.nodes.calibration_report import calibration_report
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched, sensor_data
 from pose_fusion.nodes.standstill import Standstill
-from pose_io.cdr.imu_bytes import imu_block
+from pose_fusion.sample_reader import read_imus
 from pose_io.cdr.skeleton_bytes import Persons, SkeletonReader
 from pose_node.kept import kept_file
 from pose_node.nodes.diagnostics import Report
@@ -153,10 +153,7 @@ class CalibrationNode(ManagedNode[LiveCalibrationParameters]):
     def _take_imus(self) -> None:
         taken = {s: datas[::EVERY_OTHER] for s, datas in self._imus.take().items()}
         if taken:
-            block, kept = imu_block(taken)
-            missing = sum(map(len, taken.values())) - len(kept)
-            self._counters.add("imu_without_orientation", missing)
-            self._calibration.add_imus(block)
+            self._calibration.add_imus(read_imus(taken, self._counters))
 
     def _on_acceleration(self, message: Imu) -> None:
         if message.header.frame_id != self._reference_frame:

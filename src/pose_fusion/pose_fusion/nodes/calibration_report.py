@@ -36,25 +36,17 @@ def _values(calibration: LiveCalibration, counters: Counters) -> dict[str, objec
             f"view_displacement_m/{sensor}": f"{distance:.3f}"
             for sensor, distance in calibration.displacement.items()
         },
-        "common_view_s": f"{calibration.calibrator.observed_s:.1f}",
-        **{
-            f"frames_with/{sensor}": count
-            for sensor, count in calibration.calibrator.frames_with.items()
-        },
+        "common_view_s": f"{calibration.common_view_s:.1f}",
         **_residuals(calibration.extrinsics),
         **{
             f"clock_ahead_ms/{sensor}": f"{offset.estimate_s * 1e3:.1f}"
             f" ± {offset.stddev_s * 1e3:.1f}"
             for sensor, offset in calibration.clock_offsets.items()
         },
-        "imus": ", ".join(calibration.imu_memory.segments) or "none",
+        "imus": ", ".join(calibration.imu_segments) or "none",
         **_imus_reported(calibration),
-        "accelerometer_readings": calibration.accelerometer.readings,
-        "accelerometer_left_out": calibration.accelerometer.left_out,
-        **calibration.counters.as_dict(),
+        **calibration.counts,
         **counters.as_dict(),
-        **calibration.selector.counters.as_dict("person/"),
-        **calibration.aligner.counters.as_dict("alignment/"),
     }
 
 

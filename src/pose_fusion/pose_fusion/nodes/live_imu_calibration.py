@@ -5,7 +5,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
 from pose_msgs.msg import SkeletonArray
 from rclpy.node import Node
 from sensor_msgs.msg import Imu, TimeReference
@@ -29,7 +28,7 @@ from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.joints import SEGMENTS
 from pose_fusion.nodes.inbox import Inbox
 from pose_fusion.nodes.qos import latched, sensor_data
-from pose_io.cdr.imu_bytes import imu_block
+from pose_fusion.sample_reader import read_imus
 from pose_io.clock_messages import clock_of
 from pose_io.skeleton_messages import skeleton_samples
 from pose_io.static_transforms import StaticTransforms
@@ -132,10 +131,7 @@ class ImuCalibrationNode(Node):
     def _take_imus(self) -> None:
         taken = self._imus.take()
         if taken:
-            block, kept = imu_block(taken)
-            missing = sum(map(len, taken.values())) - len(kept)
-            self.counters.add("imu_without_orientation", missing)
-            self._take(block.rows(np.argsort(block.stamps_ns, kind="stable")))
+            self._take(read_imus(taken, self.counters))
 
     def _take(self, sample: SkeletonSample | ImuBlock) -> None:
         if self.calibration is None:

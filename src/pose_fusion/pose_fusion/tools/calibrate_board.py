@@ -27,8 +27,8 @@ from pose_calibration.floor.floor import KnownMounting
 from pose_core.api import Extrinsics
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, from_arguments
+from pose_core.stamps import nanoseconds
 from pose_io.bags import open_bag
-from pose_io.skeleton_messages import stamp_ns
 from pose_node.plain_console import progress_bar
 
 ENDS = {"first": 0, "last": -1}
@@ -155,7 +155,7 @@ def look_into_bag(path: Path, arguments: argparse.Namespace, board: Board, bar: 
                 found.cameras[name] = camera_from_info(content)
             else:
                 found.images[name] = found.images.get(name, 0) + 1
-                collector.add(name, stamp_ns(content.header), grey_from_message(content))
+                collector.add(name, nanoseconds(content.header.stamp), grey_from_message(content))
     found.instants = collector.instants
     found.names = [str(index) for index in range(len(found.instants))]
     found.cameras = {name: found.cameras[name] for name in names if name in found.cameras}

@@ -24,9 +24,9 @@ from pose_core.api import (
 )
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_io.bags import BagReader
-from pose_io.skeleton_messages import skeleton_sample, stamp_ns
+from pose_io.skeleton_messages import skeleton_sample
 from pose_io.topics import body_topic
 
 SNAP_NS = 10_000  # [ns] a limb moves less than 0.1 mm in it
@@ -148,7 +148,7 @@ def read_motion(
     for index, message in enumerate(bag.messages([topic for topic in topics.values() if topic])):
         content = bag.deserialize(message)
         if message.topic == topics["estimate"]:
-            estimates.setdefault(stamp_ns(content.header), content)
+            estimates.setdefault(nanoseconds(content.header.stamp), content)
         else:
             sample = skeleton_sample(content, "")
             skeletons.setdefault(sample.stamp_ns, sample)

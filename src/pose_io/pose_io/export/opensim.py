@@ -1,11 +1,9 @@
 """OpenSim's files: marker positions (.trc) and joint coordinates (.mot)."""
 
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
-from pose_core.api import FloatArray
 from pose_core.joints import JOINTS
 from pose_io.export.exporter import Exporter, ExportOptions
 from pose_io.export.motion import BodyMotion
@@ -66,12 +64,9 @@ def mot_text(motion: BodyMotion, model: OpenSimModel, name: str) -> str:
         "endheader",
         "\t".join(columns),
     ]
-    rows = np.stack(list(columns.values()), axis=1)
-    return "\n".join([*header, *_rows(rows)]) + "\n"
-
-
-def _rows(values: FloatArray) -> Iterable[str]:
-    return ("\t".join(f"{value:.6f}" for value in row) for row in values)
+    rows = zip(*columns.values(), strict=True)
+    lines = ["\t".join(f"{value:.6f}" for value in row) for row in rows]
+    return "\n".join([*header, *lines]) + "\n"
 
 
 def _mot(motion: BodyMotion, options: ExportOptions) -> bytes:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, one_line
 from pose_io.c3d_library import c3d_library
 from pose_io.references.markers import METRES, MarkerSeries, plain
 
@@ -29,8 +29,7 @@ def read_c3d(path: Path) -> MarkerSeries:
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
     except Exception as error:  # damaged bytes may raise any exception
-        reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise InputError(f"{path} is not a readable C3D file: {reason}") from error
+        raise InputError(f"{path} is not a readable C3D file: {one_line(error)}") from error
     if not labels or not frames or not rate > 0.0:
         raise InputError(
             f"{path} holds {len(labels)} points and {len(frames)} frames at {rate:g} Hz"

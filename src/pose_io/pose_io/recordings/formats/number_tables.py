@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.errors import InputError
+from pose_core.errors import InputError, one_line
 from pose_io.file_content import MAX_TABLE_BYTES, read_content
 
 
@@ -30,8 +30,7 @@ def read_numbers(path: Path, columns: int, meaning: str) -> NDArray[np.float64]:
         text = read_content(path, MAX_TABLE_BYTES).decode("latin-1")
         numbers = np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2)
     except ValueError as error:
-        reason = str(error).splitlines()[0]
-        raise InputError(f"{path} is not a table of numbers: {reason}") from error
+        raise InputError(f"{path} is not a table of numbers: {one_line(error)}") from error
     found = numbers.shape[1] if numbers.size else 0
     if found != columns:
         raise InputError(f"{path} has {found} columns, expected {columns}: {meaning}")

@@ -11,20 +11,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.body.joint_angles import joint_angles
-from pose_core.body.trunk import mid_hip, standing_heading
+from pose_core.api import FloatArray, joint_angles
+from pose_core.body.trunk import PAIRS, mid_hip, standing_heading
 from pose_core.finite_numbers import nan_mean, nan_median
-from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.stamps import NS_PER_S
-from pose_core.streams.samples import FloatArray
 
 DURATION_NS = 3 * NS_PER_S // 2
 CHECK_EVERY_NS = NS_PER_S // 5
 LEAST_SAMPLES = 15  # [-] of a joint by a sensor
 STILL_STDDEV = 0.03  # [m] a joint with a larger spread is moving
 MOST_MOVING = 2  # [-] joints that may move: a tracker loses one now and then
-BENT = {"elbow_flexion": np.radians(60.0)}  # partly occluded, hanging arms seem bent
-NOT_BENT = np.radians(30.0)
+BEND = np.radians(30.0)  # [rad] largest joint angle
+ELBOW_BEND = np.radians(60.0)  # [rad] the same of elbows: partly occluded, hanging arms seem bent
 LARGEST_OFFSET = 0.12  # [m] a larger deviation is a gross error, not an offset
 
 TRACKER_ERROR = (0.03, 0.06)
@@ -104,11 +103,13 @@ class NPoseDetector:
 
 def is_n_pose(joints: FloatArray) -> bool:
     """Whether joint positions, shape (15, 3) [m] in map, are those of the N-pose."""
-    for name, values in joint_angles(joints[None]).items():
-        limit = next((angle for key, angle in BENT.items() if key in name), NOT_BENT)
-        if not abs(float(values[0])) < limit:
-            return False
-    return True
+    angles = joint_angles(joints[None])
+    return all(abs(float(values[0])) < bend_limit(name) for name, values in angles.items())
+
+
+def bend_limit(angle: str) -> float:
+    """Largest value [rad] of a joint angle in the N-pose."""
+    return float(ELBOW_BEND if "elbow_flexion" in angle else BEND)
 
 
 def n_pose_joints(observed: FloatArray) -> FloatArray:
@@ -121,31 +122,21 @@ def n_pose_joints(observed: FloatArray) -> FloatArray:
         Symmetric, trunk upright, limbs of the observed lengths straight down; shape (15, 3) [m].
     """
     mirror = np.array([1.0, -1.0, 1.0])
-    joints = observed.copy()
-    for name in {joint.split("_", 1)[1] for joint in JOINTS if "_" in joint}:
-        left, right = (JOINT_INDEX[f"{side}_{name}"] for side in SIDES)
-        joints[left] = 0.5 * (observed[left] + mirror * observed[right])
-        joints[right] = mirror * joints[left]
-    lengths = {
-        (upper, lower): float(
-            np.linalg.norm(
-                joints[JOINT_INDEX[f"left_{lower}"]] - joints[JOINT_INDEX[f"left_{upper}"]]
-            )
-        )
-        for chain in CHAINS
-        for upper, lower in itertools.pairwise(chain)
-    }
+    symmetric = observed.copy()
+    left, right = PAIRS.T
+    symmetric[left] = 0.5 * (observed[left] + mirror * observed[right])
+    symmetric[right] = mirror * symmetric[left]
+    joints = symmetric.copy()
     for name in ("neck", "head", "torso"):
         joints[JOINT_INDEX[name], :2] = 0.0
     for side in SIDES:
         joints[JOINT_INDEX[f"{side}_hip"], [0, 2]] = 0.0
         joints[JOINT_INDEX[f"{side}_shoulder"], 0] = 0.0
         for chain in CHAINS:
-            for upper, lower in itertools.pairwise(chain):
-                down = np.array([0.0, 0.0, -lengths[upper, lower]])
-                joints[JOINT_INDEX[f"{side}_{lower}"]] = (
-                    joints[JOINT_INDEX[f"{side}_{upper}"]] + down
-                )
+            for pair in itertools.pairwise(chain):
+                upper, lower = (JOINT_INDEX[f"{side}_{name}"] for name in pair)
+                length = np.linalg.norm(symmetric[lower] - symmetric[upper])
+                joints[lower] = joints[upper] - [0.0, 0.0, length]
     return joints
 
 

@@ -1,0 +1,45 @@
+"""IMUs' messages are read in order, and the unusable ones counted."""
+
+import numpy as np
+
+from pose_core.counters import Counters
+from pose_core.streams.stamp_judge import StampJudge
+from pose_fusion.sample_reader import COUNTS, SampleReader, read_imus
+from pose_io.message_maker import MessageMaker
+from pose_io.typestore import make_typestore
+
+TYPESTORE = make_typestore()
+MAKE = MessageMaker(TYPESTORE)
+S = 10**9
+MS = 10**6
+
+
+def imu(stamp_ns, quaternion=(0.0, 0.0, 0.0, 1.0)):
+    message = MAKE.imu(MAKE.header(stamp_ns), np.array(quaternion), np.ones(3), np.zeros(3))
+    return bytes(TYPESTORE.serialize_cdr(message, message.__msgtype__))
+
+
+def test_samples_of_several_imus_are_in_the_order_of_their_stamps():
+    datas = {"torso": [imu(S + 3), imu(S + 1)], "head": [imu(S + 2), imu(S + 1)]}
+    block = read_imus(datas, Counters("imu_without_orientation"))
+    assert block.stamps_ns.tolist() == [S + 1, S + 1, S + 2, S + 3]
+    assert [block.segments[i] for i in block.imu] == ["torso", "head", "head", "torso"]
+
+
+def test_messages_without_an_orientation_are_counted():
+    counters = Counters("imu_without_orientation")
+    datas = {"torso": [imu(S), imu(S + 1, quaternion=np.zeros(4)), b""], "head": [imu(S)]}
+    assert len(read_imus(datas, counters)) == 2
+    assert counters["imu_without_orientation"] == 2
+
+
+def test_stamps_are_judged_in_the_order_of_arrival():
+    counters = Counters(*COUNTS)
+    datas = {"torso": [imu(S + 20 * MS), imu(S + 10 * MS), imu(S + 30 * MS)]}
+    judge = StampJudge()
+    block = SampleReader(["left"], judge, counters).imus(datas, S + 40 * MS, {})
+    assert block.stamps_ns.tolist() == [S + 20 * MS, S + 30 * MS]
+    assert judge.counters["stamps_backwards"] == 1
+    assert counters["imu_without_orientation"] == 0
+    block = SampleReader(["left"], None, counters).imus(datas, S + 40 * MS, {})
+    assert block.stamps_ns.tolist() == [S + 10 * MS, S + 20 * MS, S + 30 * MS]
