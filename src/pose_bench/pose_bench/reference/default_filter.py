@@ -102,8 +102,7 @@ class ReferenceFilter:
         groups = [*joints, *posture_groups(self.constants, state)]
         weights, distance = robust_update(state, groups, self.constants.frame_update)
         self._estimate_offsets(frame, view, joints, np.array(spread), weights)
-        if frame.late_s == 0.0:
-            self._estimate_delay(frame, view, joints, weights)
+        self._estimate_delay(frame, view, joints, weights)
         if joints:
             self._estimate_shared_offsets(frame.sensor, view)
         self._note_contradictions(frame.sensor, joints, distance)

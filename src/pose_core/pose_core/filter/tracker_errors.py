@@ -67,8 +67,7 @@ def update_tracker_errors(
         update: Result of the frame's update.
     """
     estimate_offsets(state, frame, view, rows, joints, update)
-    if frame.late_s == 0.0:
-        estimate_delay(constants, gap_s, state, frame, view, rows, joints, update.weights)
+    estimate_delay(constants, gap_s, state, frame, view, rows, joints, update.weights)
     smooth_nis(constants, gap_s, state.nis[frame.sensor], rows, joints, update.nis)
     add_contradictions(constants, gap_s / len(state.silent_s), state)
 
@@ -125,7 +124,7 @@ def estimate_delay(
         constants: See :class:`TrackerErrorConstants`.
         gap_s: Time since the camera's last frame [s].
         state: The state; delay and sums are updated.
-        frame: The frame; it must not be late.
+        frame: The frame.
         view: Its prediction, for the stamp corrected by the present estimate.
         rows: Measurement rows with the residuals before the update, those of joints first.
         joints: Number of groups of joints.

@@ -53,11 +53,12 @@ class FrameQueue:
     Args:
         aligner: Interpolates all sensors to common instants. None: one frame for each sensor's
             sample, and frames with only IMUs while the cameras are silent.
+        is_live: See :class:`FrameOrder`.
     """
 
-    def __init__(self, aligner: TimeAligner | None) -> None:
+    def __init__(self, aligner: TimeAligner | None, *, is_live: bool) -> None:
         self._aligner = aligner
-        self._order: FrameOrder[AlignedFrame] = FrameOrder()
+        self._order: FrameOrder[AlignedFrame] = FrameOrder(is_live=is_live)
         self._camera_lag = CameraLag()
         self.ready: deque[AlignedFrame] = deque()
         """Frames to be estimated now."""

@@ -57,7 +57,7 @@ class FusionPipeline:
         self.counters = Counters(*COUNTERS, *runner_counters(parameters), "outputs_skipped")
         self._runner = EstimatorRunner(self.model, parameters, self.counters, make_estimator)
         warm_up(parameters.estimator, self.model)
-        self._preprocessor = Preprocessor(self.model, parameters, self.counters)
+        self._preprocessor = Preprocessor(self.model, parameters, self.counters, is_live=is_live)
         self._is_live = is_live
         self._grid: OutputGrid | None = None
         if has_output_rate(parameters):

@@ -49,9 +49,17 @@ class Preprocessor:
         model: The body model.
         parameters: See :class:`FusionParameters`.
         counters: Declares :data:`COUNTERS`.
+        is_live: See :class:`pose_core.fusion.pipeline.FusionPipeline`.
     """
 
-    def __init__(self, model: BodyModel, parameters: FusionParameters, counters: Counters) -> None:
+    def __init__(
+        self,
+        model: BodyModel,
+        parameters: FusionParameters,
+        counters: Counters,
+        *,
+        is_live: bool = False,
+    ) -> None:
         kind = estimator_class(parameters.estimator)
         self._needs_aligned_frames = kind.NEEDS_ALIGNED_FRAMES
         self.model = model
@@ -72,7 +80,9 @@ class Preprocessor:
         self.imus = ImuSet()
         self._sensors = SensorsInMap(parameters.sensors, None)
         self._measurement = BodyMeasurement(model, parameters.shape_duration)
-        self._frames = FrameQueue(self.aligner if self._needs_aligned_frames else None)
+        self._frames = FrameQueue(
+            self.aligner if self._needs_aligned_frames else None, is_live=is_live
+        )
         self._waiting: SampleBuffer[SkeletonSample] = SampleBuffer(counters)
 
     def place_sensors(self, extrinsics: Extrinsics) -> None:

@@ -17,7 +17,7 @@ from pose_core.stamps import JUMP_BACK_NS
 T = TypeVar("T")
 
 REMEMBERED = 9  # [frames] over which the median period is taken
-SILENT_NS = 200_000_000  # [ns] without a frame, after which none is due
+SILENT_NS = 250_000_000  # [ns] behind the others, from which on no frame is waited for
 LEAST_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
 LARGEST_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
 JITTERS = 3.0  # [-] allowed jitter, in median deviations
@@ -49,11 +49,17 @@ class FramePeriod:
 class FrameOrder(Generic[T]):
     """Holds a frame while an earlier frame of another sensor is due.
 
-    If a sensor has dropped a frame, the next frame of any sensor reveals this and releases the held
-    ones. A live caller that cannot wait as long calls :meth:`flush`.
+    Of a recording, a frame waits until every sensor that is not silent has passed its instant, also
+    one whose corrected stamps are far behind. Live, a sensor's next frame releases those before it,
+    and a caller that cannot wait as long calls :meth:`flush`.
+
+    Args:
+        is_live: Whether frames are processed as they come.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_live: bool = True) -> None:
+        self._is_live = is_live
+        self._newest_ns = 0  # stamp of the newest frame of any sensor
         self._periods: dict[str, FramePeriod] = {}
         self._held: list[tuple[int, int, T]] = []  # a heap by stamp, then by arrival
         self._count = 0
@@ -74,12 +80,14 @@ class FrameOrder(Generic[T]):
         if period is not None and stamp_ns < period.newest_ns - JUMP_BACK_NS:
             ready = self.flush()
             self._periods.clear()
+            self._newest_ns = 0
             self._released_ns = period = None
+        self._newest_ns = max(self._newest_ns, stamp_ns)
         if period is None:
             self._periods[sensor] = FramePeriod(stamp_ns)
         elif stamp_ns > period.newest_ns:
-            # The next frame of a sensor shows that no earlier one is due.
-            ready += self._release_before(period.newest_ns)
+            if self._is_live:
+                ready += self._release_before(period.newest_ns)
             period.add(stamp_ns)
         if self._released_ns is not None and stamp_ns < self._released_ns:
             return [*ready, frame]
@@ -104,7 +112,11 @@ class FrameOrder(Generic[T]):
         return ready
 
     def _is_earlier_expected(self, stamp_ns: int) -> bool:
-        return any(period.expects_before(stamp_ns) for period in self._periods.values())
+        return any(
+            period.expects_before(stamp_ns)
+            for period in self._periods.values()
+            if self._newest_ns - period.newest_ns <= SILENT_NS
+        )
 
     def _pop(self) -> T:
         stamp_ns, _, frame = heappop(self._held)
