@@ -21,6 +21,7 @@ from pose_core.api import PairResiduals
 from pose_core.errors import InputError
 from pose_core.joints import JOINTS
 from pose_core.parameters import add_arguments, from_arguments
+from pose_fusion.tools.calibration_lines import floor_line
 from pose_io.bag_samples import BagFrames
 from pose_io.bags import BagReader, open_bag
 from pose_io.topics import sensor_topics
@@ -160,18 +161,6 @@ def imus_line(imus: ImuFindings) -> str:
     )
 
 
-def floor_line(session: SessionCalibration) -> str:
-    """One line about the floor and the vertical."""
-    floor = session.extrinsics.floor
-    if floor is None:
-        return ""
-    return (
-        f"'{session.extrinsics.reference}' stands {floor.height:.2f} ± {floor.height_stddev:.2f} m "
-        f"above the floor, tilted down by {np.degrees(floor.tilt):.1f} ± "
-        f"{np.degrees(floor.up_stddev):.1f}° (from: {floor.source})"
-    )
-
-
 def main(given: list[str]) -> None:
     """Run with the arguments of the command line."""
     arguments = make_parser().parse_args(given)
@@ -192,7 +181,7 @@ def main(given: list[str]) -> None:
     console.print(agreement_table(session))
     if session.people_line:
         print(session.people_line)
-    print(floor_line(session))
+    print(floor_line(session.extrinsics))
     if session.imus is not None:
         print(imus_line(session.imus))
     print(f"{arguments.output}: {', '.join(session.extrinsics.sensors)}")

@@ -28,6 +28,7 @@ from pose_core.api import Extrinsics
 from pose_core.errors import InputError, ParameterError
 from pose_core.parameters import add_arguments, from_arguments
 from pose_core.stamps import nanoseconds
+from pose_fusion.tools.calibration_lines import floor_line
 from pose_io.bags import open_bag
 from pose_node.plain_console import progress_bar
 
@@ -281,13 +282,8 @@ def _print_result(calibration: BoardCalibration, extrinsics: Extrinsics, found: 
     for name, seen in calibration.coverage.items():
         if seen.missing:
             print(f"'{name}' never had the board {seen.missing_text} of its image")
-    floor = extrinsics.floor
-    if floor is not None:
-        print(
-            f"'{extrinsics.reference}' stands {floor.height:.2f} m above the floor, tilted down by "
-            f"{np.degrees(floor.tilt):.1f} ± {np.degrees(floor.up_stddev):.1f}° "
-            f"(from: {floor.source})"
-        )
+    if extrinsics.floor is not None:
+        print(floor_line(extrinsics))
 
 
 def main(arguments: list[str]) -> None:

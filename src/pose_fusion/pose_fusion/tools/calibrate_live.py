@@ -12,6 +12,7 @@ from pose_calibration.parameters import LiveCalibrationParameters
 from pose_core.api import IMUS, Clock
 from pose_core.errors import InputError
 from pose_core.parameters import add_arguments, from_arguments, specs
+from pose_fusion.tools.calibration_lines import floor_line
 from pose_node.plain_console import progress_bar
 
 
@@ -63,6 +64,5 @@ def main(arguments: list[str]) -> None:
         ahead = f"{imus.offset_ns * 1e-6:.0f} ± {imus.stddev_s * 1e3:.0f} ms"
         print(f"the IMUs' clock is {ahead} ahead")
     if extrinsics.floor is not None:
-        floor = extrinsics.floor
-        print(f"vertical known to {np.degrees(floor.up_stddev):.1f} deg (from: {floor.source})")
+        print(floor_line(extrinsics))
     print(f"{given.output}: {', '.join(extrinsics.sensors)}")

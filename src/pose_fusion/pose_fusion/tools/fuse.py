@@ -2,7 +2,7 @@
 
 import argparse
 import gc
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,6 +37,7 @@ from pose_fusion.conversions import (
 )
 from pose_fusion.estimate_bytes import EstimateBytes
 from pose_fusion.parameters import FusionNodeParameters
+from pose_fusion.tools.calibration_lines import clocks_line, extrinsics_lines
 from pose_fusion.tools.compiling import prepare_visibly
 from pose_io.bag_samples import BagFrames, read_extrinsics
 from pose_io.bag_writer import BagWriter
@@ -106,8 +107,8 @@ def find_extrinsics(
         if not all(sensor in placed for sensor in sensors):
             console.print("extrinsics: none in the bag, estimating them from its motion")
             session = calibrate_people(BagFrames(bag), sensors)
-            if session.people_line:
-                console.print(session.people_line)
+            for line in filter(None, (session.people_line, *extrinsics_lines(session.extrinsics))):
+                console.print(line)
             return session.extrinsics
         console.print("extrinsics: from the bag's /tf_static")
         known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
@@ -126,8 +127,7 @@ def complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) ->
             console.print(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:
         source = "as recorded" if known.clocks else "by the motion in the bag"
-        ahead = (f"{name} {one.offset_ns / 1e6:+.0f} ms" for name, one in found.clocks.items())
-        console.print(f"clocks: ahead of {known.sensors[0]}'s {source}: {', '.join(ahead)}")
+        console.print(clocks_line(found, source))
     return found
 
 
@@ -274,6 +274,19 @@ def people_lines(pipeline: PeoplePipeline) -> Iterator[str]:
         )
 
 
+def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
+    """What went wrong, and what was done about it."""
+    late = counts.get("frames_too_late", 0)
+    if late:
+        yield f"  {late} frames came too late and were not used: see the clocks of their sensors"
+    backwards = counts.get("filter_restarts_backwards", 0)
+    if backwards:
+        yield (
+            f"  {backwards} times the pose faced backwards, until bent knees showed it: see where "
+            "a camera has the person's back and loses joints"
+        )
+
+
 def run() -> int | None:
     """The tool; returns the exit status."""
     arguments = parse_arguments()
@@ -303,9 +316,8 @@ def run() -> int | None:
     )
     for line in people_lines(pipeline):
         print(line)
-    late = pipeline.subject.counters.as_dict().get("frames_too_late", 0)
-    if late:
-        print(f"  {late} frames came too late and were not used: see the clocks of their sensors")
+    for line in fault_lines(pipeline.subject.counters.as_dict()):
+        print(line)
     for use in pipeline.subject.imu_uses:
         print(f"  IMU {use}")
     return None
