@@ -11,9 +11,8 @@ from functools import partial
 
 import numpy as np
 
-from pose_bench.methods import BASELINE, TimedRun, run_pipeline
+from pose_bench.captured_suite import KNOWN
 from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
-from pose_bench.suite import KNOWN
 from pose_calibration.body_measures import measure_body
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -36,7 +35,7 @@ from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import block_of
-from pose_evaluation.offline import MethodRun
+from pose_evaluation.offline import MethodRun, run_pipeline
 from pose_evaluation.scores import MethodScores, mean_known, score_method
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
@@ -47,6 +46,8 @@ from pose_sim.captured.session import (
     stamp_of,
 )
 
+BASELINE = "joint_kf"
+"""Baseline of all ratios; it uses the true extrinsics and clock offsets."""
 JUDGED_FROM_S = 3.0  # [s]
 
 
@@ -186,7 +187,7 @@ def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[C
 
 def run_method(
     session: CapturedSession, method: CapturedMethod, extrinsics: Extrinsics
-) -> tuple[TimedRun, FusionPipeline]:
+) -> tuple[MethodRun, FusionPipeline]:
     """Run a method over a session's samples, in the order of their arrival."""
     parameters = FusionParameters(
         estimator=method.estimator, use_imus=method.use_imus, sensors=SENSORS
@@ -195,8 +196,8 @@ def run_method(
     pipeline = FusionPipeline(parameters, extrinsics, make_estimator=make)
     before = first_pass(parameters)
     samples = [
-        (arrival_ns, each)
-        for arrival_ns, each in session.arrivals(imus=method.use_imus)
+        each
+        for each in session.samples(imus=method.use_imus)
         if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
     ]
     if before is not None:

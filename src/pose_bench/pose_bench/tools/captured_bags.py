@@ -21,7 +21,7 @@ from pose_bench.captured import (
     truth_of,
     with_imus,
 )
-from pose_bench.suite import KNOWN
+from pose_bench.captured_suite import KNOWN
 from pose_core.api import ImuSample
 from pose_core.errors import PoseError
 from pose_evaluation.offline import MethodRun
