@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.api import best_rigid_transform, transformed
+from pose_core.api import best_rigid_transform, joint_angles, transformed
 from pose_core.joints import JOINT_INDEX, LIMB_ENDS, SIDES
-from pose_sim.angles import measured_angles
 from pose_sim.choreography import STILL
 from pose_sim.motion import Motion
 from pose_sim.rotations import FloatArray
@@ -68,14 +67,14 @@ def angle_errors(
     Args:
         motion: The true motion.
         frames: The sensor's frames.
-        names: Angles of :func:`pose_sim.angles.measured_angles`.
+        names: Angles of :func:`pose_core.api.joint_angles`.
     """
-    measured = measured_angles(frames.positions)
+    measured = joint_angles(frames.positions)
     shifts = np.arange(-LARGEST_SHIFT, LARGEST_SHIFT, 0.005)
     used = frames.capture_s > WARM_UP_END
     used &= frames.capture_s < motion.times[-1] - LARGEST_SHIFT
     times = frames.capture_s[used]
-    truths = [measured_angles(motion.joints_at(times + shift)) for shift in shifts]
+    truths = [joint_angles(motion.joints_at(times + shift)) for shift in shifts]
 
     def errors(
         truth: dict[str, FloatArray], name: str
@@ -133,7 +132,7 @@ def two_views(session: Session, start: float, end: float) -> TwoViews:
     second = _interpolated(right, times)
     both = np.isfinite(first).all(axis=2) & np.isfinite(second).all(axis=2)
     gap = first[both] - transformed(best_rigid_transform(second[both], first[both]), second[both])
-    a, b = measured_angles(first), measured_angles(second)
+    a, b = joint_angles(first), joint_angles(second)
     differences = np.concatenate([a[knee] - b[knee] for knee in KNEES])
     variations = [
         np.nanstd(length) / np.nanmean(length)
