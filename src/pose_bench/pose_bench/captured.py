@@ -5,9 +5,10 @@ baseline is ``joint_kf`` on the same samples with the true extrinsics and clocks
 in which bodies are measured, are not evaluated; those in which IMUs are aligned are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -155,32 +156,55 @@ def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | Po
         return error
 
 
+Runs = Callable[[CapturedMethod], tuple[MethodRun, Any]]
+"""Function that runs a method on a session: its result, and what knows the use of its IMUs."""
+
+
 def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
     """Simulate a session, run methods on it and score them; failures have the reason."""
     session = make_captured_session(spec)
-    truth = truth_of(session)
+    baseline = run_baseline(session)
     known = {
         imus: known_extrinsics(session, imus=imus)
         for imus in {method.use_imus for method in methods}
     }
-    yardstick = next(method for method in METHODS if method.name == BASELINE)
-    yardstick_run = run_method(session, yardstick, true_extrinsics(session))
-    baseline = score_method(BASELINE, yardstick_run[0].series, truth.judged_truth)
+
+    def run(method: CapturedMethod) -> tuple[MethodRun, FusionPipeline]:
+        if method.name == BASELINE:
+            return baseline
+        extrinsics = known[method.use_imus]
+        if isinstance(extrinsics, PoseError):
+            raise PoseError(f"not calibrated: {extrinsics}")
+        return run_method(session, method, extrinsics)
+
+    return score_runs(session, methods, baseline[0], run)
+
+
+def run_baseline(session: CapturedSession) -> tuple[MethodRun, FusionPipeline]:
+    """Run the baseline with the true extrinsics."""
+    method = next(method for method in METHODS if method.name == BASELINE)
+    return run_method(session, method, true_extrinsics(session))
+
+
+def score_runs(
+    session: CapturedSession, methods: Sequence[CapturedMethod], baseline_run: MethodRun, run: Runs
+) -> list[CapturedScore]:
+    """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
+    truth = truth_of(session)
+    baseline = score_method(BASELINE, baseline_run.series, truth.judged_truth)
     found = []
     for method in methods:
-        label, scores = label_of(spec, method), baseline
-        run, pipeline = yardstick_run
-        if method.name != BASELINE:
-            extrinsics = known[method.use_imus]
-            if isinstance(extrinsics, PoseError):
-                found.append(replace(label, error=f"not calibrated: {extrinsics}"))
-                continue
-            run, pipeline = run_method(session, method, extrinsics)
-            if not len(run.series):
-                found.append(replace(label, error="no estimates"))
-                continue
-            scores = score_method(method.name, run.series, truth.judged_truth)
-        judged = judge(label, scores, baseline, run, truth)
+        label = label_of(session.spec, method)
+        try:
+            made, pipeline = run(method)
+        except PoseError as error:
+            found.append(replace(label, error=str(error)))
+            continue
+        if not len(made.series):
+            found.append(replace(label, error="no estimates"))
+            continue
+        scores = score_method(method.name, made.series, truth.judged_truth)
+        judged = judge(label, scores, baseline, made, truth)
         found.append(with_imus(judged, pipeline) if method.use_imus else judged)
     return found
 

@@ -5,6 +5,7 @@ Adding one means a module in this folder with ``add_arguments`` and ``run``, and
 """
 
 import argparse
+from pathlib import Path
 
 from pose_bench.tools import (
     accuracy,
@@ -44,8 +45,12 @@ def make_parser() -> argparse.ArgumentParser:
     parser.set_defaults(benchmark="goals")
     goals.add_arguments(parser)
     for name, module in BENCHMARKS.items():
-        text = module.SUMMARY
-        module.add_arguments(commands.add_parser(name, help=text, description=text))
+        command = commands.add_parser(name, help=module.SUMMARY, description=module.SUMMARY)
+        module.add_arguments(command)
+        if module not in (goals, steps):  # which only print
+            command.add_argument(
+                "-o", "--output", type=Path, metavar="DIR", help="folder for the results"
+            )
     return parser
 
 

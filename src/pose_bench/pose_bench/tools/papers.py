@@ -1,7 +1,6 @@
 """``./pose bench papers``: the papers' own tables beside what their methods give here."""
 
 import argparse
-from pathlib import Path
 
 from rich.console import Console
 
@@ -23,7 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=LEVELS,
         help="of the virtual Kinects' errors; figures are means (default: typical hard)",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for papers.md")
 
 
 def run(arguments: argparse.Namespace) -> int:
