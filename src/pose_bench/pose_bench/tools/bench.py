@@ -16,6 +16,7 @@ from pose_bench.tools import (
     imu,
     live,
     load,
+    noise,
     offline,
     papers,
     people,
@@ -31,8 +32,8 @@ from pose_node.command_line import run_tool
 BENCHMARKS = {
     module.__name__.rpartition(".")[2]: module
     for module in (
-        *(accuracy, captured, faults, fuzz, goals, imu, live, load, offline, papers, people),
-        *(prediction, soak, speed, steps, stream, teleop),
+        *(accuracy, captured, faults, fuzz, goals, imu, live, load, noise, offline),
+        *(papers, people, prediction, soak, speed, steps, stream, teleop),
     )
 }
 """By name; each has a ``SUMMARY``, ``add_arguments`` and ``run``."""
