@@ -23,7 +23,6 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
-            "compare_noise = pose_node.entry:start.pose_sim.tools.compare_noise",
             "generate = pose_node.entry:start.pose_sim.tools.generate",
             "imu_device = pose_node.entry:start.pose_sim.tools.imu_device",
         ]

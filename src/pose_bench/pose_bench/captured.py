@@ -5,15 +5,15 @@ baseline is ``joint_kf`` on the same samples with the true extrinsics and clocks
 in which bodies are measured, are not evaluated; those in which IMUs are aligned are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from pose_bench.methods import BASELINE, TimedRun, run_pipeline
+from pose_bench.captured_suite import KNOWN
 from pose_bench.scoring import HIP_AND_KNEE, coverage, dof_errors
-from pose_bench.suite import KNOWN
 from pose_calibration.body_measures import measure_body
 from pose_calibration.session_calibration import calibrate
 from pose_core.api import (
@@ -36,7 +36,7 @@ from pose_core.estimators.default import DefaultEstimator
 from pose_core.filter.tuning import FilterTuning
 from pose_core.joints import JOINTS, TrackingState
 from pose_core.streams.samples import block_of
-from pose_evaluation.offline import MethodRun
+from pose_evaluation.offline import MethodRun, run_pipeline
 from pose_evaluation.scores import MethodScores, mean_known, score_method
 from pose_sim.captured.clip import RATE
 from pose_sim.captured.session import (
@@ -47,6 +47,8 @@ from pose_sim.captured.session import (
     stamp_of,
 )
 
+BASELINE = "joint_kf"
+"""Baseline of all ratios; it uses the true extrinsics and clock offsets."""
 JUDGED_FROM_S = 3.0  # [s]
 
 
@@ -154,39 +156,62 @@ def known_extrinsics(session: CapturedSession, *, imus: bool) -> Extrinsics | Po
         return error
 
 
+Runs = Callable[[CapturedMethod], tuple[MethodRun, Any]]
+"""Function that runs a method on a session: its result, and what knows the use of its IMUs."""
+
+
 def run_session(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
     """Simulate a session, run methods on it and score them; failures have the reason."""
     session = make_captured_session(spec)
-    truth = truth_of(session)
+    baseline = run_baseline(session)
     known = {
         imus: known_extrinsics(session, imus=imus)
         for imus in {method.use_imus for method in methods}
     }
-    yardstick = next(method for method in METHODS if method.name == BASELINE)
-    yardstick_run = run_method(session, yardstick, true_extrinsics(session))
-    baseline = score_method(BASELINE, yardstick_run[0].series, truth.judged_truth)
+
+    def run(method: CapturedMethod) -> tuple[MethodRun, FusionPipeline]:
+        if method.name == BASELINE:
+            return baseline
+        extrinsics = known[method.use_imus]
+        if isinstance(extrinsics, PoseError):
+            raise PoseError(f"not calibrated: {extrinsics}")
+        return run_method(session, method, extrinsics)
+
+    return score_runs(session, methods, baseline[0], run)
+
+
+def run_baseline(session: CapturedSession) -> tuple[MethodRun, FusionPipeline]:
+    """Run the baseline with the true extrinsics."""
+    method = next(method for method in METHODS if method.name == BASELINE)
+    return run_method(session, method, true_extrinsics(session))
+
+
+def score_runs(
+    session: CapturedSession, methods: Sequence[CapturedMethod], baseline_run: MethodRun, run: Runs
+) -> list[CapturedScore]:
+    """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
+    truth = truth_of(session)
+    baseline = score_method(BASELINE, baseline_run.series, truth.judged_truth)
     found = []
     for method in methods:
-        label, scores = label_of(spec, method), baseline
-        run, pipeline = yardstick_run
-        if method.name != BASELINE:
-            extrinsics = known[method.use_imus]
-            if isinstance(extrinsics, PoseError):
-                found.append(replace(label, error=f"not calibrated: {extrinsics}"))
-                continue
-            run, pipeline = run_method(session, method, extrinsics)
-            if not len(run.series):
-                found.append(replace(label, error="no estimates"))
-                continue
-            scores = score_method(method.name, run.series, truth.judged_truth)
-        judged = judge(label, scores, baseline, run, truth)
+        label = label_of(session.spec, method)
+        try:
+            made, pipeline = run(method)
+        except PoseError as error:
+            found.append(replace(label, error=str(error)))
+            continue
+        if not len(made.series):
+            found.append(replace(label, error="no estimates"))
+            continue
+        scores = score_method(method.name, made.series, truth.judged_truth)
+        judged = judge(label, scores, baseline, made, truth)
         found.append(with_imus(judged, pipeline) if method.use_imus else judged)
     return found
 
 
 def run_method(
     session: CapturedSession, method: CapturedMethod, extrinsics: Extrinsics
-) -> tuple[TimedRun, FusionPipeline]:
+) -> tuple[MethodRun, FusionPipeline]:
     """Run a method over a session's samples, in the order of their arrival."""
     parameters = FusionParameters(
         estimator=method.estimator, use_imus=method.use_imus, sensors=SENSORS
@@ -195,8 +220,8 @@ def run_method(
     pipeline = FusionPipeline(parameters, extrinsics, make_estimator=make)
     before = first_pass(parameters)
     samples = [
-        (arrival_ns, each)
-        for arrival_ns, each in session.arrivals(imus=method.use_imus)
+        each
+        for each in session.samples(imus=method.use_imus)
         if not isinstance(each, ImuSample) or not method.segments or each.segment in method.segments
     ]
     if before is not None:

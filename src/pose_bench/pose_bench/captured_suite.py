@@ -11,12 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pose_bench.suite import CONDITIONS, OFFSET
 from pose_core.errors import InputError
 from pose_sim.captured.clips import bundled_clips, clips_in
 from pose_sim.captured.session import CapturedSpec
 from pose_sim.captured.trackers import JUDGED_ON, TUNED_ON
 
+KNOWN, CALIBRATED, OFFSET = "known", "calibrated", "offset"
+CONDITIONS = (KNOWN, CALIBRATED, OFFSET)
+"""``known``: the true extrinsics; ``calibrated``: estimated from the session's samples; ``offset``:
+the same, and the right camera's clock is off by one of :data:`CLOCK_OFFSETS_S`."""
 CLOCK_OFFSETS_S = (-0.12, 0.08, 0.2)  # [s] offsets of the right camera's clock
 DELAYS_S = (0.0, 0.03, 0.06, 0.08)  # [s] delays of held-out trackers
 GROUPED = 16  # approximate number of clips in a session

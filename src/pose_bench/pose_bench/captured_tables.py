@@ -7,8 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from pose_bench.captured import CapturedScore
-from pose_bench.methods import BASELINE
+from pose_bench.captured import BASELINE, CapturedScore
 from pose_bench.tables import TextTable, number, percent
 
 NOTE = (

@@ -5,10 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pose_bench.methods import TimedRun, run_pipeline
 from pose_core.api import (
     ChosenPerson,
-    Extrinsics,
     FusionParameters,
     FusionPipeline,
     SkeletonSample,
@@ -16,6 +14,7 @@ from pose_core.api import (
     extrinsics_from_map,
     series_from_samples,
 )
+from pose_evaluation.offline import MethodRun, run_pipeline
 from pose_io.recordings.recording import SensorStream
 from pose_io.recordings.stream_frames import samples_of_stream
 
@@ -50,9 +49,8 @@ def view_of_stream(stream: SensorStream) -> View:
     return view_of(samples_of_stream(replace(stream, name=CAMERA), ChosenPerson()))
 
 
-def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> TimedRun:
+def run_one_camera(estimator: str, samples: Iterable[SkeletonSample]) -> MethodRun:
     """Run an estimator on one camera's samples; the result is in a level ``map``."""
     parameters = FusionParameters(estimator=estimator, sensors=(CAMERA,), use_imus=False)
-    extrinsics: Extrinsics = extrinsics_from_map({CAMERA: LEVEL_MOUNTING})
-    pipeline = FusionPipeline(parameters, extrinsics)
-    return run_pipeline(pipeline, ((sample.stamp_ns, sample) for sample in samples))
+    extrinsics = extrinsics_from_map({CAMERA: LEVEL_MOUNTING})
+    return run_pipeline(FusionPipeline(parameters, extrinsics), samples)

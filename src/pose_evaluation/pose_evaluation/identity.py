@@ -13,7 +13,6 @@ class IdentityScore:
     assigned: int  # [-] of them, skeletons with an identity
     switches: int  # [-] changes of a person's identity
     wrong: int  # [-] skeletons with an identity that mostly belongs to another person
-    identities: int  # [-] assigned identities
 
     def __add__(self, other: "IdentityScore") -> "IdentityScore":
         return IdentityScore(**{k: v + getattr(other, k) for k, v in vars(self).items()})
@@ -45,10 +44,4 @@ def score_identities(pairs: Iterable[tuple[Hashable, Hashable | None]]) -> Ident
         switches += last.get(person) not in (None, identity)
         last[person] = identity
     wrong = sum(sum(each.values()) - max(each.values()) for each in together.values())
-    return IdentityScore(
-        skeletons=skeletons,
-        assigned=assigned,
-        switches=switches,
-        wrong=wrong,
-        identities=len(together),
-    )
+    return IdentityScore(skeletons=skeletons, assigned=assigned, switches=switches, wrong=wrong)

@@ -103,6 +103,14 @@ def run_methods(
     return {name: run_of_estimates(each) for name, each in estimates.items()}
 
 
+def run_pipeline(
+    pipeline: FusionPipeline, samples: Iterable[SkeletonSample | ImuSample]
+) -> MethodRun:
+    """Run a pipeline over samples in the order of arrival."""
+    estimates = [estimate for sample in samples for estimate in pipeline.add(sample)]
+    return run_of_estimates([*estimates, *pipeline.flush()])
+
+
 def run_of_estimates(estimates: Sequence[BodyEstimate]) -> MethodRun:
     """Convert estimates to arrays."""
     series = series_from_samples(

@@ -48,18 +48,14 @@ def angles_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Figure:
     Raises:
         InputError: If there is nothing to draw.
     """
-    begin_ns = _begin_ns(series)
-    figure, plots = _grid_figure(title, rows=6, height=13.0)
-    angles = {name: joint_angles(each.positions) for name, each in series.items()}
-    for position, angle in enumerate(ANGLES):
-        # Left side in the left column, as in the table.
-        axes = plots[position % 6][position // 6]
-        for name, each in series.items():
-            _draw(axes, name, list(series), each, begin_ns, np.degrees(angles[name][angle]))
-        axes.set_title(angle.replace("_", " "), fontsize=10, loc="left", pad=3)
-        axes.set_ylabel("[deg]", fontsize=9)
-    _finish(figure, plots)
-    return figure
+    found = {name: joint_angles(each.positions) for name, each in series.items()}
+    half = len(ANGLES) // 2  # left side in the left column, as in the table
+    panels = {
+        angle.replace("_", " "): {name: np.degrees(each[angle]) for name, each in found.items()}
+        for pair in zip(ANGLES[:half], ANGLES[half:], strict=True)
+        for angle in pair
+    }
+    return _grid_figure(title, series, panels, "[deg]", height=13.0)
 
 
 def bone_lengths_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Figure:
@@ -72,22 +68,14 @@ def bone_lengths_figure(title: str, series: Mapping[str, SkeletonSeries]) -> Fig
     Raises:
         InputError: If there is nothing to draw.
     """
-    begin_ns = _begin_ns(series)
-    figure, plots = _grid_figure(title, rows=4, height=9.0)
-    lengths = {name: bone_lengths(each.positions) for name, each in series.items()}
-    for position, bone in enumerate(BONES_SHOWN):
-        axes = plots[position // 2][position % 2]
-        for name, each in series.items():
-            _draw(axes, name, list(series), each, begin_ns, 100.0 * lengths[name][bone])
-        axes.set_title(
-            f"{bone.replace('_', ' ')} ({' to '.join(BONES[bone])})".replace("_", " "),
-            fontsize=10,
-            loc="left",
-            pad=3,
-        )
-        axes.set_ylabel("[cm]", fontsize=9)
-    _finish(figure, plots)
-    return figure
+    found = {name: bone_lengths(each.positions) for name, each in series.items()}
+    panels = {
+        f"{bone} ({' to '.join(BONES[bone])})".replace("_", " "): {
+            name: 100.0 * each[bone] for name, each in found.items()
+        }
+        for bone in BONES_SHOWN
+    }
+    return _grid_figure(title, series, panels, "[cm]", height=9.0)
 
 
 def errors_figure(evaluation: Evaluation) -> Figure:
@@ -144,56 +132,53 @@ def style_of(name: str, names: Sequence[str]) -> tuple[str, float, str]:
     return SENSOR_COLOURS[sensors.index(name) % len(SENSOR_COLOURS)], 0.9, "-"
 
 
-def _begin_ns(series: Mapping[str, SkeletonSeries]) -> int:
+def titled_figure(title: str, height: float) -> Figure:
+    """An empty figure of a height [inch] with a title."""
+    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
+    figure.suptitle(title, fontsize=13, x=0.01, ha="left")
+    return figure
+
+
+def label_panel(axes: Axes, title: str, unit: str) -> None:
+    """Give a small plot over time its title, unit and grid."""
+    axes.set_title(title, fontsize=10, loc="left", pad=3)
+    axes.set_ylabel(unit, fontsize=9)
+    axes.grid(color="0.88", linewidth=0.6)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _grid_figure(
+    title: str,
+    series: Mapping[str, SkeletonSeries],
+    panels: Mapping[str, Mapping[str, FloatArray]],
+    unit: str,
+    height: float,
+) -> Figure:
+    """Small plots over time in two columns, row by row: by title, each series' values."""
     begins = [int(each.stamps_ns[0]) for each in series.values() if len(each)]
     if not begins:
         raise InputError("nothing to plot: no method has a skeleton")
-    return min(begins)
-
-
-def _draw(
-    axes: Axes,
-    name: str,
-    names: Sequence[str],
-    series: SkeletonSeries,
-    begin_ns: int,
-    values: FloatArray,
-) -> None:
-    """Draw one method's line, interrupted at missing samples and where an angle wraps."""
-    times = (series.stamps_ns - begin_ns) * 1e-9
-    breaks = np.flatnonzero(np.diff(times) > MAX_GAP_S) + 1
-    jumps = np.flatnonzero(np.abs(np.diff(values)) > 180.0) + 1
-    breaks = np.union1d(breaks, jumps)
-    colour, width, line = style_of(name, names)
-    axes.plot(
-        np.insert(times, breaks, np.nan),
-        np.insert(values, breaks, np.nan),
-        line,
-        color=colour,
-        linewidth=width,
-        label=name,
-    )
-
-
-def _grid_figure(title: str, rows: int, height: float) -> tuple[Figure, list[list[Axes]]]:
-    figure = Figure(figsize=(12.0, height), dpi=DPI, layout="constrained")
-    figure.suptitle(title, fontsize=13, x=0.01, ha="left")
-    plots = figure.subplots(rows, 2, sharex=True)
-    return figure, [list(row) for row in plots]
-
-
-def _finish(figure: Figure, plots: list[list[Axes]]) -> None:
-    for axes in (axes for row in plots for axes in row):
-        axes.grid(color="0.88", linewidth=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
+    figure = titled_figure(title, height)
+    plots = figure.subplots(len(panels) // 2, 2, sharex=True)
+    for axes, (panel, values) in zip(plots.flat, panels.items(), strict=True):
+        for name, each in series.items():
+            times = (each.stamps_ns - min(begins)) * 1e-9
+            # Interrupted at missing samples and where an angle wraps.
+            jumps = (np.diff(times) > MAX_GAP_S) | (np.abs(np.diff(values[name])) > 180.0)
+            breaks = np.flatnonzero(jumps) + 1
+            points = np.insert([times, values[name]], breaks, np.nan, axis=1)
+            colour, width, style = style_of(name, list(series))
+            axes.plot(*points, style, color=colour, linewidth=width, label=name)
+        label_panel(axes, panel, unit)
         axes.tick_params(labelsize=9)
         axes.margins(x=0.005)
     for axes in plots[-1]:
         axes.set_xlabel("time [s]", fontsize=10)
-    handles, labels = plots[0][0].get_legend_handles_labels()
+    handles, labels = plots[0, 0].get_legend_handles_labels()
     legend = figure.legend(
         handles, labels, loc="outside upper right", ncols=len(labels), frameon=False, fontsize=11
     )
     for line in legend.get_lines():
         line.set_linewidth(2.5)
     figure.align_ylabels()
+    return figure

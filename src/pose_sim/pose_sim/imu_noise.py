@@ -77,29 +77,20 @@ _ERRORS = (
     "magnetometer_noise",
     "disturbance",
     "disturbance_change",
+    "misalignment_min",
+    "misalignment_max",
 )
 
 TYPICAL = ImuParameters()
-CLEAN = replace(
-    TYPICAL,
-    clock_drift=0.0,
-    radio_jitter=0.0,
-    misalignment_min=0.0,
-    misalignment_max=0.0,
-    **dict.fromkeys(_ERRORS, 0.0),
-)
-EASY = replace(
-    TYPICAL,
-    misalignment_min=0.5 * TYPICAL.misalignment_min,
-    misalignment_max=0.5 * TYPICAL.misalignment_max,
-    **{name: 0.5 * getattr(TYPICAL, name) for name in _ERRORS},
-)
-HARD = replace(
-    TYPICAL,
-    misalignment_max=35.0,
-    radio_jitter=0.003,
-    **{name: 2.5 * getattr(TYPICAL, name) for name in _ERRORS},
-)
+
+
+def _scaled(factor: float) -> ImuParameters:
+    return replace(TYPICAL, **{name: factor * getattr(TYPICAL, name) for name in _ERRORS})
+
+
+CLEAN = replace(_scaled(0.0), clock_drift=0.0, radio_jitter=0.0)
+EASY = _scaled(0.5)
+HARD = replace(_scaled(2.5), radio_jitter=0.003, misalignment_min=5.0, misalignment_max=35.0)
 PRESETS = {"clean": CLEAN, "easy": EASY, "typical": TYPICAL, "hard": HARD}
 """``clean``: no errors; ``easy``: half of ``typical``'s; ``typical``: an MPU-9150 indoors;
 ``hard``: near iron, badly strapped."""

@@ -132,29 +132,20 @@ _ERRORS = (
     "dropped_share",
     "lost_share",
     "hidden_lost_share",
+    "inertia",
+    "wrongly_tracked",
 )
 
 TYPICAL = KinectParameters()
-CLEAN = replace(
-    TYPICAL,
-    clock_drift=0.0,
-    arrival_jitter=0.0,
-    inertia=0.0,
-    wrongly_tracked=0.0,
-    **dict.fromkeys(_ERRORS, 0.0),
-)
-EASY = replace(
-    TYPICAL,
-    inertia=0.5 * TYPICAL.inertia,
-    wrongly_tracked=0.5 * TYPICAL.wrongly_tracked,
-    **{name: 0.5 * getattr(TYPICAL, name) for name in _ERRORS},
-)
-HARD = replace(
-    TYPICAL,
-    inertia=1.0,
-    wrongly_tracked=0.5,
-    **{name: 2.0 * getattr(TYPICAL, name) for name in _ERRORS},
-)
+
+
+def _scaled(factor: float) -> KinectParameters:
+    return replace(TYPICAL, **{name: factor * getattr(TYPICAL, name) for name in _ERRORS})
+
+
+CLEAN = replace(_scaled(0.0), clock_drift=0.0, arrival_jitter=0.0)
+EASY = _scaled(0.5)
+HARD = _scaled(2.0)
 PRESETS = {"clean": CLEAN, "easy": EASY, "typical": TYPICAL, "hard": HARD}
 """``clean``: no errors but hidden joints' states; ``easy``: half of ``typical``'s errors;
 ``typical``: a Kinect v2 with its own tracker; ``hard``: twice that, close to published errors of

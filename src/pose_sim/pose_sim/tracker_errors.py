@@ -130,7 +130,7 @@ def wander(
     size = p.wander_still + p.wander_moving * gains * pace
     stirred = 0.4 + 0.6 * np.minimum(pace / 0.5, 1.0)  # inferred joints at rest drift less
     size = size + p.hidden_error * blocked * stirred + p.foreshortened_error * pointing
-    process = slow_process(truth_shape=velocity.shape, seconds=p.wander_time, p=p, rng=rng)
+    process = slow_process(velocity.shape, p.wander_time, p.frame_rate, rng)
     _liken_arms(process.swapaxes(0, 1), p)
     return size[..., None] * process
 
@@ -169,13 +169,14 @@ def white_noise(optical: FloatArray, p: KinectParameters, rng: np.random.Generat
 
 
 def slow_process(
-    truth_shape: tuple[int, ...], seconds: float, p: KinectParameters, rng: np.random.Generator
+    shape: tuple[int, ...], seconds: float, rate: float, rng: np.random.Generator
 ) -> FloatArray:
-    """Unit-variance Ornstein-Uhlenbeck processes along the first axis."""
-    keep = np.exp(-1.0 / (p.frame_rate * seconds))
-    noise = rng.standard_normal(truth_shape)
+    """Unit-variance Ornstein-Uhlenbeck processes along the first axis; ``rate`` of it in Hz."""
+    keep = np.exp(-1.0 / (seconds * rate))
+    noise = rng.standard_normal(shape)
     noise[1:] *= np.sqrt(1.0 - keep**2)
-    return lfilter([1.0], [1.0, -keep], noise, axis=0)
+    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
+    return process
 
 
 def _liken_arms(draws: FloatArray, p: KinectParameters) -> None:

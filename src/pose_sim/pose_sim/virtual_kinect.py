@@ -146,8 +146,8 @@ def _states(
     blocked: FloatArray, p: KinectParameters, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
     """Tracking state of each joint, which changes rarely, (n, 15)."""
-    believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
-    loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p, rng))
+    believes = ndtr(slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
+    loses = ndtr(slow_process(blocked.shape, DECISION_TIME, p.frame_rate, rng))
     is_hidden = blocked > 0.5
     state = np.full(blocked.shape, TrackingState.TRACKED, dtype=np.uint8)
     state[is_hidden & (believes >= p.wrongly_tracked)] = TrackingState.INFERRED

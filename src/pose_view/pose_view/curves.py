@@ -12,7 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pose_core.api import ABDUCTION_OF, ANGLES, ROOT_DOF, FloatArray, joint_angles
+from pose_core.api import (
+    ANGLES,
+    ROOT_DOF,
+    FloatArray,
+    joint_angles,
+    without_sideways_flexion,
+)
 from pose_core.joints import JOINT_INDEX
 from pose_evaluation.limb_attitude import (
     LIMBS,
@@ -25,7 +31,6 @@ from pose_view.snapshot import BodySnapshot
 
 SEGMENTS: tuple[str, ...] = tuple(sorted(LIMBS, key=lambda limb: limb.startswith("left")))
 """The limbs, the right side first."""
-SIDEWAYS = np.radians(60.0)  # [rad] abduction
 HALF_TURN = 180.0  # [°]
 
 
@@ -62,20 +67,14 @@ def curve(title: str, track: BodyTrack) -> FloatArray:
     if kind in ("Pitch", "Yaw"):
         pitch, yaw = limb_attitude(track.joints, name)
         return np.degrees(pitch) if kind == "Pitch" else np.degrees(yaw) % 360.0
-    if kind == "Roll":
-        if track.dof is None:
+    if kind in ("Roll", "Model"):
+        if track.dof is None or (kind == "Model" and name not in track.dof_names):
             return np.full(len(track.joints), np.nan)
+        if kind == "Model":
+            return np.degrees(track.dof[:, track.dof_names.index(name)])
         return np.degrees(limb_roll(segment_rotations(track.dof_names, track.dof, name)))
-    if kind == "Model":
-        if track.dof is None or name not in track.dof_names:
-            return np.full(len(track.joints), np.nan)
-        return np.degrees(track.dof[:, track.dof_names.index(name)])
-    name = title.lower().replace(" ", "_")
-    angles = joint_angles(track.joints)
-    values = np.degrees(angles[name])
-    if name in ABDUCTION_OF:
-        values[np.abs(angles[ABDUCTION_OF[name]]) > SIDEWAYS] = np.nan
-    return values
+    angles = without_sideways_flexion(joint_angles(track.joints))
+    return np.degrees(angles[title.lower().replace(" ", "_")])
 
 
 def on_grid(times: FloatArray, values: FloatArray, grid: FloatArray, gap: float) -> FloatArray:

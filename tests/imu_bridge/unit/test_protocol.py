@@ -47,7 +47,7 @@ def test_crc_is_ccitt_false() -> None:
 
 
 def test_frame_has_33_bytes() -> None:
-    assert len(GOLDEN) == protocol.SAMPLE_FRAME_BYTES == 33
+    assert len(GOLDEN) == 33
 
 
 @pytest.mark.parametrize(

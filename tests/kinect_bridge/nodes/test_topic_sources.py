@@ -406,7 +406,7 @@ def test_a_missing_message_package_is_one_line_with_instructions(ros_context):
         Parameter("source", value="named_poses"),
         Parameter("message_type", value="no_such_package/msg/Poses"),
     ]
-    with pytest.raises(InputError, match="no_such_package/msg/Poses, which is not installed"):
+    with pytest.raises(InputError, match="no_such_package/msg/Poses is not installed"):
         KinectBridge(parameter_overrides=overrides)
 
 

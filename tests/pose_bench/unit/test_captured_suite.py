@@ -1,16 +1,16 @@
 """The suite on captured motion: its sessions, variants and tables."""
 
 from collections import Counter
-from dataclasses import replace
+from dataclasses import MISSING, fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pose_bench.captured import METHODS, CapturedScore
-from pose_bench.captured_suite import captured_specs
+from pose_bench.captured_suite import CALIBRATED, CONDITIONS, KNOWN, OFFSET, captured_specs
 from pose_bench.captured_tables import captured_csv, source_table, summary_table
 from pose_bench.captured_variants import IMU_SETS, ablation_methods, imu_set_methods
-from pose_bench.suite import CALIBRATED, KNOWN, OFFSET
 from pose_core.errors import InputError
 from pose_core.joints import SEGMENTS
 from pose_sim.captured.clips import bundled_clips
@@ -98,3 +98,10 @@ def test_the_csv_has_a_row_for_each_session_and_method():
 def test_every_method_has_a_name_of_its_own():
     assert len({method.name for method in METHODS}) == len(METHODS)
     assert np.isnan(CapturedScore(source="", session="", trackers="", condition="", method="").r)
+
+
+def test_the_readme_documents_conditions_methods_and_figures():
+    readme = (Path(__file__).parents[3] / "src" / "pose_bench" / "README.md").read_text()
+    figures = [field.name for field in fields(CapturedScore) if field.default is not MISSING]
+    for name in (*CONDITIONS, *(method.name for method in METHODS), *figures):
+        assert f"`{name}`" in readme

@@ -5,19 +5,20 @@ import pytest
 
 from pose_bench.faults.fault import Fault
 from pose_bench.faults.heard import Said
-from pose_bench.faults.judging import NS, _said
+from pose_bench.faults.judging import _said
+from pose_core.stamps import NS_PER_S
 
 FAULT = Fault(name="right: silent", said=("right",))
 
 
 def report(at_s, message, level=1):
     return Said(
-        arrived_ns=round(at_s * NS), node="/fusion", level=level, message=message, values={}
+        arrived_ns=round(at_s * NS_PER_S), node="/fusion", level=level, message=message, values={}
     )
 
 
 def said_after(*reports):
-    return _said(FAULT, reports, 10 * NS, 20 * NS)[0]
+    return _said(FAULT, reports, 10 * NS_PER_S, 20 * NS_PER_S)[0]
 
 
 def test_a_warning_that_ended_before_the_fault_counts_again():

@@ -5,9 +5,12 @@ import numpy as np
 import pytest
 
 from pose_bench import kinectmultitrack, uiprmd
-from pose_bench.accuracy import rows_csv
 from pose_bench.one_camera import RAW
+from pose_bench.pool import run_all
 from pose_bench.sessions import SessionSpec, bench_session
+from pose_bench.tools import bench
+from pose_bench.tools.accuracy import rows_csv
+from pose_core.errors import InputError
 from pose_core.streams.angle_series import AngleSeries, angle_series
 from pose_io.recordings.recording import make_recording, make_stream
 
@@ -97,6 +100,45 @@ def test_rows_of_real_people_are_marked(squats):
 
     assert [row["subject_kind"] for row in rows] == ["real", "real"]
     assert float(rows[0]["distance_cm"]) == pytest.approx(views[0].distance_cm, rel=1e-4)
+
+
+def test_the_tool_writes_the_table_and_the_csv(squats, tmp_path, monkeypatch, capsys):
+    recording = two_cameras(squats)
+    monkeypatch.setattr(kinectmultitrack, "single_person_recordings", lambda _: [recording])
+    arguments = ["accuracy", "--kinectmultitrack", "there", "--methods", "joint_kf", "--jobs", "1"]
+
+    status = bench.run([*arguments, "-o", str(tmp_path / "out")])
+
+    assert status == 0
+    names = {"accuracy.md", "accuracy_kinectmultitrack.csv"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == names
+    assert "joint_kf [cm]" in (tmp_path / "out" / "accuracy.md").read_text()
+    assert "KinectMultiTrack" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "no recordings: expected --uiprmd DIR, --kinectmultitrack DIR or both"),
+        (["--jobs", "0", "--uiprmd", "/nonexistent"], "jobs = 0: expected 1 or more"),
+        (["--uiprmd", "/nonexistent"], "found no repetition of UI-PRMD"),
+        (["--kinectmultitrack", "/nonexistent"], "found no KinectMultiTrack"),
+    ],
+)
+def test_bad_arguments_end_in_one_line(arguments, message):
+    with pytest.raises(InputError, match=message) as error:
+        bench.run(["accuracy", *arguments])
+    assert "\n" not in str(error.value)
+
+
+def test_results_keep_the_order_of_the_arguments_in_several_processes():
+    told = []
+    powers = run_all(
+        pow, [(2, n) for n in range(6)], jobs=2, progress=lambda *count: told.append(count)
+    )
+
+    assert powers == [1, 2, 4, 8, 16, 32]
+    assert told == [(n, 6) for n in range(7)]
 
 
 @pytest.mark.data

@@ -9,11 +9,13 @@ import time
 import pytest
 from patience import PATIENCE_S
 
-from imu_bridge.protocols.star import SAMPLE_FRAME_BYTES, Decoder
+from imu_bridge.protocols.star import Decoder
 from pose_sim.imu_file import encode_all
 from pose_sim.session import make_session, settings_of
 from pose_sim.session_folder import write_session
 from pose_sim.virtual_imu import NODES
+
+SAMPLE_FRAME_BYTES = 33  # of the star protocol
 
 pytestmark = pytest.mark.graph
 RUN = ["python", "-c", "import sys; from pose_sim.tools.{0} import main; main()"]

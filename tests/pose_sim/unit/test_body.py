@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from pose_core.api import joint_angles
 from pose_core.joints import JOINT_INDEX, SEGMENTS, SIDES
-from pose_sim.angles import measured_angles
 from pose_sim.body import BODY_ANGLES, SHANK, THIGH, UPPER_ARM, Body, neutral_angles
 
 BODY = Body(1.80)
@@ -21,7 +21,7 @@ def posed(**degrees: float):
 
 
 def measured(**degrees: float) -> dict[str, float]:
-    angles = measured_angles(posed(**degrees).joints)
+    angles = joint_angles(posed(**degrees).joints)
     return {name: float(np.degrees(value[0])) for name, value in angles.items()}
 
 

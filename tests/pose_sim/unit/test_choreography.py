@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from pose_core.api import joint_angles
 from pose_core.errors import InputError
 from pose_core.joints import JOINT_INDEX
-from pose_sim.angles import JOINT_NAMES, measured_angles, true_joint_angles
+from pose_sim.angles import JOINT_NAMES, true_joint_angles
 from pose_sim.body import Body
 from pose_sim.choreography import CHOREOGRAPHIES, compose, plan
 from pose_sim.occlusion import hidden
@@ -25,7 +26,7 @@ def degrees(motion, name):
 def test_it_begins_with_two_seconds_of_standing_still_in_the_neutral_pose(motions, name):
     motion = motions[name]
     still = motion.times <= 2.0
-    angles = measured_angles(motion.pose.joints[still])
+    angles = joint_angles(motion.pose.joints[still])
     assert np.allclose(list(angles.values()), 0.0, atol=1e-6)
     assert np.ptp(motion.pose.joints[still], axis=0).max() < 1e-9
 

@@ -63,7 +63,6 @@ MAGNETOMETER_LSB = tuple(ut * 1e-6 for ut in MAGNETOMETER_LSB_UT)
 _PREFIX_BYTES = 3  # sync and length
 _CRC_BYTES = 2
 _SAMPLE = struct.Struct("<BBHIBB9h")
-SAMPLE_FRAME_BYTES = _PREFIX_BYTES + _SAMPLE.size + _CRC_BYTES
 
 Counts3 = tuple[int, int, int]
 

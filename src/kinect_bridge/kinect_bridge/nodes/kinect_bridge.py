@@ -1,8 +1,6 @@
 """The node: one sensor's skeletons, from any source, as ``kinect_<name>/skeletons``."""
 
-import re
 from functools import partial
-from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -15,38 +13,13 @@ from kinect_bridge.parameters import KinectBridgeParameters
 from kinect_bridge.selected_source import make_source
 from kinect_bridge.sources.source import SkeletonFrame, SkeletonSource, Topic
 from pose_core.counters import Counters
-from pose_core.errors import InputError
 from pose_core.joints import TrackingState
 from pose_node.nodes.diagnostics import Report
 from pose_node.nodes.managed import ManagedNode
+from pose_node.nodes.message_types import message_class
 from pose_node.nodes.running import run_node
 
-TYPE_NAME = r"([a-z][a-z0-9_]*)/msg/([A-Za-z][A-Za-z0-9]*)"
-
-
 STATE_COUNTERS = tuple(f"joints_{state.name.lower()}" for state in TrackingState)
-
-
-def message_type(topic: Topic) -> Any:
-    """The class of a topic's messages.
-
-    Raises:
-        InputError: If its package is not installed.
-    """
-    match = re.fullmatch(TYPE_NAME, topic.type_name)
-    if match is None:
-        raise InputError(
-            f"'{topic.type_name}' is not a message type: expected for example "
-            "'visualization_msgs/msg/MarkerArray'"
-        )
-    package, name = match.groups()
-    try:
-        return getattr(import_module(f"{package}.msg"), name)
-    except (ImportError, AttributeError):
-        how = topic.install or "install the package and source its workspace"
-        raise InputError(
-            f"topic '{topic.name}' carries {topic.type_name}, which is not installed: {how}"
-        ) from None
 
 
 class KinectBridge(ManagedNode[KinectBridgeParameters]):
@@ -103,7 +76,7 @@ class KinectBridge(ManagedNode[KinectBridgeParameters]):
             qos.reliability = ReliabilityPolicy.RELIABLE
             qos.durability = DurabilityPolicy.TRANSIENT_LOCAL
         receive = partial(source.receive, topic=topic.name)
-        self.create_subscription(message_type(topic), topic.name, receive, qos)
+        self.create_subscription(message_class(topic.type_name), topic.name, receive, qos)
 
     def _publish_due(self) -> None:
         """Publish due frames, and wait until the next is due, or until the source has one."""

@@ -8,34 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
-from kinect_bridge.sources.source import Topic
+from kinect_bridge.sources.live import MAX_PEOPLE, Person
+from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_map_files import find_joint_map
 
 MAX_MARKERS = 256  # of one skeleton
 
 
-class HirosSource(LiveSource):
+class HirosSource(TopicSource):
     """Source of Hi-ROS skeletons."""
 
-    def __init__(self, parameters: KinectBridgeParameters) -> None:
-        topic = parameters.topic or "skeleton_group"
-        super().__init__(
-            "hiros",
-            topic,
-            find_joint_map(parameters.joint_map or "hiros"),
-            on_host_clock=True,
-            counters=("messages_too_long", "markers_unknown"),
-            topics=(
-                Topic(
-                    name=topic,
-                    type_name="hiros_skeleton_msgs/msg/SkeletonGroup",
-                    install="build the package hiros_skeleton_msgs and source its workspace",
-                ),
-            ),
-        )
+    NAME, TOPIC, JOINT_MAP = "hiros", "skeleton_group", "hiros"
+    TYPE = "hiros_skeleton_msgs/msg/SkeletonGroup"
+    COUNTERS = ("messages_too_long", "markers_unknown")
 
     def receive(self, message: Any, topic: str) -> None:
         """Process a message as one frame; its stamp is that of the camera's data."""

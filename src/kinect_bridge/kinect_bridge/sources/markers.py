@@ -8,30 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
-from kinect_bridge.sources.source import Topic
+from kinect_bridge.sources.live import MAX_PEOPLE, Person
+from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_map_files import find_joint_map
 
 IDS_PER_BODY = 100
 ADD = 0  # visualization_msgs/Marker: also MODIFY
 MAX_MARKERS = MAX_PEOPLE * IDS_PER_BODY
 
 
-class MarkersSource(LiveSource):
+class MarkersSource(TopicSource):
     """Source of marker arrays."""
 
-    def __init__(self, parameters: KinectBridgeParameters) -> None:
-        topic = parameters.topic or "body_tracking_data"
-        super().__init__(
-            "markers",
-            topic,
-            find_joint_map(parameters.joint_map or "azure_kinect_ros"),
-            on_host_clock=True,
-            counters=("messages_too_long", "markers_unknown", "markers_repeated"),
-            topics=(Topic(name=topic, type_name="visualization_msgs/msg/MarkerArray"),),
-        )
+    NAME, TOPIC, JOINT_MAP = "markers", "body_tracking_data", "azure_kinect_ros"
+    TYPE = "visualization_msgs/msg/MarkerArray"
+    COUNTERS = ("messages_too_long", "markers_unknown", "markers_repeated")
 
     def receive(self, message: Any, topic: str) -> None:
         """Process a message as one frame."""

@@ -9,36 +9,26 @@ from typing import Any
 import numpy as np
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources.live import LiveSource, Person
+from kinect_bridge.sources.live import Person
 from kinect_bridge.sources.source import Topic
+from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_map_files import find_joint_map
 
 PERSON = "0"
 MAX_POSES = 256
 
 
-class NamedPosesSource(LiveSource):
+class NamedPosesSource(TopicSource):
     """Source of one person as named poses."""
 
+    NAME, TOPIC, JOINT_MAP = "named_poses", "xr_teleop/full_body", "smpl_24"
+    TYPE = "teleop_ros2_interfaces/msg/NamedPoseArray"
+    COUNTERS = ("messages_too_long", "messages_uneven", "poses_unknown")
+
     def __init__(self, parameters: KinectBridgeParameters) -> None:
-        topic = parameters.topic or "xr_teleop/full_body"
-        super().__init__(
-            "named_poses",
-            topic,
-            find_joint_map(parameters.joint_map or "smpl_24"),
-            on_host_clock=True,
-            counters=("messages_too_long", "messages_uneven", "poses_unknown"),
-            topics=(
-                Topic(
-                    name=topic,
-                    type_name=parameters.message_type
-                    or "teleop_ros2_interfaces/msg/NamedPoseArray",
-                    install="build the package that has it and source its workspace; "
-                    "`message_type` names another",
-                ),
-            ),
-        )
+        super().__init__(parameters)
+        if parameters.message_type:
+            self.topics = (Topic(name=self.hardware_id, type_name=parameters.message_type),)
 
     def receive(self, message: Any, topic: str) -> None:
         """Process a message as one frame, without persons if it has no valid pose."""

@@ -33,7 +33,6 @@ class Topic:
 
     name: str
     type_name: str  # "package/msg/Type", resolved when the node starts
-    install: str = ""  # instruction to install the package
     depth: int = 5
     latched: bool = False  # transient local: late subscribers receive the newest message
 

@@ -7,20 +7,19 @@ one is received again.
 """
 
 import re
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
-from kinect_bridge.sources.source import Topic
+from kinect_bridge.sources.live import MAX_PEOPLE, Person
+from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.errors import ParameterError
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_map_files import find_joint_map
 from pose_io.recordings.joint_maps import FloatArray
 
-TF, TF_STATIC = "/tf", "/tf_static"
-INSTALL = "apt install ros-jazzy-tf2-msgs"
+TF_STATIC = "/tf_static"
 MAX_FRAMES = 4096  # largest number of stored frames
 MAX_DEPTH = 32  # largest number of transforms from a joint to the root
 JOINT, PERSON = "{joint}", "{person}"
@@ -65,32 +64,21 @@ def rotate(quaternion: FloatArray, point: FloatArray) -> FloatArray:
     return np.asarray(point + real * twice + np.cross(axis, twice))
 
 
-class TfSource(LiveSource):
+class TfSource(TopicSource):
     """Source of persons as frames on ``/tf``.
 
     Raises:
         PoseError: If a parameter is invalid.
     """
 
+    NAME, TOPIC, JOINT_MAP = "tf", "/tf", "openni_tf"
+    TYPE = "tf2_msgs/msg/TFMessage"
+    COUNTERS = ("transforms_not_finite", "transforms_beyond_limit", "cycles_incomplete")
+
     def __init__(self, parameters: KinectBridgeParameters) -> None:
-        topic = parameters.topic or TF
-        super().__init__(
-            "tf",
-            topic,
-            find_joint_map(parameters.joint_map or "openni_tf"),
-            on_host_clock=True,
-            counters=("transforms_not_finite", "transforms_beyond_limit", "cycles_incomplete"),
-            topics=tuple(
-                Topic(
-                    name=name,
-                    type_name="tf2_msgs/msg/TFMessage",
-                    install=INSTALL,
-                    depth=100,
-                    latched=name == TF_STATIC,
-                )
-                for name in (topic, TF_STATIC)
-            ),
-        )
+        super().__init__(parameters)
+        static = replace(self.topics[0], name=TF_STATIC, latched=True)
+        self.topics = tuple(replace(topic, depth=100) for topic in (*self.topics, static))
         self._template = parameters.tf_frames
         self._pattern = _pattern(parameters.tf_frames)
         self._root = parameters.tf_root

@@ -10,37 +10,26 @@ from typing import Any
 import numpy as np
 
 from kinect_bridge.parameters import KinectBridgeParameters
-from kinect_bridge.sources.live import MAX_PEOPLE, LiveSource, Person
-from kinect_bridge.sources.source import Topic
+from kinect_bridge.sources.live import MAX_PEOPLE, Person
+from kinect_bridge.sources.topic_source import TopicSource
 from pose_core.joints import TrackingState
 from pose_core.stamps import nanoseconds
-from pose_io.recordings.joint_map_files import find_joint_map, shipped_joint_map
+from pose_io.recordings.joint_map_files import shipped_joint_map
 
 MAPS = {0: "zed_18", 1: "zed_34", 2: "zed_38"}  # by body_format
 TRACKED, SEARCHING = 1, 2  # tracking_state of a person: measured, or predicted
 
 
-class ZedSource(LiveSource):
+class ZedSource(TopicSource):
     """Source of the ZED wrapper's objects."""
 
+    NAME, TOPIC, JOINT_MAP = "zed", "zed/zed_node/body_trk/skeletons", "zed_38"
+    TYPE = "zed_msgs/msg/ObjectsStamped"
+    COUNTERS = ("messages_too_long", "objects_without_skeleton", "objects_unknown_format")
+
     def __init__(self, parameters: KinectBridgeParameters) -> None:
-        topic = parameters.topic or "zed/zed_node/body_trk/skeletons"
-        own = parameters.joint_map
-        self._own_map = find_joint_map(own) if own else None
-        super().__init__(
-            "zed",
-            topic,
-            self._own_map or shipped_joint_map("zed_38"),
-            on_host_clock=True,
-            counters=("messages_too_long", "objects_without_skeleton", "objects_unknown_format"),
-            topics=(
-                Topic(
-                    name=topic,
-                    type_name="zed_msgs/msg/ObjectsStamped",
-                    install="apt install ros-jazzy-zed-msgs",
-                ),
-            ),
-        )
+        super().__init__(parameters)
+        self._has_own_map = bool(parameters.joint_map)
 
     def receive(self, message: Any, topic: str) -> None:
         """Process a message as one frame; all its objects have the same body format."""
@@ -51,10 +40,10 @@ class ZedSource(LiveSource):
         for each in message.objects:
             if not each.skeleton_available or each.tracking_state not in (TRACKED, SEARCHING):
                 self.counters.add("objects_without_skeleton")
-            elif self._own_map is None and each.body_format not in MAPS:
+            elif not self._has_own_map and each.body_format not in MAPS:
                 self.counters.add("objects_unknown_format")
             else:
-                if self._own_map is None:
+                if not self._has_own_map:
                     self.joint_map = shipped_joint_map(MAPS[each.body_format])
                 people.append(self._person(each))
         self.push(people, nanoseconds(message.header.stamp) or None)

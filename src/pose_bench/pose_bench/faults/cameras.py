@@ -12,12 +12,15 @@ from pose_bench.faults.fault import (
     Fault,
     Window,
     each,
+    frozen,
+    noise,
+    noted,
     often,
     peopled,
     placed,
     silent,
 )
-from pose_bench.faults.packets import Frame, Note, Packet, Person
+from pose_bench.faults.packets import Frame, Packet, Person
 from pose_core.joints import JOINTS
 
 R, L, B = ("right",), ("left",), CAMERAS
@@ -74,17 +77,6 @@ def _tilted(degrees: float) -> Callable[[np.ndarray, Window], np.ndarray]:
     return lambda positions, _: Rotation.from_euler("y", degrees, degrees=True).apply(positions)
 
 
-class _Frozen:
-    """A camera that repeats its last frame with new stamps."""
-
-    def __init__(self) -> None:
-        self._last: dict[tuple[float, str], tuple[Person, ...]] = {}
-
-    def __call__(self, frame: Frame, window: Window) -> Packet:
-        persons = self._last.setdefault((window.begin_s, frame.source), frame.persons)
-        return replace(frame, persons=persons)
-
-
 def _flips(count: int) -> Callable[[Any, Window], Packet]:
     def flip(packet: Any, window: Window) -> Packet:
         places = tuple(window.rng.integers(0, 1 << 20, count).tolist())
@@ -93,22 +85,9 @@ def _flips(count: int) -> Callable[[Any, Window], Packet]:
     return flip
 
 
-def _noise(size: int) -> Callable[[Any, Window], Packet]:
-    return lambda packet, window: replace(packet, raw=window.rng.bytes(size))
-
-
 def _lying(packet: Any, _window: Window) -> Packet:
     """A string length of 4 GB at the frame's name."""
     return replace(packet, raw=b"\0\1\0\0" + b"\0" * 8 + b"\xff" * 4 + b"x" * 400)
-
-
-def _tf(**values: Any) -> Callable[[list[Packet], Window], list[Packet]]:
-    def add(packets: list[Packet], window: Window) -> list[Packet]:
-        first = next(packet for packet in packets if packet in window)
-        note = Note(at_s=window.begin_s, source="tf_static", stamp_ns=first.stamp_ns, values=values)
-        return sorted([*packets, note], key=lambda one: one.at_s)
-
-    return add
 
 
 def _slow(packet: Frame, window: Window) -> Sequence[Packet]:
@@ -116,83 +95,65 @@ def _slow(packet: Frame, window: Window) -> Sequence[Packet]:
 
 
 FAULTS = (
-    Fault(name="right: silent", change=silent(*R), lost=R, said=R),
-    Fault(name="left: silent", change=silent(*L), lost=L, said=L),
-    Fault(name="both: silent", change=silent(*B), lost=B, said=B),
+    Fault("right: silent", silent(*R), R, R),
+    Fault("left: silent", silent(*L), L, L),
+    Fault("both: silent", silent(*B), B, B),
+    Fault("everything silent", silent(*B, "imus"), (*B, "imus"), B, silent=True),
+    Fault("right: five frames a second", each(R, _slow)),
+    Fault("right: frozen picture", each(R, frozen("persons")), R, R),
+    Fault("both: frozen picture", each(B, frozen("persons")), B, B),
+    Fault("right: NaN", placed(_all(np.nan), *R), R, R),
+    Fault("both: NaN", placed(_all(np.nan), *B), B, B),
+    Fault("right: infinities", placed(_all(np.inf), *R), R, R),
+    Fault("right: zeros", placed(_all(0.0), *R), R, R),
+    Fault("right: 1e300", placed(_all(1e300), *R), R, R),
+    Fault("right: one joint 1e30", placed(_joint(1e30), *R)),
+    Fault("right: one joint anywhere", placed(_joint(1.0), *R)),
+    Fault("right: millimetres", placed(lambda p, _: 1000.0 * p, *R), R, R),
+    Fault("right: feet", placed(lambda p, _: 3.2808 * p, *R), R, R),
+    Fault("right: bumped by 10 degrees", placed(_tilted(10.0), *R), R),
+    Fault("right: upside down", placed(lambda p, _: p * [1.0, -1.0, 1.0], *R), R, R),
     Fault(
-        name="everything silent", change=silent(*B, "imus"), lost=(*B, "imus"), said=B, silent=True
+        "right: noise of 0.3 m",
+        placed(lambda p, w: p + 0.3 * w.rng.standard_normal(p.shape), *R),
+        R,
     ),
-    Fault(name="right: five frames a second", change=each(R, _slow)),
-    Fault(name="right: frozen picture", change=each(R, _Frozen()), lost=R, said=R),
-    Fault(name="both: frozen picture", change=each(B, _Frozen()), lost=B, said=B),
-    Fault(name="right: NaN", change=placed(_all(np.nan), *R), lost=R, said=R),
-    Fault(name="both: NaN", change=placed(_all(np.nan), *B), lost=B, said=B),
-    Fault(name="right: infinities", change=placed(_all(np.inf), *R), lost=R, said=R),
-    Fault(name="right: zeros", change=placed(_all(0.0), *R), lost=R, said=R),
-    Fault(name="right: 1e300", change=placed(_all(1e300), *R), lost=R, said=R),
-    Fault(name="right: one joint 1e30", change=placed(_joint(1e30), *R)),
-    Fault(name="right: one joint anywhere", change=placed(_joint(1.0), *R)),
-    Fault(name="right: millimetres", change=placed(lambda p, _: 1000.0 * p, *R), lost=R, said=R),
-    Fault(name="right: feet", change=placed(lambda p, _: 3.2808 * p, *R), lost=R, said=R),
-    Fault(name="right: bumped by 10 degrees", change=placed(_tilted(10.0), *R), lost=R),
+    Fault("right: wrong names", peopled(_named(*(f"j{k}" for k in range(15))), *R), R, R),
+    Fault("right: one name for all", peopled(_named(*["head"] * 15), *R), R, R),
+    Fault("right: mirrored names", peopled(_named(*MIRRORED), *R), R),
+    Fault("right: five joints", peopled(_some(5), *R), R),
+    Fault("right: 200 joints", peopled(_some(200), *R)),
     Fault(
-        name="right: upside down",
-        change=placed(lambda p, _: p * [1.0, -1.0, 1.0], *R),
-        lost=R,
-        said=R,
-    ),
-    Fault(
-        name="right: noise of 0.3 m",
-        change=placed(lambda p, w: p + 0.3 * w.rng.standard_normal(p.shape), *R),
-        lost=R,
-    ),
-    Fault(
-        name="right: wrong names",
-        change=peopled(_named(*(f"j{k}" for k in range(15))), *R),
-        lost=R,
-        said=R,
+        "right: more names than joints",
+        peopled(lambda p, _: [replace(p, names=(*p.names, "more"))], *R),
+        R,
+        R,
     ),
     Fault(
-        name="right: one name for all", change=peopled(_named(*["head"] * 15), *R), lost=R, said=R
+        "right: tracking state 255",
+        peopled(lambda p, _: [replace(p, states=np.full(15, 255, np.uint8))], *R),
+        R,
+        R,
     ),
-    Fault(name="right: mirrored names", change=peopled(_named(*MIRRORED), *R), lost=R),
-    Fault(name="right: five joints", change=peopled(_some(5), *R), lost=R),
-    Fault(name="right: 200 joints", change=peopled(_some(200), *R)),
+    Fault("right: unknown frame", each(R, lambda f, _: replace(f, frame_id="moon"))),
+    Fault("right: nobody", peopled(lambda _p, _w: [], *R), R),
+    Fault("both: 20 strangers", peopled(_strangers(20), *B)),
+    Fault("both: 100 strangers", peopled(_strangers(100), *B)),
     Fault(
-        name="right: more names than joints",
-        change=peopled(lambda p, _: [replace(p, names=(*p.names, "more"))], *R),
-        lost=R,
-        said=R,
+        "right: a new id in every frame",
+        peopled(lambda p, w: [replace(p, id=str(w.rng.integers(1 << 40)))], *R),
     ),
-    Fault(
-        name="right: tracking state 255",
-        change=peopled(lambda p, _: [replace(p, states=np.full(15, 255, np.uint8))], *R),
-        lost=R,
-        said=R,
-    ),
-    Fault(name="right: unknown frame", change=each(R, lambda f, _: replace(f, frame_id="moon"))),
-    Fault(name="right: nobody", change=peopled(lambda _p, _w: [], *R), lost=R),
-    Fault(name="both: 20 strangers", change=peopled(_strangers(20), *B)),
-    Fault(name="both: 100 strangers", change=peopled(_strangers(100), *B)),
-    Fault(
-        name="right: a new id in every frame",
-        change=peopled(lambda p, w: [replace(p, id=str(w.rng.integers(1 << 40)))], *R),
-    ),
-    Fault(name="right: bit flips", change=each(R, _flips(3)), lost=R),
-    Fault(name="right: garbage", change=each(R, _noise(300)), lost=R, said=R),
-    Fault(name="right: 1 MB/s of noise", change=each(R, _noise(33_000)), lost=R, said=R),
-    Fault(name="right: lengths that lie", change=each(R, _lying), lost=R, said=R),
-    Fault(
-        name="right: cut messages", change=each(R, lambda p, _: replace(p, cut=90)), lost=R, said=R
-    ),
-    Fault(
-        name="right: empty messages", change=each(R, lambda p, _: replace(p, cut=4)), lost=R, said=R
-    ),
-    Fault(name="both: garbage", change=each(B, _noise(300)), lost=B, said=B),
-    Fault(name="both: four times the rate", change=often(4, *B)),
-    Fault(name="tf_static: 1e300", change=_tf(size=1e300), said=("transform", "tf_static")),
-    Fault(name="tf_static: NaN", change=_tf(size=float("nan")), said=("transform", "tf_static")),
-    Fault(name="tf_static: unknown frames", change=_tf(size=1.0, frames=("moon", "mars"))),
-    Fault(name="tf_static: garbage", change=_tf(raw=True)),
+    Fault("right: bit flips", each(R, _flips(3)), R),
+    Fault("right: garbage", each(R, noise(300)), R, R),
+    Fault("right: 1 MB/s of noise", each(R, noise(33_000)), R, R),
+    Fault("right: lengths that lie", each(R, _lying), R, R),
+    Fault("right: cut messages", each(R, lambda p, _: replace(p, cut=90)), R, R),
+    Fault("right: empty messages", each(R, lambda p, _: replace(p, cut=4)), R, R),
+    Fault("both: garbage", each(B, noise(300)), B, B),
+    Fault("both: four times the rate", often(4, *B)),
+    Fault("tf_static: 1e300", noted("tf_static", size=1e300), said=("transform", "tf_static")),
+    Fault("tf_static: NaN", noted("tf_static", size=float("nan")), said=("transform", "tf_static")),
+    Fault("tf_static: unknown frames", noted("tf_static", size=1.0, frames=("moon", "mars"))),
+    Fault("tf_static: garbage", noted("tf_static", raw=True)),
 )
 """Faults of cameras."""

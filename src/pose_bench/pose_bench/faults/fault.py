@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from pose_bench.faults.packets import Frame, Imu, Packet, Person
+from pose_bench.faults.packets import Frame, Imu, Note, Packet, Person
+from pose_core.stamps import NS_PER_S
 
 FAULT_S = 4.0  # [s] duration of a fault
-NS = 1_000_000_000
 CAMERAS = ("left", "right")
 
 
@@ -29,22 +29,22 @@ Change = Callable[[list[Packet], Window], list[Packet]]
 """Function from the session's packets to the published ones."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Signal:
     """Action on a process of the graph.
 
     Attributes:
-        after_s: Time after the fault's start [s].
         what: ``kill``, ``pause``, ``resume``, or ``start`` (one more of the same).
         node: Executable of :mod:`pose_fusion`.
+        after_s: Time after the fault's start [s].
     """
 
-    after_s: float
     what: str
     node: str
+    after_s: float = 0.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Fault:
     """One fault.
 
@@ -101,7 +101,9 @@ def stamped(to: Callable[[Any, Window], float], *sources: str) -> Change:
     """Shift the stamps by a time [s]."""
 
     def move(packet: Any, window: Window) -> Packet:
-        moved: Packet = replace(packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS))
+        moved: Packet = replace(
+            packet, stamp_ns=packet.stamp_ns + round(to(packet, window) * NS_PER_S)
+        )
         return moved
 
     return each(sources, move)
@@ -134,3 +136,31 @@ def often(times: int, *sources: str) -> Change:
         return [replace(packet, at_s=packet.at_s + k * period_s / times) for k in range(times)]
 
     return each(sources, repeat)
+
+
+def frozen(*fields: str) -> Callable[[Any, Window], Packet]:
+    """Repeat a source's first values of some fields during the fault."""
+    firsts: dict[tuple[float, str], Packet] = {}
+
+    def repeat(packet: Any, window: Window) -> Packet:
+        first = firsts.setdefault((window.begin_s, packet.source), packet)
+        repeated: Packet = replace(packet, **{name: getattr(first, name) for name in fields})
+        return repeated
+
+    return repeat
+
+
+def noise(size: int) -> Callable[[Any, Window], Packet]:
+    """Random bytes instead of the message."""
+    return lambda packet, window: replace(packet, raw=window.rng.bytes(size))
+
+
+def noted(kind: str, /, **values: Any) -> Change:
+    """Add a message of another kind at the fault's start."""
+
+    def add(packets: list[Packet], window: Window) -> list[Packet]:
+        first = next(packet for packet in packets if packet in window)
+        note = Note(at_s=window.begin_s, source=kind, stamp_ns=first.stamp_ns, values=values)
+        return sorted([*packets, note], key=lambda one: one.at_s)
+
+    return add

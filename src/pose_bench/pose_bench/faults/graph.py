@@ -18,18 +18,14 @@ def _diagnostics(rate: float):  # type: ignore[no-untyped-def]
     return flood
 
 
-def _signal(what: str, node: str, after_s: float = 0.0) -> Signal:
-    return Signal(after_s=after_s, what=what, node=node)
-
-
 FAULTS = (
-    Fault(name="fusion killed", signals=(_signal("kill", "fusion"),), lasts_s=0.1, silent=True),
-    Fault(name="calibration killed", signals=(_signal("kill", "calibration"),), lasts_s=0.1),
-    Fault(name="recorder killed", signals=(_signal("kill", "recorder"),), lasts_s=0.1),
+    Fault("fusion killed", signals=(Signal("kill", "fusion"),), lasts_s=0.1, silent=True),
+    Fault("calibration killed", signals=(Signal("kill", "calibration"),), lasts_s=0.1),
+    Fault("recorder killed", signals=(Signal("kill", "recorder"),), lasts_s=0.1),
     Fault(
-        name="calibration paused",
-        signals=(_signal("pause", "calibration"), _signal("resume", "calibration", 4.0)),
+        "calibration paused",
+        signals=(Signal("pause", "calibration"), Signal("resume", "calibration", 4.0)),
     ),
-    Fault(name="diagnostics flooded", change=_diagnostics(500.0)),
+    Fault("diagnostics flooded", _diagnostics(500.0)),
 )
 """Faults of the graph."""

@@ -8,17 +8,17 @@ from numpy.typing import NDArray
 
 from pose_bench.faults.fault import Fault
 from pose_bench.faults.heard import Heard, Poses, Said
-from pose_core.api import ABDUCTION_OF, FloatArray, joint_angles, wrapped
+from pose_core.api import FloatArray, joint_angles, without_sideways_flexion, wrapped
 from pose_core.joints import JOINT_INDEX
+from pose_core.stamps import NS_PER_S
+from pose_sim.captured.trackers import at
 
-NS = 1_000_000_000
 RECOVERY_S = 5.0  # [s] evaluated after a fault
 MOST_STEP_DEG = 10.0  # [deg] largest step between messages, beyond the truth's own
 MOST_RATIO = 2.0  # [-] largest ratio of the RMSE to that without the lost sources
 MOST_SAID_S, MOST_RECOVERY_S = 1.0, 3.0
 AHEAD_NS = 2_000_000  # [ns] by which a stamp may be ahead of its arrival, as clocks are read twice
 GAP_NS = 300_000_000  # [ns] after a longer gap, steps are not evaluated
-SIDEWAYS = np.radians(60.0)  # [rad] abduction beyond which flexion is undefined
 BONES = [("left_shoulder", "left_elbow"), ("left_elbow", "left_hand"), ("left_hip", "left_knee"),
          ("left_knee", "left_foot"), ("right_shoulder", "right_elbow"),
          ("right_elbow", "right_hand"), ("right_hip", "right_knee"),
@@ -36,9 +36,7 @@ class Truth:
         """Positions at m instants, (m, 15, 3) [m]; outside, those at the ends."""
         begin = self.stamps_ns[0]
         own, asked = (self.stamps_ns - begin) * 1e-9, (stamps_ns - begin) * 1e-9
-        flat = self.positions.reshape(len(own), -1)
-        columns = [np.interp(asked, own, column) for column in flat.T]
-        return np.stack(columns, axis=1).reshape(-1, *self.positions.shape[1:])
+        return at(asked, own, self.positions)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,8 +81,8 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
         reference: Bodies fused from the undisturbed samples without the lost sources.
         begin_ns: Start of the fault [ns].
     """
-    end_ns = begin_ns + round(fault.lasts_s * NS)
-    over_ns = end_ns + round(RECOVERY_S * NS)
+    end_ns = begin_ns + round(fault.lasts_s * NS_PER_S)
+    over_ns = end_ns + round(RECOVERY_S * NS_PER_S)
     joints = heard.joints.between(begin_ns, over_ns)
     steps_ns = np.diff(joints.stamps_ns)
     said_s, said = _said(fault, heard.said, begin_ns, over_ns)
@@ -100,20 +98,18 @@ def judge(fault: Fault, heard: Heard, truth: Truth, reference: Poses, begin_ns: 
         said_s=said_s,
         said=said,
         recovery_s=_recovery_s(heard.bodies, reference, truth, end_ns),
-        longest_gap_s=float(np.diff(arrivals).max()) / NS,
+        longest_gap_s=float(np.diff(arrivals).max()) / NS_PER_S,
     )
 
 
 def errors_deg(bodies: Poses, truth: Truth) -> FloatArray:
     """Errors of the twelve angles, (n, 12) [deg]; NaN where they are undefined."""
-    found, expected = joint_angles(bodies.values), joint_angles(truth.at(bodies.stamps_ns))
-    errors = []
-    for name, angle in expected.items():
-        error = wrapped(found[name] - angle)
-        if name in ABDUCTION_OF:
-            error = np.where(np.abs(expected[ABDUCTION_OF[name]]) > SIDEWAYS, np.nan, error)
-        errors.append(np.degrees(error))
-    return np.stack(errors, axis=1) if len(bodies.stamps_ns) else np.empty((0, 12))
+    if not len(bodies.stamps_ns):
+        return np.empty((0, 12))
+    found = joint_angles(bodies.values)
+    expected = without_sideways_flexion(joint_angles(truth.at(bodies.stamps_ns)))
+    errors = [np.degrees(wrapped(found[name] - expected[name])) for name in expected]
+    return np.stack(errors, axis=1)
 
 
 def rmse_deg(bodies: Poses, truth: Truth) -> float:
@@ -145,13 +141,13 @@ def _said(fault: Fault, said: Sequence[Said], begin_ns: int, over_ns: int) -> tu
         is_meant = one.level > 0 and any(word in one.message for word in fault.said)
         is_new = begin_ns <= one.arrived_ns < over_ns and known.get(one.node) != one.message
         if is_meant and is_new:
-            return (one.arrived_ns - begin_ns) / NS, f"{one.node}: {one.message}"
+            return (one.arrived_ns - begin_ns) / NS_PER_S, f"{one.node}: {one.message}"
     return float("nan"), ""
 
 
 def _recovery_s(bodies: Poses, reference: Poses, truth: Truth, end_ns: int) -> float:
     """Time [s] after which the error of each half second is at most twice the undisturbed one."""
-    half_ns = NS // 2
+    half_ns = NS_PER_S // 2
     recovered = float("inf")
     for k in reversed(range(round(RECOVERY_S * 2))):
         begin_ns = end_ns + k * half_ns

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from pose_core.api import FloatArray
 from pose_core.joints import JOINTS
+from pose_core.stamps import NS_PER_S
 from pose_sim.captured.session import CapturedSession
 
 CAMERA_DELAY_S, IMU_DELAY_S = 0.02, 0.005  # [s] from capture to publication
 IMU_VARIANCES = (4e-4, 4e-4, 0.04)  # [rad²] of an orientation: tilt, tilt, heading
-NS = 1e9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +78,7 @@ def packets_of(session: CapturedSession, start_ns: int) -> list[Packet]:
                 Frame(
                     at_s=stamp_s + CAMERA_DELAY_S,
                     source=sensor,
-                    stamp_ns=start_ns + round(stamp_s * NS),
+                    stamp_ns=start_ns + round(stamp_s * NS_PER_S),
                     persons=(person,),
                 )
             )
@@ -88,7 +88,7 @@ def packets_of(session: CapturedSession, start_ns: int) -> list[Packet]:
                 Imu(
                     at_s=stamp_s + IMU_DELAY_S,
                     source=f"imu/{stream.segment}",
-                    stamp_ns=start_ns + round(stamp_s * NS),
+                    stamp_ns=start_ns + round(stamp_s * NS_PER_S),
                     orientation=stream.orientation[row],
                     rate=stream.angular_velocity[row],
                 )

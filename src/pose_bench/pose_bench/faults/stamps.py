@@ -3,12 +3,23 @@
 from dataclasses import replace
 from typing import Any
 
-from pose_bench.faults.fault import CAMERAS, NS, Change, Fault, Signal, Window, each, often, stamped
-from pose_bench.faults.packets import Note, Packet
+from pose_bench.faults.fault import (
+    CAMERAS,
+    Change,
+    Fault,
+    Signal,
+    Window,
+    each,
+    noted,
+    often,
+    stamped,
+)
+from pose_bench.faults.packets import Packet
+from pose_core.stamps import NS_PER_S
 
+ONE, NAMED = ("imu/left_shank",), ("left_shank",)
 YEAR_S = 31_557_600.0  # [s]
-SHANK = "imu/left_shank"
-R, B, I = ("right",), CAMERAS, ("imus",)  # noqa: E741
+L, R, B, I = ("left",), ("right",), CAMERAS, ("imus",)  # noqa: E741
 
 
 def _zero(packet: Any, _window: Window) -> Packet:
@@ -16,25 +27,13 @@ def _zero(packet: Any, _window: Window) -> Packet:
 
 
 def _frozen(packet: Any, window: Window) -> Packet:
-    age_ns = round((packet.at_s - window.begin_s) * NS)
+    age_ns = round((packet.at_s - window.begin_s) * NS_PER_S)
     return replace(packet, stamp_ns=packet.stamp_ns - age_ns)
 
 
 def _late(seconds: float, *sources: str) -> Change:
     """Delay the arrival; the stamps are unchanged."""
     return each(sources, lambda packet, _: replace(packet, at_s=packet.at_s + seconds))
-
-
-def _clock_message(offset_ns: float) -> Change:
-    def add(packets: list[Packet], window: Window) -> list[Packet]:
-        first = next(packet for packet in packets if packet in window)
-        values = {"source": "right", "offset_ns": offset_ns}
-        note = Note(
-            at_s=window.begin_s, source="clock_offsets", stamp_ns=first.stamp_ns, values=values
-        )
-        return sorted([*packets, note], key=lambda one: one.at_s)
-
-    return add
 
 
 def _backwards(packet: Packet, window: Window) -> float:
@@ -50,99 +49,55 @@ def _jitter(seconds: float):  # type: ignore[no-untyped-def]
 
 
 FAULTS = (
-    Fault(name="right: stamps backwards", change=stamped(_backwards, *R), lost=R, said=R),
-    Fault(name="right: stamps zero", change=each(R, _zero), lost=R, said=R),
-    Fault(name="right: stamps negative", change=stamped(_by(-2e9), *R), lost=R, said=R),
-    Fault(name="right: stamps 0.6 s late", change=stamped(_by(-0.6), *R), lost=R, said=R),
-    Fault(name="right: stamps 1 s late", change=stamped(_by(-1.0), *R), lost=R, said=R),
-    Fault(name="right: stamps 1.1 s late", change=stamped(_by(-1.1), *R), lost=R, said=R),
-    Fault(name="right: a year ahead", change=stamped(_by(YEAR_S), *R), lost=R, said=R),
-    Fault(name="right: clock +5 s", change=stamped(_by(5.0), *R), lost=R, said=R),
-    Fault(name="right: clock -5 s", change=stamped(_by(-5.0), *R), lost=R, said=R),
-    Fault(name="right: clock +0.3 s", change=stamped(_by(0.3), *R), lost=R),
-    Fault(name="right: stamps jitter 100 ms", change=stamped(_jitter(0.1), *R), lost=R, said=R),
-    Fault(name="right: one stamp for all", change=each(R, _frozen), lost=R, said=R),
-    Fault(name="right: random stamps", change=stamped(_jitter(1e6), *R), lost=R, said=R),
+    Fault("right: stamps backwards", stamped(_backwards, *R), R, R),
+    Fault("right: stamps zero", each(R, _zero), R, R),
+    Fault("right: stamps negative", stamped(_by(-2e9), *R), R, R),
+    Fault("right: stamps 0.6 s late", stamped(_by(-0.6), *R), R, R),
+    Fault("right: stamps 1 s late", stamped(_by(-1.0), *R), R, R),
+    Fault("right: stamps 1.1 s late", stamped(_by(-1.1), *R), R, R),
+    Fault("right: a year ahead", stamped(_by(YEAR_S), *R), R, R),
+    Fault("right: clock +5 s", stamped(_by(5.0), *R), R, R),
+    Fault("right: clock -5 s", stamped(_by(-5.0), *R), R, R),
+    Fault("right: clock +0.3 s", stamped(_by(0.3), *R), R),
+    Fault("right: stamps jitter 100 ms", stamped(_jitter(0.1), *R), R, R),
+    Fault("right: one stamp for all", each(R, _frozen), R, R),
+    Fault("right: random stamps", stamped(_jitter(1e6), *R), R, R),
+    Fault("right: clock 500 ppm fast", stamped(lambda p, w: 5e-4 * (p.at_s - w.begin_s), *R)),
+    Fault("left: stamps backwards", stamped(_backwards, *L), L, L),
+    Fault("left: stamps zero", each(L, _zero), L, L),
+    Fault("left: clock +5 s", stamped(_by(5.0), *L), L, L),
+    Fault("left: a year ahead", stamped(_by(YEAR_S), *L), L, L),
+    Fault("both: a year ahead", stamped(_by(YEAR_S), *B), B, B),
+    Fault("both: clock +5 s", stamped(_by(5.0), *B), B, B),
+    Fault("both: clock -5 s", stamped(_by(-5.0), *B), B, B),
+    Fault("both: stamps zero", each(B, _zero), B, B),
+    Fault("both: frames 1 s late", _late(1.0, *B), B, B),
+    Fault("right: frames 0.4 s late", _late(0.4, *R), R),
+    Fault("right: 1 kHz of one stamp", often(33, *R), said=R),
+    Fault("both: 1 kHz", often(33, *B), said=B),
     Fault(
-        name="right: clock 500 ppm fast",
-        change=stamped(lambda p, w: 5e-4 * (p.at_s - w.begin_s), *R),
-    ),
-    Fault(
-        name="left: stamps backwards",
-        change=stamped(_backwards, "left"),
-        lost=("left",),
-        said=("left",),
-    ),
-    Fault(name="left: stamps zero", change=each(("left",), _zero), lost=("left",), said=("left",)),
-    Fault(
-        name="left: clock +5 s", change=stamped(_by(5.0), "left"), lost=("left",), said=("left",)
-    ),
-    Fault(
-        name="left: a year ahead",
-        change=stamped(_by(YEAR_S), "left"),
-        lost=("left",),
-        said=("left",),
-    ),
-    Fault(name="both: a year ahead", change=stamped(_by(YEAR_S), *B), lost=B, said=B),
-    Fault(name="both: clock +5 s", change=stamped(_by(5.0), *B), lost=B, said=B),
-    Fault(name="both: clock -5 s", change=stamped(_by(-5.0), *B), lost=B, said=B),
-    Fault(name="both: stamps zero", change=each(B, _zero), lost=B, said=B),
-    Fault(name="both: frames 1 s late", change=_late(1.0, *B), lost=B, said=B),
-    Fault(name="right: frames 0.4 s late", change=_late(0.4, *R), lost=R),
-    Fault(name="right: 1 kHz of one stamp", change=often(33, *R), said=R),
-    Fault(name="both: 1 kHz", change=often(33, *B), said=B),
-    Fault(
-        name="right: node starts again, two epochs mixed",
-        change=each(R, lambda p, w: [p, replace(p, stamp_ns=p.stamp_ns - 60 * NS)]),
+        "right: node starts again, two epochs mixed",
+        each(R, lambda p, w: [p, replace(p, stamp_ns=p.stamp_ns - 60 * NS_PER_S)]),
         said=R,
     ),
+    Fault("one IMU late by 0.4 s", _late(0.4, *ONE), ONE, NAMED),
+    Fault("one IMU: stamps zero", each(ONE, _zero), ONE, NAMED),
+    Fault("one IMU: a year ahead", stamped(_by(YEAR_S), *ONE), ONE, NAMED),
+    Fault("one IMU: stamps 1.1 s late", stamped(_by(-1.1), *ONE), ONE, NAMED),
+    Fault("one IMU: stamps backwards", stamped(_backwards, *ONE), ONE, NAMED),
+    Fault("all IMUs: clock +5 s", stamped(_by(5.0), *I), I, ("imu", "IMU")),
+    Fault("clock_offsets: 1.1 s", noted("clock_offsets", source="right", offset_ns=1.1e9), said=R),
     Fault(
-        name="one IMU late by 0.4 s", change=_late(0.4, SHANK), lost=(SHANK,), said=("left_shank",)
+        "clock_offsets: a century", noted("clock_offsets", source="right", offset_ns=3e18), said=R
     ),
-    Fault(
-        name="one IMU: stamps zero",
-        change=each((SHANK,), _zero),
-        lost=(SHANK,),
-        said=("left_shank",),
-    ),
-    Fault(
-        name="one IMU: a year ahead",
-        change=stamped(_by(YEAR_S), SHANK),
-        lost=(SHANK,),
-        said=("left_shank",),
-    ),
-    Fault(
-        name="one IMU: stamps 1.1 s late",
-        change=stamped(_by(-1.1), SHANK),
-        lost=(SHANK,),
-        said=("left_shank",),
-    ),
-    Fault(
-        name="one IMU: stamps backwards",
-        change=stamped(_backwards, SHANK),
-        lost=(SHANK,),
-        said=("left_shank",),
-    ),
-    Fault(name="all IMUs: clock +5 s", change=stamped(_by(5.0), *I), lost=I, said=("imu", "IMU")),
-    Fault(name="clock_offsets: 1.1 s", change=_clock_message(1.1e9), said=R),
-    Fault(name="clock_offsets: a century", change=_clock_message(3e18), said=R),
-    Fault(
-        name="fusion paused for 2 s",
-        signals=(
-            Signal(after_s=0.0, what="pause", node="fusion"),
-            Signal(after_s=2.0, what="resume", node="fusion"),
-        ),
-        lasts_s=2.0,
-        silent=True,
-    ),
-    Fault(
-        name="fusion paused for 8 s",
-        signals=(
-            Signal(after_s=0.0, what="pause", node="fusion"),
-            Signal(after_s=8.0, what="resume", node="fusion"),
-        ),
-        lasts_s=8.0,
-        silent=True,
+    *(
+        Fault(
+            f"fusion paused for {pause_s:g} s",
+            signals=(Signal("pause", "fusion"), Signal("resume", "fusion", pause_s)),
+            lasts_s=pause_s,
+            silent=True,
+        )
+        for pause_s in (2.0, 8.0)
     ),
 )
 """Faults of clocks and stamps."""

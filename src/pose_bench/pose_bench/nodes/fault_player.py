@@ -22,14 +22,13 @@ from tf2_msgs.msg import TFMessage
 
 from pose_bench.faults.heard import Heard, Poses, Said
 from pose_bench.faults.packets import Frame, Imu, Note, Packet
-from pose_core.stamps import nanoseconds
+from pose_core.stamps import NS_PER_S, nanoseconds
 from pose_fusion.conversions import sensor_frame
 from pose_fusion.nodes.qos import latched
 
 BODY = "/humans/bodies/subject"
 SENSOR_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
 RELIABLE_QOS = QoSProfile(depth=1000)
-NS = 1_000_000_000
 INT32 = np.iinfo(np.int32)
 
 Planned = tuple[float, str, type, bytes]
@@ -97,7 +96,7 @@ class FaultPlayer(Node):
         until_s: float,
     ) -> None:
         """Publish all messages and run all actions at their times."""
-        begin = time.monotonic() + (start_ns - time.time_ns()) / NS
+        begin = time.monotonic() + (start_ns - time.time_ns()) / NS_PER_S
         todo: list[tuple[float, Callable[[], None]]] = sorted(
             [*acts, *((at, _publishing(self._publishers_by_topic[t], d)) for at, t, _, d in plan)],
             key=lambda each: each[0],
@@ -176,8 +175,8 @@ def _message(packet: Packet) -> tuple[str, Any]:
 
 
 def _time(stamp_ns: int) -> Time:
-    second = min(max(stamp_ns // NS, INT32.min), INT32.max)
-    return Time(sec=int(second), nanosec=int(stamp_ns % NS))
+    second = min(max(stamp_ns // NS_PER_S, INT32.min), INT32.max)
+    return Time(sec=int(second), nanosec=int(stamp_ns % NS_PER_S))
 
 
 def _frame(frame: Frame) -> SkeletonArray:

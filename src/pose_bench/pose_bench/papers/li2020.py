@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pose_bench.methods import METHODS, run_method
 from pose_bench.sessions import SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
 from pose_core.finite_numbers import mean_known
+from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.scores import score_method
 
 ANGLES = (
@@ -108,10 +108,10 @@ def _scores(choreography: str, level: str, seed: int) -> dict[str, dict[str, tup
     session = bench_session(
         SessionSpec(choreography=choreography, level=level, seed=seed), imus=False
     )
-    methods = {method.name: method for method in METHODS}
+    setups = [MethodSetup(name=name, estimator=name) for name in OUR_METHODS]
+    sensors = session.extrinsics.sensors
     scores = {}
-    for name in OUR_METHODS:
-        run = run_method(methods[name], session, session.extrinsics)
+    for name, run in run_methods(session.samples, setups, sensors, session.extrinsics).items():
         angles = score_method(name, run.series, session.judged_truth).angles
         scores[name] = {each: (angles[each].r, angles[each].rmse_deg) for each in ANGLES}
     return scores

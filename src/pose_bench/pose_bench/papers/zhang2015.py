@@ -5,18 +5,26 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_bench.methods import METHODS, run_method
 from pose_bench.sessions import BenchSession, SessionSpec, bench_session
 from pose_bench.tables import TextTable, number
 from pose_core.api import FloatArray, SkeletonSeries, wrapped
 from pose_core.finite_numbers import mean_known
 from pose_core.joints import JOINT_INDEX, TrackingState
 from pose_evaluation.limb_attitude import limb_attitude
+from pose_evaluation.offline import MethodSetup, run_methods
 from pose_evaluation.stability import BONES
 
 CHOREOGRAPHY, LEVEL = "arm_raises", "hard"
 ARMS = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
-SHOWN = ("left", "imu", "zhang2015", "default+imus")
+SHOWN = tuple(
+    MethodSetup(name=name, estimator=estimator, use_imus=use_imus)
+    for name, estimator, use_imus in (
+        ("left", "left", False),
+        ("imu", "imu", True),
+        ("zhang2015", "zhang2015", True),
+        ("default+imus", "default", True),
+    )
+)
 """The single Kinect of zhang2015, the IMUs, the paper's fusion, the default with two Kinects."""
 
 
@@ -30,7 +38,7 @@ def limb_table(seeds: Sequence[int]) -> TextTable:
         "the first Kinect calls an end of the limb inferred or not tracked. Yaw where the limb is "
         "less than 75° steep.",
     )
-    for name in SHOWN:
+    for name in found[0]:
         columns = np.transpose([each[name] for each in found])
         table.rows.append([name, *(number(mean_known(list(each)), 1) for each in columns)])
     return table
@@ -42,11 +50,10 @@ def _errors(seed: int) -> dict[str, FloatArray]:
         SessionSpec(choreography=CHOREOGRAPHY, level=LEVEL, seed=seed),
         imu_filter="madgwick",
     )
-    methods = {method.name: method for method in METHODS}
+    sensors = session.extrinsics.sensors
     errors = {}
-    for name in SHOWN:
-        series = run_method(methods[name], session, session.extrinsics).series
-        limbs = [_limb_errors(series, session, limb) for limb in ARMS]
+    for name, run in run_methods(session.samples, SHOWN, sensors, session.extrinsics).items():
+        limbs = [_limb_errors(run.series, session, limb) for limb in ARMS]
         errors[name] = np.array([mean_known(list(column)) for column in zip(*limbs, strict=True)])
     return errors
 

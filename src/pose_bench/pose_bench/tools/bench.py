@@ -5,6 +5,7 @@ Adding one means a module in this folder with ``add_arguments`` and ``run``, and
 """
 
 import argparse
+from pathlib import Path
 
 from pose_bench.tools import (
     accuracy,
@@ -15,6 +16,7 @@ from pose_bench.tools import (
     imu,
     live,
     load,
+    noise,
     offline,
     papers,
     people,
@@ -30,8 +32,8 @@ from pose_node.command_line import run_tool
 BENCHMARKS = {
     module.__name__.rpartition(".")[2]: module
     for module in (
-        *(accuracy, captured, faults, fuzz, goals, imu, live, load, offline, papers, people),
-        *(prediction, soak, speed, steps, stream, teleop),
+        *(accuracy, captured, faults, fuzz, goals, imu, live, load, noise, offline),
+        *(papers, people, prediction, soak, speed, steps, stream, teleop),
     )
 }
 """By name; each has a ``SUMMARY``, ``add_arguments`` and ``run``."""
@@ -44,8 +46,12 @@ def make_parser() -> argparse.ArgumentParser:
     parser.set_defaults(benchmark="goals")
     goals.add_arguments(parser)
     for name, module in BENCHMARKS.items():
-        text = module.SUMMARY
-        module.add_arguments(commands.add_parser(name, help=text, description=text))
+        command = commands.add_parser(name, help=module.SUMMARY, description=module.SUMMARY)
+        module.add_arguments(command)
+        if module not in (goals, steps):  # which only print
+            command.add_argument(
+                "-o", "--output", type=Path, metavar="DIR", help="folder for the results"
+            )
     return parser
 
 

@@ -71,7 +71,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="processes at once (default: %(default)s)",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for the tables")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,30 +2,16 @@
 
 import tempfile
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 
-from pose_bench.captured import (
-    BASELINE,
-    METHODS,
-    CapturedMethod,
-    CapturedScore,
-    judge,
-    label_of,
-    run_method,
-    true_extrinsics,
-    truth_of,
-    with_imus,
-)
-from pose_bench.suite import KNOWN
+from pose_bench.captured import CapturedMethod, CapturedScore, run_baseline, score_runs
+from pose_bench.captured_suite import KNOWN
 from pose_core.api import ImuSample
-from pose_core.errors import PoseError
 from pose_evaluation.offline import MethodRun
-from pose_evaluation.scores import score_method
 from pose_fusion.parameters import FusionNodeParameters
 from pose_fusion.tools.fuse import fuse
 from pose_io.bag_samples import read_body_series, read_estimates
@@ -44,26 +30,16 @@ from pose_sim.captured.session import (
 def through_bags(spec: CapturedSpec, methods: Sequence[CapturedMethod]) -> list[CapturedScore]:
     """Evaluate ``./pose fuse`` on a session; the baseline is run in memory."""
     session = make_captured_session(spec)
-    truth = truth_of(session)
-    yardstick = next(method for method in METHODS if method.name == BASELINE)
-    run, _ = run_method(session, yardstick, true_extrinsics(session))
-    baseline = score_method(BASELINE, run.series, truth.judged_truth)
-    found = []
     with tempfile.TemporaryDirectory(prefix="pose_bench_") as folder:
         in_bags = {imus: Path(folder) / f"session_{imus}" for imus in (False, True)}
         for imus, in_bag in in_bags.items():
             write_session(in_bag, session, imus=imus)
-        for index, method in enumerate(methods):
-            label, out_bag = label_of(spec, method), Path(folder) / f"fused_{index}"
-            try:
-                fused, pipeline = _fused(in_bags[method.use_imus], out_bag, method)
-            except PoseError as error:
-                found.append(replace(label, error=str(error)))
-                continue
-            scores = score_method(method.name, fused.series, truth.judged_truth)
-            judged = judge(label, scores, baseline, fused, truth)
-            found.append(with_imus(judged, pipeline) if method.use_imus else judged)
-    return found
+
+        def run(method: CapturedMethod) -> tuple[MethodRun, Any]:
+            out_bag = Path(folder) / f"fused_{methods.index(method)}"
+            return _fused(in_bags[method.use_imus], out_bag, method)
+
+        return score_runs(session, methods, run_baseline(session)[0], run)
 
 
 def _fused(in_bag: Path, out_bag: Path, method: CapturedMethod) -> tuple[MethodRun, Any]:

@@ -15,10 +15,11 @@ from pose_bench.faults.heard import Poses
 from pose_bench.faults.judging import RECOVERY_S, Truth, Verdict, judge
 from pose_bench.faults.packets import Packet, packets_of
 from pose_bench.nodes.fault_player import FaultPlayer, new_player, planned
-from pose_bench.processes import descendants
+from pose_bench.processes import pids_of
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import ImuSample, SkeletonSample, extrinsics_from_map
 from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_evaluation.offline import MethodSetup, run_methods
 from pose_fusion.tools.demo_processes import executable, start, stop
 from pose_sim.captured.clip import RATE
@@ -30,7 +31,6 @@ from pose_sim.captured.session import (
     make_captured_session,
 )
 
-NS = 1_000_000_000
 WARM_S = 14.0  # [s] before the first fault: calibration, body measures, alignment of IMUs
 SESSION_S = 62.0  # [s] of captured motion
 LEAD_S = 4.0  # [s] from the start of the plan to the first frame
@@ -118,11 +118,11 @@ def _run_session(
     try:
         player.open(plan)
         await_graph(player, graph, folder)
-        start_ns = time.time_ns() + round(LEAD_S * NS)
+        start_ns = time.time_ns() + round(LEAD_S * NS_PER_S)
         plan = [planned(packet) for packet in _shifted(packets, start_ns - START_NS)]
-        late_s = (time.time_ns() - start_ns) / NS
+        late_s = (time.time_ns() - start_ns) / NS_PER_S
         if late_s > 0.0:
-            start_ns += round((late_s + 1.0) * NS)
+            start_ns += round((late_s + 1.0) * NS_PER_S)
             plan = [planned(packet) for packet in _shifted(packets, start_ns - START_NS)]
         acts = _acts(slots, graph.pid)
         player.play(plan, acts, start_ns, slots[-1].end_s + RECOVERY_S)
@@ -135,7 +135,7 @@ def _run_session(
     truth = truth_of(person, start_ns)
     reference = _reference(person, slots, start_ns)
     for slot in slots:
-        yield judge(slot.fault, heard, truth, reference, start_ns + round(slot.begin_s * NS))
+        yield judge(slot.fault, heard, truth, reference, start_ns + round(slot.begin_s * NS_PER_S))
 
 
 def _packets(person: CapturedSession, slots: Sequence[Slot]) -> list[Packet]:
@@ -187,7 +187,7 @@ def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[]
 
     def act(what: Signal) -> Callable[[], None]:
         def do() -> None:
-            for pid in _pids(launcher, what.node):
+            for pid in pids_of(launcher, what.node):
                 os.kill(pid, SIGNALS[what.what])
 
         return do
@@ -197,23 +197,10 @@ def _acts(slots: Sequence[Slot], launcher: int) -> list[tuple[float, Callable[[]
     ]
 
 
-def _pids(launcher: int, node: str) -> list[int]:
-    """The processes of a node."""
-    found = []
-    for pid in descendants(launcher):
-        try:
-            words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
-        except OSError:
-            continue
-        if any(word.endswith(f"/lib/pose_fusion/{node}".encode()) for word in words):
-            found.append(pid)
-    return found
-
-
 def truth_of(person: CapturedSession, start_ns: int) -> Truth:
     """The captured joints on the clock of a replay."""
     positions = person.clip.positions
-    stamps = start_ns + np.round(np.arange(len(positions)) / RATE * NS).astype(np.int64)
+    stamps = start_ns + np.round(np.arange(len(positions)) / RATE * NS_PER_S).astype(np.int64)
     return Truth(stamps_ns=stamps, positions=positions)
 
 
@@ -221,7 +208,7 @@ def _reference(person: CapturedSession, slots: Sequence[Slot], start_ns: int) ->
     """Bodies fused from the undisturbed samples without the lost sources."""
 
     def is_left(sample: SkeletonSample | ImuSample) -> bool:
-        at_s = (sample.stamp_ns - START_NS) / NS
+        at_s = (sample.stamp_ns - START_NS) / NS_PER_S
         is_camera = isinstance(sample, SkeletonSample)
         source = sample.sensor if isinstance(sample, SkeletonSample) else f"imu/{sample.segment}"
         for slot in slots:

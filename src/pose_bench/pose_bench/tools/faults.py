@@ -22,9 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tenth", metavar="K", type=int, help="every tenth fault, from the K-th on"
     )
     parser.add_argument("--list", action="store_true", help="the names of all faults")
-    parser.add_argument(
-        "-o", "--output", metavar="DIR", type=Path, help="also write the table here"
-    )
 
 
 def run(options: argparse.Namespace) -> int:

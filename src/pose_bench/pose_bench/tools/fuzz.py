@@ -1,7 +1,6 @@
 """``./pose bench fuzz``: mutated inputs for everything that reads what others have written."""
 
 import argparse
-from pathlib import Path
 
 from pose_bench.fuzz_targets import targets
 from pose_bench.fuzzing import MOST_GROWN_MB, Outcome, fuzz
@@ -16,7 +15,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cases", type=int, default=1000, help="inputs of each target (1000)")
     parser.add_argument("--seed", type=int, default=0, help="another seed: other inputs (0)")
     parser.add_argument("--only", metavar="NAME", default="", help="targets whose name contains it")
-    parser.add_argument("-o", "--output", metavar="DIR", type=Path, help="keep what crashed here")
 
 
 def run(options: argparse.Namespace) -> int:

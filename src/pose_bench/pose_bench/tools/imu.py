@@ -52,9 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="folder of BROAD's .mat files; without it only the synthetic set is run",
     )
     parser.add_argument("--no-synthetic", action="store_true", help="leave the synthetic set out")
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="folder for imu_accuracy.md"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:

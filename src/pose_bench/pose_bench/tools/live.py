@@ -20,7 +20,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, default=60.0, metavar="S", help="of the session [s] (60)"
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for live.md")
 
 
 def run(arguments: argparse.Namespace) -> int:

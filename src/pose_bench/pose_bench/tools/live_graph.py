@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pose_bench.processes import descendants, sleep_until, usage
+from pose_bench.processes import sleep_until, usages
 from pose_core.api import FloatArray
 from pose_core.errors import InputError
 from pose_core.stamps import NS_PER_S
@@ -82,6 +82,24 @@ def stopped(probe: "subprocess.Popen[str]") -> str:
     return str(output)
 
 
+def latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, FloatArray]:
+    """Latency of each joint state [ms], and the steps of their stamps in median steps.
+
+    Args:
+        arrived: Arrivals [ns] by stamp [ns], as the probe prints them.
+        steady_ns: Stamp of the first evaluated joint state [ns].
+
+    Raises:
+        InputError: If there are less than two.
+    """
+    found = sorted((int(stamp), at_ns) for stamp, at_ns in arrived.items())
+    stamps, arrivals = np.array([each for each in found if each[0] >= steady_ns]).reshape(-1, 2).T
+    if len(stamps) < 2:
+        raise InputError("no joint states came: see the graph's log")
+    steps = np.diff(stamps)
+    return (arrivals - stamps).astype(np.float64) * 1e-6, steps / np.median(steps)
+
+
 Usages = tuple[float, dict[str, float], dict[str, float]]
 """Time [s]; CPU time [s] and memory [MB] by process."""
 
@@ -89,7 +107,7 @@ Usages = tuple[float, dict[str, float], dict[str, float]]
 def _usages(root: int) -> Usages:
     cpu_s: dict[str, float] = defaultdict(float)
     memory_mb: dict[str, float] = defaultdict(float)
-    for found in filter(None, map(usage, [root, *descendants(root)])):
+    for found in usages(root):
         if found.name not in SIMULATED:
             cpu_s[found.name] += found.cpu_s
             memory_mb[found.name] += found.memory_mb
@@ -99,16 +117,11 @@ def _usages(root: int) -> Usages:
 def _result(
     noted: dict[str, dict[str, Any]], steady_ns: int, before: Usages, after: Usages
 ) -> LiveResult:
-    arrivals_ns = {int(stamp): time_ns for stamp, time_ns in noted["arrived"].items()}
-    stamps = np.array(sorted(stamp for stamp in arrivals_ns if stamp >= steady_ns), np.int64)
-    if len(stamps) < 2:
-        raise InputError("no joint states came: see the graph's log")
-    arrived = np.array([arrivals_ns[stamp] for stamp in stamps.tolist()], np.int64)
-    steps = np.diff(stamps)
+    latency_ms, steps = latencies(noted["arrived"], steady_ns)
     seconds = after[0] - before[0]
     return LiveResult(
-        latency_ms=(arrived - stamps).astype(np.float64) * 1e-6,
-        missing=int(np.sum(np.rint(steps / np.median(steps)) - 1)),
+        latency_ms=latency_ms,
+        missing=int(np.sum(np.rint(steps) - 1)),
         stages=noted["stages"],
         load={name: (cpu - before[1].get(name, 0.0)) / seconds for name, cpu in after[1].items()},
         memory_mb=dict(after[2]),

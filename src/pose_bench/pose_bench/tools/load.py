@@ -14,22 +14,22 @@ from pathlib import Path
 import numpy as np
 
 from pose_bench.nodes.fault_player import FaultPlayer, Planned, new_player
-from pose_bench.processes import descendants, usage
+from pose_bench.processes import usages
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.fault_sessions import await_graph, isolate, start_graph
-from pose_bench.tools.live_graph import stopped
+from pose_bench.tools.live_graph import latencies, stopped
 from pose_bench.tools.load_scenes import SCENES, LoadScene
 from pose_bench.tools.showing import publish
 from pose_bench.tools.soak_recording import LOOP_NS, LoopMessage, loop_message
 from pose_calibration.files.extrinsics_file import save_extrinsics
 from pose_core.api import FloatArray, extrinsics_from_map
 from pose_core.errors import InputError
+from pose_core.stamps import NS_PER_S
 from pose_fusion.tools.demo_processes import start, stop
 
 SUMMARY = "the live graph with many sensors or people: latency, losses, memory over time"
-NS = 1_000_000_000
-LEAD_NS = 4 * NS  # [ns] until the first message
+LEAD_NS = 4 * NS_PER_S  # [ns] until the first message
 STEADY_S = 20.0  # [s] after the first message; until then, people are measured and IMUs aligned
 PERIOD_S = 10.0  # [s] between measurements of the memory
 
@@ -56,7 +56,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--scene", nargs="+", choices=list(SCENES), default=list(SCENES), help="(all)"
     )
     parser.add_argument("--loops", type=int, default=1, help="of the 64 s of each scene (1)")
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for load.md")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -105,15 +104,16 @@ def run_scene(scene: LoadScene, loops: int, folder: Path) -> LoadResult:
         noted = json.loads(stopped(probe))
         stop(graph)
         player.close()
-    steady_ns = begin_ns + round(STEADY_S * NS)
-    latency_ms, missing = _latencies(noted["arrived"], steady_ns)
+    steady_ns = begin_ns + round(STEADY_S * NS_PER_S)
+    latency_ms, steps = latencies(noted["arrived"], steady_ns)
+    steps = np.rint(steps[steps < 50.0])  # the pause between loops is longer
     last = {said.node: said for said in heard.said}
     counts = [last[node].values for node in ("/fusion", "/recorder") if node in last]
     names = ("messages_lost", "lost_messages")
     return LoadResult(
         scene=scene.name,
         latency_ms=latency_ms,
-        missing=missing,
+        missing=float(np.sum(steps - 1.0) / np.sum(steps)),
         rmse_deg=scene.rmse_deg(heard.bodies.between(steady_ns, begin_ns + LOOP_NS), begin_ns),
         lost=sum(int(values.get(name, 0)) for values in counts for name in names),
         said=any("lost" in said.message for said in heard.said),
@@ -135,7 +135,7 @@ class _Measured:
     def measure(self) -> None:
         """Measure now."""
         cpu_s = 0.0
-        for found in filter(None, map(usage, [self._root, *descendants(self._root)])):
+        for found in usages(self._root):
             cpu_s += found.cpu_s
             self.memory_mb.setdefault(found.name, []).append(found.memory_mb)
         self._times.append((time.monotonic(), cpu_s))
@@ -149,7 +149,7 @@ class _Measured:
 
 def _plan(messages: Sequence[LoopMessage], begin_ns: int) -> list[Planned]:
     """The messages of a loop from ``begin_ns`` on."""
-    return [(e.at_ns / NS, e.topic, e.kind, e.shifted(begin_ns)) for e in messages]
+    return [(e.at_ns / NS_PER_S, e.topic, e.kind, e.shifted(begin_ns)) for e in messages]
 
 
 def _replay(
@@ -157,27 +157,15 @@ def _replay(
 ) -> _Measured:
     """Publish the messages, loop after loop, and measure the graph's processes."""
     measured = _Measured(root)
-    times = np.arange(STEADY_S, len(plans) * LOOP_NS / NS - 1.0, PERIOD_S)
+    times = np.arange(STEADY_S, len(plans) * LOOP_NS / NS_PER_S - 1.0, PERIOD_S)
     for loop, plan in enumerate(plans):
         loop_ns = begin_ns + loop * LOOP_NS
-        first_s = loop * LOOP_NS / NS
-        until_s = LOOP_NS / NS - 1.0  # of two seconds without messages
+        first_s = loop * LOOP_NS / NS_PER_S
+        until_s = LOOP_NS / NS_PER_S - 1.0  # of two seconds without messages
         due = times[(times >= first_s) & (times < first_s + until_s)] - first_s
         acts = [(at_s, measured.measure) for at_s in due.tolist()]
         player.play(plan, acts, loop_ns, until_s)
     return measured
-
-
-def _latencies(arrived: dict[str, int], steady_ns: int) -> tuple[FloatArray, float]:
-    """Latency of each joint state [ms], and the share of missing ones within each loop."""
-    stamps = np.array(sorted(int(stamp) for stamp in arrived if int(stamp) >= steady_ns), np.int64)
-    if len(stamps) < 2:
-        raise InputError("no joint states came: see the graph's log")
-    arrivals = np.array([arrived[str(stamp)] for stamp in stamps.tolist()], np.int64)
-    steps = np.diff(stamps) / np.median(np.diff(stamps))
-    steps = np.rint(steps[steps < 50.0])  # the pause between loops is longer
-    latency_ms = (arrivals - stamps).astype(np.float64) * 1e-6
-    return latency_ms, float(np.sum(steps - 1.0) / np.sum(steps))
 
 
 def _table(results: list[LoadResult]) -> TextTable:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from pose_bench.processes import descendants, usage
+from pose_bench.processes import usages
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number
 from pose_bench.tools.showing import publish
@@ -80,7 +80,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="how often it is repeated, for each of the bags to make (1 10)",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for offline.md")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -151,7 +150,8 @@ def _fused(in_bag: Path, out_bag: Path) -> tuple[float, float, float]:
     process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     with process:
         while True:
-            memory_mb = max(memory_mb, _memory_mb(process.pid))
+            # Shared memory is counted once.
+            memory_mb = max(memory_mb, sum(each.memory_mb for each in usages(process.pid)))
             with suppress(subprocess.TimeoutExpired):
                 process.wait(LOOK_S)
                 break
@@ -159,12 +159,6 @@ def _fused(in_bag: Path, out_bag: Path) -> tuple[float, float, float]:
     if process.returncode != 0:
         raise InputError(f"fuse failed on {in_bag}: run ./pose fuse on the bag to see why")
     return clock_s, _cpu_of_children_s() - before, memory_mb
-
-
-def _memory_mb(root: int) -> float:
-    """Memory of a process and its children [MB], with shared memory counted once."""
-    known = (usage(pid) for pid in (root, *descendants(root)))
-    return sum(each.memory_mb for each in known if each is not None)
 
 
 def _cpu_of_children_s() -> float:

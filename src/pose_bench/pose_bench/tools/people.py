@@ -106,7 +106,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="folder of clips (.npz, .bvh); may be given again (default: the bundled ones)",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for people.md")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -7,7 +7,6 @@ the state predicted to the current time; both are compared with the truth at tha
 import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from rich.console import Console
@@ -107,7 +106,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--duration", type=float, default=30.0, metavar="S", help="of each session [s] (30)"
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for prediction.md")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -53,7 +53,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a third of the frames, two IMUs with a quarter of their samples, ten joint states a "
         "second",
     )
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for soak.md")
 
 
 def run(arguments: argparse.Namespace) -> int:

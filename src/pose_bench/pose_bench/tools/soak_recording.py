@@ -11,11 +11,11 @@ from pose_bench.faults.packets import Frame, Packet, packets_of
 from pose_bench.nodes.fault_player import planned
 from pose_bench.tools.fault_sessions import SESSION_S
 from pose_core.api import FloatArray, inverse, transformed
+from pose_core.stamps import NS_PER_S
 from pose_sim.captured.session import START_NS, CapturedSession
 
-NS = 1_000_000_000
-STEP_NS = NS // 100  # [ns] between the calls of a live node's timers
-LOOP_NS = round((SESSION_S + 2.0) * NS)  # [ns] a recording and two seconds of an empty room
+STEP_NS = NS_PER_S // 100  # [ns] between the calls of a live node's timers
+LOOP_NS = round((SESSION_S + 2.0) * NS_PER_S)  # [ns] a recording and two seconds of an empty room
 VISIT_S = (20.0, 45.0)  # [s] of a loop in which a visitor is in view
 VISITOR = "visitor0"  # replaced by another id of this length at each visit
 VISITOR_SIZE = 0.85  # [-] of the subject's
@@ -39,7 +39,7 @@ class LoopMessage:
     def shifted(self, begin_ns: int, visit: int = 0) -> bytes:
         """The bytes in a loop that starts at ``begin_ns``, with the id of this visit."""
         data = bytearray(self.data)
-        stamp = struct.pack("<iI", *divmod(begin_ns + self.stamp_after_ns, NS))
+        stamp = struct.pack("<iI", *divmod(begin_ns + self.stamp_after_ns, NS_PER_S))
         for place in self.places:
             data[place : place + len(stamp)] = stamp
         if self.visitor >= 0:
@@ -75,7 +75,7 @@ def _thinned(packets: Iterable[Packet]) -> Iterator[Packet]:
             frames[packet.source] += 1
             if frames[packet.source] % 3 == 1:
                 yield packet
-        elif packet.source in LIGHT_IMUS and round(packet.at_s * NS) // STEP_NS % 4 == 1:
+        elif packet.source in LIGHT_IMUS and round(packet.at_s * NS_PER_S) // STEP_NS % 4 == 1:
             yield packet
 
 
@@ -106,9 +106,9 @@ def _visits(packets: Sequence[Packet], session: CapturedSession) -> Iterator[tup
 def loop_message(packet: Packet) -> LoopMessage:
     """Serialise a packet whose stamp is that of a session from ``START_NS`` on."""
     at_s, topic, kind, data = planned(packet)
-    stamp = struct.pack("<iI", *divmod(packet.stamp_ns, NS))
+    stamp = struct.pack("<iI", *divmod(packet.stamp_ns, NS_PER_S))
     return LoopMessage(
-        at_ns=round(at_s * NS),
+        at_ns=round(at_s * NS_PER_S),
         source=packet.source,
         topic=topic,
         kind=kind,

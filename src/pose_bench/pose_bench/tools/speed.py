@@ -18,9 +18,6 @@ QUICK_SHARE = 20  # one in so many repeats is run by --quick
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("--quick", action="store_true", help="few repeats: to see that it works")
-    parser.add_argument(
-        "-o", "--output", type=Path, metavar="DIR", help="folder for speed.md and speed_growth.png"
-    )
 
 
 def run(arguments: argparse.Namespace) -> int:

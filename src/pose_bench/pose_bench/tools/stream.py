@@ -131,7 +131,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--sessions", type=int, default=4, help="captured ones of each folder (4)")
     parser.add_argument("--output-rate", type=float, default=100.0, metavar="HZ")
     parser.add_argument("--seed", type=int, default=SEED, help="of everything random")
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for stream.md")
 
 
 def run(arguments: argparse.Namespace) -> int:

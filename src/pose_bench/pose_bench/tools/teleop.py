@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
-from pose_bench.processes import descendants, sleep_until, usage
+from pose_bench.processes import pids_of, sleep_until
 from pose_bench.speed import machine
 from pose_bench.tables import TextTable, number, percent
 from pose_bench.teleop_scores import NotFollowedError, TeleopScores, score_teleop
@@ -41,7 +41,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--only", choices=("synthetic", "captured"), help="one kind of people instead of both"
     )
     parser.add_argument("--no-faults", action="store_true", help="let nothing die")
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="folder for teleop.md")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -127,12 +126,10 @@ def _write_captured(path: Path, duration_s: float) -> None:
 
 def _kill(root: int, name: str) -> None:
     """Kill the first process of an executable, to simulate a crash."""
-    for pid in descendants(root):
-        found = usage(pid)
-        if found is not None and found.name == name:
-            os.kill(pid, signal.SIGKILL)
-            return
-    raise InputError(f"the graph runs no {name} to kill: see its log")
+    pids = pids_of(root, name)
+    if not pids:
+        raise InputError(f"the graph runs no {name} to kill: see its log")
+    os.kill(pids[0], signal.SIGKILL)
 
 
 def _table(scores: dict[str, TeleopScores], arguments: argparse.Namespace) -> TextTable:

@@ -8,20 +8,11 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
 from pose_sim.captured.clip import RATE, Clip
-from pose_sim.captured.trackers import slow
 from pose_sim.rotations import FloatArray
+from pose_sim.tracker_errors import slow_process
+from pose_sim.virtual_imu import NODES
 
-NINE = (
-    "torso",
-    "left_upper_arm",
-    "left_forearm",
-    "right_upper_arm",
-    "right_forearm",
-    "left_thigh",
-    "left_shank",
-    "right_thigh",
-    "right_shank",
-)
+NINE = tuple(NODES.values())
 """Segments of nine IMUs."""
 DIFFERENCE_S = 0.004  # [s] over which angular velocities are computed
 
@@ -77,12 +68,12 @@ def _stream(
     turn = path(middle - DIFFERENCE_S).inv() * path(middle + DIFFERENCE_S)
     rate = gaussian_filter1d(turn.as_rotvec() / (2.0 * DIFFERENCE_S), 1.0, axis=0)
     speed = np.clip(np.linalg.norm(rate, axis=1, keepdims=True) / 3.0, 0.2, 2.0)
-    skin = model.soft_tissue * speed * slow(shape, 0.15, model.rate, rng)
+    skin = model.soft_tissue * speed * slow_process(shape, 0.15, model.rate, rng)
     sensor = path(stamps) * Rotation.from_rotvec(skin) * alignment
     walk = np.cumsum(rng.standard_normal(len(stamps))) / np.sqrt(model.rate)
     heading = north + model.field * rng.standard_normal() + model.heading_walk * walk
     tilt = np.zeros(shape)
-    tilt[:, :2] = model.tilt * slow((len(stamps), 2), 5.0, model.rate, rng)
+    tilt[:, :2] = model.tilt * slow_process((len(stamps), 2), 5.0, model.rate, rng)
     world = Rotation.from_euler("z", heading[:, None]) * Rotation.from_rotvec(tilt)
     gyroscope = alignment.inv().apply(rate) + model.gyro_bias * rng.standard_normal((1, 3))
     return ImuStream(

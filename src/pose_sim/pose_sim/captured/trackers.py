@@ -19,6 +19,7 @@ from pose_sim.captured.clips import heading
 from pose_sim.captured.residuals import resampled_residuals
 from pose_sim.occlusion import hidden
 from pose_sim.rotations import FloatArray
+from pose_sim.tracker_errors import slow_process
 
 HEIGHT = 1.7  # [m] height of the body model for occlusions
 DECISION_S = 0.5  # [s] for which a joint's tracking state is constant
@@ -107,7 +108,7 @@ def track(
         seen, unseen = azure_joints(seen), covered[:, NEAREST]
     shape = seen.shape
     size = model.hidden_error * rng.uniform(0.6, 1.4, (1, shape[1], 1))
-    wander = size * unseen[..., None] * slow(shape, model.hidden_s, model.rate, rng)
+    wander = size * unseen[..., None] * slow_process(shape, model.hidden_s, model.rate, rng)
     if model.real_residuals:
         offsets = resampled_residuals(true, len(stamps) / (stamps[-1] - stamps[0]), rng)
     else:
@@ -130,7 +131,7 @@ def _stamps(end_s: float, model: TrackerModel, rng: np.random.Generator) -> Floa
     stamps = np.arange(first, end_s, 1.0 / model.rate)
     if model.slowest_rate:
         # An overloaded tracker skips frames for some time.
-        busy = ndtr(slow(stamps.shape, 1.0, model.rate, rng))
+        busy = ndtr(slow_process(stamps.shape, 1.0, model.rate, rng))
         left_out = (busy > 0.6) & (rng.random(len(stamps)) > model.slowest_rate / model.rate)
         stamps = stamps[~left_out]
     return np.sort(stamps + model.jitter * rng.standard_normal(len(stamps)))
@@ -142,7 +143,7 @@ def _states(
     """Tracking states of the joints, (n, 15)."""
     state = np.full(covered.shape, int(TrackingState.TRACKED), np.uint8)
     if model.has_confidence:
-        opinion = ndtr(slow(covered.shape, DECISION_S, model.rate, rng))
+        opinion = ndtr(slow_process(covered.shape, DECISION_S, model.rate, rng))
         noticed = (covered > 0.5) & (opinion > model.hidden_called_tracked)
         state[noticed] = int(TrackingState.INFERRED)
     return state
@@ -166,7 +167,7 @@ def _offsets(
     """Offsets of the joints in the body [m], rotated with its heading."""
     shape = len(true), joints, 3
     offset = model.constant_offset * rng.standard_normal((1, joints, 3))
-    offset = offset + model.slow_offset * slow(shape, model.slow_s, model.rate, rng)
+    offset = offset + model.slow_offset * slow_process(shape, model.slow_s, model.rate, rng)
     yaw = heading(true)
     c, s = np.cos(yaw), np.sin(yaw)
     if model.facing:
@@ -183,14 +184,3 @@ def at(instants: FloatArray, times: FloatArray, values: FloatArray) -> FloatArra
     flat = values.reshape(len(values), -1)
     columns = [np.interp(instants, times, flat[:, i]) for i in range(flat.shape[1])]
     return np.stack(columns, axis=1).reshape(len(instants), *values.shape[1:])
-
-
-def slow(
-    shape: tuple[int, ...], seconds: float, rate: float, rng: np.random.Generator
-) -> FloatArray:
-    """Ornstein-Uhlenbeck processes of unit variance along the first axis."""
-    keep = np.exp(-1.0 / (seconds * rate))
-    noise = rng.standard_normal(shape)
-    noise[1:] *= np.sqrt(1.0 - keep**2)
-    process: FloatArray = lfilter([1.0], [1.0, -keep], noise, axis=0)
-    return process

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 
 from pose_core.api import ANGLES
 from pose_core.finite_numbers import mean_known
-from pose_core.joints import JOINTS
 from pose_evaluation.scores import AngleScore, Evaluation, MethodScores
 from pose_evaluation.table import (
     Judge,
@@ -22,6 +21,7 @@ from pose_evaluation.table import (
 )
 from pose_evaluation.tables import method_label, readable, summary_rows
 from pose_evaluation.uncertainty import NORMAL_SHARE, Coverage, mean_coverage
+from pose_view.report.tables.by_part import part_table
 
 HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in name)
 """The six angles of li2020's tables."""
@@ -29,17 +29,16 @@ HIPS_AND_KNEES = tuple(name for name in ANGLES if "hip" in name or "knee" in nam
 
 def accuracy_tables(evaluation: Evaluation) -> list[Table]:
     """Tables of correlation, error, bias, limits of agreement, and joint positions."""
-    names = tuple(method_label(method.name) for method in evaluation.methods)
     tables = [
         _angle_table(
             evaluation, "Correlation with the reference: Pearson's r [-]", lambda s: s.r, 3, largest
         ),
         _angle_table(evaluation, "Error: RMSE [deg]", lambda s: s.rmse_deg, 1, smallest),
         _bias_table(evaluation),
-        _limits_table(evaluation, names),
+        _limits_table(evaluation),
     ]
     if any(mean_known([method.mpjpe_mm]) > 0.0 for method in evaluation.methods):
-        tables.append(_joint_table(evaluation, names))
+        tables.append(_joint_table(evaluation))
     return tables
 
 
@@ -100,51 +99,48 @@ def _angle_table(
     digits: int,
     best: Judge,
 ) -> Table:
-    methods = evaluation.methods
+    values = _of_angles(evaluation, value)
 
-    def row(name: str, angles: tuple[str, ...], is_summary: bool = False) -> Row:
-        values = [mean_known([value(m.angles[angle]) for angle in angles]) for m in methods]
-        return number_row(name, values, digits, best, is_summary=is_summary)
+    def mean(name: str, angles: tuple[str, ...]) -> Row:
+        means = [mean_known([each[angle] for angle in angles]) for each in values.values()]
+        return number_row(name, means, digits, best, is_summary=True)
 
-    return Table(
-        caption=caption,
-        head="angle",
-        columns=tuple(method_label(method.name) for method in methods),
-        rows=(
-            *(row(readable(angle), (angle,)) for angle in ANGLES),
-            row("mean of hips and knees", HIPS_AND_KNEES, is_summary=True),
-            row("mean of all", ANGLES, is_summary=True),
-        ),
-        note="Best in bold; – where the reference hardly moves."
-        if digits == 3
-        else "Best in bold.",
+    return part_table(
+        caption,
+        "angle",
+        values,
+        [mean("mean of hips and knees", HIPS_AND_KNEES), mean("mean of all", ANGLES)],
+        "Best in bold; – where the reference hardly moves." if digits == 3 else "Best in bold.",
+        digits=digits,
+        best=best,
     )
+
+
+def _of_angles(
+    evaluation: Evaluation, value: Callable[[AngleScore], float]
+) -> dict[str, dict[str, float]]:
+    """A figure by method and angle."""
+    return {
+        method.name: {angle: value(method.angles[angle]) for angle in ANGLES}
+        for method in evaluation.methods
+    }
 
 
 def _bias_table(evaluation: Evaluation) -> Table:
-    methods = evaluation.methods
-    rows = [
-        number_row(
-            readable(angle),
-            [method.angles[angle].bias_deg for method in methods],
-            1,
-            nearest_zero,
-            sign=True,
-        )
-        for angle in ANGLES
-    ]
-    sizes = [method.mean_absolute_bias_deg for method in methods]
-    rows.append(number_row("mean size", sizes, 1, smallest, is_summary=True))
-    return Table(
-        caption="Bias: mean of method − reference [deg]",
-        head="angle",
-        columns=tuple(method_label(method.name) for method in methods),
-        rows=tuple(rows),
-        note="Nearest to zero in bold.",
+    sizes = [method.mean_absolute_bias_deg for method in evaluation.methods]
+    return part_table(
+        "Bias: mean of method − reference [deg]",
+        "angle",
+        _of_angles(evaluation, lambda score: score.bias_deg),
+        [number_row("mean size", sizes, 1, smallest, is_summary=True)],
+        "Nearest to zero in bold.",
+        digits=1,
+        best=nearest_zero,
+        sign=True,
     )
 
 
-def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
+def _limits_table(evaluation: Evaluation) -> Table:
     def limits(method: MethodScores, angle: str) -> str:
         low, high = method.angles[angle].limits_of_agreement_deg
         return f"{number(low, 0, sign=True)} … {number(high, 0, sign=True)}"
@@ -152,7 +148,7 @@ def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
     return Table(
         caption="Limits of agreement (Bland and Altman): bias ∓ 1.96 SD [deg]",
         head="angle",
-        columns=names,
+        columns=tuple(method_label(method.name) for method in evaluation.methods),
         rows=tuple(
             text_row(readable(angle), *(limits(method, angle) for method in evaluation.methods))
             for angle in ANGLES
@@ -161,20 +157,14 @@ def _limits_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
     )
 
 
-def _joint_table(evaluation: Evaluation, names: tuple[str, ...]) -> Table:
-    methods = evaluation.methods
-    rows = [
-        number_row(
-            readable(joint), [method.joint_error_mm[joint] for method in methods], 0, smallest
-        )
-        for joint in JOINTS
-    ]
-    means = [method.mpjpe_mm for method in methods]
-    rows.append(number_row("mean (MPJPE)", means, 0, smallest, is_summary=True))
-    return Table(
-        caption="Joint position error [mm]",
-        head="joint",
-        columns=names,
-        rows=tuple(rows),
-        note="Mean distance after one rigid alignment of the whole recording. Best in bold.",
+def _joint_table(evaluation: Evaluation) -> Table:
+    means = [method.mpjpe_mm for method in evaluation.methods]
+    return part_table(
+        "Joint position error [mm]",
+        "joint",
+        {method.name: method.joint_error_mm for method in evaluation.methods},
+        [number_row("mean (MPJPE)", means, 0, smallest, is_summary=True)],
+        "Mean distance after one rigid alignment of the whole recording. Best in bold.",
+        digits=0,
+        best=smallest,
     )

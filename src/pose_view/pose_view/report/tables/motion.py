@@ -6,8 +6,9 @@ from pose_core.api import ANGLES
 from pose_core.joints import SIDES
 from pose_evaluation.gait_cycles import CycleCurve
 from pose_evaluation.range_of_motion import AngleRange, symmetry_index_percent
-from pose_evaluation.table import Row, Table, number, number_row, text_row
+from pose_evaluation.table import Row, Table, number, text_row
 from pose_evaluation.tables import method_label, readable
+from pose_view.report.tables.by_part import part_table
 
 ONE_SIDE = tuple(
     name.removeprefix(f"{SIDES[0]}_") for name in ANGLES if name.startswith(f"{SIDES[0]}_")
@@ -16,15 +17,12 @@ ONE_SIDE = tuple(
 
 def range_table(ranges: Mapping[str, Mapping[str, AngleRange]]) -> Table:
     """Range of motion of every angle by method."""
-    return Table(
-        caption="Range of motion: highest − lowest angle [deg]",
-        head="angle",
-        columns=tuple(method_label(name) for name in ranges),
-        rows=tuple(
-            number_row(readable(angle), [each[angle].range_deg for each in ranges.values()], 1)
-            for angle in ANGLES
-        ),
+    return part_table(
+        "Range of motion: highest − lowest angle [deg]",
+        "angle",
+        {name: {angle: each[angle].range_deg for angle in ANGLES} for name, each in ranges.items()},
         note="Angles after a zero-phase low-pass filter (6 Hz).",
+        digits=1,
     )
 
 

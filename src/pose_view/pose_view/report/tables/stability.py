@@ -6,15 +6,10 @@ import numpy as np
 
 from pose_core.api import AngleSeries, EstimateSeries, Source
 from pose_core.finite_numbers import mean_known
-from pose_core.joints import JOINTS
 from pose_evaluation.agreement import MethodStability, angle_differences_deg
-from pose_evaluation.stability import BONES
-from pose_evaluation.table import (
-    Table,
-    number_row,
-    smallest,
-)
+from pose_evaluation.table import Table, number_row, smallest
 from pose_evaluation.tables import method_label, readable
+from pose_view.report.tables.by_part import part_table
 
 SOURCE_NAMES = {
     Source.KINECT: "Kinect",
@@ -45,24 +40,14 @@ def method_table(angles: Mapping[str, AngleSeries]) -> Table:
 
 def bone_table(stability: Mapping[str, MethodStability]) -> Table:
     """Standard deviation of each bone's length."""
-    return _by_part(
-        "Standard deviation of the bones' lengths [mm]",
-        "bone",
-        tuple(BONES),
-        {name: each.bone_sd_mm for name, each in stability.items()},
-        digits=1,
-    )
+    values = {name: each.bone_sd_mm for name, each in stability.items()}
+    return _with_mean("Standard deviation of the bones' lengths [mm]", "bone", values, 1)
 
 
 def jerk_table(stability: Mapping[str, MethodStability]) -> Table:
     """RMS jerk of each joint."""
-    return _by_part(
-        "RMS jerk of the joints [m/s³], at 30 Hz",
-        "joint",
-        JOINTS,
-        {name: each.jerk for name, each in stability.items()},
-        digits=0,
-    )
+    values = {name: each.jerk for name, each in stability.items()}
+    return _with_mean("RMS jerk of the joints [m/s³], at 30 Hz", "joint", values, 0)
 
 
 def timing_table(estimates: Mapping[str, EstimateSeries]) -> Table:
@@ -101,23 +86,10 @@ def source_table(name: str, estimates: EstimateSeries) -> Table:
     )
 
 
-def _by_part(
-    caption: str,
-    head: str,
-    parts: tuple[str, ...],
-    values: Mapping[str, Mapping[str, float]],
-    digits: int,
+def _with_mean(
+    caption: str, head: str, values: Mapping[str, Mapping[str, float]], digits: int
 ) -> Table:
-    rows = [
-        number_row(readable(part), [each[part] for each in values.values()], digits, smallest)
-        for part in parts
-    ]
     means = [mean_known(list(each.values())) for each in values.values()]
-    rows.append(number_row("mean", means, digits, smallest, is_summary=True))
-    return Table(
-        caption=caption,
-        head=head,
-        columns=tuple(method_label(name) for name in values),
-        rows=tuple(rows),
-        note="Smallest in bold.",
-    )
+    mean = number_row("mean", means, digits, smallest, is_summary=True)
+    note = "Smallest in bold."
+    return part_table(caption, head, values, [mean], note, digits=digits, best=smallest)

@@ -1,6 +1,6 @@
 """Creates the table of a real tracker's errors for :mod:`pose_sim.captured.residuals`.
 
-``python -m pose_bench.residual_table UIPRMD_DIR FILE.npz``: for every repetition of UI-PRMD with a
+``python scripts/residual_table.py UIPRMD_DIR FILE.npz``: for every repetition of UI-PRMD with a
 Kinect and a Vicon file, the Kinect's joints minus the Vicon's joint centres, after the best time
 shift and rigid transform of the repetition.
 """
