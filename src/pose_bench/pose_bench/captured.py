@@ -191,6 +191,9 @@ def score_runs(
 ) -> list[CapturedScore]:
     """Run methods on a session and score them; those that raise a ``PoseError`` have the reason."""
     truth = truth_of(session)
+    if not len(truth.judged_truth):
+        error = f"too short: judged from {JUDGED_FROM_S:g} s on"
+        return [replace(label_of(session.spec, method), error=error) for method in methods]
     baseline = score_method(BASELINE, baseline_run.series, truth.judged_truth)
     found = []
     for method in methods:
