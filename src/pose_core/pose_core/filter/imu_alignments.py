@@ -24,6 +24,9 @@ LONGEST_STEP_S = 0.1  # [s] upper bound of the time assigned to one instant
 MIN_UNKNOWN_HEADING_STDDEV = 1.0  # [rad] from it on, an IMU does not know north
 LONGEST_GAP_NS = 3 * NS_PER_S // 10  # [ns] a longer gap may be such a restart
 LEAST_OTHERS = 2  # [-] aligned IMUs required to agree on north
+SYSTEMATIC_STDDEV = np.radians([3.3, 3.3, 3.5, 3.0])
+"""[rad] of mounting and heading by trackers' offsets and soft tissue, which the filter takes for
+noise; as measured on captured motion (docs/imus.md)."""
 MAX_HEADING_DEVIATION = 0.6  # [rad] largest deviation of their headings from the mean
 
 
@@ -175,7 +178,7 @@ class ImuAlignments:
                     found.heading,
                     covariance,
                 )
-            self._note(worn, state)
+            self._store_uncertainty(worn, state)
         return state
 
     def _check(self, worn: _Worn, state: FilterState) -> None:
@@ -242,12 +245,13 @@ class ImuAlignments:
             residual=float("nan"),
         )
 
-    def _note(self, worn: _Worn, state: FilterState) -> None:
+    def _store_uncertainty(self, worn: _Worn, state: FilterState) -> None:
+        """Store an aligned IMU's uncertainty, with the part that no average reduces."""
         column = int(state.imu_column[worn.link])
-        variance = np.diag(state.P)[column : column + IMU_STATES]
-        worn.use.tilt_stddev = float(np.sqrt(max(variance[0], variance[1], 0.0)))
-        worn.use.turn_stddev = float(np.sqrt(max(variance[2], 0.0)))
-        worn.use.heading_stddev = float(np.sqrt(max(variance[3], 0.0)))
+        filtered = np.maximum(np.diag(state.P)[column : column + IMU_STATES], 0.0)
+        x, y, z, heading = np.sqrt(filtered + SYSTEMATIC_STDDEV**2)
+        worn.use.tilt_stddev, worn.use.turn_stddev = float(max(x, y)), float(z)
+        worn.use.heading_stddev = float(heading)
 
     def _worn_by(self, segments: tuple[str, ...]) -> list[tuple[int, _Worn]]:
         """Index and entry of each segment for which the model has a link."""
