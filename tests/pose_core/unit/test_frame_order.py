@@ -93,3 +93,33 @@ def test_ordering_restarts_when_a_recording_loops():
     stamps = [10**18 + k * PERIOD_NS for k in range(60)]
     told(order, [("left", stamp) for stamp in stamps])
     assert told(order, [("left", stamp) for stamp in stamps[:3]]) == [[s] for s in stamps[:3]]
+
+
+def late_right(count=60, late_ns=80 * MS):
+    """Arrivals of two sensors, one of which is behind in its stamps."""
+    left, right = frames("left", 0, count), frames("right", 7 * MS - late_ns, count)
+    return [each for pair in zip(left, right, strict=True) for each in pair]
+
+
+def test_a_recordings_frames_wait_for_a_sensor_whose_stamps_are_far_behind():
+    order = FrameOrder(is_live=False)
+    out = [stamp for each in told(order, late_right()) for stamp in each]
+    out += [stamp for _, stamp in order.flush()]
+    assert len(out) == 120
+    assert out[6:] == sorted(out[6:])
+
+
+def test_a_recordings_frames_do_not_wait_for_a_sensor_that_has_ended():
+    order = FrameOrder(is_live=False)
+    told(order, late_right(20))
+    left = frames("left", 0, 60)[20:]
+    out = told(order, left)
+    assert sum(map(len, out[: 1 + SILENT_NS // PERIOD_NS])) >= 8
+    assert all(len(each) == 1 for each in out[2 + SILENT_NS // PERIOD_NS :])
+
+
+def test_live_frames_wait_for_one_period_at_most():
+    order = FrameOrder()
+    waits = [len(each) for each in told(order, late_right())]
+    assert max(waits) <= 2
+    assert sum(waits) >= 118

@@ -27,9 +27,9 @@ from pose_core.joints import JOINT_INDEX
 ANKLE_HEIGHT_M = 0.07  # [m] 0.039 of a stature of 1.75 m (Winter, Biomechanics, 4th ed., fig. 4.1)
 FOOT_STDDEV_M = 0.03  # [m] scatter of a standing ankle's measured height between positions
 ANKLE_HEIGHT_STDDEV_M = 0.02  # [m] between people, shoes and sensors
-FOOT_SLOPE_STDDEV = np.radians(4.0)  # [rad] systematic error of ankle heights with the distance
+FOOT_SLOPE_STDDEV = np.radians(2.5)  # [rad] systematic error of ankle heights with the distance
 WEAK_PRIOR = np.radians(20.0)  # [rad] of the slope, if the feet alone do not determine it
-BODY_STDDEV = np.radians(3.0)  # [rad] of a standing person's long axis from the vertical
+BODY_STDDEV = np.radians(2.5)  # [rad] of a standing person's long axis from the vertical
 LEVEL_STDDEV = np.radians(10.0)  # [rad] of the viewing direction, without other information
 MAX_TILT = np.radians(60.0)  # [rad] of the sensor, to distinguish a lying person
 STRAIGHT_KNEE = np.radians(25.0)  # [rad] flexion up to which a leg is straight
@@ -182,7 +182,9 @@ def _plane(
     normal = np.array([-a, -b, 1.0]) / np.sqrt(a * a + b * b + 1.0)
     sole = float(normal @ [*centre, solution[2]])
     stddev = float(np.sqrt(np.linalg.eigvalsh(body_covariance - gain @ body_covariance)[-1]))
-    return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(covariance[2, 2]))
+    # The sensor is away from the middle of the feet: a wrong vertical changes its height.
+    height_variance = covariance[2, 2] + (centre @ centre) * stddev**2
+    return R_level_reference.T @ normal, sole, stddev, float(np.sqrt(height_variance))
 
 
 def _map_frame(up: FloatArray, height: float) -> FloatArray:
