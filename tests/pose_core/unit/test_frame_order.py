@@ -123,3 +123,11 @@ def test_live_frames_wait_for_one_period_at_most():
     waits = [len(each) for each in told(order, late_right())]
     assert max(waits) <= 2
     assert sum(waits) >= 118
+
+
+def test_a_frame_of_no_sensor_waits_too_and_none_waits_for_it():
+    order, arrivals = FrameOrder(is_live=False), frames("right", 0, 22)
+    told(order, arrivals[:20])
+    assert order.insert(arrivals[20][1] + MS, "between") == []
+    assert order.add(*arrivals[20], "before") == ["before", "between"]
+    assert order.add(*arrivals[21], "after") == ["after"]

@@ -31,8 +31,9 @@ class CameraLag:
         self._newest_seen_ns = stamp_ns if is_set_back else max(self._newest_seen_ns, stamp_ns)
 
     def note_frame(self, stamp_ns: int) -> None:
-        """Note the next frame to be estimated, with or without a camera."""
-        self._newest_frame_ns = stamp_ns
+        """Note a frame to be estimated, with or without a camera."""
+        is_set_back = stamp_ns < self._newest_frame_ns - JUMP_BACK_NS
+        self._newest_frame_ns = stamp_ns if is_set_back else max(self._newest_frame_ns, stamp_ns)
 
     def begins_ns(self) -> int:
         """The instant after which the IMUs give the next frame."""
@@ -58,6 +59,7 @@ class FrameQueue:
 
     def __init__(self, aligner: TimeAligner | None, *, is_live: bool) -> None:
         self._aligner = aligner
+        self._is_live = is_live
         self._order: FrameOrder[AlignedFrame] = FrameOrder(is_live=is_live)
         self._camera_lag = CameraLag()
         self.ready: deque[AlignedFrame] = deque()
@@ -95,10 +97,14 @@ class FrameQueue:
         self._update_newest(self._camera_lag.newest_imu_ns)
         if not is_alone:
             return 0
-        self.release_all()
         instants_ns = self._camera_lag.instants(int(stamps_ns[-1]))
         for instant_ns in instants_ns:
-            self._await(AlignedFrame(stamp_ns=instant_ns, samples={}))
+            self._camera_lag.note_frame(instant_ns)
+            frame = AlignedFrame(stamp_ns=instant_ns, samples={})
+            for ready in self._order.insert(instant_ns, frame):
+                self._await(ready)
+        if self._is_live:
+            self.release_all()
         return len(instants_ns)
 
     def release_all(self) -> None:

@@ -91,9 +91,18 @@ class FrameOrder(Generic[T]):
             period.add(stamp_ns)
         if self._released_ns is not None and stamp_ns < self._released_ns:
             return [*ready, frame]
+        return ready + self._hold(stamp_ns, frame)
+
+    def insert(self, stamp_ns: int, frame: T) -> list[T]:
+        """Add a frame of no sensor; it waits as the others do, and none waits for it."""
+        self._newest_ns = max(self._newest_ns, stamp_ns)
+        return self._hold(stamp_ns, frame)
+
+    def _hold(self, stamp_ns: int, frame: T) -> list[T]:
+        """Hold a frame; return those that need not wait."""
         self._count += 1
         heappush(self._held, (stamp_ns, self._count, frame))
-        return ready + self._release()
+        return self._release()
 
     def flush(self) -> list[T]:
         """Return all held frames."""

@@ -108,7 +108,7 @@ def find_extrinsics(
             console.print("extrinsics: none in the bag, estimating them from its motion")
             session = calibrate_people(BagFrames(bag), sensors)
             for line in filter(None, (session.people_line, *extrinsics_lines(session.extrinsics))):
-                console.print(line)
+                console.print(line, soft_wrap=True)
             return session.extrinsics
         console.print("extrinsics: from the bag's /tf_static")
         known = extrinsics_from_map({sensor: placed[sensor] for sensor in sensors})
@@ -127,7 +127,7 @@ def complete_from_motion(bag: BagReader, known: Extrinsics, console: Console) ->
             console.print(f"clocks and body measures: not estimated from the motion ({error})")
     if found.clocks:
         source = "as recorded" if known.clocks else "by the motion in the bag"
-        console.print(clocks_line(found, source))
+        console.print(clocks_line(found, source), soft_wrap=True)
     return found
 
 
@@ -282,7 +282,7 @@ def fault_lines(counts: Mapping[str, int]) -> Iterator[str]:
     backwards = counts.get("filter_restarts_backwards", 0)
     if backwards:
         yield (
-            f"  {backwards} times the pose faced backwards, until bent knees showed it: see where "
+            f"  the pose faced backwards until bent knees showed it, {backwards} times: see where "
             "a camera has the person's back and loses joints"
         )
 
