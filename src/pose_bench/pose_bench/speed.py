@@ -32,11 +32,11 @@ from pose_core.filter.state import FilterState, start_state, with_imu
 from pose_core.filter.step import update_with_frame, update_with_imus
 from pose_core.filter.tuning import FilterTuning
 from pose_core.fusion.estimator_runner import EstimatorRunner, runner_counters
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.warm_up import neutral_pose
 from pose_core.imu.imu_history import ImuStates
 from pose_core.joints import JOINTS, TrackingState
+from pose_core.observation import Observation
 from pose_core.streams.samples import FloatArray
 
 PERIOD_S = 1.0 / 30.0

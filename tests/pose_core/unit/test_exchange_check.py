@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pose_core.filter.exchange_check import PERIOD_NS, ExchangeCheck
+from pose_core.imu.exchange_check import PERIOD_NS, ExchangeCheck
 from pose_core.imu.imu_history import ImuStates
 from pose_core.joints import JOINT_INDEX, JOINTS
 

@@ -24,7 +24,7 @@ from pose_calibration.inertial.imu_clock import (
 )
 from pose_calibration.inertial.imu_motion import TRACKER_LAG_STDDEV_S, ImuMemory, measure_imu_delay
 from pose_core.api import IMUS, Clock, Clocks, Extrinsics, SkeletonSample
-from pose_core.stamps import NS_PER_S
+from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 EVERY_NS = 10 * NS_PER_S
 WINDOW_NS = 20 * NS_PER_S
@@ -61,7 +61,7 @@ class ClockTracker:
             return None
         recent = self._samples[sample.sensor]
         if recent and sample.stamp_ns <= recent[-1].stamp_ns:
-            if recent[-1].stamp_ns - sample.stamp_ns < NS_PER_S:
+            if recent[-1].stamp_ns - sample.stamp_ns < JUMP_BACK_NS:
                 return None
             self._begin_anew()
         recent.append(sample)

@@ -15,25 +15,25 @@ from pose_core.filter.error_state_filter import ErrorStateFilter
 from pose_core.filter.facing_check import FacingCheck
 from pose_core.filter.imu import NO_IMUS, ImuReadings
 from pose_core.filter.imu_alignments import ImuAlignments
-from pose_core.filter.imu_use import ImuUse
 from pose_core.filter.state import FilterState
 from pose_core.filter.step import StepResult
 from pose_core.filter.tracker_errors import LONGEST_GAP_S
 from pose_core.filter.tuning import FilterTuning
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
 from pose_core.kernels.noise_scale import CONSISTENT_NIS, update_mean_nis, variance_scale
 from pose_core.kernels.published_state import PublishedState
-from pose_core.stamps import NS_PER_S
+from pose_core.observation import Observation
+from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 from pose_core.streams.samples import FloatArray
 
 LARGEST_LEAD_S = 0.1  # [s] by which a frame's stamp may be ahead of the host's clock
 SILENT_S = 0.2  # [s] after its last frame, a camera is no source of the published pose
 LATEST_S = 0.1  # [s] frames that are later are not used: their update would amplify errors of rates
-JUMP_BACK_S = 1.0  # [s] a larger step back means that a recording has restarted
+JUMP_BACK_S = JUMP_BACK_NS / NS_PER_S
 DIVERGED_SHARE = 0.5  # [-] of joints far from their prediction: the person is lost
 DIVERGED_NS = 250_000_000  # [ns] after which it is restarted
 

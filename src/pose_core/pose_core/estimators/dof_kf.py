@@ -15,8 +15,8 @@ from pose_core.body.model import ROOT_DOF
 from pose_core.body.trunk import trunk_axes
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.fusion.estimates import Source
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import FusedPose
+from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 

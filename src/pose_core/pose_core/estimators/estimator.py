@@ -7,12 +7,12 @@ from pose_core.body.model import BodyModel
 from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.uncertainty import LIVE, VarianceCalibrations
-from pose_core.filter.imu_use import ImuUse
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import EstimatedPose, TimedPose
 from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorsToSegments
+from pose_core.observation import Observation
 from pose_core.streams.samples import FloatArray
 
 

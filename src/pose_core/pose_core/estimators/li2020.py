@@ -14,10 +14,10 @@ from pose_core.errors import ParameterError
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.kinect_tracker import COUNTERS, KinectTracker
 from pose_core.fusion.estimates import Source
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import FusedPose
 from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.observation import Observation
 from pose_core.streams.samples import FloatArray
 
 

@@ -9,10 +9,10 @@ from pose_core.estimators.default import DefaultEstimator
 from pose_core.estimators.uncertainty import SMOOTHED, VarianceCalibrations
 from pose_core.filter.smoother import FilterStep, smoothed
 from pose_core.filter.state import FilterState
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.pose_block import TimedPose
 from pose_core.kernels.published_state import PublishedState
-from pose_core.stamps import NS_PER_S
+from pose_core.observation import Observation
+from pose_core.stamps import JUMP_BACK_NS, NS_PER_S
 
 ORDERED_NS = NS_PER_S // 4  # frames at most this late are processed in stamp order
 LOOKAHEAD_NS = 3 * NS_PER_S // 2  # later samples do not improve a pose any more
@@ -43,7 +43,7 @@ class SmoothedEstimator(DefaultEstimator):
     def track(self, observation: Observation) -> list[TimedPose]:
         """Take an observation; return the poses that are old enough to be published."""
         poses: list[TimedPose] = []
-        if self._waiting and observation.stamp_ns < self._waiting[-1].stamp_ns - NS_PER_S:
+        if self._waiting and observation.stamp_ns < self._waiting[-1].stamp_ns - JUMP_BACK_NS:
             poses += self.flush()  # the recording has restarted
         insort(self._waiting, observation, key=lambda waiting: waiting.stamp_ns)
         newest_ns = self._waiting[-1].stamp_ns

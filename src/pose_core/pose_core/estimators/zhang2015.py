@@ -25,15 +25,15 @@ from pose_core.body.shape import BodyShape
 from pose_core.counters import Counters
 from pose_core.estimators.estimator import StepwiseEstimator
 from pose_core.estimators.pose_of_joints import LONGEST_STEP_S, PoseOfJoints
-from pose_core.filter.imu_use import ImuUse
 from pose_core.fusion.estimates import Source
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pose_block import FusedPose
 from pose_core.imu.aligned_readings import AlignedReadings
+from pose_core.imu.imu_use import ImuUse
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.imu.weighting import Weights, fuse_limb, fuse_trunk, minimum_variance_weights
 from pose_core.joints import JOINT_INDEX, TrackingState
+from pose_core.observation import Observation
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
 

@@ -13,12 +13,12 @@ from pose_core.counters import Counters
 from pose_core.estimators.registry import estimator_class
 from pose_core.fusion import sample_buffer
 from pose_core.fusion.frame_queue import FrameQueue
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.sample_buffer import SampleBuffer
 from pose_core.fusion.sensor_frames import SensorFrame, SensorsInMap
 from pose_core.imu.imu_history import NO_STATES, ImuStates
 from pose_core.imu.imu_set import ImuSet
+from pose_core.observation import Observation
 from pose_core.session.clocks import (
     Clocks,
     block_on_reference_clock,

@@ -11,7 +11,6 @@ from pose_core.body.shape import BodyShape, shape_of
 from pose_core.counters import Counters
 from pose_core.fusion.estimates import EstimateBlock
 from pose_core.fusion.estimator_runner import EstimatorMaker, EstimatorRunner, runner_counters
-from pose_core.fusion.observation import Observation
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.sensor_frames import SensorsInMap
 from pose_core.imu.imu_history import ImuStates
@@ -19,6 +18,7 @@ from pose_core.imu.imu_set import ImuSet
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.joints import JOINT_INDEX, JOINTS, TrackingState
 from pose_core.kernels.compiling import announce_compilation
+from pose_core.observation import Observation
 from pose_core.session.extrinsics import Extrinsics, extrinsics_from_map
 from pose_core.streams.samples import FloatArray, ImuSample, SkeletonSample, block_of
 from pose_core.streams.time_alignment import AlignedFrame

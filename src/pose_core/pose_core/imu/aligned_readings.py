@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from pose_core.body.model import BodyModel
-from pose_core.filter.imu_use import ImuUse
-from pose_core.filter.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
 from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.imu_use import ImuUse
+from pose_core.imu.sensor_alignment import Alignment, AlignmentTuning, SegmentAlignment
 from pose_core.imu.sensor_to_segment import SensorToSegment
 from pose_core.kernels.rotations import exponential
 from pose_core.stamps import NS_PER_S

@@ -11,6 +11,7 @@ from pose_core.people.distances import centre
 from pose_core.people.duplicate_tracks import DuplicateTracks
 from pose_core.people.person_track import PersonTrack, Presence
 from pose_core.people.reidentification import CERTAIN, MOST_ABSENT, Reidentification
+from pose_core.stamps import JUMP_BACK_NS
 from pose_core.streams.samples import FloatArray, SkeletonSample
 
 ABSENT_AFTER_S = 0.35  # [s] unseen by all sensors, a person is absent
@@ -21,7 +22,6 @@ NEW_MEASUREMENTS = 60  # [-] skeletons of somebody new: a glimpse does not give 
 CONFIRMED_FRAMES = 5  # [-] the same in frames
 GHOST_AFTER_S = 0.8  # [s] unseen, a tentative person was a ghost
 MOST_TENTATIVE = 12  # [-] at a time; of ghosts all over the place, the others are left out
-JUMP_BACK_S = 1.0  # [s] further back than this, a recording has begun anew
 
 Assigned = tuple[int, SkeletonSample]
 """A person's number and a skeleton of theirs."""
@@ -66,7 +66,7 @@ class TrackManager:
 
     def advance(self, stamp_ns: int) -> None:
         """Advance to a frame's instant [ns]: end the tracks that have not been seen for long."""
-        if stamp_ns < self.newest_ns - JUMP_BACK_S * 1e9:
+        if stamp_ns < self.newest_ns - JUMP_BACK_NS:
             for track in list(self.tracks):
                 self.mark_absent(track)
                 track.last_seen_ns = stamp_ns

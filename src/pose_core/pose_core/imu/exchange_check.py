@@ -18,8 +18,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from pose_core.filter.sensor_alignment import HEADING_PARTS
 from pose_core.imu.imu_history import ImuStates
+from pose_core.imu.sensor_alignment import HEADING_PARTS
 from pose_core.joints import JOINT_INDEX, SEGMENT_ENDS, TrackingState
 from pose_core.stamps import NS_PER_S
 from pose_core.streams.samples import FloatArray
