@@ -10,7 +10,7 @@ from synthetic_body import FRAME_NS, MODEL, extrinsics, kinematics, motion, skel
 from pose_core.fusion.estimates import Source
 from pose_core.fusion.parameters import FusionParameters
 from pose_core.fusion.pipeline import FusionPipeline
-from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
+from pose_core.joints import JOINT_INDEX, JOINTS, SIDES, TrackingState
 
 START_NS = 10**18
 STEP = np.radians(4.0)  # [rad] beyond the motion itself, from one estimate to the next
@@ -151,6 +151,28 @@ def test_left_right_swaps_of_a_tracker_are_corrected():
     assert pipeline.counters["sides_swapped"] > 30
     swapped = [e for e in estimates if 6.0 < seconds(e) < 7.0]
     assert np.median(error_deg(swapped, t, dof, "left_knee_flexion")) < 8.0
+
+
+def test_a_state_that_faces_backwards_is_noticed_once_the_knees_bend():
+    """Both trackers see the back at first and exchange the sides; then they do not."""
+
+    def bend(time):
+        return np.radians(60.0) * np.sin(np.pi * np.clip(time - 4.0, 0.0, 4.0) / 4.0)
+
+    names = [f"{side}_{joint}_flexion" for side in SIDES for joint in ("hip", "knee")]
+    _, dof = performance(12.0, dict.fromkeys(names, bend))
+    exchanged = [
+        JOINT_INDEX[name.replace("left", "X").replace("right", "left").replace("X", "right")]
+        for name in JOINTS
+    ]
+    samples = [
+        replace(s, positions=s.positions[exchanged]) if (s.stamp_ns - START_NS) * 1e-9 < 5.0 else s
+        for s in samples_of(dof)
+    ]
+    pipeline, estimates = run(samples)
+    assert pipeline.counters["filter_restarts_backwards"] == 1
+    truth, last = kinematics().pose(dof).positions, estimates[-1]
+    np.testing.assert_allclose(last.joints, truth[round(seconds(last) * 30)], atol=0.06)
 
 
 def test_occluded_limbs_are_predicted_with_growing_deviation():

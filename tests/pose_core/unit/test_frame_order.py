@@ -74,7 +74,7 @@ def test_frames_do_not_wait_for_a_silent_sensor():
     left, right = frames("left", 0, 40), frames("right", 100_000, 10)
     order = FrameOrder()
     told(order, [each for pair in zip(left[:10], right, strict=True) for each in pair])
-    gone = 10 + SILENT_NS // PERIOD_NS
+    gone = 11 + SILENT_NS // PERIOD_NS
     told(order, left[10 : gone + 1])
     assert told(order, left[gone + 1 :])[1:] == [[stamp] for _, stamp in left[gone + 2 :]]
 
@@ -131,3 +131,23 @@ def test_a_frame_of_no_sensor_waits_too_and_none_waits_for_it():
     assert order.insert(arrivals[20][1] + MS, "between") == []
     assert order.add(*arrivals[20], "before") == ["before", "between"]
     assert order.add(*arrivals[21], "after") == ["after"]
+
+
+def test_slow_cameras_of_a_recording_are_waited_for_too():
+    period_ns = 100 * MS
+    stamps = [10**18 + k * period_ns for k in range(60)]
+    arrivals = [each for t in stamps for each in (("left", t), ("right", t - 150 * MS))]
+    order = FrameOrder(is_live=False)
+    out = [stamp for each in told(order, arrivals) for stamp in each]
+    assert out[6:] == sorted(out[6:])
+
+
+def test_a_looped_recording_is_in_order_again_after_a_frame_of_its_end():
+    order = FrameOrder(is_live=False)
+    told(order, late_right())
+    again = late_right()
+    order.add(*again[0], again[0])
+    order.insert(again[-1][1], "straggler")
+    out = [each for arrival in again[1:] for each in order.add(*arrival, arrival)]
+    stamps = [each[1] for each in out if each != "straggler"]
+    assert stamps[6:] == sorted(stamps[6:])

@@ -179,6 +179,7 @@ class DefaultEstimator(StepwiseEstimator):
             return False
         self.counters.add("filter_starts")
         self._alignments.restart()
+        self._facing.restart()
         self._stamp_ns = observation.stamp_ns
         self._diverged_since_ns = None
         return True
@@ -201,9 +202,9 @@ class DefaultEstimator(StepwiseEstimator):
             if not any(joints) or not self._uses_cameras():
                 continue
             frame, is_backwards = self._frame(observation, sensor, late_s)
-            if is_backwards:
+            if is_backwards and self._start(observation):
                 self.counters.add("filter_restarts_backwards")
-                self._start(observation)
+                self._alignments.restart(discard=True)
                 return result
             result = self._filter.update_with_frame(frame, information[0])
             if not result.is_finite:
@@ -231,7 +232,7 @@ class DefaultEstimator(StepwiseEstimator):
         self.counters.add("sides_swapped", swaps)
         state = self._filter.state
         passed_s = min(state.silent_s[sensor], LONGEST_GAP_S) / len(state.silent_s)
-        is_backwards = self._facing.faces_backwards(frame, state.pose.rotations[0], passed_s, swaps)
+        is_backwards = self._facing.faces_backwards(measured, state.pose.rotations[0], passed_s)
         return frame, is_backwards
 
     def _uses_cameras(self) -> bool:

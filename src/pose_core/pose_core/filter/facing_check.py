@@ -9,6 +9,7 @@ point forwards, whichever leg is called left.
 import numpy as np
 from numpy.typing import NDArray
 
+from pose_core.body.trunk import trunk_axes
 from pose_core.filter.camera import CameraFrame
 from pose_core.joints import JOINT_INDEX, SIDES, TrackingState
 from pose_core.kernels.compiling import compiled_in_place, type_specialised
@@ -21,8 +22,8 @@ LEGS = np.array(
 TRACKED = int(TrackingState.TRACKED)
 LEAST_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
-BACKWARDS_S = 0.5  # [s] of knees that point backwards, after which the state is wrong
-LARGEST_S = 1.0  # [s] bound of that time, and of the opposite
+BACKWARDS_S = 0.5  # [s] for which bent knees point backwards, after which the state is wrong
+LARGEST_S = 0.5  # [s] bound of that time, and of the opposite
 
 
 class FacingCheck:
@@ -32,24 +33,27 @@ class FacingCheck:
         self._forwards_s = 0.0
         self._knees_forwards = type_specialised(knees_forwards)
 
+    def restart(self) -> None:
+        """Forget the state so far."""
+        self._forwards_s = 0.0
+
     def faces_backwards(
-        self, frame: CameraFrame, R_map_pelvis: FloatArray, passed_s: float, swaps: int
+        self, frame: CameraFrame, R_map_pelvis: FloatArray, passed_s: float
     ) -> bool:
-        """Add a frame; whether its sides are right, and the state's are not.
+        """Add a frame; whether the state faces backwards, and the frame's own sides do not.
 
         Args:
-            frame: A camera's frame.
+            frame: A camera's frame, as measured.
             R_map_pelvis: The state's, (3, 3).
             passed_s: Time that the frame stands for [s].
-            swaps: Number of limb pairs, arms and legs, that the filter exchanged in it.
         """
-        legs = self._knees_forwards(frame.positions, frame.tracking_state, R_map_pelvis)
-        sum_s = self._forwards_s + legs * passed_s
+        knees = self._knees_forwards(frame.positions, frame.tracking_state, R_map_pelvis)
+        sum_s = self._forwards_s + np.sign(knees) * passed_s
         self._forwards_s = min(max(sum_s, -LARGEST_S), LARGEST_S)
-        if swaps == 0 or self._forwards_s > -BACKWARDS_S:
+        if knees >= 0 or self._forwards_s > -0.99 * BACKWARDS_S:
             return False
-        self._forwards_s = 0.0
-        return True
+        R_measured = np.ascontiguousarray(trunk_axes(frame.positions))
+        return self._knees_forwards(frame.positions, frame.tracking_state, R_measured) > 0
 
 
 @compiled_in_place

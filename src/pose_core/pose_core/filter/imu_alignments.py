@@ -77,11 +77,18 @@ class ImuAlignments:
             if worn.use.is_aligned
         }
 
-    def restart(self) -> None:
-        """Reset the alignments for a new filter; collected measurements are kept."""
+    def restart(self, *, discard: bool = False) -> None:
+        """Reset the alignments for a new filter.
+
+        Args:
+            discard: Whether to discard the measurements, which were of a wrong state.
+        """
         self._observed_ns = None
         for worn in self._worn.values():
             worn.use.is_aligned = False
+            if discard:
+                worn.alignment.clear()
+                worn.former_alignment = None
 
     def register(self, stamp_ns: int, states: ImuStates, state: FilterState) -> None:
         """Register measurements; an IMU that slipped or restarted is realigned.

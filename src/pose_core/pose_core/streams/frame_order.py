@@ -17,7 +17,7 @@ from pose_core.stamps import JUMP_BACK_NS
 T = TypeVar("T")
 
 REMEMBERED = 9  # [frames] over which the median period is taken
-SILENT_NS = 250_000_000  # [ns] behind the others, from which on no frame is waited for
+SILENT_NS = 200_000_000  # [ns] overdue, from which on no frame is waited for
 LEAST_JITTER_NS = 500_000  # [ns] lower bound of the jitter that is allowed for
 LARGEST_JITTER_NS = 5_000_000  # [ns] upper bound of the jitter that is allowed for
 JITTERS = 3.0  # [-] allowed jitter, in median deviations
@@ -28,6 +28,7 @@ class FramePeriod:
     """Predicts a sensor's next frame from its stamps."""
 
     newest_ns: int
+    period_ns: float = 0.0  # median
     intervals_ns: deque[int] = field(default_factory=lambda: deque(maxlen=REMEMBERED))
     earliest_ns: float = inf  # [ns] after the newest frame, the earliest time of the next one
 
@@ -35,15 +36,19 @@ class FramePeriod:
         """Note a frame."""
         self.intervals_ns.append(stamp_ns - self.newest_ns)
         self.newest_ns = stamp_ns
-        period_ns = median(self.intervals_ns)
-        deviation_ns = median(abs(each - period_ns) for each in self.intervals_ns)
+        self.period_ns = median(self.intervals_ns)
+        deviation_ns = median(abs(each - self.period_ns) for each in self.intervals_ns)
         early_ns = min(max(JITTERS * deviation_ns, LEAST_JITTER_NS), LARGEST_JITTER_NS)
-        self.earliest_ns = period_ns - early_ns
+        self.earliest_ns = self.period_ns - early_ns
 
     def expects_before(self, stamp_ns: int) -> bool:
         """Whether a frame with a stamp before an instant is still due."""
         missing_ns = stamp_ns - self.newest_ns
-        return 0 < missing_ns <= SILENT_NS and missing_ns > self.earliest_ns
+        return missing_ns > self.earliest_ns and not self.is_silent_at(stamp_ns)
+
+    def is_silent_at(self, stamp_ns: int) -> bool:
+        """Whether no frame is waited for any more, once others have this stamp."""
+        return stamp_ns - self.newest_ns > self.period_ns + SILENT_NS
 
 
 class FrameOrder(Generic[T]):
@@ -61,7 +66,8 @@ class FrameOrder(Generic[T]):
         self._is_live = is_live
         self._newest_ns = 0  # stamp of the newest frame of any sensor
         self._periods: dict[str, FramePeriod] = {}
-        self._held: list[tuple[int, int, T]] = []  # a heap by stamp, then by arrival
+        # A heap by stamp, then by arrival; with each frame, whether it is a sensor's.
+        self._held: list[tuple[int, int, T, bool]] = []
         self._count = 0
         self._released_ns: int | None = None
 
@@ -80,9 +86,8 @@ class FrameOrder(Generic[T]):
         if period is not None and stamp_ns < period.newest_ns - JUMP_BACK_NS:
             ready = self.flush()
             self._periods.clear()
-            self._newest_ns = 0
             self._released_ns = period = None
-        self._newest_ns = max(self._newest_ns, stamp_ns)
+        self._note_newest(stamp_ns)
         if period is None:
             self._periods[sensor] = FramePeriod(stamp_ns)
         elif stamp_ns > period.newest_ns:
@@ -91,17 +96,21 @@ class FrameOrder(Generic[T]):
             period.add(stamp_ns)
         if self._released_ns is not None and stamp_ns < self._released_ns:
             return [*ready, frame]
-        return ready + self._hold(stamp_ns, frame)
+        return ready + self._hold(stamp_ns, frame, is_sensors=True)
 
     def insert(self, stamp_ns: int, frame: T) -> list[T]:
         """Add a frame of no sensor; it waits as the others do, and none waits for it."""
-        self._newest_ns = max(self._newest_ns, stamp_ns)
-        return self._hold(stamp_ns, frame)
+        self._note_newest(stamp_ns)
+        return self._hold(stamp_ns, frame, is_sensors=False)
 
-    def _hold(self, stamp_ns: int, frame: T) -> list[T]:
+    def _note_newest(self, stamp_ns: int) -> None:
+        is_set_back = stamp_ns < self._newest_ns - JUMP_BACK_NS
+        self._newest_ns = stamp_ns if is_set_back else max(self._newest_ns, stamp_ns)
+
+    def _hold(self, stamp_ns: int, frame: T, *, is_sensors: bool) -> list[T]:
         """Hold a frame; return those that need not wait."""
         self._count += 1
-        heappush(self._held, (stamp_ns, self._count, frame))
+        heappush(self._held, (stamp_ns, self._count, frame, is_sensors))
         return self._release()
 
     def flush(self) -> list[T]:
@@ -124,10 +133,11 @@ class FrameOrder(Generic[T]):
         return any(
             period.expects_before(stamp_ns)
             for period in self._periods.values()
-            if self._newest_ns - period.newest_ns <= SILENT_NS
+            if not period.is_silent_at(self._newest_ns)
         )
 
     def _pop(self) -> T:
-        stamp_ns, _, frame = heappop(self._held)
-        self._released_ns = stamp_ns
+        stamp_ns, _, frame, is_sensors = heappop(self._held)
+        if is_sensors:
+            self._released_ns = stamp_ns
         return frame
