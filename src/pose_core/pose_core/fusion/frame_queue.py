@@ -10,9 +10,10 @@ from pose_core.streams.frame_order import FrameOrder
 from pose_core.streams.samples import SkeletonSample
 from pose_core.streams.time_alignment import AlignedFrame, TimeAligner
 
-SILENT_NS = NS_PER_S // 20  # silence of the cameras after which the IMUs give frames
+SILENT_NS = NS_PER_S // 20  # least silence of the cameras after which the IMUs give frames
+LONGEST_SILENT_NS = 3 * NS_PER_S // 20  # the same of slow cameras, at most
 LONGEST_LAG_NS = NS_PER_S // 2  # bound of the cameras' usual lag behind the IMUs
-LAGS = 9  # [frames] whose minimum is the usual lag
+LAGS = 9  # [frames] over which lags and intervals are remembered
 
 
 class CameraLag:
@@ -23,10 +24,12 @@ class CameraLag:
         self._newest_seen_ns = 0  # stamp of the newest camera frame
         self._newest_frame_ns = 0
         self._lags_ns: deque[int] = deque(maxlen=LAGS)
+        self._intervals_ns: deque[int] = deque(maxlen=LAGS)
 
     def note_seen(self, stamp_ns: int) -> None:
         """Note a camera's frame."""
         self._lags_ns.append(max(self.newest_imu_ns - stamp_ns, 0))
+        self._intervals_ns.append(max(stamp_ns - self._newest_seen_ns, 0))
         is_set_back = stamp_ns < self._newest_seen_ns - JUMP_BACK_NS
         self._newest_seen_ns = stamp_ns if is_set_back else max(self._newest_seen_ns, stamp_ns)
 
@@ -37,7 +40,13 @@ class CameraLag:
 
     def begins_ns(self) -> int:
         """The instant after which the IMUs give the next frame."""
-        return max(self._newest_seen_ns + self._usual_lag_ns(), self._newest_frame_ns) + SILENT_NS
+        silent_ns = min(
+            max(5 * max(self._intervals_ns, default=0) // 4, SILENT_NS), LONGEST_SILENT_NS
+        )
+        return max(
+            self._newest_seen_ns + self._usual_lag_ns() + silent_ns,
+            self._newest_frame_ns + SILENT_NS,
+        )
 
     def instants(self, stamp_ns: int) -> tuple[int, ...]:
         """Instants of frames with only IMUs, from the end of the cameras' lag to ``stamp_ns``."""
