@@ -6,7 +6,7 @@ from pose_msgs.msg import SkeletonArray
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from sample_messages import skeleton_message
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import Imu, TimeReference
 from synthetic_body import extrinsics, kinematics, motion, skeleton_samples
 from tf2_msgs.msg import TFMessage
 from worn_imus import imu_samples, merged, moving_wearer
@@ -18,8 +18,9 @@ from pose_calibration.imus.section import save_alignments
 from pose_core.errors import InputError
 from pose_core.fusion.pipeline import FusionPipeline
 from pose_core.imu.sensor_to_segment import SensorToSegment
+from pose_core.session.clocks import Clock
 from pose_core.streams.samples import SkeletonSample
-from pose_fusion.conversions import to_header, to_static_tf
+from pose_fusion.conversions import to_clock_messages, to_header, to_static_tf
 from pose_fusion.nodes.fusion import FusionNode
 from pose_fusion.nodes.live_imu_calibration import ImuCalibrationNode
 
@@ -123,3 +124,23 @@ def test_the_calibration_receives_cameras_imus_and_extrinsics(ros_context):
     ros_context.spin_until(heard, what="the samples")
     assert node.calibration.phase is Phase.STAND
     assert node.missing.startswith("stand still, upright")
+
+
+def test_a_malformed_transform_is_counted_and_a_late_clock_is_used(ros_context):
+    node = ros_context.add(ImuCalibrationNode(ImuCalibrationParameters()))
+    feeder = ros_context.make_node("feeder")
+    transforms = feeder.create_publisher(TFMessage, "/tf_static", LATCHED)
+    clocks = feeder.create_publisher(TimeReference, "clock_offsets", LATCHED)
+    good = to_static_tf({sensor: extrinsics().T_map_sensor(sensor) for sensor in ("left", "right")})
+    bad = to_static_tf({"left": extrinsics().T_map_sensor("left")})
+    bad.transforms[0].transform.rotation.x = bad.transforms[0].transform.rotation.y = 0.0
+    bad.transforms[0].transform.rotation.z = bad.transforms[0].transform.rotation.w = 0.0
+    transforms.publish(bad)
+    ros_context.spin_until(lambda: node.counters["malformed_transforms"] == 1, what="the bad one")
+    transforms.publish(good)
+    ros_context.spin_until(lambda: node.calibration is not None, what="the transforms")
+    for message in to_clock_messages({"right": Clock(offset_ns=80_000_000)}, 10**18):
+        clocks.publish(message)
+    ros_context.spin_until(lambda: "right" in node.extrinsics.clocks, what="the clock")
+    assert node.extrinsics.clocks["right"].offset_ns == 80_000_000
+    assert node.calibration.recorder.clocks == node.extrinsics.clocks

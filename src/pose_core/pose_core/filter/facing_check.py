@@ -22,8 +22,7 @@ LEGS = np.array(
 TRACKED = int(TrackingState.TRACKED)
 LEAST_BEND = 0.08  # [m] of the knee from the line between hip and foot: bent by about 25°
 LEAST_COSINE = 0.5  # [-] between a knee's direction and the forward axis
-BACKWARDS_S = 0.5  # [s] for which bent knees point backwards, after which the state is wrong
-LARGEST_S = 0.5  # [s] bound of that time, and of the opposite
+BACKWARDS_S = 0.5  # [s] bound of the sum either way; at the lower one, the state is wrong
 
 
 class FacingCheck:
@@ -49,8 +48,8 @@ class FacingCheck:
         """
         knees = self._knees_forwards(frame.positions, frame.tracking_state, R_map_pelvis)
         sum_s = self._forwards_s + np.sign(knees) * passed_s
-        self._forwards_s = min(max(sum_s, -LARGEST_S), LARGEST_S)
-        if knees >= 0 or self._forwards_s > -0.99 * BACKWARDS_S:
+        self._forwards_s = min(max(sum_s, -BACKWARDS_S), BACKWARDS_S)
+        if knees >= 0 or self._forwards_s > -BACKWARDS_S:
             return False
         R_measured = np.ascontiguousarray(trunk_axes(frame.positions))
         return self._knees_forwards(frame.positions, frame.tracking_state, R_measured) > 0

@@ -114,7 +114,8 @@ class ImuCalibrationNode(Node):
 
     def _on_clock(self, message: TimeReference) -> None:
         self._clocks[message.source] = clock_of(message)
-        if self.calibration is not None:
+        if self.calibration is not None and self.extrinsics is not None:
+            self.extrinsics = replace(self.extrinsics, clocks=dict(self._clocks))
             self.calibration.use_clocks(self._clocks)
 
     def _on_skeletons(self, sensor: str, message: SkeletonArray) -> None:
