@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 STOPPED = 0  # a node that is told to stop has done well, also while it starts
+AGAIN_S = 0.001  # before an interrupt that came to nothing comes again
 PIP_NAMES = {"cv2": "opencv-python-headless", "serial": "pyserial", "yaml": "PyYAML"}
 
 
@@ -40,12 +41,30 @@ class Interrupt:
         self.breaks_off = True
         self._once = once
 
+    def listen(self, *numbers: int) -> None:
+        """Handle these signals from now on."""
+        for number in numbers:
+            signal.signal(number, self)
+        sys.unraisablehook = self._break_off_again
+
     def __call__(self, _number: int, frame: "FrameType | None") -> None:
         """Handle the signal."""
         is_first, self.asked = not self.asked, True
         if self._once and _compiles(frame):
             leave(STOPPED)
         if self.breaks_off and (is_first or not self._once):
+            raise KeyboardInterrupt
+
+    def _break_off_again(self, dropped: "sys.UnraisableHookArgs") -> None:
+        """Raise again soon what Python has dropped: it came in a destructor, or while importing."""
+        if dropped.exc_type is not KeyboardInterrupt:
+            sys.__unraisablehook__(dropped)
+            return
+        signal.signal(signal.SIGALRM, self._on_alarm)
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+
+    def _on_alarm(self, _number: int, _frame: "FrameType | None") -> None:
+        if self.breaks_off:
             raise KeyboardInterrupt
 
 
@@ -73,9 +92,7 @@ class Start:
         """Run the module's ``main``."""
         is_node = ".nodes." in self._module
         interrupt = Interrupt(once=is_node)
-        signal.signal(signal.SIGINT, interrupt)
-        if is_node:
-            signal.signal(signal.SIGTERM, interrupt)
+        interrupt.listen(signal.SIGINT, *((signal.SIGTERM,) if is_node else ()))
         try:
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             import_module(self._module).main()
@@ -106,7 +123,7 @@ def leave(status: int) -> "NoReturn":
     Python would take half a second to free modules such as numba's one by one, in which one more
     signal ends it with an error.
     """
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGALRM):
         signal.signal(number, signal.SIG_IGN)
     atexit._run_exitfuncs()
     try:

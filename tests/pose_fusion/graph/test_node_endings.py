@@ -63,13 +63,25 @@ def test_repeated_signals_end_a_running_node_cleanly(
     assert start_process.living() == []
 
 
+IMPORTS = "import time\nprint('importing', flush=True)\ntime.sleep(600)\n"
+# Python drops what a destructor raises, as it does with what importing calls behind the scenes.
+DESTROYS = """
+import time
+class Slow:
+    def __del__(self):
+        print('importing', flush=True)
+        time.sleep(600)
+Slow()
+time.sleep(600)
+"""
+
+
+@pytest.mark.parametrize("text", [IMPORTS, DESTROYS], ids=["imports", "destroys"])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=lambda one: one.name)
-def test_signals_during_imports_end_a_node_cleanly(start_process, tmp_path, number):
+def test_signals_during_imports_end_a_node_cleanly(start_process, tmp_path, number, text):
     (tmp_path / "slow_package").mkdir()
     (tmp_path / "slow_package" / "nodes").mkdir()
-    (tmp_path / "slow_package" / "nodes" / "slow.py").write_text(
-        "import time\nprint('importing', flush=True)\ntime.sleep(600)\n"
-    )
+    (tmp_path / "slow_package" / "nodes" / "slow.py").write_text(text)
     program = "from pose_node.entry import start; start.slow_package.nodes.slow()"
     process = start_process(["python", "-c", program], cwd=tmp_path)
     process.wait_for_output("importing")

@@ -37,8 +37,7 @@ def run_node(
     if parameters is not None:
         answer_arguments(make_node, parameters, args)
     interrupt = Interrupt(once=True)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, interrupt)  # before rclpy's own handlers, which call it
+    interrupt.listen(signal.SIGINT, signal.SIGTERM)  # before rclpy's own handlers, which call it
     try:
         status = _init(args) or _spin_to_end(make_node, interrupt)
     except KeyboardInterrupt:
@@ -115,6 +114,7 @@ def _spin_to_end(make_node: Callable[[], Node], interrupt: Interrupt) -> int:
             raise
     finally:
         # A launcher and the terminal may both send SIGINT: the second must not break the ending.
+        interrupt.breaks_off = False
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         try:
